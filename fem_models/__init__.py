@@ -1,0 +1,1 @@
+"""The manipulator: rig, analytic single notched ring, kinematics, Exudyn multibody model, pictures."""

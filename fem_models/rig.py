@@ -1,0 +1,458 @@
+"""The rig and its load program: frozen values, checked where they are made.
+
+Units stand in the names (mm, N, GPa, deg). Every engine is a function ``(Rig, LoadProgram) -> Record``.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+NotchShape = Literal["v_pair", "rectangular_pair", "rectangular"]
+NOTCH_SHAPES: tuple[str, ...] = ("v_pair", "rectangular_pair", "rectangular")
+
+
+class RigError(ValueError):
+    """A rig or a load program that cannot exist; the message names field, value and what was expected."""
+
+
+def _require(condition: bool, name: str, value: object, expected: str) -> None:
+    if not condition:
+        raise RigError(f"{name} = {value}: expected {expected}")
+
+
+def _finite(owner: str, item: object) -> None:
+    for f in fields(item):  # type: ignore[arg-type]
+        value = getattr(item, f.name)
+        if value is None or isinstance(value, str):
+            continue
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise RigError(f"{owner}.{f.name} = {value!r}: expected a number")
+        _require(math.isfinite(value), f"{owner}.{f.name}", value, "a finite number")
+
+
+@dataclass(frozen=True)
+class Tube:
+    """The tube that is notched. Diameters in mm, outer above inner, both positive."""
+
+    outer_diameter_mm: float
+    inner_diameter_mm: float
+
+    def __post_init__(self) -> None:
+        _finite("tube", self)
+        _require(self.inner_diameter_mm > 0, "tube.inner_diameter_mm", self.inner_diameter_mm, "above 0")
+        _require(
+            self.inner_diameter_mm < self.outer_diameter_mm,
+            "tube.inner_diameter_mm",
+            self.inner_diameter_mm,
+            f"below tube.outer_diameter_mm = {self.outer_diameter_mm}",
+        )
+
+
+@dataclass(frozen=True)
+class Notch:
+    """A row of equal notches.
+
+    Parameters
+    ----------
+    shape
+        ``v_pair``: two opposed V cuts (the paper); ``rectangular_pair``: two opposed slots;
+        ``rectangular``: one-sided slots (York et al., ICRA 2015).
+    count
+        Number of joints.
+    depth_mm
+        Depth of one cut from the outer surface.
+    width_mm
+        Opening along the tube axis at the outer surface.
+    spacing_mm
+        Uncut tube between two notches; the pitch is ``width_mm + spacing_mm``.
+    root_width_mm
+        Width of the flat root of a V (wire kerf); slots have the same width all the way and take None.
+    """
+
+    shape: NotchShape
+    count: int
+    depth_mm: float
+    width_mm: float
+    spacing_mm: float
+    root_width_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        _require(self.shape in NOTCH_SHAPES, "notch.shape", self.shape, "one of " + ", ".join(NOTCH_SHAPES))
+        _finite("notch", self)
+        _require(
+            isinstance(self.count, int) and self.count >= 1,
+            "notch.count",
+            self.count,
+            "a whole number of at least 1",
+        )
+        for name in ("depth_mm", "width_mm", "spacing_mm"):
+            _require(getattr(self, name) > 0, f"notch.{name}", getattr(self, name), "above 0")
+        if self.shape == "v_pair":
+            root = self.root_width_mm
+            _require(root is not None, "notch.root_width_mm", root, "a number: a V needs the width of its root")
+            assert root is not None
+            _require(
+                0 <= root < self.width_mm,
+                "notch.root_width_mm",
+                root,
+                f"at least 0 and below notch.width_mm = {self.width_mm}",
+            )
+        else:
+            _require(self.root_width_mm is None, "notch.root_width_mm", self.root_width_mm, "absent for a slot")
+
+    @property
+    def pitch_mm(self) -> float:
+        """Joint to joint distance, mm."""
+        return self.width_mm + self.spacing_mm
+
+
+@dataclass(frozen=True)
+class Material:
+    """Nitinol of the flexures: linear elasticity and, in parallel, a rate-independent material loop.
+
+    ``loop_share`` is the part of the flexure's bending stiffness carried by Jenkins elements (elastic up
+    to a slip moment); their slip angles are spread evenly up to ``loop_angle_deg`` of one joint. A share
+    of 0 switches the material loop off.
+    """
+
+    youngs_modulus_GPa: float
+    poissons_ratio: float
+    loop_share: float = 0.0
+    loop_angle_deg: float = 1.0
+
+    def __post_init__(self) -> None:
+        _finite("material", self)
+        _require(self.youngs_modulus_GPa > 0, "material.youngs_modulus_GPa", self.youngs_modulus_GPa, "above 0")
+        _require(-1 < self.poissons_ratio < 0.5, "material.poissons_ratio", self.poissons_ratio, "in (-1, 0.5)")
+        _require(0 <= self.loop_share < 1, "material.loop_share", self.loop_share, "in [0, 1)")
+        _require(self.loop_angle_deg > 0, "material.loop_angle_deg", self.loop_angle_deg, "above 0")
+
+
+@dataclass(frozen=True)
+class Tendon:
+    """One tendon from the wheel to the tip.
+
+    Parameters
+    ----------
+    EA_N
+        Axial stiffness times length of the taut rope.
+    moment_arm_mm
+        Distance of the tendon from the neutral axis of the flexures.
+    free_length_mm
+        Rope between wheel and base.
+    toe_N
+        Tension of the toe region: the rope between wheel and base has k(T) = k_inf T / (T + toe_N).
+        0 is a linear rope.
+    """
+
+    EA_N: float
+    moment_arm_mm: float
+    free_length_mm: float
+    toe_N: float = 0.0
+
+    def __post_init__(self) -> None:
+        _finite("tendon", self)
+        for name in ("EA_N", "moment_arm_mm", "free_length_mm"):
+            _require(getattr(self, name) > 0, f"tendon.{name}", getattr(self, name), "above 0")
+        _require(self.toe_N >= 0, "tendon.toe_N", self.toe_N, "at least 0")
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Dry friction of a tendon against what guides it.
+
+    Parameters
+    ----------
+    capstan_coefficient
+        mu of T2 = T1 exp(mu phi), phi being the wrap of the tendon at a guide.
+    guide_N
+        Friction of one guide that does not depend on the tension.
+    sheath_N
+        The same between wheel and base, acting at the base.
+    rest_wrap_deg
+        Wrap at the base with the manipulator straight (the way of the tendon from the wheel).
+    """
+
+    capstan_coefficient: float = 0.0
+    guide_N: float = 0.0
+    sheath_N: float = 0.0
+    rest_wrap_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        _finite("friction", self)
+        for f in fields(self):
+            _require(getattr(self, f.name) >= 0, f"friction.{f.name}", getattr(self, f.name), "at least 0")
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """The wheel on which both tendons are wound in opposite directions."""
+
+    radius_mm: float
+
+    def __post_init__(self) -> None:
+        _finite("wheel", self)
+        _require(self.radius_mm > 0, "wheel.radius_mm", self.radius_mm, "above 0")
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Joints measured on the bench, in place of tube, notch and material constants.
+
+    Stiffness is that of one joint; shear and axial compliance of such a joint are not known and left out.
+    """
+
+    joints: int
+    pitch_mm: float
+    flexure_stiffness_Nmm_per_rad: float
+
+    def __post_init__(self) -> None:
+        _finite("rig", self)
+        _require(
+            isinstance(self.joints, int) and self.joints >= 1,
+            "rig.joints",
+            self.joints,
+            "a whole number >= 1",
+        )
+        _require(self.pitch_mm > 0, "rig.pitch_mm", self.pitch_mm, "above 0")
+        _require(
+            self.flexure_stiffness_Nmm_per_rad > 0,
+            "rig.flexure_stiffness_Nmm_per_rad",
+            self.flexure_stiffness_Nmm_per_rad,
+            "above 0",
+        )
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A manipulator with two antagonistic tendons on one wheel.
+
+    The joints come either from ``tube`` and ``notch`` or, measured, from ``bench``; exactly one of the two.
+    Tendon a pulls towards positive angles when the drive is positive.
+    """
+
+    name: str
+    material: Material
+    tendon_a: Tendon
+    tendon_b: Tendon
+    wheel: Wheel
+    preload_N: float
+    friction: Friction = field(default_factory=Friction)
+    tube: Tube | None = None
+    notch: Notch | None = None
+    bench: Bench | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.preload_N, bool) or not isinstance(self.preload_N, int | float):
+            raise RigError(f"preload_N = {self.preload_N!r}: expected a number")
+        _require(math.isfinite(self.preload_N) and self.preload_N > 0, "preload_N", self.preload_N, "above 0")
+        if (self.tube is None) != (self.notch is None) or (self.tube is None) == (self.bench is None):
+            raise RigError(f"rig {self.name}: expected either [tube] and [notch], or measured joints")
+        if self.tube is not None and self.notch is not None:
+            limit = self.tube.outer_diameter_mm / (1 if self.notch.shape == "rectangular" else 2)
+            _require(
+                self.notch.depth_mm < limit,
+                "notch.depth_mm",
+                self.notch.depth_mm,
+                f"below {limit:g} mm, the "
+                + ("outer diameter" if self.notch.shape == "rectangular" else "outer radius, for cuts from both sides"),
+            )
+            for name, tendon in (("tendon_a", self.tendon_a), ("tendon_b", self.tendon_b)):
+                _require(
+                    tendon.moment_arm_mm < self.tube.outer_diameter_mm,
+                    f"{name}.moment_arm_mm",
+                    tendon.moment_arm_mm,
+                    f"below tube.outer_diameter_mm = {self.tube.outer_diameter_mm}",
+                )
+
+    @property
+    def joints(self) -> int:
+        """Number of single notched rings."""
+        return self.notch.count if self.notch is not None else self.bench.joints  # type: ignore[union-attr]
+
+    @property
+    def pitch_mm(self) -> float:
+        """Joint to joint distance, mm."""
+        return self.notch.pitch_mm if self.notch is not None else self.bench.pitch_mm  # type: ignore[union-attr]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Nested plain values, for TOML and JSON; absent parts left out."""
+
+        def prune(table: Mapping[str, Any]) -> dict[str, Any]:
+            return {k: prune(v) if isinstance(v, Mapping) else v for k, v in table.items() if v is not None}
+
+        return prune(asdict(self))
+
+
+@dataclass(frozen=True)
+class LoadProgram:
+    """What the wheel does: tendon displacement over a path, and over time where the rate matters.
+
+    Parameters
+    ----------
+    drive_mm
+        Shape (m,), tendon displacement at the wheel; a quasi-static engine visits the samples in order.
+        The rig starts straight, preloaded, at zero drive.
+    time_s
+        Shape (m,), strictly increasing, or None for point by point.
+    cycle
+        Shape (m,), the cycle a sample belongs to, 0 being the way from rest to the first turning point.
+    """
+
+    drive_mm: NDArray[np.float64]
+    time_s: NDArray[np.float64] | None = None
+    cycle: NDArray[np.int64] | None = None
+
+    def __post_init__(self) -> None:
+        drive = np.array(self.drive_mm, dtype=float)
+        _require(
+            drive.ndim == 1 and drive.size >= 2,
+            "drive_mm",
+            f"shape {drive.shape}",
+            "a row of at least 2 values",
+        )
+        _require(bool(np.isfinite(drive).all()), "drive_mm", "NaN or infinite", "finite numbers")
+        drive.flags.writeable = False
+        object.__setattr__(self, "drive_mm", drive)
+        for name in ("time_s", "cycle"):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            value = np.array(value, dtype=float if name == "time_s" else np.int64)
+            _require(
+                value.shape == drive.shape,
+                name,
+                f"shape {value.shape}",
+                f"the shape of drive_mm, {drive.shape}",
+            )
+            if name == "time_s":
+                _require(bool((np.diff(value) > 0).all()), name, "not increasing", "strictly increasing times")
+            value.flags.writeable = False
+            object.__setattr__(self, name, value)
+
+
+def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> LoadProgram:
+    """Point-by-point program of the paper (section 4.2): 0 to +A, then ``cycles`` times +A to -A to +A.
+
+    The first quarter (cycle 0) leaves the virgin state; the closed loops are cycles 1, 2, ...
+    Turning points are hit exactly: the step is the largest one not above ``step_mm`` that divides A.
+    """
+    _require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
+    _require(
+        math.isfinite(step_mm) and 0 < step_mm <= amplitude_mm,
+        "step_mm",
+        step_mm,
+        "above 0, up to amplitude_mm",
+    )
+    _require(cycles >= 1, "cycles", cycles, "at least 1")
+    quarter = math.ceil(amplitude_mm / step_mm - 1e-9)
+    k = np.arange(quarter * (1 + 4 * cycles) + 1)
+    phase = k / quarter  # in quarters: 0 -> 1 is the virgin branch
+    drive = amplitude_mm * (1 - np.abs((phase + 1) % 4 - 2))
+    cycle = np.where(k <= quarter, 0, (k - quarter - 1) // (4 * quarter) + 1)
+    return LoadProgram(drive, cycle=cycle)
+
+
+def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cycle: int = 100) -> LoadProgram:
+    """Sine of the paper's dynamic test (section 4.3), starting at zero drive."""
+    _require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
+    _require(math.isfinite(rate_Hz) and rate_Hz > 0, "rate_Hz", rate_Hz, "above 0")
+    _require(cycles >= 1, "cycles", cycles, "at least 1")
+    _require(
+        samples_per_cycle >= 8 and samples_per_cycle % 4 == 0,
+        "samples_per_cycle",
+        samples_per_cycle,
+        "a multiple of 4, at least 8",
+    )
+    quarter = samples_per_cycle // 4
+    k = np.arange(quarter + samples_per_cycle * cycles + 1)
+    phase = k / samples_per_cycle
+    cycle = np.where(k <= quarter, 0, (k - quarter - 1) // samples_per_cycle + 1)
+    return LoadProgram(amplitude_mm * np.sin(2 * np.pi * phase), time_s=phase / rate_Hz, cycle=cycle)
+
+
+_TABLES: dict[str, type] = {
+    "tube": Tube,
+    "notch": Notch,
+    "material": Material,
+    "tendon_a": Tendon,
+    "tendon_b": Tendon,
+    "friction": Friction,
+    "wheel": Wheel,
+    "bench": Bench,
+}
+
+
+def build(table_name: str, table: object, where: str) -> Any:
+    """Make the dataclass of a TOML table; unknown and missing keys raise a RigError that names them."""
+    cls = _TABLES[table_name]
+    if not isinstance(table, Mapping):
+        raise RigError(f"{where}: [{table_name}] = {table!r}: expected a table")
+    known = {f.name: f for f in fields(cls)}
+    for key in table:
+        if key not in known:
+            raise RigError(f"{where}: {table_name}.{key} = {table[key]!r}: expected one of {', '.join(known)}")
+    try:
+        return cls(**table)
+    except TypeError as error:
+        missing = str(error).rsplit("argument", 1)[-1].strip(" s:")
+        raise RigError(f"{where}: [{table_name}]: expected {missing}") from None
+    except RigError as error:
+        raise RigError(f"{where}: {error}") from None
+
+
+def read_rig(path: Path) -> Rig:
+    """Read a rig file (TOML): ``name``, ``preload_N`` and the tables of :class:`Rig`.
+
+    ``[tendon]`` stands for both tendons; ``[tendon_b]`` alone may override it for an unequal rig.
+
+    Raises
+    ------
+    RigError
+        One line with file, field, value and what was expected.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RigError(f"{path}: {error.strerror}: expected a rig file in TOML") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise RigError(f"{path}: not TOML: {error}") from None
+    both = data.pop("tendon", {})
+    for side in ("tendon_a", "tendon_b"):
+        if both or side in data:
+            data[side] = {**both, **data.get(side, {})}
+    known = {f.name for f in fields(Rig)}
+    for key in data:
+        if key not in known:
+            raise RigError(f"{path}: {key} = {data[key]!r}: expected one of {', '.join(sorted(known | {'tendon'}))}")
+    for key in ("material", "tendon_a", "tendon_b", "wheel", "preload_N"):
+        if key not in data:
+            raise RigError(f"{path}: {key}: missing, expected in a rig file")
+    parts = {k: build(k, v, str(path)) if k in _TABLES else v for k, v in data.items()}
+    try:
+        return Rig(**{"name": path.stem, **parts})
+    except RigError as error:
+        raise RigError(f"{path}: {error}") from None
+
+
+def numeric_fields(rig: Rig) -> dict[str, float]:
+    """Every number of a rig under its dotted name, for tables of sources and for studies."""
+    out: dict[str, float] = {}
+    for f in fields(rig):
+        value = getattr(rig, f.name)
+        if is_dataclass(value):
+            for g in fields(value):
+                number = getattr(value, g.name)
+                if isinstance(number, int | float):
+                    out[f"{f.name}.{g.name}"] = number
+        elif isinstance(value, int | float):
+            out[f.name] = value
+    return out

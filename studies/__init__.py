@@ -1,0 +1,1 @@
+"""What a user runs: command line, main job, report."""

@@ -1,0 +1,1 @@
+"""Model against model, and model against measurement."""
