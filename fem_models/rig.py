@@ -145,7 +145,8 @@ class Tendon:
     EA_N
         Axial stiffness times length of the taut rope.
     moment_arm_mm
-        Distance of the tendon from the neutral axis of the flexures.
+        Distance of the tendon from the tube axis. One-sided notches shift the neutral axis: see
+        :func:`fem_models.snr.moment_arms_mm`. For measured joints it is the moment arm itself.
     free_length_mm
         Rope between wheel and base.
     toe_N

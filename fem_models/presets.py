@@ -1,0 +1,101 @@
+"""Rigs that ship with the package, and where each of their numbers comes from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from fem_models.rig import Friction, Material, Notch, Rig, RigError, Tendon, Tube, Wheel
+
+DU2018 = "Hysteresis analysis of a notched continuum manipulator driven by tendon, Mech. Sci. 9, 2018"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a default comes from: stated in the paper, taken from another source, or assumed."""
+
+    kind: Literal["stated", "taken", "assumed"]
+    note: str
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A rig with the source of each of its numbers, keyed by the dotted name of :func:`rig.numeric_fields`."""
+
+    rig: Rig
+    sources: dict[str, Source]
+
+
+_ROPE = Tendon(EA_N=20_000.0, moment_arm_mm=2.64, free_length_mm=150.0, toe_N=40.0)
+
+_DU2018 = Preset(
+    rig=Rig(
+        name="du2018",
+        tube=Tube(outer_diameter_mm=6.2, inner_diameter_mm=5.64),
+        notch=Notch("v_pair", count=14, depth_mm=2.86, width_mm=1.4, spacing_mm=1.2, root_width_mm=0.8),
+        material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33, loop_share=0.4, loop_angle_deg=2.2),
+        tendon_a=_ROPE,
+        tendon_b=_ROPE,
+        wheel=Wheel(radius_mm=10.0),
+        friction=Friction(capstan_coefficient=0.02, guide_N=0.01, sheath_N=1.73),
+        preload_N=20.0,
+    ),
+    sources={
+        "notch.count": Source("stated", "14 single notched rings, section 3.3"),
+        "preload_N": Source("stated", "10 and 20 N, section 3.1; 20 N is the one the paper studies further"),
+        "tube.outer_diameter_mm": Source("assumed", "the paper bounds the moment arm only: x/theta <= 2.80 mm"),
+        "tube.inner_diameter_mm": Source("assumed", "a rope of 0.36 mm along the inner wall has the moment arm below"),
+        "notch.depth_mm": Source("assumed", "leaves two arcs 0.48 mm wide; 1.5 % strain at 45 deg"),
+        "notch.width_mm": Source("assumed", "V opening that does not close at 45 deg; the V itself is stated"),
+        "notch.spacing_mm": Source("assumed", "pitch 2.6 mm, bending length 36 mm"),
+        "notch.root_width_mm": Source("assumed", "several passes of a 0.25 mm wire"),
+        "material.youngs_modulus_GPa": Source(
+            "taken", "upper end of the 40-60 GPa fitted to a notched NiTi tube, GitHub nepacheco/MastersThesis 4f920c7"
+        ),
+        "material.poissons_ratio": Source("assumed", "usual for metals of this class; enters only the shear"),
+        "material.loop_share": Source(
+            "assumed", "with loop_angle_deg: puts the widest place of the loop at zero drive"
+        ),
+        "material.loop_angle_deg": Source("assumed", "slips before the middle of the stroke"),
+        **{
+            f"tendon_{side}.{name}": source
+            for side in "ab"
+            for name, source in {
+                "EA_N": Source("assumed", "steel rope of 0.36 mm when taut"),
+                "moment_arm_mm": Source("assumed", "full scale 45 deg at 2.2 mm, stated, with the stretch of the rope"),
+                "free_length_mm": Source("assumed", "bench set-up of the paper's Fig. 8, no dimension given"),
+                "toe_N": Source("assumed", "fitted: ratio of the loop widths at 10 and 20 N, 3.52 and 2.21 deg"),
+            }.items()
+        },
+        "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
+        "friction.capstan_coefficient": Source("assumed", "small: a larger one widens the loop with preload and bend"),
+        "friction.guide_N": Source("assumed", "small beside the sheath"),
+        "friction.sheath_N": Source("assumed", "fitted: loop width at 20 N, 2.21 deg"),
+        "friction.rest_wrap_deg": Source("assumed", "tendons run straight from wheel to base"),
+    },
+)
+
+PRESETS: dict[str, Preset] = {"du2018": _DU2018}
+
+
+def preset(name: str, *, preload_N: float | None = None) -> Rig:
+    """Return the rig of a preset, at another preload if one is given.
+
+    Raises
+    ------
+    RigError
+        Unknown name, or a preload that cannot be.
+    """
+    if name not in PRESETS:
+        raise RigError(f"preset = {name}: expected one of {', '.join(PRESETS)}")
+    rig = PRESETS[name].rig
+    return rig if preload_N is None else replace(rig, preload_N=preload_N)
+
+
+def sidecar_table(rig: Rig) -> dict[str, Any]:
+    """Return the ``[rig]`` table of a record made with this rig: the preset where it is one, and the preload."""
+    table: dict[str, Any] = {"preload_N": rig.preload_N}
+    known = PRESETS.get(rig.name)
+    if known is not None and replace(known.rig, preload_N=rig.preload_N) == rig:
+        table = {"preset": rig.name, **table}
+    return table

@@ -1,0 +1,15 @@
+"""Shared fixtures."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def measured() -> Path:
+    """Folder of the real measured records, which are not part of the project."""
+    folder = Path(os.environ.get("NOTCHBEND_MEASURED", Path(__file__).parents[2] / "shared" / "measured"))
+    if not folder.is_dir():
+        pytest.skip(f"no measured records at {folder}; get them with `notchbend data fetch`")
+    return folder

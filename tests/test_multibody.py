@@ -1,0 +1,158 @@
+"""Multibody model: limits with a known answer, energy balance, convergence, the paper's trend."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.friction import guide_wrap_rad
+from fem_models.kinematics import drive_for_angle_mm, theory_curve, tip_pose
+from fem_models.multibody import MultibodySettings, SolverError, simulate_multibody, solve_multibody
+from fem_models.presets import preset
+from fem_models.rig import Bench, Friction, LoadProgram, Rig, triangle
+from hysteresis.metrics import loop_width
+
+LOSSLESS = replace(preset("du2018").material, loop_share=0.0)
+
+
+def linear(rig: Rig, **tendon: float) -> Rig:
+    """The rig without friction, material loop and toe region."""
+    rope = replace(rig.tendon_a, toe_N=0.0, **tendon)
+    return replace(rig, friction=Friction(), material=LOSSLESS, tendon_a=rope, tendon_b=rope)
+
+
+@pytest.fixture(scope="module")
+def loops():
+    """The default rig at both preloads of the paper."""
+    return {p: solve_multibody(preset("du2018", preload_N=p), triangle(2.2, cycles=2)) for p in (10.0, 20.0)}
+
+
+def test_without_friction_there_is_no_loop_and_the_analytic_curve_is_met():
+    rig = replace(preset("du2018"), friction=Friction(), material=LOSSLESS)
+    record = simulate_multibody(rig, triangle(2.2))
+    width = loop_width(record.drive, record.angle_deg, record.cycle)
+    assert abs(width.max_deg) < 1e-3  # Newton's tolerance; a dry loop of this rig is 2 deg wide
+    theory, tension_a, tension_b = theory_curve(rig, record.drive)
+    np.testing.assert_allclose(record.angle_deg, theory, atol=0.1)
+    np.testing.assert_allclose(record.tension_a_N, tension_a, atol=0.1)
+    np.testing.assert_allclose(record.tension_b_N, tension_b, atol=0.1)
+
+
+def test_rigid_tendons_leave_only_the_path():
+    # k = EA/L is 1e4 times that of the default, so stretch is 1e-4 of 0.1 mm: x is the length of the path, which
+    # differs from r theta in second order by the chords across the notches.
+    rig = linear(preset("du2018"), EA_N=2e8)
+    record = simulate_multibody(rig, triangle(1.0, step_mm=0.25))
+    expected = drive_for_angle_mm(rig, np.radians(record.angle_deg))
+    np.testing.assert_allclose(record.drive, expected, atol=2e-3)
+    arm = rig.tendon_a.moment_arm_mm
+    np.testing.assert_allclose(record.drive, arm * np.radians(record.angle_deg), atol=1e-2)
+
+
+def test_bench_rig_meets_the_closed_form_of_taut_linear_tendons():
+    # theta = r x / (r^2 + K / (2 k)), K and k of the whole chain (derived: moment balance r (Ta - Tb) = K theta)
+    known = Bench(joints=14, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0)
+    base = linear(preset("du2018"), EA_N=9000.0)
+    rig = replace(base, name="bench", bench=known, tube=None, notch=None, preload_N=30.0)
+    record = simulate_multibody(rig, triangle(1.0, step_mm=0.5))
+    rope = rig.tendon_a
+    k = rope.EA_N / (rope.free_length_mm + known.joints * known.pitch_mm)
+    chain = known.flexure_stiffness_Nmm_per_rad / known.joints
+    r = rope.moment_arm_mm
+    expected = np.degrees(r * record.drive / (r**2 + chain / (2 * k)))
+    np.testing.assert_allclose(record.angle_deg, expected, rtol=2e-3, atol=1e-6)
+
+
+@pytest.mark.parametrize("preload", [10.0, 20.0])
+def test_work_of_the_wheel_over_a_closed_loop_is_what_was_dissipated(loops, preload):
+    solution = loops[preload]
+    last = solution.record.cycle == 2
+    first, end = np.flatnonzero(last)[0] - 1, np.flatnonzero(last)[-1]
+    work, friction, material = (
+        e[end] - e[first] for e in (solution.wheel_work_mJ, solution.friction_loss_mJ, solution.material_loss_mJ)
+    )
+    assert work > 5
+    assert friction + material == pytest.approx(work, rel=0.01)
+
+
+def test_the_energy_gap_closes_at_first_order_in_the_step():
+    # backward Euler in the friction, trapezium in the wheel's work
+    rig = preset("du2018")
+    gaps = []
+    for step in (0.2, 0.1, 0.05):
+        s = solve_multibody(rig, triangle(2.2, step_mm=step), MultibodySettings(max_step_mm=step))
+        start = np.flatnonzero(s.record.cycle == 1)[0] - 1
+        work = s.wheel_work_mJ[-1] - s.wheel_work_mJ[start]
+        loss = (s.friction_loss_mJ + s.material_loss_mJ)[-1] - (s.friction_loss_mJ + s.material_loss_mJ)[start]
+        gaps.append(abs(loss - work) / work)
+    assert gaps[0] > gaps[1] > gaps[2]
+    assert np.log2(gaps[0] / gaps[2]) / 2 > 0.8
+
+
+def test_sliding_guides_obey_the_capstan_equation():
+    rig = replace(linear(preset("du2018")), friction=Friction(capstan_coefficient=0.2, rest_wrap_deg=20.0))
+    solution = solve_multibody(rig, LoadProgram(np.linspace(0, 2.2, 23)))
+    pulled, released = solution.segment_tensions_N[-1]
+    wrap = guide_wrap_rad(rig.friction, np.radians(solution.record.notches_deg[-1]))
+    np.testing.assert_allclose(pulled[:-1] / pulled[1:], np.exp(0.2 * wrap), rtol=1e-5)
+    np.testing.assert_allclose(released[1:] / released[:-1], np.exp(0.2 * wrap), rtol=1e-5)
+
+
+def test_the_loop_does_not_depend_on_how_the_program_is_sampled():
+    rig = preset("du2018")
+    fine = simulate_multibody(rig, triangle(2.0, step_mm=0.1))
+    coarse = simulate_multibody(rig, triangle(2.0, step_mm=0.5))
+    np.testing.assert_allclose(coarse.angle_deg, fine.angle_deg[::5], atol=1e-3)
+
+
+def test_mirror_symmetry(loops):
+    record = loops[20.0].record
+    angle = record.angle_deg[22:]  # from +2.2 mm: the second half of a cycle mirrors the first
+    np.testing.assert_allclose(angle[:44], -angle[44:88], atol=2e-3)
+
+
+def test_preload_narrows_the_loop_and_it_is_widest_near_zero_drive(loops):
+    widths = {p: loop_width(s.record.drive, s.record.angle_deg, s.record.cycle) for p, s in loops.items()}
+    assert widths[10.0].max_deg > widths[20.0].max_deg > 0
+    assert all(abs(w.at_drive) <= 0.5 for w in widths.values())
+    # the paper's maxima, section 3.1; tolerances of the default calibration
+    assert widths[10.0].max_deg == pytest.approx(3.52, abs=0.2)
+    assert widths[20.0].max_deg == pytest.approx(2.21, abs=0.15)
+    assert np.abs(loops[20.0].record.angle_deg).max() == pytest.approx(45, abs=1)
+
+
+def test_the_toe_region_makes_the_trend_and_the_constant_friction_the_loop():
+    # documented in docs/multibody.md: without the toe region preload does not narrow the loop
+    rig = preset("du2018")
+    rope = replace(rig.tendon_a, toe_N=0.0)
+    linear_rope = replace(rig, tendon_a=rope, tendon_b=rope)
+
+    def width(rig: Rig, preload: float) -> float:
+        record = simulate_multibody(replace(rig, preload_N=preload), triangle(2.2, step_mm=0.2))
+        return loop_width(record.drive, record.angle_deg, record.cycle).max_deg
+
+    assert width(linear_rope, 10.0) <= 1.02 * width(linear_rope, 20.0)
+    dry = replace(rig, material=LOSSLESS)
+    assert width(dry, 20.0) > 0.6 * width(rig, 20.0)
+
+
+def test_tip_follows_from_the_joint_angles(loops):
+    record = loops[20.0].record
+    x, y, angle = tip_pose(preset("du2018"), np.radians(record.notches_deg))
+    np.testing.assert_allclose(np.degrees(angle), record.angle_deg, atol=1e-9)
+    # the D-H chain has no axial or shear compliance: 0.1 mm of 36
+    np.testing.assert_allclose(np.column_stack([x, y]), record.tip_mm, atol=0.1)
+
+
+def test_unequal_tendons_break_the_symmetry():
+    rig = preset("du2018")
+    rig = replace(rig, tendon_b=replace(rig.tendon_b, moment_arm_mm=0.95 * rig.tendon_b.moment_arm_mm))
+    record = simulate_multibody(rig, triangle(2.2))
+    ends = record.angle_deg[22], record.angle_deg[66]
+    assert abs(ends[0] + ends[1]) > 0.5
+
+
+def test_a_step_that_cannot_converge_raises_with_sample_and_drive():
+    settings = MultibodySettings(newton_iterations=1, max_halvings=0)
+    with pytest.raises(SolverError, match=r"rig du2018, sample \d+ of 111: no equilibrium between drives .* mm"):
+        solve_multibody(preset("du2018"), triangle(2.2), settings)
