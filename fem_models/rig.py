@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, asdict, dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -31,7 +31,7 @@ def _require(condition: bool, name: str, value: object, expected: str) -> None:
 def _finite(owner: str, item: object) -> None:
     for f in fields(item):  # type: ignore[arg-type]
         value = getattr(item, f.name)
-        if value is None or isinstance(value, str):
+        if value is None or f.name == "shape":
             continue
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise RigError(f"{owner}.{f.name} = {value!r}: expected a number")
@@ -112,6 +112,14 @@ class Notch:
     def pitch_mm(self) -> float:
         """Joint to joint distance, mm."""
         return self.width_mm + self.spacing_mm
+
+
+def check_cut(tube: Tube, notch: Notch) -> None:
+    """Raise a RigError where the notch would cut the tube in two."""
+    one_sided = notch.shape == "rectangular"
+    limit = tube.outer_diameter_mm / (1 if one_sided else 2)
+    which = "the outer diameter" if one_sided else "the outer radius, for cuts from both sides"
+    _require(notch.depth_mm < limit, "notch.depth_mm", notch.depth_mm, f"below {limit:g} mm, {which}")
 
 
 @dataclass(frozen=True)
@@ -258,14 +266,7 @@ class Rig:
         if (self.tube is None) != (self.notch is None) or (self.tube is None) == (self.bench is None):
             raise RigError(f"rig {self.name}: expected either [tube] and [notch], or measured joints")
         if self.tube is not None and self.notch is not None:
-            limit = self.tube.outer_diameter_mm / (1 if self.notch.shape == "rectangular" else 2)
-            _require(
-                self.notch.depth_mm < limit,
-                "notch.depth_mm",
-                self.notch.depth_mm,
-                f"below {limit:g} mm, the "
-                + ("outer diameter" if self.notch.shape == "rectangular" else "outer radius, for cuts from both sides"),
-            )
+            check_cut(self.tube, self.notch)
             for name, tendon in (("tendon_a", self.tendon_a), ("tendon_b", self.tendon_b)):
                 _require(
                     tendon.moment_arm_mm < self.tube.outer_diameter_mm,
@@ -401,11 +402,11 @@ def build(table_name: str, table: object, where: str) -> Any:
     for key in table:
         if key not in known:
             raise RigError(f"{where}: {table_name}.{key} = {table[key]!r}: expected one of {', '.join(known)}")
+    for key, f in known.items():
+        if key not in table and f.default is MISSING:
+            raise RigError(f"{where}: {table_name}.{key}: missing, expected in [{table_name}]")
     try:
         return cls(**table)
-    except TypeError as error:
-        missing = str(error).rsplit("argument", 1)[-1].strip(" s:")
-        raise RigError(f"{where}: [{table_name}]: expected {missing}") from None
     except RigError as error:
         raise RigError(f"{where}: {error}") from None
 
