@@ -1,13 +1,13 @@
 """The manipulator as an Exudyn flexible multibody system, quasi-static.
 
-Rings are rigid bodies in the bending plane, flexures are two-node geometrically exact beams (Simo and Vu-Quoc,
-doi 10.1115/1.3171870) and each tendon is a row of elastic segments whose slip past every guide is a coordinate
-held by dry friction. The wheel drives both tendons.
+Flexures are two-node geometrically exact beams (Simo and Vu-Quoc, doi 10.1115/1.3171870) of the length over which a
+notch bends; rings are such beams with the section of the uncut tube, far stiffer. Each tendon is a row of elastic
+segments whose slip past every guide is a coordinate held by dry friction. The wheel drives both tendons.
 
-Why the beams reach from ring centre to ring centre: the element has one integration point, so its only compliances
-are those of its mid-point frame, uncoupled. So are those of a flexure between rigid rings, which is symmetric about
-the notch. Giving the element the flexure's mid-point stiffnesses is therefore exact for small strain, and needs no
-extra node. Why friction is a spring with a slipping rest point: a velocity law never slips in a static solution.
+Why one element a flexure is enough: it has one integration point, so its only compliances are those of its mid-point
+frame, uncoupled. So are those of a notch between stiff rings, which is symmetric about its middle. Giving the element
+the notch's mid-point stiffnesses is therefore exact for small strain. Why friction is a spring with a slipping rest
+point: a velocity law never slips in a static solution.
 """
 
 from __future__ import annotations
@@ -27,11 +27,15 @@ from numpy.typing import NDArray
 from fem_models.friction import friction_limits_N, guide_wrap_rad, jenkins_elements
 from fem_models.presets import sidecar_table
 from fem_models.rig import LoadProgram, Rig, Tendon
-from fem_models.snr import flexure, moment_arms_mm
+from fem_models.snr import flexure, moment_arms_mm, section
 from hysteresis.record import Record
 
 COMPRESSION_N = 0.01  # a slack segment pushes with no more than this, which keeps the tangent regular
 FRICTIONLESS_BRISTLE = 1e-8  # of EA/pitch: keeps the slip coordinate determined where nothing holds it
+
+
+BENCH_GAP = 0.2
+"""Assumed opening between the rings of measured joints, of the pitch: small, so that the path is nearly r theta."""
 
 
 class SolverError(RuntimeError):
@@ -73,6 +77,15 @@ class MultibodySolution:
 
 
 @dataclass(frozen=True)
+class _Ring:
+    """One ring: its body, whose node stands at an end of it, and the way along x from there to its centre."""
+
+    node: int
+    body: int
+    centre_mm: float
+
+
+@dataclass(frozen=True)
 class _Model:
     """Item numbers and coordinate indices of an assembled system."""
 
@@ -84,7 +97,8 @@ class _Model:
     jenkins: list[int]  # element by element, joint by joint
     slip: NDArray[np.int64]  # coordinates of the guides
     rotation: NDArray[np.int64]  # coordinates of ring rotations, base first
-    tip: NDArray[np.int64]
+    near_rotation: NDArray[np.int64]  # of the near end of each flexure
+    tip: _Ring
 
 
 @dataclass
@@ -144,28 +158,120 @@ def _add_free_span(mbs: Any, tendon: Tendon, preload_N: float, base: int, wheel:
     return int(mbs.AddObject(linear))
 
 
-def _add_segments(
-    mbs: Any, rig: Rig, tendon: Tendon, y_mm: float, shortening_mm: float, rings: list[int], slip: list[int]
-) -> list[int]:
+def _ring(mbs: Any, x_mm: float, moved_mm: float, centre_mm: float) -> _Ring:
+    node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[x_mm, 0, 0], initialCoordinates=[moved_mm, 0, 0]))
+    return _Ring(node, mbs.AddObject(items.ObjectRigidBody2D(mass=0.0, inertia=0.0, nodeNumber=node)), centre_mm)
+
+
+def bending_length_mm(rig: Rig) -> float:
+    """Length over which a notch bends: E I of its root over its bending stiffness, the width itself for a slot."""
+    if rig.notch is None:
+        return BENCH_GAP * rig.pitch_mm
+    root = rig.material.youngs_modulus_GPa * 1e3 * float(section(rig, 0.0).second_moment_mm4)
+    return min(root / flexure(rig).bending_Nmm_per_rad, rig.notch.width_mm)
+
+
+def _add_beam(mbs: Any, ends: list[int], length_mm: float, bending: float, axial: float, shear: float) -> None:
+    """Element with given mid-point stiffnesses: Nmm/rad, N/mm, N/mm."""
+    beam = items.ObjectBeamGeometricallyExact2D(
+        nodeNumbers=ends,
+        length=length_mm,
+        bendingStiffness=bending * length_mm,
+        axialStiffness=axial * length_mm,
+        shearStiffness=shear * length_mm,
+    )
+    mbs.AddObject(beam)
+
+
+def _ring_stiffness(rig: Rig, length_mm: float) -> tuple[float, float, float]:
+    """Mid-point stiffnesses of the uncut tube over a ring; of measured joints it is in the joint: far stiffer."""
+    if rig.tube is None:
+        rigid = 1e2 * max(rig.tendon_a.EA_N, rig.tendon_b.EA_N) / rig.pitch_mm
+        return rigid * rig.pitch_mm**2, rigid, rigid
+    outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
+    young = rig.material.youngs_modulus_GPa * 1e3
+    area, second = np.pi * (outer**2 - inner**2), np.pi / 4 * (outer**4 - inner**4)
+    # kappa = 1/2 of a thin round tube (Cowper 1966, doi 10.1115/1.3625046, for zero Poisson's ratio)
+    shear = length_mm**3 / (12 * young * second) + length_mm * 4 * (1 + rig.material.poissons_ratio) / (young * area)
+    return young * second / length_mm, young * area / length_mm, 1 / shear
+
+
+@dataclass(frozen=True)
+class _Backbone:
+    """Rings from base to tip; nodes and shortening of the pitches under preload; Jenkins connectors."""
+
+    rings: list[_Ring]
+    near_nodes: list[int]  # of each flexure, towards the base; the far one is its ring's
+    shortening_mm: list[float]
+    jenkins: list[int]  # element by element, joint by joint
+
+
+def _add_backbone(mbs: Any, rig: Rig, ground: int) -> _Backbone:
+    joint = flexure(rig)
+    p, bend = rig.pitch_mm, bending_length_mm(rig)
+    length = p - bend
+    ring_bending, ring_axial, ring_shear = _ring_stiffness(rig, length)
+    axial, shear = joint.axial_N_per_mm or ring_axial, joint.shear_N_per_mm or ring_shear
+    elastic, stiffness, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
+    thrust = rig.preload_N * (_taut(rig, rig.tendon_a) + _taut(rig, rig.tendon_b))
+    rings = [_ring(mbs, length / 2, 0.0, -length / 2)]
+    for axis in range(3):
+        fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=rings[0].node, coordinate=axis))
+        mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, fixed]))
+    near, moved = [rings[0].node], 0.0
+    for i in range(1, rig.joints + 1):
+        moved -= thrust / axial
+        rings.append(_ring(mbs, i * p - length / 2, moved, length / 2))
+        _add_beam(mbs, [near[-1], rings[-1].node], bend, elastic, axial, shear)
+        if i == rig.joints:
+            break
+        moved -= thrust / ring_axial
+        end = items.NodeRigidBody2D(referenceCoordinates=[i * p + length / 2, 0, 0], initialCoordinates=[moved, 0, 0])
+        near.append(mbs.AddNode(end))
+        _add_beam(mbs, [rings[-1].node, near[-1]], length, ring_bending, ring_axial, ring_shear)
+    turn = [
+        [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=2)) for n in (a, ring.node)]
+        for a, ring in zip(near, rings[1:], strict=True)
+    ]
+    return _Backbone(
+        rings=rings,
+        near_nodes=near,
+        shortening_mm=[thrust / axial] + [thrust / axial + thrust / ring_axial] * (rig.joints - 1),
+        jenkins=[_nonlinear_spring(mbs, _stick_slip, markerNumbers=m, stiffness=k) for k in stiffness for m in turn],
+    )
+
+
+def _taut(rig: Rig, tendon: Tendon) -> float:
+    """Length of the preloaded rope over its length at rest.
+
+    Slip at a guide counts stretched rope, a segment's reference length unstretched rope: without the factor a rope
+    that only slides would change its tension by T0/EA of the slip. The segments' forces carry the factor too, so
+    that what acts on the slip is the tension itself (the rings feel T0/EA too much: 1e-3).
+    """
+    return 1 + rig.preload_N / tendon.EA_N
+
+
+def _add_segments(mbs: Any, rig: Rig, tendon: Tendon, y_mm: float, backbone: _Backbone, slip: list[int]) -> list[int]:
     """Rope from guide to guide: through the ring's hole, across the notch, into the next ring's hole.
 
     ``y_mm`` is where the rope runs, from the neutral axis of the flexures, on which the ring nodes lie. ``slip`` are
     the markers of the rope's way past each guide towards the wheel, the anchor at the tip last.
     """
-    half_ring = 0.5 * (rig.notch.spacing_mm if rig.notch else 0.0)
-    rest = (rig.pitch_mm - shortening_mm) / (1 + rig.preload_N / tendon.EA_N)
+    half_hole = 0.5 * (rig.notch.spacing_mm if rig.notch else (1 - BENCH_GAP) * rig.pitch_mm)
+    taut = _taut(rig, tendon)
     out = []
-    for i in range(rig.joints):
-        points = [(rings[i], 0.0), (rings[i], half_ring), (rings[i + 1], -half_ring), (rings[i + 1], 0.0)]
-        path = [mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=b, localPosition=[x, y_mm, 0])) for b, x in points]
-        if half_ring == 0:
-            path = [path[0], path[-1]]
+    for i, (near, far) in enumerate(pairwise(backbone.rings)):
+        points = [(near, 0.0), (near, half_hole), (far, -half_hole), (far, 0.0)]
+        path = [
+            mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=ring.body, localPosition=[ring.centre_mm + x, y_mm, 0]))
+            for ring, x in points
+        ]
         segment = items.ObjectConnectorReevingSystemSprings(
             markerNumbers=[*path, slip[i], slip[i + 1]],
             hasCoordinateMarkers=True,
-            coordinateFactors=[-1, 1],
-            stiffnessPerLength=tendon.EA_N,
-            referenceLength=rest,
+            coordinateFactors=[-1 / taut, 1 / taut],
+            stiffnessPerLength=taut * tendon.EA_N,
+            referenceLength=(rig.pitch_mm - backbone.shortening_mm[i]) / taut,
             regularizationForce=COMPRESSION_N,
             sheavesAxes=exu.Vector3DList([[0, 0, 1]] * len(path)),
             sheavesRadii=[0.0] * len(path),
@@ -174,47 +280,10 @@ def _add_segments(
     return out
 
 
-def _add_rings_and_flexures(mbs: Any, rig: Rig, ground: int) -> tuple[list[int], list[int], float, list[int]]:
-    """Nodes, bodies, shortening of one joint under preload, Jenkins connectors."""
-    joint = flexure(rig)
-    p = rig.pitch_mm
-    # Bench rigs give bending only: the other compliances are left out by making them far stiffer than the rope.
-    rigid = 1e2 * max(rig.tendon_a.EA_N, rig.tendon_b.EA_N) / p
-    axial, shear = joint.axial_N_per_mm or rigid, joint.shear_N_per_mm or rigid
-    elastic, stiffness, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
-    shortening = 2 * rig.preload_N / axial
-    nodes, bodies = [], []
-    for i in range(rig.joints + 1):
-        node = mbs.AddNode(
-            items.NodeRigidBody2D(referenceCoordinates=[i * p, 0, 0], initialCoordinates=[-i * shortening, 0, 0])
-        )
-        nodes.append(node)
-        bodies.append(mbs.AddObject(items.ObjectRigidBody2D(mass=0.0, inertia=0.0, nodeNumber=node)))
-    for axis in range(3):
-        fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=axis))
-        mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, fixed]))
-    rotation = [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=2)) for n in nodes]
-    for i in range(rig.joints):
-        beam = items.ObjectBeamGeometricallyExact2D(
-            nodeNumbers=nodes[i : i + 2],
-            length=p,
-            bendingStiffness=elastic * p,
-            axialStiffness=axial * p,
-            shearStiffness=shear * p,
-        )
-        mbs.AddObject(beam)
-    jenkins = [
-        _nonlinear_spring(mbs, _stick_slip, markerNumbers=rotation[i : i + 2], stiffness=k)
-        for k in stiffness
-        for i in range(rig.joints)
-    ]
-    return nodes, bodies, shortening, jenkins
-
-
 def _assemble(rig: Rig, settings: MultibodySettings) -> _Model:
     mbs = exu.SystemContainer().AddSystem()
     ground = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
-    nodes, bodies, shortening, jenkins = _add_rings_and_flexures(mbs, rig, ground)
+    backbone = _add_backbone(mbs, rig, ground)
     _, wheel_marker = _scalar_node(mbs)
     wheel = mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, wheel_marker]))
     free_spans, segments, guides, slip_nodes = [], [], [], []
@@ -224,22 +293,23 @@ def _assemble(rig: Rig, settings: MultibodySettings) -> _Model:
         free_spans.append(
             _add_free_span(mbs, tendon, rig.preload_N, markers[0], wheel_marker, side * rig.wheel.radius_mm)
         )
-        segments += _add_segments(mbs, rig, tendon, side * arm, shortening, bodies, [*markers, ground])
+        segments += _add_segments(mbs, rig, tendon, side * arm, backbone, [*markers, ground])
         bristle = _bristle_N_per_mm(rig, tendon, settings)
         guides += [_nonlinear_spring(mbs, _stick_slip, markerNumbers=[ground, m], stiffness=bristle) for m in markers]
         slip_nodes += [n for n, _ in slip]
     mbs.Assemble()
-    first = np.array([mbs.GetNodeODE2Index(n) for n in nodes])
+    first = np.array([mbs.GetNodeODE2Index(ring.node) for ring in backbone.rings])
     return _Model(
         mbs=mbs,
         wheel=int(wheel),
         free_spans=free_spans,
         segments=segments,
         guides=guides,
-        jenkins=jenkins,
+        jenkins=backbone.jenkins,
         slip=np.array([mbs.GetNodeODE2Index(n) for n in slip_nodes]),
         rotation=first + 2,
-        tip=first[-1] + np.arange(2),
+        near_rotation=np.array([mbs.GetNodeODE2Index(n) + 2 for n in backbone.near_nodes]),
+        tip=backbone.rings[-1],
     )
 
 
@@ -265,6 +335,7 @@ class _Stepper:
     def __init__(self, rig: Rig, settings: MultibodySettings) -> None:
         self.rig, self.settings = rig, settings
         self.model = _assemble(rig, settings)
+        self.taut = np.array([_taut(rig, tendon) for tendon in (rig.tendon_a, rig.tendon_b)])
         n = rig.joints
         self.bristle = np.repeat([_bristle_N_per_mm(rig, t, settings) for t in (rig.tendon_a, rig.tendon_b)], n)
         _, stiffness, slip_moment = jenkins_elements(rig.material, flexure(rig).bending_Nmm_per_rad)
@@ -277,7 +348,9 @@ class _Stepper:
         static = self.solver.staticSolver
         static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
         static.newton.relativeTolerance = settings.newton_relative_tolerance
-        static.newton.absoluteTolerance = settings.newton_absolute_tolerance_N
+        # Rounding of a coordinate times the stiffest segment is the least residual there can be.
+        stiffest = max(rig.tendon_a.EA_N, rig.tendon_b.EA_N) / rig.pitch_mm
+        static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)
         static.newton.maxIterations = settings.newton_iterations
         self.state = _State(np.zeros(2 * n), np.zeros(2 * n), np.zeros(len(self.model.jenkins)))
         self.state.limit = self._limits(self.coordinates())
@@ -291,7 +364,15 @@ class _Stepper:
         output, kind = self.model.mbs.GetObjectOutput, exu.OutputVariableType
         free = [output(i, kind.Force) for i in self.model.free_spans]
         rope = np.reshape([output(i, kind.ForceLocal) for i in self.model.segments], (2, -1))
-        return np.column_stack([free, rope])
+        return np.column_stack([free, rope / self.taut[:, None]])
+
+    def tip_mm(self) -> NDArray[np.float64]:
+        """Centre of the last ring, shape (2,)."""
+        ring = self.model.tip
+        position = self.model.mbs.GetObjectOutputBody(
+            ring.body, exu.OutputVariableType.Position, localPosition=[ring.centre_mm, 0, 0]
+        )
+        return np.asarray(position)[:2]
 
     def _limits(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         tension = self.tensions()
@@ -354,7 +435,8 @@ class _Stepper:
             put(connector, "offset", value)
         if not self.model.jenkins:
             return
-        bend = np.tile(np.diff(q[self.model.rotation]), len(self.model.jenkins) // self.rig.joints)
+        turn = q[self.model.rotation[1:]] - q[self.model.near_rotation]
+        bend = np.tile(turn, len(self.model.jenkins) // self.rig.joints)
         moment = np.clip(self.jenkins_stiffness * (bend - state.jenkins_rest), -self.slip_moment, self.slip_moment)
         jenkins_rest = bend - moment / self.jenkins_stiffness
         state.material_loss += float(moment @ (jenkins_rest - state.jenkins_rest))
@@ -400,10 +482,10 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
             raise SolverError(f"rig {rig.name}, sample {k} of {m}: {error}") from None
         at = float(target)
         q = stepper.coordinates()
-        rotation[k], tip[k] = q[stepper.model.rotation], q[stepper.model.tip]
+        rotation[k] = q[stepper.model.rotation]
+        tip[k] = stepper.tip_mm()
         tension[k] = stepper.tensions()
         energy[k] = work, stepper.state.friction_loss, stepper.state.material_loss
-    tip[:, 0] += joints * rig.pitch_mm
     record = Record(
         drive=drive,
         angle_deg=np.degrees(rotation[:, -1]),

@@ -33,20 +33,20 @@ def test_without_friction_there_is_no_loop_and_the_analytic_curve_is_met():
     width = loop_width(record.drive, record.angle_deg, record.cycle)
     assert abs(width.max_deg) < 1e-3  # Newton's tolerance; a dry loop of this rig is 2 deg wide
     theory, tension_a, tension_b = theory_curve(rig, record.drive)
-    np.testing.assert_allclose(record.angle_deg, theory, atol=0.1)
-    np.testing.assert_allclose(record.tension_a_N, tension_a, atol=0.1)
-    np.testing.assert_allclose(record.tension_b_N, tension_b, atol=0.1)
+    np.testing.assert_allclose(record.angle_deg, theory, atol=0.03)
+    np.testing.assert_allclose(record.tension_a_N, tension_a, atol=0.5)
+    np.testing.assert_allclose(record.tension_b_N, tension_b, atol=0.5)
 
 
 def test_rigid_tendons_leave_only_the_path():
-    # k = EA/L is 1e4 times that of the default, so stretch is 1e-4 of 0.1 mm: x is the length of the path, which
-    # differs from r theta in second order by the chords across the notches.
-    rig = linear(preset("du2018"), EA_N=2e8)
+    # EA/L = 5,400 N/mm: the 2 N that bend the chain stretch it by 4e-4 mm. Not stiffer: both sides of the path
+    # get shorter by the chords across the notches, 2e-3 mm here, which preload must take up or the rope falls slack.
+    rig = linear(preset("du2018"), EA_N=1e6)
     record = simulate_multibody(rig, triangle(1.0, step_mm=0.25))
     expected = drive_for_angle_mm(rig, np.radians(record.angle_deg))
-    np.testing.assert_allclose(record.drive, expected, atol=2e-3)
+    np.testing.assert_allclose(record.drive, expected, atol=2e-4)
     arm = rig.tendon_a.moment_arm_mm
-    np.testing.assert_allclose(record.drive, arm * np.radians(record.angle_deg), atol=1e-2)
+    np.testing.assert_allclose(record.drive, arm * np.radians(record.angle_deg), atol=2e-3)
 
 
 def test_bench_rig_meets_the_closed_form_of_taut_linear_tendons():
@@ -149,7 +149,7 @@ def test_unequal_tendons_break_the_symmetry():
     rig = replace(rig, tendon_b=replace(rig.tendon_b, moment_arm_mm=0.95 * rig.tendon_b.moment_arm_mm))
     record = simulate_multibody(rig, triangle(2.2))
     ends = record.angle_deg[22], record.angle_deg[66]
-    assert abs(ends[0] + ends[1]) > 0.5
+    assert abs(ends[0] + ends[1]) > 0.1  # 50 times what the symmetric rig leaves, see above
 
 
 def test_a_step_that_cannot_converge_raises_with_sample_and_drive():

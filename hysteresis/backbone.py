@@ -1,0 +1,161 @@
+"""The single-valued part f(x) of a hysteretic curve, as a family of curves with a few coefficients.
+
+Where the geometry is known, f is the caller's kinematics and only its zero (and, for a drive that is not in mm,
+its gain) is free. Where it is not, f is fitted: monotone, its slope given at a few knots and linear between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import least_squares, lsq_linear
+
+Floats = NDArray[np.float64]
+Kinematics = Callable[[Floats], ArrayLike]
+
+
+@dataclass(frozen=True)
+class Backbone:
+    """Family of single-valued angles f(x; c) with p coefficients c.
+
+    Parameters
+    ----------
+    names, units
+        Of the coefficients, p each.
+    start, low, high
+        Shape (p,): where a fit starts, and the bounds.
+    at
+        Given drives of shape (m,), the function c -> f in deg, shape (m,); what does not depend on c is computed
+        once.
+    linear
+        Whether f is linear in c.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    start: Floats
+    low: Floats
+    high: Floats
+    at: Callable[[Floats], Callable[[Floats], Floats]]
+    linear: bool
+
+    def jacobian(self, drive: Floats, c: Floats) -> Floats:
+        """Derivative of f to the coefficients, shape (m, p)."""
+        f = self.at(drive)
+        steps = np.eye(len(c)) * (1.0 if self.linear else 1e-6 * np.maximum(np.abs(c), 1e-3))
+        return np.column_stack([(f(c + e) - f(c)) / e.sum() for e in steps])
+
+    def fit(self, drive: Floats, angle_deg: Floats) -> Floats:
+        """Coefficients of the curve nearest to the data in least squares, within the bounds; shape (p,)."""
+        f = self.at(drive)
+        if self.linear:
+            zero = np.zeros_like(self.start)
+            solution = lsq_linear(self.jacobian(drive, zero), angle_deg - f(zero), (self.low, self.high), "bvls")
+        else:
+            solution = least_squares(
+                lambda c: f(c) - angle_deg, self.start, bounds=(self.low, self.high), x_scale="jac"
+            )
+        return np.clip(solution.x, self.low, self.high)
+
+
+def fitted_backbone(drive: Floats, angle_deg: Floats, knots: int) -> Backbone:
+    """Monotone curve whose slope is given at equally spaced knots and linear between them.
+
+    Parameters
+    ----------
+    drive, angle_deg
+        Shape (m,): the data, which give the range of the knots and the direction of the curve. Beyond the range
+        the curve goes on straight.
+    knots
+        Number of slopes; 1 is a straight line.
+    """
+    first, last = float(np.min(drive)), float(np.max(drive))
+    places = np.linspace(first, last, knots)
+    direction = 1.0 if np.polyfit(drive, angle_deg, 1)[0] >= 0 else -1.0
+    span = max(float(np.ptp(angle_deg)), 1e-12)
+
+    def at(drive: Floats) -> Callable[[Floats], Floats]:
+        matrix = np.column_stack([np.ones(len(drive)), direction * _integrated_hats(drive, places, last - first)])
+        return lambda c: matrix @ c
+
+    free = np.full(knots, np.inf)
+    return Backbone(
+        names=("f_middle_deg", *(f"f_slope_{i}" for i in range(knots))),
+        units=("deg", *["deg per range"] * knots),
+        start=np.array([float(np.mean(angle_deg)), *[span] * knots]),
+        low=np.array([-np.inf, *np.zeros(knots)]),
+        high=np.array([np.inf, *free]),
+        at=at,
+        linear=True,
+    )
+
+
+def _integrated_hats(drive: Floats, places: Floats, span: float) -> Floats:
+    """Integral from the middle of the range of each hat function over the knots, shape (m, knots)."""
+    t = (drive - places[0]) / span
+    if len(places) == 1:
+        return (t - 0.5)[:, None]
+    width = 1.0 / (len(places) - 1)
+
+    def integrals(t: Floats) -> Floats:
+        u = t[:, None] / width - np.arange(len(places))  # from the knot, in knot widths
+        inside = np.clip(u, -1.0, 1.0)
+        rising = 0.5 * (np.minimum(inside, 0.0) + 1.0) ** 2
+        falling = np.maximum(inside, 0.0) - 0.5 * np.maximum(inside, 0.0) ** 2
+        whole = width * (rising + falling)
+        # The outer hats are halves that go on flat beyond the range: the curve is straight there.
+        whole[:, 0] = width * (falling[:, 0] + np.minimum(u[:, 0], 0.0))
+        whole[:, -1] = width * (rising[:, -1] + np.maximum(u[:, -1], 0.0))
+        return whole
+
+    return integrals(t) - integrals(np.array([0.5]))
+
+
+def given_backbone(base: Kinematics, drive: Floats, angle_deg: Floats, unit: str) -> Backbone:
+    """Kinematics of the caller, angle_deg = base(drive_mm), with what the bench does not tell about them.
+
+    For a drive in mm that is the zero of the angle (camera, wheel). A drive in another unit has an unknown gain and
+    an unknown zero of its own; a fit of them starts from the gain, of either sign, that comes nearest to the data.
+
+    Parameters
+    ----------
+    base
+        Drive in mm (tendon force in N for load-controlled data) -> angle in deg, shape (m,) -> (m,).
+    drive, angle_deg
+        Shape (m,): the data.
+    unit
+        Of the drive: mm, deg, step or N.
+    """
+    if unit in ("mm", "N"):
+
+        def at(drive: Floats) -> Callable[[Floats], Floats]:
+            values = np.asarray(base(drive), dtype=float)
+            return lambda c: values + c[0]
+
+        endless = np.array([np.inf])
+        return Backbone(("offset_deg",), ("deg",), np.zeros(1), -endless, endless, at, linear=True)
+
+    def scaled(drive: Floats) -> Callable[[Floats], Floats]:
+        return lambda c: np.asarray(base(c[0] * (drive - c[1])), dtype=float)
+
+    first, last = float(np.min(drive)), float(np.max(drive))
+    middle, span = 0.5 * (first + last), last - first
+    # Travels of the tendon from 0.1 mm to 100 mm, both ways; kinematics may have no answer to the large ones.
+    gains = np.concatenate([sign * np.geomspace(0.1, 100.0, 61) / span for sign in (1.0, -1.0)])
+    misfits = np.array([np.sum((scaled(drive)(np.array([gain, middle])) - angle_deg) ** 2) for gain in gains])
+    if not np.isfinite(misfits).any():
+        raise ValueError("base: no finite angles: expected kinematics, drive in mm -> angle in deg")
+    gain = gains[np.nanargmin(np.where(np.isfinite(misfits), misfits, np.nan))]
+    ends = sorted((0.2 * gain, 5.0 * gain))
+    return Backbone(
+        names=(f"gain_mm_per_{unit}", f"zero_{unit}"),
+        units=(f"mm/{unit}", unit),
+        start=np.array([gain, middle]),
+        low=np.array([ends[0], first - span]),
+        high=np.array([ends[1], last + span]),
+        at=scaled,
+        linear=False,
+    )

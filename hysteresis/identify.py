@@ -1,0 +1,339 @@
+"""Identification of the improved Bouc-Wen law (paper, eq. 6-7) on one record: ``fit = identify(record, base)``."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import count
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
+
+from hysteresis import search
+from hysteresis.backbone import Backbone, Kinematics, fitted_backbone, given_backbone
+from hysteresis.bouc_wen import BoucWen, hysteresis
+from hysteresis.holdout import Split, hold_out, validate_within
+from hysteresis.metrics import Errors, errors, noise_floor
+from hysteresis.record import Record, RecordError, require_reversal
+from hysteresis.search import Fitness, Point, Samples
+from hysteresis.uncertainty import Parameter, Uncertainty, parameters_of, uncertainty
+
+Floats = NDArray[np.float64]
+Label = Literal["analytic", "chain", "fitted", "theory"]
+Search = Callable[[Samples, Backbone], tuple[list[Point], int]]
+
+_KNOTS = (1, 2, 3, 5, 9, 17)  # numbers of slopes that a fitted f is tried with
+_SEARCH_KNOTS = 9  # number of slopes during the genetic search
+_SEARCH_SAMPLES = 400
+_POLISH_SAMPLES = 2500
+_AS_GOOD = 1.05  # a curve with fewer knots is taken when its validation error is within this factor of the best
+_FEWEST_SAMPLES = 30
+_ILL_CONDITIONED = 1e4
+_SATURATED = 0.95  # of the saturation
+_SUSPECT = 2.0  # held-out error in training errors
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Result of :func:`identify`: theta = f(x) + h, what it gets right, and what to beware of.
+
+    ``parameters`` holds A, beta, gamma, n, h0_deg and, for given kinematics, what was free in them; ``baseline_*``
+    are the errors of the best single-valued f of the same freedom, fitted to the same samples.
+    """
+
+    record: str
+    kinematics: Label
+    model: BoucWen
+    parameters: dict[str, Parameter]
+    saturation_deg: Parameter
+    train: Errors
+    heldout: Errors
+    baseline_train: Errors
+    baseline_heldout: Errors
+    heldout_by: str
+    noise_floor_deg: float
+    evaluations: int
+    seconds: float
+    seed: int
+    warnings: tuple[str, ...]
+    backbone: Backbone
+    coefficients: Floats  # of the backbone, shape (p,)
+    drive_range: tuple[float, float]  # of the record
+
+    def f(self, drive: ArrayLike) -> Floats:
+        """Single-valued part of the angle, shape (m,) -> (m,), deg."""
+        return self.backbone.at(np.asarray(drive, dtype=float))(self.coefficients)
+
+    def predict(self, drive: ArrayLike) -> Floats:
+        """Angle along a path of the drive, shape (m,) -> (m,), deg; it starts in the state h0_deg."""
+        f = self.f(drive)
+        return f + hysteresis(f, self.model)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contents of identify.json (docs/identification.md)."""
+        places = np.linspace(*self.drive_range, 65)
+        return {
+            "schema": 1,
+            "records": [self.record],
+            "kinematics": self.kinematics,
+            "model": "bouc-wen",
+            "parameters": {name: parameter.to_dict() for name, parameter in self.parameters.items()},
+            "train": self.train.to_dict(),
+            "heldout": self.heldout.to_dict(),
+            "evaluations": self.evaluations,
+            "seconds": self.seconds,
+            "warnings": list(self.warnings),
+            "baseline": {"train": self.baseline_train.to_dict(), "heldout": self.baseline_heldout.to_dict()},
+            "heldout_by": self.heldout_by,
+            "noise_floor_deg": self.noise_floor_deg,
+            "saturation_deg": self.saturation_deg.to_dict(),
+            "f": {"drive": places.tolist(), "angle_deg": self.f(places).tolist()},
+            "seed": self.seed,
+        }
+
+    def __str__(self) -> str:
+        lines = [f"Bouc-Wen on {self.record}, kinematics {self.kinematics}"]
+        lines += [f"  {name:<12} {parameter}" for name, parameter in self.parameters.items()]
+        lines += [f"  {'saturation':<12} {self.saturation_deg}"]
+        pairs = (("train", self.train, self.baseline_train), ("held out", self.heldout, self.baseline_heldout))
+        for name, mine, plain in pairs:
+            lines.append(
+                f"  {name:<12} {mine.rmse_deg:.3g} deg rmse, {mine.max_abs_deg:.3g} deg at most; "
+                f"without hysteresis {plain.rmse_deg:.3g} deg rmse"
+            )
+        lines += [f"  held out by  {self.heldout_by}", f"  noise floor  {self.noise_floor_deg:.2g} deg"]
+        return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
+
+
+def identify(
+    record: Record,
+    base: Kinematics | None = None,
+    *,
+    kinematics: Literal["analytic", "chain"] = "analytic",
+    fitness: Fitness = "rmse",
+    seed: int = 0,
+    population: int = 100,
+    generations: int = 60,
+    progress: Callable[[int, int], None] | None = None,
+) -> Fit:
+    """Identify A, beta, gamma, n and the initial state of the improved Bouc-Wen law on a record.
+
+    Parameters
+    ----------
+    record
+        A loop: the drive must go there and back.
+    base
+        The kinematics f, drive in mm -> angle in deg, shape (m,) -> (m,). Its zero is free, and for a drive that is
+        not in mm also the gain. Without it the record's own theory is taken, and without that f is fitted to the
+        data: monotone, its slope given at a number of knots that is chosen within the training data.
+    kinematics
+        Name of ``base`` in the result.
+    fitness
+        ``"rmse"``: root mean square error, and a least-squares polish of all unknowns together.
+        ``"paper-signed-mean"``: eq. 8 of the paper, a mean in which errors cancel; for comparison, no polish.
+    seed
+        Of the genetic search; the same seed gives the same fit.
+    population, generations
+        Of the genetic search.
+    progress
+        Called with (generations done, generations in all).
+
+    Raises
+    ------
+    RecordError
+        A record that never reverses, has too few samples, an angle that never changes, or leaves its own theory.
+    ValueError
+        An unknown fitness, or kinematics that give no finite angle.
+    """
+    began = time.perf_counter()
+    _require_usable(record)
+    if fitness not in ("rmse", "paper-signed-mean"):
+        raise ValueError(f"fitness = {fitness!r}: expected 'rmse' or 'paper-signed-mean'")
+    done = count(1)
+
+    def tick() -> None:
+        if progress is not None:
+            progress(min(next(done), generations), generations)
+
+    genetic = partial(
+        search.genetic, fitness=fitness, seed=seed, population=population, generations=generations, tick=tick
+    )
+    split = hold_out(record)
+    samples = Samples(record.drive, record.angle_deg, split.train)
+    label: Label = kinematics
+    if base is None:
+        base, label = (None, "fitted") if record.kinematics is None else (_theory(record), "theory")
+    if base is not None:
+        _require_finite(base, record)
+        backbone = given_backbone(base, record.drive, record.angle_deg, record.drive_unit)
+        point, evaluations = _search_and_polish(samples, backbone, genetic, polished=fitness == "rmse")
+    elif fitness == "rmse":
+        backbone, point, evaluations = _choose_curve(record, split, genetic)
+    else:
+        backbone = _curve(record, split, _SEARCH_KNOTS)
+        point, evaluations = _search_and_polish(samples, backbone, genetic, polished=False)
+    fine, spread = samples.thinned(_POLISH_SAMPLES), None
+    if fitness == "rmse":
+        point, calls = search.polish(fine, backbone, point)
+        evaluations += calls
+        spread = uncertainty(fine, backbone, point)
+    return _judge(
+        record,
+        split,
+        fine,
+        backbone,
+        point,
+        spread,
+        kinematics=label,
+        evaluations=evaluations,
+        seed=seed,
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _require_usable(record: Record) -> None:
+    name = record.source or "record"
+    require_reversal(record)
+    if len(record.drive) < _FEWEST_SAMPLES:
+        raise RecordError(f"{name}: {len(record.drive)} samples: expected at least {_FEWEST_SAMPLES} to identify")
+    if np.ptp(record.angle_deg) == 0:
+        raise RecordError(f"{name}: angle = {record.angle_deg[0]:g} throughout: expected an angle that changes")
+
+
+def _theory(record: Record) -> Kinematics:
+    """Interpolate the record's own theory; flat beyond its ends."""
+    assert record.kinematics is not None
+    first, last = record.kinematics[[0, -1], 0]
+    low, high = float(record.drive.min()), float(record.drive.max())
+    slack = 1e-6 * (last - first)
+    if record.drive_unit in ("mm", "N") and (low < first - slack or high > last + slack):
+        raise RecordError(
+            f"{record.source or 'record'}: drive from {low:g} to {high:g}: expected within the kinematics table, "
+            f"{first:g} to {last:g}"
+        )
+    curve = PchipInterpolator(*record.kinematics.T)
+    return lambda drive: curve(np.clip(drive, first, last))
+
+
+def _require_finite(base: Kinematics, record: Record) -> None:
+    if record.drive_unit not in ("mm", "N"):
+        return  # the drive is scaled first
+    angle = np.asarray(base(record.drive), dtype=float)
+    if angle.shape != record.drive.shape or not np.isfinite(angle).all():
+        raise ValueError(f"base: shape {angle.shape}: expected {record.drive.shape} finite angles for the drive")
+
+
+def _curve(record: Record, split: Split, knots: int) -> Backbone:
+    return fitted_backbone(record.drive[split.train], record.angle_deg[split.train], knots)
+
+
+def _search_and_polish(samples: Samples, backbone: Backbone, genetic: Search, *, polished: bool) -> tuple[Point, int]:
+    """Search on few samples, polish every start there, and keep the best."""
+    few = samples.thinned(_SEARCH_SAMPLES)
+    points, evaluations = genetic(few, backbone)
+    if not polished:
+        return points[0], evaluations
+    ends = [search.polish(few, backbone, point) for point in points]
+    best = min((point for point, _ in ends), key=lambda point: search.rmse(few, backbone, point))
+    return best, evaluations + sum(calls for _, calls in ends)
+
+
+def _choose_curve(record: Record, split: Split, genetic: Search) -> tuple[Backbone, Point, int]:
+    """Choose the number of knots of a fitted f by validation inside the training samples."""
+    inner = validate_within(record, split)
+    samples = Samples(record.drive, record.angle_deg, inner.train)
+    few = samples.thinned(_SEARCH_SAMPLES)
+    judge = Samples(record.drive, record.angle_deg, inner.heldout).thinned(_POLISH_SAMPLES)
+    affordable = [knots for knots in _KNOTS if 3 * (knots + 6) <= few.seen.sum()] or [1]
+    first = _curve(record, split, min(_SEARCH_KNOTS, affordable[-1]))
+    start, evaluations = _search_and_polish(samples, first, genetic, polished=True)
+    tried: list[tuple[float, Backbone, Point]] = []
+    for knots in affordable:
+        backbone = _curve(record, split, knots)
+        point, calls = search.polish(few, backbone, search.with_curve_of(backbone, few, first, start))
+        evaluations += calls
+        tried.append((search.rmse(judge, backbone, point), backbone, point))
+    limit = _AS_GOOD * min(error for error, _, _ in tried)
+    _, backbone, point = next(entry for entry in tried if entry[0] <= limit)
+    return backbone, point, evaluations
+
+
+def _judge(
+    record: Record,
+    split: Split,
+    fine: Samples,
+    backbone: Backbone,
+    point: Point,
+    spread: Uncertainty | None,
+    **search_facts: Any,
+) -> Fit:
+    """Errors on both parts of the record, those of the best curve without hysteresis, intervals and warnings."""
+    predicted = point.angle(backbone, record.drive)
+    plain = backbone.at(record.drive)(backbone.fit(record.drive[split.train], record.angle_deg[split.train]))
+    train, heldout, baseline_train, baseline_heldout = (
+        errors(record.angle_deg[mask], angle[mask])
+        for angle in (predicted, plain)
+        for mask in (split.train, split.heldout)
+    )
+    parameters = parameters_of(fine, backbone, point, spread)
+    saturation = parameters.pop("saturation_deg")
+    if search_facts["kinematics"] == "fitted":  # its coefficients say nothing by themselves; f is given as a table
+        parameters = {name: value for name, value in parameters.items() if name not in backbone.names}
+    return Fit(
+        record=record.source or record.title or "record",
+        model=point.model,
+        parameters=parameters,
+        saturation_deg=saturation,
+        train=train,
+        heldout=heldout,
+        baseline_train=baseline_train,
+        baseline_heldout=baseline_heldout,
+        heldout_by=split.by,
+        noise_floor_deg=noise_floor(record),
+        warnings=tuple(_warnings(fine, backbone, point, spread, train, heldout, baseline_heldout)),
+        backbone=backbone,
+        coefficients=point.c,
+        drive_range=(float(record.drive.min()), float(record.drive.max())),
+        **search_facts,
+    )
+
+
+def _warnings(
+    fine: Samples,
+    backbone: Backbone,
+    point: Point,
+    spread: Uncertainty | None,
+    train: Errors,
+    heldout: Errors,
+    baseline: Errors,
+) -> Iterator[str]:
+    low, high = search.box(fine)
+    for name, value, a, b in list(zip(search.COORDINATES, point.q, low, high, strict=True))[:-1]:
+        end = a if value - a < 1e-3 * (b - a) else b if b - value < 1e-3 * (b - a) else None
+        if end is not None:
+            limit = end if name == "gamma / beta" else math.exp(end)
+            yield f"{'|A|' if name == 'A' else name} is at the bound of the search, {limit:.3g}"
+    if spread is None:
+        yield "eq. 8 is a mean in which errors cancel: it does not determine the parameters, and gives no intervals"
+    elif spread.condition > _ILL_CONDITIONED:
+        yield (
+            f"parameters make good for each other (condition number {spread.condition:.1e}): "
+            "judge by the errors, not by single parameters"
+        )
+    reached = float(np.abs(hysteresis(backbone.at(fine.drive)(point.c), point.model)).max())
+    if reached < _SATURATED * point.model.saturation_deg:
+        yield (
+            f"h reaches {reached:.3g} deg of a saturation of {point.model.saturation_deg:.3g} deg: "
+            "the record does not show the saturation"
+        )
+    if heldout.rmse_deg > _SUSPECT * train.rmse_deg:
+        yield f"held-out rmse is {heldout.rmse_deg / train.rmse_deg:.1f} times that of training"
+    if heldout.rmse_deg >= baseline.rmse_deg:
+        yield "no better than a curve without hysteresis on what was held out"
+    if point.sign > 0:
+        yield "A > 0: h leads f, the loop runs the other way round than a lagging one"

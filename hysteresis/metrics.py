@@ -1,0 +1,337 @@
+"""Numbers that describe a hysteresis loop: errors, width, area, noise floor.
+
+Angles are in degrees; the drive keeps the unit of its record. Loops are the complete cycles of
+:func:`hysteresis.record.find_cycles`; cycle 0, the approach, never counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hysteresis.record import Record, branches, cycle_index, cycle_slices, find_cycles
+
+Array = NDArray[np.float64]
+
+_CLOSED = 0.05  # of a cycle's drive range: it ends where it began; cycles this much alike repeat each other
+_BIN = 0.002  # of a cycle's drive range: samples of one branch nearer than this are averaged
+
+
+# --- errors ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a prediction, as in Table 1 of the paper (Mech. Sci. 9, 2018), with eq. 8's range as the reference.
+
+    The range is max - min of the measured angle. The paper's own Table 1 does not divide by it: 1.48 deg printed
+    as 3.23 % (1.61 deg as 3.58 %) implies a reference of about 45 deg, its amplitude, where its range is 90 deg.
+    So ``max_rel_percent`` here is about half of what the paper would print: do not compare the two as they stand.
+    """
+
+    rmse_deg: float
+    max_abs_deg: float
+    max_rel_percent: float  # 100 max_abs_deg / range
+    normalised: float  # rmse_deg / range
+
+    def to_dict(self) -> dict[str, float]:
+        """Plain values for JSON."""
+        return asdict(self)
+
+
+def errors(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> Errors:
+    """Compare a prediction with a measurement, sample by sample.
+
+    Parameters
+    ----------
+    measured_deg, predicted_deg
+        Shape (m,), degrees.
+
+    Raises
+    ------
+    ValueError
+        Shapes that differ, a value that is not finite, or a measured angle that never changes.
+    """
+    deviation, span = _deviation(measured_deg, predicted_deg)
+    rmse = float(np.sqrt(np.mean(deviation**2)))
+    largest = float(np.max(np.abs(deviation)))
+    return Errors(rmse, largest, 100 * largest / span, rmse / span)
+
+
+def signed_mean_fitness(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> float:
+    """Eq. 8 of the paper as printed: the mean of (predicted - measured) / (max - min of measured).
+
+    The mean is signed, so errors of opposite sign cancel: a prediction that is far off, but as often above as
+    below, scores 0. For comparison with the paper only; no fit should minimise it.
+
+    Raises
+    ------
+    ValueError
+        As :func:`errors`.
+    """
+    deviation, span = _deviation(measured_deg, predicted_deg)
+    return float(np.mean(deviation) / span)
+
+
+def _deviation(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> tuple[Array, float]:
+    measured, predicted = _rows("measured_deg", measured_deg, "predicted_deg", predicted_deg)
+    span = float(np.ptp(measured))
+    if span == 0:
+        raise ValueError(f"measured_deg = {measured[0]:g} throughout: expected an angle that changes")
+    return predicted - measured, span
+
+
+def _rows(first: str, a: ArrayLike, second: str, b: ArrayLike) -> tuple[Array, Array]:
+    x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    if x.ndim != 1 or x.size == 0 or x.shape != y.shape:
+        raise ValueError(f"{first}, {second}: shapes {x.shape}, {y.shape}: expected two rows of the same length")
+    for name, row in ((first, x), (second, y)):
+        if not np.isfinite(row).all():
+            raise ValueError(f"{name}: NaN or infinite: expected finite numbers")
+    return x, y
+
+
+# --- the loop ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class LoopWidth:
+    """Vertical distance between the two branches of a loop, mean of its complete cycles.
+
+    The sign is positive where the angle lags the drive: going down it stands above going up (below, for an angle
+    that falls with the drive).
+    """
+
+    max_deg: float  # largest |width|
+    at_drive: float  # where that is
+    at_zero_deg: float | None  # width, with its sign, at zero drive; None where no loop crosses it
+    drive: Array = field(repr=False)  # shape (k,), increasing
+    width_deg: Array = field(repr=False)  # shape (k,), with its sign
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
+
+
+def loop_width(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | None = None) -> LoopWidth:
+    """Measure the width of a loop over the drive.
+
+    Each branch is made single valued (samples within 0.2 % of the drive's range are averaged, which takes up dwell
+    and jitter) and interpolated linearly on the drives of both branches, where both exist. Cycles of different
+    amplitude are averaged at each drive over those that reach it.
+
+    Parameters
+    ----------
+    drive, angle_deg
+        Shape (m,), in the order of the test.
+    cycle
+        Shape (m,), 0 being the approach; found from the reversals when absent.
+
+    Raises
+    ------
+    ValueError
+        No complete cycle, or arrays that do not fit.
+    """
+    x, y, loops = _complete_cycles(drive, angle_deg, cycle)
+    profiles = [p for p in (_profile(x[s], y[s]) for s in loops) if p is not None]
+    if not profiles:
+        raise ValueError("drive: the two branches have no drive in common: expected a loop (there and back)")
+    grid = np.unique(np.concatenate([at for at, _ in profiles]))
+    rows = np.array([np.interp(grid, at, width, left=np.nan, right=np.nan) for at, width in profiles])
+    width = _lag_sign(x, y) * np.nanmean(rows, axis=0)  # every grid point is in one profile at least
+    k = int(np.argmax(np.abs(width)))
+    at_zero = float(np.interp(0.0, grid, width)) if grid[0] <= 0 <= grid[-1] else None
+    return LoopWidth(float(abs(width[k])), float(grid[k]), at_zero, grid, width)
+
+
+def dissipated_area(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | None = None) -> float:
+    """Area of the loop in (drive unit) x deg, mean of the closed cycles; positive for an angle that lags.
+
+    The trapezoidal rule along the path, exact for a polygon. A cycle counts where it ends at the drive where it
+    began, to 5 % of its range; cycles of decaying amplitude, whose ends lie further apart, enclose no area.
+
+    Parameters
+    ----------
+    drive, angle_deg, cycle
+        As :func:`loop_width`.
+
+    Raises
+    ------
+    ValueError
+        No closed cycle, or arrays that do not fit.
+    """
+    x, y, loops = _complete_cycles(drive, angle_deg, cycle)
+    return -_lag_sign(x, y) * _mean_integral(x, y, loops)
+
+
+def closed_work_mJ(drive_mm: ArrayLike, force_N: ArrayLike, cycle: ArrayLike | None = None) -> float:
+    """Work put in over a closed cycle, the loop integral of force over displacement, mean of the closed cycles.
+
+    Positive for a loop that dissipates (1 N mm = 1 mJ). Cycles count as in :func:`dissipated_area`.
+
+    Parameters
+    ----------
+    drive_mm, force_N
+        Shape (m,): displacement and the force along it.
+    cycle
+        Shape (m,), as :func:`loop_width`.
+
+    Raises
+    ------
+    ValueError
+        No closed cycle, or arrays that do not fit.
+    """
+    x, y, loops = _complete_cycles(drive_mm, force_N, cycle)
+    return _mean_integral(x, y, loops)
+
+
+def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None) -> tuple[Array, Array, list[slice]]:
+    """Give the samples of the cycles that go there and back; the last one must also come back to its start."""
+    x, y = _rows("drive", drive, "angle", value)
+    numbers = find_cycles(x, y) if cycle is None else np.asarray(cycle)
+    if numbers.shape != x.shape:
+        raise ValueError(f"cycle: shape {numbers.shape}: expected the drive's, {x.shape}")
+    slices = cycle_slices(x, numbers)
+    goes_on = [b.start == a.stop - 1 for (_, a), (_, b) in pairwise(slices)] + [False]
+    loops = [
+        s
+        for (number, s), turns in zip(slices, goes_on, strict=True)
+        if number != 0 and len(branches(x[s])) > 1 and (turns or _is_closed(x[s]))
+    ]
+    if not loops:
+        raise ValueError("drive: no complete cycle beside the approach (cycle 0): expected a loop (there and back)")
+    return x, y, loops
+
+
+def _is_closed(x: Array) -> bool:
+    # One step is allowed: a cycle numbered from its turning sample ends a sample short of the next one.
+    return bool(abs(x[0] - x[-1]) <= max(_CLOSED * np.ptp(x), abs(x[-1] - x[-2])))
+
+
+def _lag_sign(x: Array, y: Array) -> float:
+    """Give -1 for an angle that falls with the drive, else 1 (a loop with no slope to speak of counts as rising)."""
+    u, v = x - x.mean(), y - y.mean()
+    return -1.0 if u @ v < -0.1 * np.sqrt((u @ u) * (v @ v)) else 1.0
+
+
+def _mean_integral(x: Array, y: Array, loops: list[slice]) -> float:
+    closed = [s for s in loops if _is_closed(x[s])]
+    if not closed:
+        ends = f"{x[loops[0]][0]:g} to {x[loops[0]][-1]:g}"
+        raise ValueError(f"drive: no closed cycle, the first goes from {ends}: expected the same drive at both ends")
+    areas = []
+    for s in closed:
+        u, v = np.append(x[s], x[s.start]), np.append(y[s], y[s.start])
+        areas.append(np.trapezoid(v, u))
+    return float(np.mean(areas))
+
+
+def _profile(x: Array, y: Array) -> tuple[Array, Array] | None:
+    """Width (down - up) of one cycle over the drives of its branches; None where they share no drive."""
+    ways: dict[bool, list[int]] = {True: [], False: []}
+    for s in branches(x):
+        ways[bool(x[s.stop - 1] > x[s.start])] += range(s.start, s.stop)
+    (up_x, up_y), (down_x, down_y) = (_single_valued(x[ways[up]], y[ways[up]], np.ptp(x)) for up in (True, False))
+    low, high = max(up_x[0], down_x[0]), min(up_x[-1], down_x[-1])
+    if low >= high:
+        return None
+    grid = np.unique(np.concatenate([up_x, down_x]))
+    grid = grid[(grid >= low) & (grid <= high)]
+    return grid, np.interp(grid, down_x, down_y) - np.interp(grid, up_x, up_y)
+
+
+def _single_valued(x: Array, y: Array, span: float) -> tuple[Array, Array]:
+    bins = np.floor((x - x.min()) / (_BIN * span)).astype(np.int64)
+    _, which, count = np.unique(bins, return_inverse=True, return_counts=True)
+    return np.bincount(which, x) / count, np.bincount(which, y) / count
+
+
+# --- noise -------------------------------------------------------------------------------------------------------
+
+
+def noise_floor(record: Record) -> float:
+    """Estimate the standard deviation of the angle's noise, deg.
+
+    With two or more cycles that repeat each other (same turning points, to 5 % of the cycle's drive range; trials
+    that only load count, too): the pooled deviation from the mean of the cycles at the same place of the path
+    (branch, and drive within it), with the (K - 1) correction. Linear interpolation averages noise; its factor is
+    divided out. What changes from cycle to cycle, such as creep, counts as noise.
+
+    With a single cycle: 1.4826 times the median absolute second difference along the path of the drive, corrected
+    by 1/sqrt(6) (its general form where samples are not evenly spaced). The angle's own curvature within two
+    samples counts as noise. Angles that are repeated from sample to sample (a sensor slower than the log) or
+    quantised coarser than the noise bias it, down to zero.
+
+    Parameters
+    ----------
+    record
+        Drive and angle of one test.
+    """
+    repeats = _repeats(record)
+    if len(repeats) > 1:
+        return _spread(record, repeats)
+    return _local_noise(record.drive, record.angle_deg)
+
+
+def _repeats(record: Record) -> list[list[slice]]:
+    """Branches, as slices of the record, of the cycles that have the same turning points."""
+    cycles = []
+    for number, s in cycle_slices(record.drive, cycle_index(record)):
+        if number != 0:
+            pieces = branches(record.drive[s])
+            cycles.append([slice(s.start + b.start, s.start + b.stop) for b in pieces])
+    if not cycles:
+        return []
+    counts = [len(cycle) for cycle in cycles]
+    cycles = [cycle for cycle in cycles if len(cycle) == max(counts, key=counts.count)]
+    turns = np.array([[record.drive[c[0].start], *(record.drive[b.stop - 1] for b in c)] for c in cycles])
+    near = _CLOSED * np.ptp(turns, axis=1)
+    off = np.max(np.abs(turns[:, None] - turns[None]), axis=2)  # cycle against cycle
+    alike = off <= np.minimum(near[:, None], near[None])
+    most = alike[np.argmax(alike.sum(axis=1))]
+    return [cycle for cycle, same in zip(cycles, most, strict=True) if same]
+
+
+def _spread(record: Record, cycles: list[list[slice]]) -> float:
+    squares = variance = 0.0
+    for repeats in zip(*cycles, strict=True):
+        ways = [_onward(record.drive[s], record.angle_deg[s]) for s in repeats]
+        low, high = max(x[0] for x, _ in ways), min(x[-1] for x, _ in ways)
+        grid = ways[0][0][(ways[0][0] >= low) & (ways[0][0] <= high)]
+        if grid.size == 0:
+            continue
+        angles, factors = zip(*(_interpolate(grid, x, y) for x, y in ways), strict=True)
+        deviation = np.array(angles) - np.mean(angles, axis=0)
+        squares += float(np.sum(deviation**2))
+        variance += float(np.sum(factors)) * (1 - 1 / len(ways))
+    return float(np.sqrt(squares / variance)) if variance > 0 else _local_noise(record.drive, record.angle_deg)
+
+
+def _onward(x: Array, y: Array) -> tuple[Array, Array]:
+    """Keep the samples of one branch that go further than all before; drive counted as increasing."""
+    x = x if x[-1] >= x[0] else -x
+    further = np.concatenate([[True], x[1:] > np.maximum.accumulate(x)[:-1]])
+    return x[further], y[further]
+
+
+def _interpolate(grid: Array, x: Array, y: Array) -> tuple[Array, Array]:
+    """Interpolate linearly; also give the variance of the result for noise of variance 1 in y."""
+    if x.size == 1:
+        return np.full(grid.shape, y[0]), np.ones(grid.shape)
+    i = np.clip(np.searchsorted(x, grid, side="right") - 1, 0, x.size - 2)
+    w = (grid - x[i]) / (x[i + 1] - x[i])
+    return (1 - w) * y[i] + w * y[i + 1], (1 - w) ** 2 + w**2
+
+
+def _local_noise(drive: Array, angle_deg: Array) -> float:
+    if drive.size < 3:
+        raise ValueError(f"drive: {drive.size} samples: expected at least 3")
+    step = np.abs(np.diff(drive))
+    before, both = step[:-1], step[:-1] + step[1:]
+    w = np.divide(before, both, out=np.full(both.shape, 0.5), where=both > 0)
+    second = angle_deg[1:-1] - (1 - w) * angle_deg[:-2] - w * angle_deg[2:]  # evenly spaced: half a 2nd difference
+    return float(1.4826 * np.median(np.abs(second) / np.sqrt(1 + (1 - w) ** 2 + w**2)))
