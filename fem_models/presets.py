@@ -45,7 +45,7 @@ _DU2018 = Preset(
         "preload_N": Source("stated", "10 and 20 N, section 3.1; 20 N is the one the paper studies further"),
         "tube.outer_diameter_mm": Source("assumed", "the paper bounds the moment arm only: x/theta <= 2.80 mm"),
         "tube.inner_diameter_mm": Source("assumed", "a rope of 0.36 mm along the inner wall has the moment arm below"),
-        "notch.depth_mm": Source("assumed", "leaves two arcs 0.48 mm wide; 1.5 % strain at 45 deg"),
+        "notch.depth_mm": Source("assumed", "leaves two arcs 0.48 mm wide; 1.7 % strain at 45 deg"),
         "notch.width_mm": Source("assumed", "V opening that does not close at 45 deg; the V itself is stated"),
         "notch.spacing_mm": Source("assumed", "pitch 2.6 mm, bending length 36 mm"),
         "notch.root_width_mm": Source("assumed", "several passes of a 0.25 mm wire"),

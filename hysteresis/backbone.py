@@ -43,7 +43,7 @@ class Backbone:
     linear: bool
 
     def jacobian(self, drive: Floats, c: Floats) -> Floats:
-        """Derivative of f to the coefficients, shape (m, p)."""
+        """Differentiate f with respect to the coefficients, shape (m, p)."""
         f = self.at(drive)
         steps = np.eye(len(c)) * (1.0 if self.linear else 1e-6 * np.maximum(np.abs(c), 1e-3))
         return np.column_stack([(f(c + e) - f(c)) / e.sum() for e in steps])

@@ -25,13 +25,14 @@ from hysteresis.uncertainty import Parameter, Uncertainty, parameters_of, uncert
 
 Floats = NDArray[np.float64]
 Label = Literal["analytic", "chain", "fitted", "theory"]
-Search = Callable[[Samples, Backbone], tuple[list[Point], int]]
+Genetic = Callable[[Samples, Backbone], tuple[list[Point], int]]
 
 _KNOTS = (1, 2, 3, 5, 9, 17)  # numbers of slopes that a fitted f is tried with
 _SEARCH_KNOTS = 9  # number of slopes during the genetic search
 _SEARCH_SAMPLES = 400
 _POLISH_SAMPLES = 2500
 _AS_GOOD = 1.05  # a curve with fewer knots is taken when its validation error is within this factor of the best
+_NEAR = 1.5  # ends of a polish with an error within this factor of the best are followed up
 _FEWEST_SAMPLES = 30
 _ILL_CONDITIONED = 1e4
 _SATURATED = 0.95  # of the saturation
@@ -75,7 +76,7 @@ class Fit:
         return f + hysteresis(f, self.model)
 
     def to_dict(self) -> dict[str, Any]:
-        """The contents of identify.json (docs/identification.md)."""
+        """Give the contents of identify.json (docs/identification.md)."""
         places = np.linspace(*self.drive_range, 65)
         return {
             "schema": 1,
@@ -118,7 +119,7 @@ def identify(
     fitness: Fitness = "rmse",
     seed: int = 0,
     population: int = 100,
-    generations: int = 60,
+    generations: int = 90,
     progress: Callable[[int, int], None] | None = None,
 ) -> Fit:
     """Identify A, beta, gamma, n and the initial state of the improved Bouc-Wen law on a record.
@@ -168,15 +169,16 @@ def identify(
     label: Label = kinematics
     if base is None:
         base, label = (None, "fitted") if record.kinematics is None else (_theory(record), "theory")
-    if base is not None:
-        _require_finite(base, record)
-        backbone = given_backbone(base, record.drive, record.angle_deg, record.drive_unit)
-        point, evaluations = _search_and_polish(samples, backbone, genetic, polished=fitness == "rmse")
-    elif fitness == "rmse":
+    if base is None and fitness == "rmse":
         backbone, point, evaluations = _choose_curve(record, split, genetic)
     else:
-        backbone = _curve(record, split, _SEARCH_KNOTS)
-        point, evaluations = _search_and_polish(samples, backbone, genetic, polished=False)
+        if base is None:
+            backbone = _curve(record, split, _SEARCH_KNOTS)
+        else:
+            _require_finite(base, record)
+            backbone = given_backbone(base, record.drive, record.angle_deg, record.drive_unit)
+        points, evaluations = _search(samples.thinned(_SEARCH_SAMPLES), backbone, genetic, fitness)
+        point = points[0]
     fine, spread = samples.thinned(_POLISH_SAMPLES), None
     if fitness == "rmse":
         point, calls = search.polish(fine, backbone, point)
@@ -232,32 +234,38 @@ def _curve(record: Record, split: Split, knots: int) -> Backbone:
     return fitted_backbone(record.drive[split.train], record.angle_deg[split.train], knots)
 
 
-def _search_and_polish(samples: Samples, backbone: Backbone, genetic: Search, *, polished: bool) -> tuple[Point, int]:
-    """Search on few samples, polish every start there, and keep the best."""
-    few = samples.thinned(_SEARCH_SAMPLES)
-    points, evaluations = genetic(few, backbone)
-    if not polished:
-        return points[0], evaluations
-    ends = [search.polish(few, backbone, point) for point in points]
-    best = min((point for point, _ in ends), key=lambda point: search.rmse(few, backbone, point))
-    return best, evaluations + sum(calls for _, calls in ends)
+def _search(samples: Samples, backbone: Backbone, genetic: Genetic, fitness: Fitness) -> tuple[list[Point], int]:
+    """Search on few samples and polish what it found: those about as good as the best, which comes first."""
+    points, evaluations = genetic(samples, backbone)
+    if fitness != "rmse":
+        return points[:1], evaluations
+    ends, calls = _polish_all(samples, backbone, points)
+    return ends, evaluations + calls
 
 
-def _choose_curve(record: Record, split: Split, genetic: Search) -> tuple[Backbone, Point, int]:
-    """Choose the number of knots of a fitted f by validation inside the training samples."""
+def _polish_all(samples: Samples, backbone: Backbone, points: list[Point]) -> tuple[list[Point], int]:
+    polished = [search.polish(samples, backbone, point) for point in points]
+    ends = sorted(((search.rmse(samples, backbone, point), point) for point, _ in polished), key=lambda end: end[0])
+    near = [point for error, point in ends if error <= _NEAR * ends[0][0]]
+    return near, sum(calls for _, calls in polished)
+
+
+def _choose_curve(record: Record, split: Split, genetic: Genetic) -> tuple[Backbone, Point, int]:
+    """Choose the number of knots of a fitted f, and between optima, by validation inside the training samples."""
     inner = validate_within(record, split)
-    samples = Samples(record.drive, record.angle_deg, inner.train)
-    few = samples.thinned(_SEARCH_SAMPLES)
+    few = Samples(record.drive, record.angle_deg, inner.train).thinned(_SEARCH_SAMPLES)
     judge = Samples(record.drive, record.angle_deg, inner.heldout).thinned(_POLISH_SAMPLES)
     affordable = [knots for knots in _KNOTS if 3 * (knots + 6) <= few.seen.sum()] or [1]
     first = _curve(record, split, min(_SEARCH_KNOTS, affordable[-1]))
-    start, evaluations = _search_and_polish(samples, first, genetic, polished=True)
+    starts, evaluations = _search(few, first, genetic, "rmse")
     tried: list[tuple[float, Backbone, Point]] = []
     for knots in affordable:
         backbone = _curve(record, split, knots)
-        point, calls = search.polish(few, backbone, search.with_curve_of(backbone, few, first, start))
+        moved = [search.with_curve_of(backbone, few, first, start) for start in starts]
+        ends, calls = _polish_all(few, backbone, moved)
         evaluations += calls
-        tried.append((search.rmse(judge, backbone, point), backbone, point))
+        error, end = min(((search.rmse(judge, backbone, end), end) for end in ends), key=lambda pair: pair[0])
+        tried.append((error, backbone, end))
     limit = _AS_GOOD * min(error for error, _, _ in tried)
     _, backbone, point = next(entry for entry in tried if entry[0] <= limit)
     return backbone, point, evaluations

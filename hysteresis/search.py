@@ -28,7 +28,7 @@ Fitness = Literal["rmse", "paper-signed-mean"]
 
 COORDINATES = ("A", "saturation_deg", "n", "gamma / beta", "h0_deg / saturation_deg")
 _SLOPE = (0.02, 20.0)  # |A|
-_SATURATION = (2e-3, 2.0)  # in ranges of the angle
+_SATURATION = (2e-3, 1.0)  # in ranges of the angle
 _SHARPNESS = (1.0, 10.0)  # n
 _RHO = (-0.95, 1.0)  # gamma / beta
 _POLISH_STEPS = 100
@@ -116,6 +116,7 @@ def genetic(
     genes = rng.uniform(low, high, (population, 5))
     genes = np.column_stack([rng.choice([-1.0, 1.0], population), genes])
     c = backbone.fit(samples.drive[samples.seen], samples.angle_deg[samples.seen])
+    missed = float(np.sqrt(np.mean((samples.angle_deg - backbone.at(samples.drive)(c))[samples.seen] ** 2)))
     rounds = _ROUNDS if fitness == "rmse" else 1
     evaluations = 0
     for i in range(rounds):
@@ -138,7 +139,8 @@ def genetic(
         genes[:, 1] += points[0].q[0] - genes[genes[:, 0] == points[0].sign][0, 1]
         genes[:, 1:] = np.clip(genes[:, 1:], low, high)
         c = points[0].c
-    play = np.array([0.0, points[0].q[1], math.log(5.0), 0.9, points[0].q[4]])
+    # Without hysteresis the two branches of a play miss the curve by its half width.
+    play = np.array([0.0, math.log(max(missed, math.exp(low[1]))), math.log(5.0), 0.9, 0.0])
     return [*points, with_curve_of(backbone, samples, backbone, Point(-1.0, play, c))], evaluations
 
 

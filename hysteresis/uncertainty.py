@@ -67,7 +67,7 @@ def uncertainty(samples: Samples, backbone: Backbone, point: Point) -> Uncertain
     """
     residual = residual_of(samples, backbone, point.sign)
     x = np.concatenate([point.q, point.c])
-    low, high = box(samples)
+    high = box(samples)[1]
     free = np.concatenate([np.ones(5, dtype=bool), point.c - backbone.low > 1e-6 * np.abs(point.c).max()])
     at_end = residual(x)
     columns = []
@@ -94,7 +94,7 @@ def uncertainty(samples: Samples, backbone: Backbone, point: Point) -> Uncertain
 def parameters_of(
     samples: Samples, backbone: Backbone, point: Point, spread: Uncertainty | None
 ) -> dict[str, Parameter]:
-    """A, beta, gamma, n, h0_deg, saturation_deg and the coefficients of f with their intervals, by name.
+    """Give A, beta, gamma, n, h0_deg, saturation_deg and the coefficients of f with their intervals.
 
     Without a spread the intervals are None. Intervals of A, n and the saturation end at the bounds of the search.
     """

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -83,7 +84,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         "rig": rig_table(PRESET),
         "peak_strain_percent": 100
         * peak_strain_per_rad(preset(PRESET))
-        * math.radians(float(np.abs(records[f"{PRESET}-{PRELOADS_N[-1]:g}N"].notches_deg).max())),
+        * math.radians(float(np.abs(_joints_deg(records[f"{PRESET}-{PRELOADS_N[-1]:g}N"])).max())),
         "theory": f"{PRESET}-analytic",
         "loops": loops,
         "crosscheck": checks,
@@ -106,19 +107,17 @@ def crosschecks(rig: Rig, *, progress: bool = True) -> list[dict[str, Any]]:
 
 def identify_record(record: Record, *, seed: int = 0, use_rig: bool = True, progress: bool = False) -> Fit:
     """Identify the layer with the best base that the record allows: user's theory, analytic rig, or a fitted f."""
-    base, label = _base(record) if use_rig else (None, "fitted")
+    base = _analytic(record) if use_rig else None
     with _steps(progress, total=1) as step:
         step("searching")
-        return identify_layer(record, base, kinematics=label, seed=seed)
+        return identify_layer(record, base, seed=seed)
 
 
-def _base(record: Record) -> tuple[Kinematics | None, str]:
+def _analytic(record: Record) -> Kinematics | None:
     rig = rig_of(record)  # checks the sidecar's geometry even where the user's own theory is taken
-    if record.kinematics is not None:
-        return None, "theory"
-    if rig is None:
-        return None, "fitted"
-    return (lambda drive: theory_curve(rig, drive).angle_deg), "analytic"
+    if rig is None or record.kinematics is not None:
+        return None
+    return lambda drive: theory_curve(rig, drive).angle_deg
 
 
 def loop_summary(record: Record) -> dict[str, Any]:
@@ -200,13 +199,17 @@ def flat(data: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 def _picture(rig: Rig, record: Record, path: Path) -> dict[str, str]:
     """Draw the tube at full drive, or say why there is no picture: a machine without OpenGL can still report."""
-    assert record.notches_deg is not None
     full = int(np.argmax(record.angle_deg))
     try:
-        render(rig, record.notches_deg[full], path)
+        render(rig, _joints_deg(record)[full], path)
     except SceneError as error:
         return {"missing": str(error)}
     return {"file": path.name, "caption": f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"}
+
+
+def _joints_deg(record: Record) -> NDArray[np.float64]:
+    assert record.notches_deg is not None  # every engine returns them
+    return record.notches_deg
 
 
 @contextmanager

@@ -356,3 +356,19 @@ def test_one_sided_notch_that_leaves_nothing_of_the_wall():
     rig = replace(WRIST, notch=replace(WRIST.notch, depth_mm=1.6))
     with pytest.raises(RigError, match=r"notch.depth_mm = 1.6: expected below 1.565 mm"):
         flexure(rig)
+
+
+def test_other_figures_of_the_page_on_the_analytic_model():
+    nu = 0.33
+    assert 10 * (1 + nu) / (12 + 11 * nu) / (5 / 6) == pytest.approx(1.02, abs=0.005)  # Cowper: rectangle, thin tube
+    assert 2 * (1 + nu) / (4 + 3 * nu) / (1 / 2) == pytest.approx(1.07, abs=0.005)
+    narrow = replace(WRIST, notch=replace(WRIST.notch, width_mm=0.5))
+    at_one_percent = [np.degrees(0.01 / peak_strain_per_rad(rig)) for rig in (narrow, WRIST)]
+    assert at_one_percent == pytest.approx([2.6, 4.2], abs=0.05)
+    deeper = replace(WRIST, notch=replace(WRIST.notch, depth_mm=1.42))
+    assert planar(deeper, 0.0)[2] / planar(WRIST, 0.0)[2] == pytest.approx(1 - 0.24, abs=0.005)
+    shortening = 14 / flexure(V).axial_N_per_mm
+    assert shortening / ((150 + 14 * 2.6) / 9000) == pytest.approx(0.025, abs=5e-4)
+    assert np.degrees(14 * closure_angle_rad(V)) == pytest.approx(317, abs=0.5)
+    turn = np.radians(45) / 14
+    assert 14 * 1.2 * turn**2 * (1 / 8 - 1 / 24) == pytest.approx(0.004, abs=5e-4)  # hinge against even curvature

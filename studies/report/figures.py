@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -17,7 +18,7 @@ from hysteresis.record import Record
 
 Array = NDArray[np.float64]
 BLUE, ORANGE, GREY, GREEN = "#1f5fa8", "#c8641e", "#8a8f98", "#2f7d4f"
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 9.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -53,7 +54,6 @@ def loops_figure(records: Sequence[Record], labels: Sequence[str], theory: tuple
             right.plot(width.drive, width.width_deg, color=colour, label=label)
         _label(left, "drive, mm", "bending angle, deg")
         _label(right, "drive, mm", "loop width, deg")
-        right.set_ylim(bottom=0)
         left.legend(loc="upper left")
         right.legend(loc="lower center")
         return _svg(figure)

@@ -65,7 +65,8 @@ def _fit(folder: Path, item: dict[str, Any]) -> dict[str, Any]:
         table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
     except (OSError, ValueError) as error:
         raise RecordError(f"{path}: {error}: expected the samples of a fit; run `notchbend run` again") from None
-    series = Series(*table[:, :4].T, heldout=table[:, 4] != 0)
+    drive, angle, base, predicted, heldout = table.T
+    series = Series(drive, angle, base, predicted, heldout != 0)
     unit = read_record(folder / "records" / f"{item['record']}.csv").drive_unit
     before, after = fit["baseline"]["heldout"]["rmse_deg"], fit["heldout"]["rmse_deg"]
     floor = fit["noise_floor_deg"]

@@ -1,0 +1,149 @@
+"""Every row of the README's table of claims: the figure is computed here, the bound is taken from the row."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fem_models.friction import guide_wrap_rad
+from fem_models.kinematics import theory_curve
+from fem_models.multibody import MultibodySolution, solve_multibody
+from fem_models.presets import preset
+from fem_models.rig import Friction, LoadProgram, Notch, triangle
+from fem_models.snr import element_rotations, flexure
+from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
+from hysteresis.identify import Fit, identify
+from hysteresis.metrics import LoopWidth, loop_width
+from hysteresis.record import Record, read_record, write_record
+
+README = Path(__file__).parents[1] / "README.md"
+PAPER = BoucWen(A=1.895, beta=0.315, gamma=0.2606, n=1.176)  # eq. 10
+
+
+def bounds() -> dict[str, float]:
+    """The last column of the table, in whatever unit the row has."""
+    lines = README.read_text().split("| claim |")[1].split("\n\n")[0].splitlines()[2:]
+    rows = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines]
+    return {name: float(within.split()[0]) for name, _, _, within in rows}
+
+
+@cache
+def loop(preload_N: float) -> MultibodySolution:
+    return solve_multibody(preset("du2018", preload_N=preload_N), triangle(2.2, cycles=3))
+
+
+@cache
+def frictionless() -> Record:
+    rig = preset("du2018")
+    rig = replace(rig, friction=Friction(), material=replace(rig.material, loop_share=0.0))
+    return solve_multibody(rig, triangle(2.2)).record
+
+
+def width(record: Record) -> LoopWidth:
+    return loop_width(record.drive, record.angle_deg, record.cycle)
+
+
+def frictionless_angle() -> float:
+    record = frictionless()
+    return float(np.abs(theory_curve(preset("du2018"), record.drive).angle_deg - record.angle_deg).max())
+
+
+def energy_balance() -> float:
+    def gap(solution: MultibodySolution) -> float:
+        end = solution.record.cycle == 3
+        first, last = np.flatnonzero(end)[[0, -1]] - [1, 0]
+        loss = solution.friction_loss_mJ + solution.material_loss_mJ
+        work = solution.wheel_work_mJ[last] - solution.wheel_work_mJ[first]
+        return abs(loss[last] - loss[first] - work) / work
+
+    return 100 * max(gap(loop(10.0)), gap(loop(20.0)))
+
+
+def capstan() -> float:
+    rig = preset("du2018")
+    rope = replace(rig.tendon_a, toe_N=0.0)
+    rig = replace(rig, tendon_a=rope, tendon_b=rope, friction=Friction(capstan_coefficient=0.2, rest_wrap_deg=20.0))
+    solution = solve_multibody(rig, LoadProgram(np.linspace(0, 2.2, 23)))
+    pulled, released = solution.segment_tensions_N[-1]
+    wrap = guide_wrap_rad(rig.friction, np.radians(solution.record.notches_deg[-1]))
+    ratios = np.concatenate([pulled[:-1] / pulled[1:], released[1:] / released[:-1]])
+    return float(np.abs(ratios / np.tile(np.exp(0.2 * wrap), 2) - 1).max())
+
+
+def slot_element() -> float:
+    rig = replace(preset("du2018"), notch=Notch("rectangular_pair", 14, 2.86, 1.0, 1.6))
+    return 100 * abs(element_rotations(rig, 1.0).theta_kd_rad * flexure(rig).bending_Nmm_per_rad - 1)
+
+
+def joint_stiffness() -> float:
+    rig = preset("du2018")
+    return 100 * abs(element_rotations(rig, 1.0, n_elements=64).theta_kd_rad * flexure(rig).bending_Nmm_per_rad - 1)
+
+
+def bouc_wen_kernel() -> float:
+    worst = 0.0
+    for n in (1.0, 1.176, 1.5, 2.0, 2.7, 3.0):
+        model = replace(PAPER, n=n, h0_deg=-1.0)
+        h = hysteresis(np.linspace(0.0, 20.0, 41), model)[-1]
+        worst = max(worst, abs(h / branch_closed_form(-1.0, 0.0, 20.0, model) - 1))
+    return worst
+
+
+def layer_du2018() -> float:
+    def worst(preload_N: float) -> float:
+        rig = preset("du2018", preload_N=preload_N)
+        return identify(loop(preload_N).record, lambda x: theory_curve(rig, x).angle_deg).heldout.max_abs_deg
+
+    return max(worst(10.0), worst(20.0))
+
+
+def ratio(fit: Fit) -> float:
+    return fit.heldout.rmse_deg / fit.baseline_heldout.rmse_deg
+
+
+def record_round_trip(folder: Path) -> float:
+    record = loop(20.0).record
+    write_record(record, folder / "loop.csv")
+    again = read_record(folder / "loop.csv")
+    return float(np.abs(again.angle_deg - record.angle_deg).max() + np.abs(again.tip_mm - record.tip_mm).max())
+
+
+CLAIMS: dict[str, Callable[[], float]] = {
+    "frictionless-angle": frictionless_angle,
+    "no-friction-no-loop": lambda: abs(width(frictionless()).max_deg),
+    "energy-balance": energy_balance,
+    "capstan": capstan,
+    "width-10N": lambda: abs(width(loop(10.0).record).max_deg - 3.52),
+    "width-20N": lambda: abs(width(loop(20.0).record).max_deg - 2.21),
+    "widest-place": lambda: max(abs(width(loop(p).record).at_drive) for p in (10.0, 20.0)),
+    "full-scale": lambda: abs(float(np.abs(loop(20.0).record.angle_deg).max()) - 45),
+    "slot-element": slot_element,
+    "joint-stiffness": joint_stiffness,
+    "bouc-wen-kernel": bouc_wen_kernel,
+    "bouc-wen-saturation": lambda: abs(PAPER.saturation_deg - 2.754),
+    "layer-du2018": layer_du2018,
+}
+
+
+@pytest.mark.parametrize("name", CLAIMS)
+def test_claim(name):
+    assert CLAIMS[name]() <= bounds()[name]
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [("layer-surgical", "surgical-manipulator-0-80.csv"), ("layer-tee-probe", "tee-probe-antero-posterior.csv")],
+)
+def test_claim_on_measured_data(name, file, measured):
+    assert ratio(identify(read_record(measured / file))) < bounds()[name]
+
+
+def test_claim_of_the_round_trip(tmp_path):
+    assert record_round_trip(tmp_path) <= bounds()["record-round-trip"]
+
+
+def test_every_row_is_tested():
+    assert set(bounds()) == {*CLAIMS, "layer-surgical", "layer-tee-probe", "record-round-trip"}

@@ -1,0 +1,34 @@
+"""Examples in the documentation run, and its files are files that the package takes."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from fem_models.rig import read_rig
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+EXAMPLES = [
+    pytest.param(code, id=f"{page.name}-{i}")
+    for page in PAGES
+    for i, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.S))
+]
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_example_runs(code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "example", "exec"), {})
+
+
+def test_rig_file_of_the_first_steps(tmp_path):
+    text = re.search(r"```toml\n(preload_N.*?)```", (ROOT / "docs" / "first-steps.md").read_text(), re.S)
+    (tmp_path / "mine.toml").write_text(text[1])
+    assert read_rig(tmp_path / "mine.toml").joints == 10
+
+
+def test_links_between_pages_lead_somewhere():
+    for page in PAGES:
+        for target in re.findall(r"\]\((?!http)([^)#]+)", page.read_text()):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"

@@ -1,0 +1,72 @@
+"""The main job end to end, on the defaults: files, figures, verdicts; and the page again from stored results."""
+
+import json
+import re
+import time
+
+import pytest
+
+from hysteresis.record import read_record
+from studies.cli import call
+from studies.report.page import significant
+from validation.practice.bench_record import SHIPPED, bench_like_record
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    out = tmp_path_factory.mktemp("run")
+    began = time.monotonic()
+    assert call(["run", "--out", str(out), "--quiet"]) == 0
+    assert time.monotonic() - began < 150
+    return out
+
+
+def test_run_stores_what_the_page_shows(folder):
+    run = json.loads((folder / "run.json").read_text())
+    assert [loop["record"] for loop in run["loops"]] == ["du2018-10N", "du2018-20N"]
+    for name in ("du2018-10N", "du2018-20N", "bench-like-20N", "du2018-analytic"):
+        assert read_record(folder / "records" / f"{name}.csv").kind == "simulated"
+    for item in run["fits"]:
+        fit = json.loads((folder / f"identify-{item['name']}.json").read_text())
+        assert fit["heldout"]["rmse_deg"] < fit["baseline"]["heldout"]["rmse_deg"]
+
+
+def test_page_is_self_contained(folder):
+    html = (folder / "report.html").read_text()
+    assert not re.search(r'(src|href)="(?!data:|#)', html)
+    assert html.count("<svg") == 1 + 4
+    assert "data:image/png;base64," in html
+    assert "stated" in html
+    assert "assumed" in html
+
+
+def test_report_again_is_the_same(folder):
+    before = (folder / "report.html").read_bytes()
+    assert call(["report", str(folder)]) == 0
+    assert (folder / "report.html").read_bytes() == before
+
+
+def test_report_names_a_broken_result(folder, tmp_path, capsys):
+    import shutil
+
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    (copy / "identify-du2018-10N.csv").unlink()
+    assert call(["report", str(copy)]) == 2
+    assert "identify-du2018-10N.csv" in capsys.readouterr().err
+
+
+def test_shipped_record_is_what_its_script_makes():
+    shipped, made = read_record(SHIPPED), bench_like_record()
+    assert "Not a measurement" in shipped.title
+    assert "seed" in shipped.title
+    # readings are rounded to 1e-4 deg; the solver may differ in the last digits from machine to machine
+    assert abs(shipped.angle_deg - made.angle_deg).max() < 2e-4
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.012345, "0.0123"), (1234.5, "1234"), (45.25, "45.2"), (1.2e-9, "1.20e-09"), (14, "14"), (0.0, "0.0")],
+)
+def test_numbers_have_three_digits(value, text):
+    assert significant(value) == text
