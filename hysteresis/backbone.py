@@ -11,10 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import least_squares, lsq_linear
 
 Floats = NDArray[np.float64]
 Kinematics = Callable[[Floats], ArrayLike]
+
+_MOST_TRAVEL_MM, _LEAST_TRAVEL_MM = 100.0, 0.1
+_TABLE = 2001
 
 
 @dataclass(frozen=True)
@@ -138,17 +142,16 @@ def given_backbone(base: Kinematics, drive: Floats, angle_deg: Floats, unit: str
         endless = np.array([np.inf])
         return Backbone(("offset_deg",), ("deg",), np.zeros(1), -endless, endless, at, linear=True)
 
+    table, travel = _tabulated(base)
+
     def scaled(drive: Floats) -> Callable[[Floats], Floats]:
-        return lambda c: np.asarray(base(c[0] * (drive - c[1])), dtype=float)
+        return lambda c: table(np.clip(c[0] * (drive - c[1]), -travel, travel))
 
     first, last = float(np.min(drive)), float(np.max(drive))
     middle, span = 0.5 * (first + last), last - first
-    # Travels of the tendon from 0.1 mm to 100 mm, both ways; kinematics may have no answer to the large ones.
-    gains = np.concatenate([sign * np.geomspace(0.1, 100.0, 61) / span for sign in (1.0, -1.0)])
-    misfits = np.array([np.sum((scaled(drive)(np.array([gain, middle])) - angle_deg) ** 2) for gain in gains])
-    if not np.isfinite(misfits).any():
-        raise ValueError("base: no finite angles: expected kinematics, drive in mm -> angle in deg")
-    gain = gains[np.nanargmin(np.where(np.isfinite(misfits), misfits, np.nan))]
+    gains = np.concatenate([sign * np.geomspace(2e-3, 2.0, 61) * travel / span for sign in (1.0, -1.0)])
+    misfits = [float(np.sum((scaled(drive)(np.array([gain, middle])) - angle_deg) ** 2)) for gain in gains]
+    gain = float(gains[int(np.argmin(misfits))])
     ends = sorted((0.2 * gain, 5.0 * gain))
     return Backbone(
         names=(f"gain_mm_per_{unit}", f"zero_{unit}"),
@@ -159,3 +162,20 @@ def given_backbone(base: Kinematics, drive: Floats, angle_deg: Floats, unit: str
         at=scaled,
         linear=False,
     )
+
+
+def _tabulated(base: Kinematics) -> tuple[PchipInterpolator, float]:
+    """Tabulate kinematics over as much travel, to both sides, as they have an answer for, in mm: 100 down to 0.1.
+
+    A fit of the gain asks for thousands of curves; those of a chain of joints are not for free.
+    """
+    for travel in np.geomspace(_MOST_TRAVEL_MM, _LEAST_TRAVEL_MM, 31):
+        drive = np.linspace(-travel, travel, _TABLE)
+        try:
+            if np.isfinite(np.asarray(base(drive[[0, -1]]), dtype=float)).all():
+                angle = np.asarray(base(drive), dtype=float)
+                if angle.shape == drive.shape and np.isfinite(angle).all():
+                    return PchipInterpolator(drive, angle), float(travel)
+        except ValueError:  # no answer that far out
+            continue
+    raise ValueError(f"base: no finite angles within {_LEAST_TRAVEL_MM:g} mm of zero: expected kinematics, mm -> deg")

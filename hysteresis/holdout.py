@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hysteresis.record import Record, branches, cycle_index, cycle_slices
+from hysteresis.record import Record, RecordError, branches, cycle_index, cycle_slices
 
 Mask = NDArray[np.bool_]
 
 _PARTS = 10  # blocks are tenths of the drive's range, on each branch
+_FEWEST_TRAIN, _FEWEST_HELD = 20, 3
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,11 @@ def hold_out(record: Record) -> Split:
 
     A record of a single cycle has tenths of the drive's range held out, two on the rising and two others on the
     falling branches, so that each place is still seen on one of them.
+
+    Raises
+    ------
+    RecordError
+        Too few samples for either part.
     """
     everything = np.ones(len(record.drive), dtype=bool)
     whole = _whole_cycles(record)
@@ -68,7 +74,8 @@ def _last_cycles(record: Record, among: Mask, first: int) -> Split:
     held = among & (labels >= first)
     last = int(labels[held].max())
     cycles = f"cycle {first}" if last == first else f"cycles {first} to {last}"
-    return Split(among & ~held, held, f"{cycles}, predicted by running the path on from the start of the record")
+    by = f"{cycles}, predicted by running the path on from the start of the record"
+    return _checked(record, Split(among & ~held, held, by))
 
 
 def _blocks(record: Record, among: Mask, rising: tuple[int, ...], falling: tuple[int, ...]) -> Split:
@@ -86,4 +93,14 @@ def _blocks(record: Record, among: Mask, rising: tuple[int, ...], falling: tuple
         f"blocks of a tenth of the drive's range, {words(rising)} on rising and {words(falling)} on falling "
         "branches; the path runs through them, their angles are hidden"
     )
-    return Split(among & ~held, among & held, by)
+    return _checked(record, Split(among & ~held, among & held, by))
+
+
+def _checked(record: Record, split: Split) -> Split:
+    train, held = int(split.train.sum()), int(split.heldout.sum())
+    if train < _FEWEST_TRAIN or held < _FEWEST_HELD:
+        raise RecordError(
+            f"{record.source or 'record'}: {train} samples to fit and {held} to hold out: "
+            f"expected at least {_FEWEST_TRAIN} and {_FEWEST_HELD}"
+        )
+    return split

@@ -33,7 +33,6 @@ _SEARCH_SAMPLES = 400
 _POLISH_SAMPLES = 2500
 _AS_GOOD = 1.05  # a curve with fewer knots is taken when its validation error is within this factor of the best
 _NEAR = 1.5  # ends of a polish with an error within this factor of the best are followed up
-_FEWEST_SAMPLES = 30
 _ILL_CONDITIONED = 1e4
 _SATURATED = 0.95  # of the saturation
 _SUSPECT = 2.0  # held-out error in training errors
@@ -140,7 +139,7 @@ def identify(
     seed
         Of the genetic search; the same seed gives the same fit.
     population, generations
-        Of the genetic search.
+        Of the genetic search: individuals, at least 8; generations, at least 3.
     progress
         Called with (generations done, generations in all).
 
@@ -149,17 +148,20 @@ def identify(
     RecordError
         A record that never reverses, has too few samples, an angle that never changes, or leaves its own theory.
     ValueError
-        An unknown fitness, or kinematics that give no finite angle.
+        An unknown fitness, too small a search, or kinematics that give no finite angle.
     """
     began = time.perf_counter()
     _require_usable(record)
     if fitness not in ("rmse", "paper-signed-mean"):
         raise ValueError(f"fitness = {fitness!r}: expected 'rmse' or 'paper-signed-mean'")
-    done = count(1)
+    for name, value, least in (("population", population, 8), ("generations", generations, 3)):
+        if value < least:
+            raise ValueError(f"{name} = {value}: expected at least {least}")
+    done = count(1)  # generations
 
     def tick() -> None:
         if progress is not None:
-            progress(min(next(done), generations), generations)
+            progress(next(done), generations)
 
     genetic = partial(
         search.genetic, fitness=fitness, seed=seed, population=population, generations=generations, tick=tick
@@ -176,7 +178,8 @@ def identify(
             backbone = _curve(record, split, _SEARCH_KNOTS)
         else:
             _require_finite(base, record)
-            backbone = given_backbone(base, record.drive, record.angle_deg, record.drive_unit)
+            seen = split.train
+            backbone = given_backbone(base, record.drive[seen], record.angle_deg[seen], record.drive_unit)
         points, evaluations = _search(samples.thinned(_SEARCH_SAMPLES), backbone, genetic, fitness)
         point = points[0]
     fine, spread = samples.thinned(_POLISH_SAMPLES), None
@@ -199,21 +202,21 @@ def identify(
 
 
 def _require_usable(record: Record) -> None:
-    name = record.source or "record"
     require_reversal(record)
-    if len(record.drive) < _FEWEST_SAMPLES:
-        raise RecordError(f"{name}: {len(record.drive)} samples: expected at least {_FEWEST_SAMPLES} to identify")
     if np.ptp(record.angle_deg) == 0:
+        name = record.source or "record"
         raise RecordError(f"{name}: angle = {record.angle_deg[0]:g} throughout: expected an angle that changes")
 
 
 def _theory(record: Record) -> Kinematics:
     """Interpolate the record's own theory; flat beyond its ends."""
     assert record.kinematics is not None
+    if record.drive_unit == "N":
+        raise RecordError(f"{record.source or 'record'}: kinematics: expected a drive in mm, deg or step, not a force")
     first, last = record.kinematics[[0, -1], 0]
     low, high = float(record.drive.min()), float(record.drive.max())
     slack = 1e-6 * (last - first)
-    if record.drive_unit in ("mm", "N") and (low < first - slack or high > last + slack):
+    if record.drive_unit == "mm" and (low < first - slack or high > last + slack):
         raise RecordError(
             f"{record.source or 'record'}: drive from {low:g} to {high:g}: expected within the kinematics table, "
             f"{first:g} to {last:g}"
@@ -328,6 +331,9 @@ def _warnings(
             yield f"{'|A|' if name == 'A' else name} is at the bound of the search, {limit:.3g}"
     if spread is None:
         yield "eq. 8 is a mean in which errors cancel: it does not determine the parameters, and gives no intervals"
+    elif spread.blind[:5].any():
+        names = [name for name, blind in zip(search.COORDINATES, spread.blind[:5], strict=True) if blind]
+        yield f"the record does not show {', '.join(names)}: no interval"
     elif spread.condition > _ILL_CONDITIONED:
         yield (
             f"parameters make good for each other (condition number {spread.condition:.1e}): "

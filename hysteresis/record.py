@@ -455,6 +455,8 @@ def _toml(tables: Mapping[str, Any]) -> str:
 def write_files(files: Mapping[Path, str]) -> None:
     """Write texts as UTF-8, each whole or not at all: all are staged beside their places before any is replaced.
 
+    Folders are made where they are missing.
+
     Raises
     ------
     RecordError
@@ -464,6 +466,7 @@ def write_files(files: Mapping[Path, str]) -> None:
     try:
         for path, text in files.items():
             part = path.with_name(f".{path.name}.{os.getpid()}.part")
+            path.parent.mkdir(parents=True, exist_ok=True)
             staged[part] = path
             part.write_text(text, encoding="utf-8", newline="\n")
         for part, path in staged.items():

@@ -69,7 +69,7 @@ class Point:
         return BoucWen(*rows(np.array([self.sign]), self.q[np.newaxis])[0].tolist())
 
     def angle(self, backbone: Backbone, drive: Floats) -> Floats:
-        """F + h along a path of the drive, shape (m,) -> (m,), deg."""
+        """Predict the angle f + h along a path of the drive, shape (m,) -> (m,), deg."""
         f = backbone.at(drive)(self.c)
         return f + hysteresis(f, self.model)
 
@@ -85,11 +85,8 @@ def rows(sign: Floats, q: Floats) -> Floats:
 def box(samples: Samples) -> tuple[Floats, Floats]:
     """Bounds of q, shapes (5,); that of the saturation scales with the range of the angle."""
     span = float(np.ptp(samples.angle_deg[samples.seen]))
-    saturation = tuple(span * s for s in _SATURATION)
-    low, high = (
-        np.array([math.log(_SLOPE[i]), math.log(saturation[i]), math.log(_SHARPNESS[i]), _RHO[i], (-1.0, 1.0)[i]])
-        for i in (0, 1)
-    )
+    slope, saturation, sharpness = np.log(_SLOPE), np.log(_SATURATION) + math.log(span), np.log(_SHARPNESS)
+    low, high = np.column_stack([slope, saturation, sharpness, _RHO, (-1.0, 1.0)])
     return low, high
 
 
@@ -105,7 +102,7 @@ def genetic(
 ) -> tuple[list[Point], int]:
     """Points to start a polish from, the best of each sign of A first, then a play operator; also the evaluations.
 
-    h of a whole generation is computed in one compiled call, along the present estimate of f. The coefficients of
+    The h of a whole generation is computed in one compiled call, along the present estimate of f. The coefficients of
     f are not searched for: of every candidate's residual only the part counts that no change of them can mend
     (variable projection). That f starts as the best curve without hysteresis and is renewed after each round.
 
@@ -127,7 +124,8 @@ def genetic(
             evaluations += len(batch)
             return score(batch)
 
-        genes = _evolve(counted, genes, (low, high), generations // rounds, seed + i, tick)
+        share = generations // rounds + (i < generations % rounds)
+        genes = _evolve(counted, genes, (low, high), share, seed + i, tick)
         if fitness == "paper-signed-mean":
             return [Point(float(genes[0, 0]), genes[0, 1:], c)], evaluations
         points = [
@@ -193,8 +191,8 @@ def _evolve(
     space += [{"low": float(a), "high": float(b)} for a, b in zip(*bounds, strict=True)]
     with _own_random_state():
         search = pygad.GA(
-            num_generations=max(1, generations),
-            num_parents_mating=max(2, len(genes) // 2),
+            num_generations=generations,
+            num_parents_mating=len(genes) // 2,
             initial_population=genes,
             gene_space=space,
             fitness_func=lambda _, batch, __: score(np.atleast_2d(batch)).tolist(),

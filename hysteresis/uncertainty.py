@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 
 _CONFIDENCE = 0.95
 _STEP = 1e-6  # of finite differences; the kernel of h is exact to about 1e-13
+_BLIND = 1e-9  # of the largest column of the Jacobian: smaller ones are rounding
 _WIDEST_LOG = 30.0  # half width of the interval of a logarithm beyond which there is no interval
 
 
@@ -44,17 +45,20 @@ class Uncertainty:
     """Covariance of x = (q, c), shape (5 + p, 5 + p), and what it rests on.
 
     ``quantile`` times a standard deviation is half an interval. ``condition`` is that of the Jacobian with columns
-    of length 1: large where a change of one parameter can be made good by others. ``effective`` is the number of
-    independent samples that the residual is worth.
+    of length 1: large where a change of one parameter can be made good by others. ``blind``, shape (5 + p,), marks
+    what the samples do not show at all; ``effective`` is the number of independent samples that the residual is worth.
     """
 
     covariance: Floats
     quantile: float
     condition: float
+    blind: NDArray[np.bool_]
     effective: float
 
     def half(self, gradient: Floats) -> float:
-        """Half width of the interval of a function of x with this gradient, shape (5 + p,)."""
+        """Half width of the interval of a function of x with this gradient, shape (5 + p,); may be infinite."""
+        if (gradient[self.blind] != 0).any():
+            return math.inf
         return self.quantile * math.sqrt(max(0.0, float(gradient @ self.covariance @ gradient)))
 
 
@@ -70,15 +74,17 @@ def uncertainty(samples: Samples, backbone: Backbone, point: Point) -> Uncertain
     high = box(samples)[1]
     free = np.concatenate([np.ones(5, dtype=bool), point.c - backbone.low > 1e-6 * np.abs(point.c).max()])
     at_end = residual(x)
-    columns = []
+    columns = np.zeros((len(at_end), len(x)))
     for i in np.flatnonzero(free):
         step = _STEP * max(1.0, abs(x[i]))
         if i < 5 and x[i] + step > high[i]:
             step = -step
-        columns.append((residual(x + step * np.eye(len(x))[i]) - at_end) / step)
-    jacobian = np.column_stack(columns)
+        columns[:, i] = (residual(x + step * np.eye(len(x))[i]) - at_end) / step
+    norms = np.linalg.norm(columns, axis=0)
+    blind = free & (norms <= _BLIND * norms.max())
+    free &= ~blind
+    jacobian, norms = columns[:, free], norms[free]
     m, p = jacobian.shape
-    norms = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
     _, singular, basis = np.linalg.svd(jacobian / norms, full_matrices=False)
     singular = np.maximum(singular, 1e-12 * singular[0])
     within = (basis.T / singular**2) @ basis / np.outer(norms, norms)
@@ -88,7 +94,7 @@ def uncertainty(samples: Samples, backbone: Backbone, point: Point) -> Uncertain
     covariance = np.zeros((len(x), len(x)))
     covariance[np.ix_(free, free)] = variance * within
     quantile = float(student.ppf(0.5 + 0.5 * _CONFIDENCE, max(1, m - p)))
-    return Uncertainty(covariance, quantile, float(singular[0] / singular[-1]), effective)
+    return Uncertainty(covariance, quantile, float(singular[0] / singular[-1]), blind, effective)
 
 
 def parameters_of(
@@ -108,9 +114,9 @@ def parameters_of(
         return gradient
 
     def plain(value: float, gradient: Floats, unit: str) -> Parameter:
-        if spread is None:
+        half = math.inf if spread is None else spread.half(gradient)
+        if math.isinf(half):
             return Parameter(value, None, None, unit)
-        half = spread.half(gradient)
         return Parameter(value, value - half, value + half, unit)
 
     def positive(value: float, gradient: Floats, unit: str, ends: tuple[float, float] | None = None) -> Parameter:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -74,8 +75,7 @@ def simulate(
     program = _program(program_file, amplitude, step, rate, cycles)
     record = ENGINES[engine](rig, program)
     if rig_file is not None:
-        record = replace(record, rig={"file": str(rig_file.resolve()), "preload_N": rig.preload_N})
-    out.parent.mkdir(parents=True, exist_ok=True)
+        record = replace(record, rig={"file": str(rig_file.absolute()), "preload_N": rig.preload_N})
     write_record(record, out)
     _show(first.loop_summary(record), quiet, as_json, [f"record: {out}"])
 
@@ -106,9 +106,9 @@ def identify(
     """Identify the Bouc-Wen layer on a record, with the error on data that the fit has not seen."""
     if len(records) > 1:
         raise RecordError(f"{records[1]}: identify takes one record, expected a call for each")
-    fit = first.identify_record(read_record(records[0]), seed=seed, progress=not quiet and not as_json)
-    out.mkdir(parents=True, exist_ok=True)
-    first.write_fit(fit, out, "identify")
+    record = read_record(records[0])
+    fit = first.identify_record(record, seed=seed, progress=not quiet and not as_json)
+    first.write_fit(fit, record, out, "identify")
     _show(fit.to_dict(), quiet, as_json, [f"wrote {out / 'identify.json'}"])
 
 
@@ -189,11 +189,19 @@ def call(arguments: Sequence[str]) -> int:
             return _complain(f"{error.filename}: {error.strerror}")
         return _complain(str(error))
     except Exception as error:
-        message = getattr(error, "format_message", None)  # usage errors of the command line library
-        if message is None:
+        usage = getattr(error, "format_message", None)  # errors of the command line library
+        if usage is None:
             raise
-        return _complain(str(message()))
+        return _complain(_with_value(str(usage()), arguments))
     return code if isinstance(code, int) else 0
+
+
+def _with_value(message: str, arguments: Sequence[str]) -> str:
+    """Add the value that was given, which the library's message leaves out."""
+    for option, value in pairwise(arguments):
+        if option.startswith("--") and f"'{option}'" in message and value not in message:
+            return f"{message.rstrip('.')}: {option} {value}"
+    return message
 
 
 def _complain(message: str, code: int = 2) -> int:

@@ -28,6 +28,7 @@ from fem_models.rig import Rig, numeric_fields, triangle
 from fem_models.scene import SceneError, render
 from fem_models.snr import peak_strain_per_rad
 from hysteresis.backbone import Kinematics
+from hysteresis.holdout import hold_out
 from hysteresis.identify import Fit
 from hysteresis.identify import identify as identify_layer
 from hysteresis.metrics import dissipated_area, loop_width
@@ -60,11 +61,13 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
             name = f"{PRESET}-{preload:g}N"
             records[name] = solution.record
             write_record(solution.record, out / "records" / f"{name}.csv")
-            loops.append({"record": name, **loop_summary(solution.record), **energy_summary(solution)})
+            theory = f"{name}-analytic"
+            write_record(simulate_analytic(rig, triangle(AMPLITUDE_MM)), out / "records" / f"{theory}.csv")
+            loops.append(
+                {"record": name, "theory": theory, **loop_summary(solution.record), **energy_summary(solution)}
+            )
             step(f"cross-checking at {preload:g} N")
             checks.append(crosscheck(rig, amplitude_mm=AMPLITUDE_MM).to_dict())
-        theory = simulate_analytic(preset(PRESET), triangle(AMPLITUDE_MM))
-        write_record(theory, out / "records" / f"{PRESET}-analytic.csv")
         shipped = read_record(SHIPPED)
         records[SHIPPED.stem] = shipped
         write_record(shipped, out / "records" / SHIPPED.name)
@@ -73,7 +76,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         for label, name, known in jobs:
             step(f"identifying {label}")
             fit = identify_record(records[name], seed=seed, use_rig=known)
-            write_fit(fit, out, f"identify-{label}")
+            write_fit(fit, records[name], out, f"identify-{label}")
             fits.append({"name": label, "record": name, "title": records[name].title})
         step("drawing the tube")
         picture = _picture(preset(PRESET), records[f"{PRESET}-{PRELOADS_N[-1]:g}N"], out / "tube.png")
@@ -85,7 +88,6 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         "peak_strain_percent": 100
         * peak_strain_per_rad(preset(PRESET))
         * math.radians(float(np.abs(_joints_deg(records[f"{PRESET}-{PRELOADS_N[-1]:g}N"])).max())),
-        "theory": f"{PRESET}-analytic",
         "loops": loops,
         "crosscheck": checks,
         "fits": fits,
@@ -121,15 +123,18 @@ def _analytic(record: Record) -> Kinematics | None:
 
 
 def loop_summary(record: Record) -> dict[str, Any]:
-    """Full scale, widest place, width at zero drive, area of the closed loops of a record."""
-    width = loop_width(record.drive, record.angle_deg, record.cycle)
-    return {
-        "title": record.title,
-        "full_scale_deg": float(np.abs(record.angle_deg).max()),
+    """Full scale of a record and, where it closes a loop, widest place, width at zero drive, area."""
+    full = {"title": record.title, "full_scale_deg": float(np.abs(record.angle_deg).max())}
+    try:
+        width = loop_width(record.drive, record.angle_deg, record.cycle)
+        area = dissipated_area(record.drive, record.angle_deg, record.cycle)
+    except ValueError:  # a program of its own need not close a loop
+        return full
+    return full | {
         "loop_width_deg": width.max_deg,
         "widest_at_drive_mm": width.at_drive,
         "loop_width_at_zero_deg": width.at_zero_deg,
-        "loop_area_deg_mm": dissipated_area(record.drive, record.angle_deg, record.cycle),
+        "loop_area_deg_mm": area,
     }
 
 
@@ -159,20 +164,15 @@ def rig_table(name: str) -> list[dict[str, Any]]:
     ]
 
 
-def write_fit(fit: Fit, out: Path, stem: str) -> None:
-    """Write ``STEM.json`` (the contract's identify.json) and ``STEM.csv`` (sample by sample)."""
-    series = fit.series
-    rows = zip(
-        series.drive, series.angle_deg, series.base_deg, series.predicted_deg, series.heldout.astype(int), strict=True
-    )
-    lines = ["drive,angle_deg,base_deg,predicted_deg,heldout"]
-    lines += [f"{x!r},{a!r},{b!r},{p!r},{h}" for x, a, b, p, h in (map(_plain, row) for row in rows)]
+def write_fit(fit: Fit, record: Record, out: Path, stem: str) -> None:
+    """Write ``STEM.json`` (the contract's identify.json) and ``STEM.csv`` (sample by sample, f alone and with h)."""
+    split = hold_out(record)
+    alone = fit.backbone.at(record.drive)(fit.backbone.fit(record.drive[split.train], record.angle_deg[split.train]))
+    columns = (record.drive, record.angle_deg, alone, fit.predict(record.drive), split.heldout.astype(int))
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    lines = ["drive,angle_deg,f_alone_deg,predicted_deg,heldout", *(",".join(map(repr, row)) for row in rows)]
     text = json.dumps(fit.to_dict(), indent=2) + "\n"
     write_files({out / f"{stem}.json": text, out / f"{stem}.csv": "\n".join(lines) + "\n"})
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if hasattr(value, "item") else value
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:

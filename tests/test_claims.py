@@ -80,7 +80,7 @@ def slot_element() -> float:
 
 def joint_stiffness() -> float:
     rig = preset("du2018")
-    return 100 * abs(element_rotations(rig, 1.0, n_elements=64).theta_kd_rad * flexure(rig).bending_Nmm_per_rad - 1)
+    return 100 * abs(element_rotations(rig, 1.0, n_elements=512).theta_kd_rad * flexure(rig).bending_Nmm_per_rad - 1)
 
 
 def bouc_wen_kernel() -> float:

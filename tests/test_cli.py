@@ -1,4 +1,4 @@
-"""The command line: results where they were asked for; bad input ends with one line and exit 2, nothing half-written."""
+"""The command line: results where asked for; bad input ends with one line and exit 2, nothing half-written."""
 
 import json
 from pathlib import Path

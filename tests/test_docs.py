@@ -10,15 +10,17 @@ from fem_models.rig import read_rig
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 EXAMPLES = [
-    pytest.param(code, id=f"{page.name}-{i}")
+    pytest.param(page, code, id=f"{page.name}-{i}")
     for page in PAGES
     for i, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.S))
 ]
 
 
-@pytest.mark.parametrize("code", EXAMPLES)
-def test_example_runs(code, tmp_path, monkeypatch):
+@pytest.mark.parametrize(("page", "code"), EXAMPLES)
+def test_example_runs(page, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    for name, text in re.findall(r"^`(\S+)`\n```\w+\n(.*?)```", page.read_text(), re.S | re.M):  # files shown beside it
+        Path(name).write_text(text)
     exec(compile(code, "example", "exec"), {})
 
 

@@ -24,7 +24,7 @@ def folder(tmp_path_factory):
 def test_run_stores_what_the_page_shows(folder):
     run = json.loads((folder / "run.json").read_text())
     assert [loop["record"] for loop in run["loops"]] == ["du2018-10N", "du2018-20N"]
-    for name in ("du2018-10N", "du2018-20N", "bench-like-20N", "du2018-analytic"):
+    for name in ("du2018-10N", "du2018-20N", "bench-like-20N", "du2018-20N-analytic"):
         assert read_record(folder / "records" / f"{name}.csv").kind == "simulated"
     for item in run["fits"]:
         fit = json.loads((folder / f"identify-{item['name']}.json").read_text())

@@ -42,27 +42,29 @@ class Series:
     heldout: NDArray[np.bool_]
 
 
-def loops_figure(records: Sequence[Record], labels: Sequence[str], theory: tuple[Array, Array]) -> str:
-    """Angle over drive with the analytic curve, and the width of the loop over the drive."""
+def loops_figure(records: Sequence[Record], labels: Sequence[str], theories: Sequence[Record]) -> str:
+    """Angle over drive, the angle against the analytic curve of the same rig, and the width of the loop."""
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.2, 3.6), layout="constrained")
-        left, right = figure.subplots(1, 2)
-        left.plot(*theory, color=GREY, ls="--", label="analytic, no friction")
-        for record, label, colour in zip(records, labels, (ORANGE, BLUE), strict=False):
-            left.plot(record.drive, record.angle_deg, color=colour, label=label)
+        figure = Figure(figsize=(9.6, 3.3), layout="constrained")
+        loops, against, widths = figure.subplots(1, 3)
+        for record, theory, label, colour in zip(records, theories, labels, (ORANGE, BLUE), strict=False):
+            order = np.argsort(theory.drive, kind="stable")
+            curve = np.interp(record.drive, theory.drive[order], theory.angle_deg[order])
+            loops.plot(record.drive, record.angle_deg, color=colour, label=label)
+            against.plot(record.drive, record.angle_deg - curve, color=colour, label=label)
             width = loop_width(record.drive, record.angle_deg, record.cycle)
-            right.plot(width.drive, width.width_deg, color=colour, label=label)
-        _label(left, "drive, mm", "bending angle, deg")
-        _label(right, "drive, mm", "loop width, deg")
-        left.legend(loc="upper left")
-        right.legend(loc="lower center")
+            widths.plot(width.drive, width.width_deg, color=colour, label=label)
+        _label(loops, "drive, mm", "bending angle, deg")
+        _label(against, "drive, mm", "angle - analytic curve, deg")
+        _label(widths, "drive, mm", "loop width, deg")
+        loops.legend(loc="upper left")
         return _svg(figure)
 
 
 def fit_figure(series: Series, unit: str) -> str:
     """Measured and predicted loop, and the residual without and with the layer."""
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.2, 3.6), layout="constrained")
+        figure = Figure(figsize=(9.6, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2)
         left.plot(series.drive, series.angle_deg, ".", ms=2.5, color=GREY, label="record")
         left.plot(series.drive, series.base_deg, color=ORANGE, lw=1.0, ls="--", label="f alone")

@@ -24,7 +24,7 @@ def write_report(folder: Path) -> Path:
     """
     run = _json(folder / "run.json")
     records = {loop["record"]: read_record(folder / "records" / f"{loop['record']}.csv") for loop in run["loops"]}
-    theory = read_record(folder / "records" / f"{run['theory']}.csv")
+    theories = [read_record(folder / "records" / f"{loop['theory']}.csv") for loop in run["loops"]]
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
@@ -36,7 +36,7 @@ def write_report(folder: Path) -> Path:
     labels = [f"{loop['record'].split('-')[-1].removesuffix('N')} N preload" for loop in run["loops"]]
     html = environment.get_template("template.html").render(
         run=run,
-        loops_svg=loops_figure(list(records.values()), labels, (theory.drive, theory.angle_deg)),
+        loops_svg=loops_figure(list(records.values()), labels, theories),
         fits=[_fit(folder, item) for item in run["fits"]],
         picture=_picture(folder, run["picture"]),
     )
@@ -46,7 +46,7 @@ def write_report(folder: Path) -> Path:
 
 
 def significant(value: object, digits: int = 3) -> str:
-    """Number with a few significant digits and no exponent for everyday sizes; other values as they are."""
+    """Format a number with a few significant digits, without exponent for everyday sizes; other values as text."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return "" if value is None else str(value)
     if value == 0 or isinstance(value, int):
