@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hysteresis.record import Record, RecordError, branches, cycle_index, cycle_slices
+from hysteresis.path import branches, cycle_index, cycle_slices
+from hysteresis.record import Record, RecordError
 
 Mask = NDArray[np.bool_]
 

@@ -19,7 +19,8 @@ from hysteresis.backbone import Backbone, Kinematics, fitted_backbone, given_bac
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.holdout import Split, hold_out, validate_within
 from hysteresis.metrics import Errors, errors, noise_floor
-from hysteresis.record import Record, RecordError, require_reversal
+from hysteresis.path import require_reversal
+from hysteresis.record import Record, RecordError
 from hysteresis.search import Fitness, Point, Samples
 from hysteresis.uncertainty import Parameter, Uncertainty, parameters_of, uncertainty
 
@@ -33,6 +34,7 @@ _SEARCH_SAMPLES = 400
 _POLISH_SAMPLES = 2500
 _AS_GOOD = 1.05  # a curve with fewer knots is taken when its validation error is within this factor of the best
 _NEAR = 1.5  # ends of a polish with an error within this factor of the best are followed up
+_STANDSTILL = -1.1  # A; -1 is a play, some more is within what steps of the drive can tell
 _ILL_CONDITIONED = 1e4
 _SATURATED = 0.95  # of the saturation
 _SUSPECT = 2.0  # held-out error in training errors
@@ -329,6 +331,8 @@ def _warnings(
         if end is not None:
             limit = end if name == "gamma / beta" else math.exp(end)
             yield f"{'|A|' if name == 'A' else name} is at the bound of the search, {limit:.3g}"
+    if point.model.A < _STANDSTILL:
+        yield f"A = {point.model.A:.3g} is below -1: the predicted angle runs on after the drive has turned"
     if spread is None:
         yield "eq. 8 is a mean in which errors cancel: it does not determine the parameters, and gives no intervals"
     elif spread.blind[:5].any():

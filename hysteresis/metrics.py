@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hysteresis.record import Record, branches, cycle_index, cycle_slices, find_cycles
+from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles
+from hysteresis.record import Record
 
 Array = NDArray[np.float64]
 

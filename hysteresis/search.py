@@ -20,7 +20,7 @@ from scipy.optimize import least_squares
 
 from hysteresis.backbone import Backbone
 from hysteresis.bouc_wen import BoucWen, hysteresis, hysteresis_batch
-from hysteresis.record import branches
+from hysteresis.path import branches
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

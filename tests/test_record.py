@@ -12,17 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hysteresis.record import (
-    Record,
-    RecordError,
-    branches,
-    cycle_index,
-    cycle_slices,
-    find_cycles,
-    read_record,
-    require_reversal,
-    write_record,
-)
+from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles, require_reversal
+from hysteresis.record import Record, RecordError, read_record, write_record
 
 DOCS = (Path(__file__).parents[1] / "docs" / "records.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"`([\w.-]+)`\n```(?:csv|toml)\n(.*?)```", DOCS, flags=re.DOTALL))
