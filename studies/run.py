@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib.metadata import version
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from fem_models.bench import rig_of
 from fem_models.kinematics import simulate_analytic, theory_curve
@@ -110,9 +110,11 @@ def crosschecks(rig: Rig, *, progress: bool = True) -> list[dict[str, Any]]:
 def identify_record(record: Record, *, seed: int = 0, use_rig: bool = True, progress: bool = False) -> Fit:
     """Identify the layer with the best base that the record allows: user's theory, analytic rig, or a fitted f."""
     base = _analytic(record) if use_rig else None
-    with _steps(progress, total=1) as step:
-        step("searching")
-        return identify_layer(record, base, seed=seed)
+    with _bar(progress) as bar:
+        task = bar.add_task("searching", total=None)
+        return identify_layer(
+            record, base, seed=seed, progress=lambda done, total: bar.update(task, completed=done, total=total)
+        )
 
 
 def _analytic(record: Record) -> Kinematics | None:
@@ -212,11 +214,17 @@ def _joints_deg(record: Record) -> NDArray[np.float64]:
     return record.notches_deg
 
 
+def _bar(show: bool) -> Progress:
+    """Progress bar on standard error, if that is a terminal."""
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    return Progress(*columns, console=console, disable=not (show and console.is_terminal), transient=True)
+
+
 @contextmanager
-def _steps(show: bool, total: int) -> Iterator[Any]:
-    """Progress bar on a terminal; the yielded call begins the next step."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}/{task.total}"))
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True), disable=not show) as bar:
+def _steps(show: bool, total: int) -> Iterator[Callable[[str], None]]:
+    """Progress of named steps; the yielded call begins the next one."""
+    with _bar(show) as bar:
         task = bar.add_task("starting", total=total)
         done = -1
 

@@ -34,7 +34,7 @@ BAD_RECORDS = {
     "missing column": ("x,b\n0,0\n1,1\n0,0\n", SIDE, ["loop.", "a", "b"]),
     "text in a number column": ("x,a\n0,0\n1,one\n0,0\n", SIDE, ["loop.csv:3", "a", "one"]),
     "NaN": ("x,a\n0,0\n1,nan\n0,0\n", SIDE, ["loop.csv:3", "a", "nan"]),
-    "one sample": ("x,a\n0,0\n", SIDE, ["loop.csv", "1 sample"]),
+    "one sample": ("x,a\n0,0\n", SIDE, ["loop.csv", "one sample", "at least 3"]),
     "empty": ("", SIDE, ["loop.csv"]),
     "unknown unit": (LOOP, SIDE + '[drive]\nunit = "inch"\n', ["loop.toml", "unit", "inch", "mm"]),
     "not TOML": (LOOP, "schema = = 1", ["loop.toml"]),

@@ -353,8 +353,9 @@ def test_write_refuses_what_read_would_refuse(tmp_path: Path, record: Record, ex
 
 def test_write_to_no_folder_or_wrong_name(tmp_path: Path) -> None:
     record = Record([0, 1, 0], [0, 1, 0])
+    (tmp_path / "file").touch()
     with pytest.raises(RecordError, match="expected a folder that can be written to"):
-        write_record(record, tmp_path / "missing" / "loop.csv")
+        write_record(record, tmp_path / "file" / "loop.csv")
     with pytest.raises(RecordError, match=r"expected a name that ends in \.csv"):
         write_record(record, tmp_path / "loop.toml")
 
