@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from fem_models.presets import preset
-from fem_models.rig import Bench, Material, Rig, RigError, Tendon, Wheel, build, check_cut, read_rig
+from fem_models.rig import Bench, Material, Rig, RigError, Tendon, Wheel, check_cut
+from fem_models.rig_file import build, read_rig
 from hysteresis.record import Record
 
 MEASURED_KEYS = (

@@ -19,7 +19,8 @@ from scipy.optimize.elementwise import find_root
 from scipy.special import wrightomega
 
 from fem_models.presets import sidecar_table
-from fem_models.rig import LoadProgram, Rig, RigError, Tendon
+from fem_models.program import LoadProgram
+from fem_models.rig import Rig, RigError, Tendon
 from fem_models.snr import closure_angle_rad, flexure, moment_arms_mm
 from hysteresis.record import Record
 

@@ -16,30 +16,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import exudyn as exu
-import exudyn.itemInterface as items
 import numpy as np
-from exudyn.utilities import CreateSymbolicUserFunction
 from numpy.typing import NDArray
 
+from fem_models.assembly import assemble, bristle_N_per_mm, taut
 from fem_models.friction import friction_limits_N, guide_wrap_rad, jenkins_elements
 from fem_models.presets import sidecar_table
-from fem_models.rig import LoadProgram, Rig, Tendon
-from fem_models.snr import flexure, moment_arms_mm, section
+from fem_models.program import LoadProgram, SolverError
+from fem_models.rig import Rig
+from fem_models.snr import flexure
 from hysteresis.record import Record
-
-COMPRESSION_N = 0.01  # a slack segment pushes with no more than this, which keeps the tangent regular
-FRICTIONLESS_BRISTLE = 1e-8  # of EA/pitch: keeps the slip coordinate determined where nothing holds it
-
-
-BENCH_GAP = 0.2
-"""Assumed opening between the rings of measured joints, of the pitch: small, so that the path is nearly r theta."""
-
-
-class SolverError(RuntimeError):
-    """The static solver did not converge; the message says at which sample and drive."""
 
 
 @dataclass(frozen=True)
@@ -76,31 +64,6 @@ class MultibodySolution:
     material_loss_mJ: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class _Ring:
-    """One ring: its body, whose node stands at an end of it, and the way along x from there to its centre."""
-
-    node: int
-    body: int
-    centre_mm: float
-
-
-@dataclass(frozen=True)
-class _Model:
-    """Item numbers and coordinate indices of an assembled system."""
-
-    mbs: Any
-    wheel: int
-    free_spans: list[int]  # one connector a tendon: wheel to base
-    segments: list[int]  # tendon a then b, base to tip
-    guides: list[int]  # friction connectors, the same order
-    jenkins: list[int]  # element by element, joint by joint
-    slip: NDArray[np.int64]  # coordinates of the guides
-    rotation: NDArray[np.int64]  # coordinates of ring rotations, base first
-    near_rotation: NDArray[np.int64]  # of the near end of each flexure
-    tip: _Ring
-
-
 @dataclass
 class _State:
     """History of the dry elements: rest points of the bristles and of the Jenkins elements, friction limits."""
@@ -110,212 +73,6 @@ class _State:
     jenkins_rest: NDArray[np.float64]
     friction_loss: float = 0.0
     material_loss: float = 0.0
-
-
-def _stick_slip(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest: Any, vo: Any, fd: Any, limit: Any,
-                ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
-    return exu.symbolic.min(exu.symbolic.max(k * (u - rest), -limit), limit)
-
-
-def _toe(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, preload: Any, vo: Any, fd: Any, limit: Any,
-         ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
-    return preload * exu.symbolic.exp(k * u)
-
-
-def _tension_only(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest: Any, vo: Any, fd: Any, limit: Any,
-                  ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
-    return exu.symbolic.max(k * (u - rest), 0.0)
-
-
-def _nonlinear_spring(mbs: Any, law: Any, **fields: Any) -> int:
-    spring = mbs.AddObject(items.ObjectConnectorCoordinateSpringDamperExt(**fields))
-    symbolic = CreateSymbolicUserFunction(mbs, law, "springForceUserFunction", spring)
-    mbs.SetObjectParameter(spring, "springForceUserFunction", symbolic)
-    return int(spring)
-
-
-def _scalar_node(mbs: Any) -> tuple[int, int]:
-    node = mbs.AddNode(items.Node1D())
-    mbs.AddObject(items.ObjectMass1D(mass=0.0, nodeNumber=node))
-    return node, mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
-
-
-def _add_free_span(mbs: Any, tendon: Tendon, preload_N: float, base: int, wheel: int, radius_mm: float) -> int:
-    """Rope between wheel and base; the toe region is an exponential spring in series with the linear rope.
-
-    Integrating dT/ds = k T / (T + toe) gives s = [(T - T0) + toe ln(T/T0)] / k: two springs in series.
-    """
-    k = tendon.EA_N / tendon.free_length_mm
-    if tendon.toe_N == 0:
-        return _nonlinear_spring(
-            mbs, _tension_only, markerNumbers=[base, wheel], factor1=radius_mm, stiffness=k, offset=-preload_N / k
-        )
-    _, knot = _scalar_node(mbs)
-    _nonlinear_spring(mbs, _toe, markerNumbers=[base, knot], stiffness=k / tendon.toe_N, offset=preload_N)
-    linear = items.ObjectConnectorCoordinateSpringDamperExt(
-        markerNumbers=[knot, wheel], factor1=radius_mm, stiffness=k, offset=-preload_N / k
-    )
-    return int(mbs.AddObject(linear))
-
-
-def _ring(mbs: Any, x_mm: float, moved_mm: float, centre_mm: float) -> _Ring:
-    node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[x_mm, 0, 0], initialCoordinates=[moved_mm, 0, 0]))
-    return _Ring(node, mbs.AddObject(items.ObjectRigidBody2D(mass=0.0, inertia=0.0, nodeNumber=node)), centre_mm)
-
-
-def bending_length_mm(rig: Rig) -> float:
-    """Length over which a notch bends: E I of its root over its bending stiffness, the width itself for a slot."""
-    if rig.notch is None:
-        return BENCH_GAP * rig.pitch_mm
-    root = rig.material.youngs_modulus_GPa * 1e3 * float(section(rig, 0.0).second_moment_mm4)
-    return min(root / flexure(rig).bending_Nmm_per_rad, rig.notch.width_mm)
-
-
-def _add_beam(mbs: Any, ends: list[int], length_mm: float, bending: float, axial: float, shear: float) -> None:
-    """Element with given mid-point stiffnesses: Nmm/rad, N/mm, N/mm."""
-    beam = items.ObjectBeamGeometricallyExact2D(
-        nodeNumbers=ends,
-        length=length_mm,
-        bendingStiffness=bending * length_mm,
-        axialStiffness=axial * length_mm,
-        shearStiffness=shear * length_mm,
-    )
-    mbs.AddObject(beam)
-
-
-def _ring_stiffness(rig: Rig, length_mm: float) -> tuple[float, float, float]:
-    """Mid-point stiffnesses of the uncut tube over a ring; of measured joints it is in the joint: far stiffer."""
-    if rig.tube is None:
-        rigid = 1e2 * max(rig.tendon_a.EA_N, rig.tendon_b.EA_N) / rig.pitch_mm
-        return rigid * rig.pitch_mm**2, rigid, rigid
-    outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
-    young = rig.material.youngs_modulus_GPa * 1e3
-    area, second = np.pi * (outer**2 - inner**2), np.pi / 4 * (outer**4 - inner**4)
-    # kappa = 1/2 of a thin round tube (Cowper 1966, doi 10.1115/1.3625046, for zero Poisson's ratio)
-    shear = length_mm**3 / (12 * young * second) + length_mm * 4 * (1 + rig.material.poissons_ratio) / (young * area)
-    return young * second / length_mm, young * area / length_mm, 1 / shear
-
-
-@dataclass(frozen=True)
-class _Backbone:
-    """Rings from base to tip; nodes and shortening of the pitches under preload; Jenkins connectors."""
-
-    rings: list[_Ring]
-    near_nodes: list[int]  # of each flexure, towards the base; the far one is its ring's
-    shortening_mm: list[float]
-    jenkins: list[int]  # element by element, joint by joint
-
-
-def _add_backbone(mbs: Any, rig: Rig, ground: int) -> _Backbone:
-    joint = flexure(rig)
-    p, bend = rig.pitch_mm, bending_length_mm(rig)
-    length = p - bend
-    ring_bending, ring_axial, ring_shear = _ring_stiffness(rig, length)
-    axial, shear = joint.axial_N_per_mm or ring_axial, joint.shear_N_per_mm or ring_shear
-    elastic, stiffness, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
-    thrust = rig.preload_N * (_taut(rig, rig.tendon_a) + _taut(rig, rig.tendon_b))
-    rings = [_ring(mbs, length / 2, 0.0, -length / 2)]
-    for axis in range(3):
-        fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=rings[0].node, coordinate=axis))
-        mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, fixed]))
-    near, moved = [rings[0].node], 0.0
-    for i in range(1, rig.joints + 1):
-        moved -= thrust / axial
-        rings.append(_ring(mbs, i * p - length / 2, moved, length / 2))
-        _add_beam(mbs, [near[-1], rings[-1].node], bend, elastic, axial, shear)
-        if i == rig.joints:
-            break
-        moved -= thrust / ring_axial
-        end = items.NodeRigidBody2D(referenceCoordinates=[i * p + length / 2, 0, 0], initialCoordinates=[moved, 0, 0])
-        near.append(mbs.AddNode(end))
-        _add_beam(mbs, [rings[-1].node, near[-1]], length, ring_bending, ring_axial, ring_shear)
-    turn = [
-        [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=2)) for n in (a, ring.node)]
-        for a, ring in zip(near, rings[1:], strict=True)
-    ]
-    return _Backbone(
-        rings=rings,
-        near_nodes=near,
-        shortening_mm=[thrust / axial] + [thrust / axial + thrust / ring_axial] * (rig.joints - 1),
-        jenkins=[_nonlinear_spring(mbs, _stick_slip, markerNumbers=m, stiffness=k) for k in stiffness for m in turn],
-    )
-
-
-def _taut(rig: Rig, tendon: Tendon) -> float:
-    """Length of the preloaded rope over its length at rest.
-
-    Slip at a guide counts stretched rope, a segment's reference length unstretched rope: without the factor a rope
-    that only slides would change its tension by T0/EA of the slip. The segments' forces carry the factor too, so
-    that what acts on the slip is the tension itself (the rings feel T0/EA too much: 1e-3).
-    """
-    return 1 + rig.preload_N / tendon.EA_N
-
-
-def _add_segments(mbs: Any, rig: Rig, tendon: Tendon, y_mm: float, backbone: _Backbone, slip: list[int]) -> list[int]:
-    """Rope from guide to guide: through the ring's hole, across the notch, into the next ring's hole.
-
-    ``y_mm`` is where the rope runs, from the neutral axis of the flexures, on which the ring nodes lie. ``slip`` are
-    the markers of the rope's way past each guide towards the wheel, the anchor at the tip last.
-    """
-    half_hole = 0.5 * (rig.notch.spacing_mm if rig.notch else (1 - BENCH_GAP) * rig.pitch_mm)
-    taut = _taut(rig, tendon)
-    out = []
-    for i, (near, far) in enumerate(pairwise(backbone.rings)):
-        points = [(near, 0.0), (near, half_hole), (far, -half_hole), (far, 0.0)]
-        path = [
-            mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=ring.body, localPosition=[ring.centre_mm + x, y_mm, 0]))
-            for ring, x in points
-        ]
-        segment = items.ObjectConnectorReevingSystemSprings(
-            markerNumbers=[*path, slip[i], slip[i + 1]],
-            hasCoordinateMarkers=True,
-            coordinateFactors=[-1 / taut, 1 / taut],
-            stiffnessPerLength=taut * tendon.EA_N,
-            referenceLength=(rig.pitch_mm - backbone.shortening_mm[i]) / taut,
-            regularizationForce=COMPRESSION_N,
-            sheavesAxes=exu.Vector3DList([[0, 0, 1]] * len(path)),
-            sheavesRadii=[0.0] * len(path),
-        )
-        out.append(int(mbs.AddObject(segment)))
-    return out
-
-
-def _assemble(rig: Rig, settings: MultibodySettings) -> _Model:
-    mbs = exu.SystemContainer().AddSystem()
-    ground = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
-    backbone = _add_backbone(mbs, rig, ground)
-    _, wheel_marker = _scalar_node(mbs)
-    wheel = mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, wheel_marker]))
-    free_spans, segments, guides, slip_nodes = [], [], [], []
-    for side, tendon, arm in zip((1, -1), (rig.tendon_a, rig.tendon_b), moment_arms_mm(rig), strict=True):
-        slip = [_scalar_node(mbs) for _ in range(rig.joints)]
-        markers = [m for _, m in slip]
-        free_spans.append(
-            _add_free_span(mbs, tendon, rig.preload_N, markers[0], wheel_marker, side * rig.wheel.radius_mm)
-        )
-        segments += _add_segments(mbs, rig, tendon, side * arm, backbone, [*markers, ground])
-        bristle = _bristle_N_per_mm(rig, tendon, settings)
-        guides += [_nonlinear_spring(mbs, _stick_slip, markerNumbers=[ground, m], stiffness=bristle) for m in markers]
-        slip_nodes += [n for n, _ in slip]
-    mbs.Assemble()
-    first = np.array([mbs.GetNodeODE2Index(ring.node) for ring in backbone.rings])
-    return _Model(
-        mbs=mbs,
-        wheel=int(wheel),
-        free_spans=free_spans,
-        segments=segments,
-        guides=guides,
-        jenkins=backbone.jenkins,
-        slip=np.array([mbs.GetNodeODE2Index(n) for n in slip_nodes]),
-        rotation=first + 2,
-        near_rotation=np.array([mbs.GetNodeODE2Index(n) + 2 for n in backbone.near_nodes]),
-        tip=backbone.rings[-1],
-    )
-
-
-def _bristle_N_per_mm(rig: Rig, tendon: Tendon, settings: MultibodySettings) -> float:
-    dry = rig.friction.guide_N or rig.friction.sheath_N or rig.friction.capstan_coefficient
-    return (settings.bristle_ratio if dry else FRICTIONLESS_BRISTLE) * tendon.EA_N / rig.pitch_mm
 
 
 @contextmanager
@@ -334,10 +91,12 @@ class _Stepper:
 
     def __init__(self, rig: Rig, settings: MultibodySettings) -> None:
         self.rig, self.settings = rig, settings
-        self.model = _assemble(rig, settings)
-        self.taut = np.array([_taut(rig, tendon) for tendon in (rig.tendon_a, rig.tendon_b)])
-        n = rig.joints
-        self.bristle = np.repeat([_bristle_N_per_mm(rig, t, settings) for t in (rig.tendon_a, rig.tendon_b)], n)
+        self.model = assemble(rig, settings.bristle_ratio)
+        ropes, n = (rig.tendon_a, rig.tendon_b), rig.joints
+        self.taut = np.array([taut(rig, rope) for rope in ropes])
+        self.bristle = np.repeat(
+            [bristle_N_per_mm(rig, t, settings.bristle_ratio) for t in (rig.tendon_a, rig.tendon_b)], n
+        )
         _, stiffness, slip_moment = jenkins_elements(rig.material, flexure(rig).bending_Nmm_per_rad)
         self.jenkins_stiffness, self.slip_moment = np.repeat(stiffness, n), np.repeat(slip_moment, n)
         for connector, moment in zip(self.model.jenkins, self.slip_moment, strict=True):

@@ -1,19 +1,11 @@
-"""The rig and its load program: frozen values, checked where they are made.
-
-Units stand in the names (mm, N, GPa, deg). Every engine is a function ``(Rig, LoadProgram) -> Record``.
-"""
+"""The rig: frozen values, checked where they are made. Units stand in the names (mm, N, GPa, deg)."""
 
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
-from dataclasses import MISSING, asdict, dataclass, field, fields, is_dataclass
-from pathlib import Path
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from typing import Any, Literal
-
-import numpy as np
-from numpy.typing import NDArray
 
 NotchShape = Literal["v_pair", "rectangular_pair", "rectangular"]
 NOTCH_SHAPES: tuple[str, ...] = ("v_pair", "rectangular_pair", "rectangular")
@@ -23,7 +15,8 @@ class RigError(ValueError):
     """A rig or a load program that cannot exist; the message names field, value and what was expected."""
 
 
-def _require(condition: bool, name: str, value: object, expected: str) -> None:
+def require(condition: bool, name: str, value: object, expected: str) -> None:
+    """Raise a RigError ``name = value: expected ...`` where the condition does not hold."""
     if not condition:
         raise RigError(f"{name} = {value}: expected {expected}")
 
@@ -35,7 +28,7 @@ def _finite(owner: str, item: object) -> None:
             continue
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise RigError(f"{owner}.{f.name} = {value!r}: expected a number")
-        _require(math.isfinite(value), f"{owner}.{f.name}", value, "a finite number")
+        require(math.isfinite(value), f"{owner}.{f.name}", value, "a finite number")
 
 
 @dataclass(frozen=True)
@@ -47,8 +40,8 @@ class Tube:
 
     def __post_init__(self) -> None:
         _finite("tube", self)
-        _require(self.inner_diameter_mm > 0, "tube.inner_diameter_mm", self.inner_diameter_mm, "above 0")
-        _require(
+        require(self.inner_diameter_mm > 0, "tube.inner_diameter_mm", self.inner_diameter_mm, "above 0")
+        require(
             self.inner_diameter_mm < self.outer_diameter_mm,
             "tube.inner_diameter_mm",
             self.inner_diameter_mm,
@@ -85,28 +78,28 @@ class Notch:
     root_width_mm: float | None = None
 
     def __post_init__(self) -> None:
-        _require(self.shape in NOTCH_SHAPES, "notch.shape", self.shape, "one of " + ", ".join(NOTCH_SHAPES))
+        require(self.shape in NOTCH_SHAPES, "notch.shape", self.shape, "one of " + ", ".join(NOTCH_SHAPES))
         _finite("notch", self)
-        _require(
+        require(
             isinstance(self.count, int) and self.count >= 1,
             "notch.count",
             self.count,
             "a whole number of at least 1",
         )
         for name in ("depth_mm", "width_mm", "spacing_mm"):
-            _require(getattr(self, name) > 0, f"notch.{name}", getattr(self, name), "above 0")
+            require(getattr(self, name) > 0, f"notch.{name}", getattr(self, name), "above 0")
         if self.shape == "v_pair":
             root = self.root_width_mm
-            _require(root is not None, "notch.root_width_mm", root, "a number: a V needs the width of its root")
+            require(root is not None, "notch.root_width_mm", root, "a number: a V needs the width of its root")
             assert root is not None
-            _require(
+            require(
                 0 <= root < self.width_mm,
                 "notch.root_width_mm",
                 root,
                 f"at least 0 and below notch.width_mm = {self.width_mm}",
             )
         else:
-            _require(self.root_width_mm is None, "notch.root_width_mm", self.root_width_mm, "absent for a slot")
+            require(self.root_width_mm is None, "notch.root_width_mm", self.root_width_mm, "absent for a slot")
 
     @property
     def pitch_mm(self) -> float:
@@ -119,7 +112,7 @@ def check_cut(tube: Tube, notch: Notch) -> None:
     one_sided = notch.shape == "rectangular"
     limit = tube.outer_diameter_mm / (1 if one_sided else 2)
     which = "the outer diameter" if one_sided else "the outer radius, for cuts from both sides"
-    _require(notch.depth_mm < limit, "notch.depth_mm", notch.depth_mm, f"below {limit:g} mm, {which}")
+    require(notch.depth_mm < limit, "notch.depth_mm", notch.depth_mm, f"below {limit:g} mm, {which}")
 
 
 @dataclass(frozen=True)
@@ -138,10 +131,10 @@ class Material:
 
     def __post_init__(self) -> None:
         _finite("material", self)
-        _require(self.youngs_modulus_GPa > 0, "material.youngs_modulus_GPa", self.youngs_modulus_GPa, "above 0")
-        _require(-1 < self.poissons_ratio < 0.5, "material.poissons_ratio", self.poissons_ratio, "in (-1, 0.5)")
-        _require(0 <= self.loop_share < 1, "material.loop_share", self.loop_share, "in [0, 1)")
-        _require(self.loop_angle_deg > 0, "material.loop_angle_deg", self.loop_angle_deg, "above 0")
+        require(self.youngs_modulus_GPa > 0, "material.youngs_modulus_GPa", self.youngs_modulus_GPa, "above 0")
+        require(-1 < self.poissons_ratio < 0.5, "material.poissons_ratio", self.poissons_ratio, "in (-1, 0.5)")
+        require(0 <= self.loop_share < 1, "material.loop_share", self.loop_share, "in [0, 1)")
+        require(self.loop_angle_deg > 0, "material.loop_angle_deg", self.loop_angle_deg, "above 0")
 
 
 @dataclass(frozen=True)
@@ -170,8 +163,8 @@ class Tendon:
     def __post_init__(self) -> None:
         _finite("tendon", self)
         for name in ("EA_N", "moment_arm_mm", "free_length_mm"):
-            _require(getattr(self, name) > 0, f"tendon.{name}", getattr(self, name), "above 0")
-        _require(self.toe_N >= 0, "tendon.toe_N", self.toe_N, "at least 0")
+            require(getattr(self, name) > 0, f"tendon.{name}", getattr(self, name), "above 0")
+        require(self.toe_N >= 0, "tendon.toe_N", self.toe_N, "at least 0")
 
 
 @dataclass(frozen=True)
@@ -198,7 +191,7 @@ class Friction:
     def __post_init__(self) -> None:
         _finite("friction", self)
         for f in fields(self):
-            _require(getattr(self, f.name) >= 0, f"friction.{f.name}", getattr(self, f.name), "at least 0")
+            require(getattr(self, f.name) >= 0, f"friction.{f.name}", getattr(self, f.name), "at least 0")
 
 
 @dataclass(frozen=True)
@@ -209,7 +202,7 @@ class Wheel:
 
     def __post_init__(self) -> None:
         _finite("wheel", self)
-        _require(self.radius_mm > 0, "wheel.radius_mm", self.radius_mm, "above 0")
+        require(self.radius_mm > 0, "wheel.radius_mm", self.radius_mm, "above 0")
 
 
 @dataclass(frozen=True)
@@ -225,14 +218,14 @@ class Bench:
 
     def __post_init__(self) -> None:
         _finite("rig", self)
-        _require(
+        require(
             isinstance(self.joints, int) and self.joints >= 1,
             "rig.joints",
             self.joints,
             "a whole number >= 1",
         )
-        _require(self.pitch_mm > 0, "rig.pitch_mm", self.pitch_mm, "above 0")
-        _require(
+        require(self.pitch_mm > 0, "rig.pitch_mm", self.pitch_mm, "above 0")
+        require(
             self.flexure_stiffness_Nmm_per_rad > 0,
             "rig.flexure_stiffness_Nmm_per_rad",
             self.flexure_stiffness_Nmm_per_rad,
@@ -262,13 +255,13 @@ class Rig:
     def __post_init__(self) -> None:
         if isinstance(self.preload_N, bool) or not isinstance(self.preload_N, int | float):
             raise RigError(f"preload_N = {self.preload_N!r}: expected a number")
-        _require(math.isfinite(self.preload_N) and self.preload_N > 0, "preload_N", self.preload_N, "above 0")
+        require(math.isfinite(self.preload_N) and self.preload_N > 0, "preload_N", self.preload_N, "above 0")
         if (self.tube is None) != (self.notch is None) or (self.tube is None) == (self.bench is None):
             raise RigError(f"rig {self.name}: expected either [tube] and [notch], or measured joints")
         if self.tube is not None and self.notch is not None:
             check_cut(self.tube, self.notch)
             for name, tendon in (("tendon_a", self.tendon_a), ("tendon_b", self.tendon_b)):
-                _require(
+                require(
                     tendon.moment_arm_mm < self.tube.outer_diameter_mm,
                     f"{name}.moment_arm_mm",
                     tendon.moment_arm_mm,
@@ -292,157 +285,6 @@ class Rig:
             return {k: prune(v) if isinstance(v, Mapping) else v for k, v in table.items() if v is not None}
 
         return prune(asdict(self))
-
-
-@dataclass(frozen=True)
-class LoadProgram:
-    """What the wheel does: tendon displacement over a path, and over time where the rate matters.
-
-    Parameters
-    ----------
-    drive_mm
-        Shape (m,), tendon displacement at the wheel; a quasi-static engine visits the samples in order.
-        The rig starts straight, preloaded, at zero drive.
-    time_s
-        Shape (m,), strictly increasing, or None for point by point.
-    cycle
-        Shape (m,), the cycle a sample belongs to, 0 being the way from rest to the first turning point.
-    """
-
-    drive_mm: NDArray[np.float64]
-    time_s: NDArray[np.float64] | None = None
-    cycle: NDArray[np.int64] | None = None
-
-    def __post_init__(self) -> None:
-        drive = np.array(self.drive_mm, dtype=float)
-        _require(
-            drive.ndim == 1 and drive.size >= 2,
-            "drive_mm",
-            f"shape {drive.shape}",
-            "a row of at least 2 values",
-        )
-        _require(bool(np.isfinite(drive).all()), "drive_mm", "NaN or infinite", "finite numbers")
-        drive.flags.writeable = False
-        object.__setattr__(self, "drive_mm", drive)
-        for name in ("time_s", "cycle"):
-            value = getattr(self, name)
-            if value is None:
-                continue
-            value = np.array(value, dtype=float if name == "time_s" else np.int64)
-            _require(
-                value.shape == drive.shape,
-                name,
-                f"shape {value.shape}",
-                f"the shape of drive_mm, {drive.shape}",
-            )
-            if name == "time_s":
-                _require(bool((np.diff(value) > 0).all()), name, "not increasing", "strictly increasing times")
-            value.flags.writeable = False
-            object.__setattr__(self, name, value)
-
-
-def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> LoadProgram:
-    """Point-by-point program of the paper (section 4.2): 0 to +A, then ``cycles`` times +A to -A to +A.
-
-    The first quarter (cycle 0) leaves the virgin state; the closed loops are cycles 1, 2, ...
-    Turning points are hit exactly: the step is the largest one not above ``step_mm`` that divides A.
-    """
-    _require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
-    _require(
-        math.isfinite(step_mm) and 0 < step_mm <= amplitude_mm,
-        "step_mm",
-        step_mm,
-        "above 0, up to amplitude_mm",
-    )
-    _require(cycles >= 1, "cycles", cycles, "at least 1")
-    quarter = math.ceil(amplitude_mm / step_mm - 1e-9)
-    k = np.arange(quarter * (1 + 4 * cycles) + 1)
-    phase = k / quarter  # in quarters: 0 -> 1 is the virgin branch
-    drive = amplitude_mm * (1 - np.abs((phase + 1) % 4 - 2))
-    cycle = np.where(k <= quarter, 0, (k - quarter - 1) // (4 * quarter) + 1)
-    return LoadProgram(drive, cycle=cycle)
-
-
-def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cycle: int = 100) -> LoadProgram:
-    """Sine of the paper's dynamic test (section 4.3), starting at zero drive."""
-    _require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
-    _require(math.isfinite(rate_Hz) and rate_Hz > 0, "rate_Hz", rate_Hz, "above 0")
-    _require(cycles >= 1, "cycles", cycles, "at least 1")
-    _require(
-        samples_per_cycle >= 8 and samples_per_cycle % 4 == 0,
-        "samples_per_cycle",
-        samples_per_cycle,
-        "a multiple of 4, at least 8",
-    )
-    quarter = samples_per_cycle // 4
-    k = np.arange(quarter + samples_per_cycle * cycles + 1)
-    phase = k / samples_per_cycle
-    cycle = np.where(k <= quarter, 0, (k - quarter - 1) // samples_per_cycle + 1)
-    return LoadProgram(amplitude_mm * np.sin(2 * np.pi * phase), time_s=phase / rate_Hz, cycle=cycle)
-
-
-_TABLES: dict[str, type] = {
-    "tube": Tube,
-    "notch": Notch,
-    "material": Material,
-    "tendon_a": Tendon,
-    "tendon_b": Tendon,
-    "friction": Friction,
-    "wheel": Wheel,
-    "bench": Bench,
-}
-
-
-def build(table_name: str, table: object, where: str) -> Any:
-    """Make the dataclass of a TOML table; unknown and missing keys raise a RigError that names them."""
-    cls = _TABLES[table_name]
-    if not isinstance(table, Mapping):
-        raise RigError(f"{where}: [{table_name}] = {table!r}: expected a table")
-    known = {f.name: f for f in fields(cls)}
-    for key in table:
-        if key not in known:
-            raise RigError(f"{where}: {table_name}.{key} = {table[key]!r}: expected one of {', '.join(known)}")
-    for key, f in known.items():
-        if key not in table and f.default is MISSING:
-            raise RigError(f"{where}: {table_name}.{key}: missing, expected in [{table_name}]")
-    try:
-        return cls(**table)
-    except RigError as error:
-        raise RigError(f"{where}: {error}") from None
-
-
-def read_rig(path: Path) -> Rig:
-    """Read a rig file (TOML): ``name``, ``preload_N`` and the tables of :class:`Rig`.
-
-    ``[tendon]`` stands for both tendons; ``[tendon_b]`` alone may override it for an unequal rig.
-
-    Raises
-    ------
-    RigError
-        One line with file, field, value and what was expected.
-    """
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RigError(f"{path}: {error.strerror}: expected a rig file in TOML") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise RigError(f"{path}: not TOML: {error}") from None
-    both = data.pop("tendon", {})
-    for side in ("tendon_a", "tendon_b"):
-        if both or side in data:
-            data[side] = {**both, **data.get(side, {})}
-    known = {f.name for f in fields(Rig)}
-    for key in data:
-        if key not in known:
-            raise RigError(f"{path}: {key} = {data[key]!r}: expected one of {', '.join(sorted(known | {'tendon'}))}")
-    for key in ("material", "tendon_a", "tendon_b", "wheel", "preload_N"):
-        if key not in data:
-            raise RigError(f"{path}: {key}: missing, expected in a rig file")
-    parts = {k: build(k, v, str(path)) if k in _TABLES else v for k, v in data.items()}
-    try:
-        return Rig(**{"name": path.stem, **parts})
-    except RigError as error:
-        raise RigError(f"{path}: {error}") from None
 
 
 def numeric_fields(rig: Rig) -> dict[str, float]:

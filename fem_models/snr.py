@@ -19,6 +19,9 @@ from fem_models.rig import Notch, Rig, RigError, Tube
 
 Array = NDArray[np.float64]
 
+BENCH_GAP = 0.2
+"""Assumed opening between the rings of measured joints, of the pitch: small, so that the path is nearly r theta."""
+
 _ARC_NODES, _ARC_WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
@@ -212,6 +215,14 @@ def flexure(rig: Rig) -> Flexure:
     half_notch, _ = quad_vec(compliance, 0.0, half, epsabs=0.0, epsrel=1e-11, points=_kinks(rig))
     bending, lateral, axial = (0.5 / half_notch).tolist()
     return Flexure(bending, lateral, axial, float(section(rig, 0.0).neutral_offset_mm))
+
+
+def bending_length_mm(rig: Rig) -> float:
+    """Length over which a notch bends: E I of its root over its bending stiffness, the width itself for a slot."""
+    if rig.notch is None:
+        return BENCH_GAP * rig.pitch_mm
+    root = _moduli(rig)[0] * float(section(rig, 0.0).second_moment_mm4)
+    return min(root / flexure(rig).bending_Nmm_per_rad, rig.notch.width_mm)
 
 
 def moment_arms_mm(rig: Rig) -> tuple[float, float]:

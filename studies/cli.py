@@ -16,9 +16,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fem_models.multibody import SolverError
 from fem_models.presets import PRESETS, preset
-from fem_models.rig import LoadProgram, Rig, RigError, read_rig, sine, triangle
+from fem_models.program import LoadProgram, SolverError, sine, triangle
+from fem_models.rig import Rig, RigError
+from fem_models.rig_file import read_rig
 from hysteresis.record import RecordError, read_record, write_record
 from studies import run as first
 from studies.engines import ENGINES, program_of_file

@@ -9,7 +9,8 @@ import numpy as np
 
 from fem_models.kinematics import simulate_analytic
 from fem_models.multibody import simulate_multibody
-from fem_models.rig import LoadProgram, Rig, RigError
+from fem_models.program import LoadProgram
+from fem_models.rig import Rig, RigError
 from hysteresis.record import Record
 
 ENGINES: dict[str, Callable[[Rig, LoadProgram], Record]] = {

@@ -24,7 +24,8 @@ from fem_models.bench import rig_of
 from fem_models.kinematics import simulate_analytic, theory_curve
 from fem_models.multibody import MultibodySolution, solve_multibody
 from fem_models.presets import PRESETS, preset
-from fem_models.rig import Rig, numeric_fields, triangle
+from fem_models.program import triangle
+from fem_models.rig import Rig, numeric_fields
 from fem_models.scene import SceneError, render
 from fem_models.snr import peak_strain_per_rad
 from hysteresis.backbone import Kinematics

@@ -12,7 +12,8 @@ from fem_models.friction import guide_wrap_rad
 from fem_models.kinematics import theory_curve
 from fem_models.multibody import MultibodySolution, solve_multibody
 from fem_models.presets import preset
-from fem_models.rig import Friction, LoadProgram, Notch, triangle
+from fem_models.program import LoadProgram, triangle
+from fem_models.rig import Friction, Notch
 from fem_models.snr import element_rotations, flexure
 from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
 from hysteresis.identify import Fit, identify

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fem_models.rig import read_rig
+from fem_models.rig_file import read_rig
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

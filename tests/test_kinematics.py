@@ -22,7 +22,8 @@ from fem_models.kinematics import (
     tip_pose,
 )
 from fem_models.presets import preset
-from fem_models.rig import Bench, LoadProgram, Material, Notch, Rig, RigError, Tendon, Tube, Wheel, sine, triangle
+from fem_models.program import LoadProgram, sine, triangle
+from fem_models.rig import Bench, Material, Notch, Rig, RigError, Tendon, Tube, Wheel
 from fem_models.snr import closure_angle_rad, flexure, moment_arms_mm
 
 ROPE = Tendon(EA_N=9000.0, moment_arm_mm=2.62, free_length_mm=150.0)

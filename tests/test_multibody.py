@@ -7,9 +7,10 @@ import pytest
 
 from fem_models.friction import guide_wrap_rad
 from fem_models.kinematics import drive_for_angle_mm, theory_curve, tip_pose
-from fem_models.multibody import MultibodySettings, SolverError, simulate_multibody, solve_multibody
+from fem_models.multibody import MultibodySettings, simulate_multibody, solve_multibody
 from fem_models.presets import preset
-from fem_models.rig import Bench, Friction, LoadProgram, Rig, triangle
+from fem_models.program import LoadProgram, SolverError, triangle
+from fem_models.rig import Bench, Friction, Rig
 from hysteresis.metrics import loop_width
 
 LOSSLESS = replace(preset("du2018").material, loop_share=0.0)

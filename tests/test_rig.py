@@ -10,20 +10,9 @@ from hypothesis import strategies as st
 
 from fem_models.bench import rig_of
 from fem_models.presets import PRESETS, preset, sidecar_table
-from fem_models.rig import (
-    Friction,
-    LoadProgram,
-    Material,
-    Notch,
-    RigError,
-    Tendon,
-    Tube,
-    Wheel,
-    numeric_fields,
-    read_rig,
-    sine,
-    triangle,
-)
+from fem_models.program import LoadProgram, sine, triangle
+from fem_models.rig import Friction, Material, Notch, RigError, Tendon, Tube, Wheel, numeric_fields
+from fem_models.rig_file import read_rig
 from hysteresis.record import Record
 
 

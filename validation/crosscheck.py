@@ -9,7 +9,8 @@ import numpy as np
 
 from fem_models.kinematics import theory_curve, tip_pose
 from fem_models.multibody import simulate_multibody
-from fem_models.rig import Friction, Rig, triangle
+from fem_models.program import triangle
+from fem_models.rig import Friction, Rig
 from fem_models.snr import element_rotations, flexure
 from hysteresis.metrics import errors
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from fem_models.multibody import simulate_multibody
 from fem_models.presets import preset
-from fem_models.rig import triangle
+from fem_models.program import triangle
 from hysteresis.record import Record, write_record
 
 SHIPPED = Path(__file__).parent / "records" / "bench-like-20N.csv"

@@ -1,0 +1,74 @@
+"""Rig files: a rig as TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+from fem_models.rig import Bench, Friction, Material, Notch, Rig, RigError, Tendon, Tube, Wheel
+
+_TABLES: dict[str, type] = {
+    "tube": Tube,
+    "notch": Notch,
+    "material": Material,
+    "tendon_a": Tendon,
+    "tendon_b": Tendon,
+    "friction": Friction,
+    "wheel": Wheel,
+    "bench": Bench,
+}
+
+
+def build(table_name: str, table: object, where: str) -> Any:
+    """Make the dataclass of a TOML table; unknown and missing keys raise a RigError that names them."""
+    cls = _TABLES[table_name]
+    if not isinstance(table, Mapping):
+        raise RigError(f"{where}: [{table_name}] = {table!r}: expected a table")
+    known = {f.name: f for f in fields(cls)}
+    for key in table:
+        if key not in known:
+            raise RigError(f"{where}: {table_name}.{key} = {table[key]!r}: expected one of {', '.join(known)}")
+    for key, f in known.items():
+        if key not in table and f.default is MISSING:
+            raise RigError(f"{where}: {table_name}.{key}: missing, expected in [{table_name}]")
+    try:
+        return cls(**table)
+    except RigError as error:
+        raise RigError(f"{where}: {error}") from None
+
+
+def read_rig(path: Path) -> Rig:
+    """Read a rig file (TOML): ``name``, ``preload_N`` and the tables of :class:`Rig`.
+
+    ``[tendon]`` stands for both tendons; ``[tendon_b]`` alone may override it for an unequal rig.
+
+    Raises
+    ------
+    RigError
+        One line with file, field, value and what was expected.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RigError(f"{path}: {error.strerror}: expected a rig file in TOML") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise RigError(f"{path}: not TOML: {error}") from None
+    both = data.pop("tendon", {})
+    for side in ("tendon_a", "tendon_b"):
+        if both or side in data:
+            data[side] = {**both, **data.get(side, {})}
+    known = {f.name for f in fields(Rig)}
+    for key in data:
+        if key not in known:
+            raise RigError(f"{path}: {key} = {data[key]!r}: expected one of {', '.join(sorted(known | {'tendon'}))}")
+    for key in ("material", "tendon_a", "tendon_b", "wheel", "preload_N"):
+        if key not in data:
+            raise RigError(f"{path}: {key}: missing, expected in a rig file")
+    parts = {k: build(k, v, str(path)) if k in _TABLES else v for k, v in data.items()}
+    try:
+        return Rig(**{"name": path.stem, **parts})
+    except RigError as error:
+        raise RigError(f"{path}: {error}") from None
