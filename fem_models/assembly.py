@@ -12,12 +12,14 @@ import numpy as np
 from exudyn.utilities import CreateSymbolicUserFunction
 from numpy.typing import NDArray
 
+from fem_models.contact import closes_one_way, contact_angle_rad, ring_weight_N
 from fem_models.friction import jenkins_elements
 from fem_models.rig import Rig, Tendon
-from fem_models.snr import BENCH_GAP, bending_length_mm, flexure, moment_arms_mm
+from fem_models.snr import BENCH_GAP, bending_length_mm, flexure, moment_arms_mm, ring_stiffness
+from fem_models.superelastic import flag_fibres
 
-COMPRESSION_N = 0.01  # a slack segment pushes with no more than this, which keeps the tangent regular
-FRICTIONLESS_BRISTLE = 1e-8  # of EA/pitch: keeps the slip coordinate determined where nothing holds it
+COMPRESSION = 0.0025  # of the preload: a slack segment pushes with no more, which keeps the tangent regular
+OPEN_STIFFNESS = 1e-9  # of EA/pitch: keeps a slip coordinate determined where rope is slack and nothing holds it
 
 
 @dataclass(frozen=True)
@@ -38,16 +40,18 @@ class Model:
     free_spans: list[int]  # one connector a tendon: wheel to base
     segments: list[int]  # tendon a then b, base to tip
     guides: list[int]  # friction connectors, the same order
+    beams: list[int]  # flexures, base to tip
     jenkins: list[int]  # element by element, joint by joint
+    flags: list[int]  # the same
     slip: NDArray[np.int64]  # coordinates of the guides
     rotation: NDArray[np.int64]  # coordinates of ring rotations, base first
     near_rotation: NDArray[np.int64]  # of the near end of each flexure
     tip: Ring
 
 
-def _stick_slip(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest: Any, vo: Any, fd: Any, limit: Any,
-                ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
-    return exu.symbolic.min(exu.symbolic.max(k * (u - rest), -limit), limit)
+def _stick_slip(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, open_stiffness: Any, rest: Any, vo: Any, fd: Any,
+                limit: Any, ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
+    return exu.symbolic.min(exu.symbolic.max(k * (u - rest), -limit), limit) + open_stiffness * u
 
 
 def _toe(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, preload: Any, vo: Any, fd: Any, limit: Any,
@@ -57,7 +61,37 @@ def _toe(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, preload: Any,
 
 def _tension_only(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest: Any, vo: Any, fd: Any, limit: Any,
                   ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
-    return exu.symbolic.max(k * (u - rest), 0.0)
+    return exu.symbolic.max(k * (u - rest), OPEN_STIFFNESS * k * (u - rest))
+
+
+def _flag(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest: Any, residual: Any, lower: Any, upper: Any,
+          ve: Any, span: Any, rv: Any) -> Any:  # fmt: skip
+    """Elastic line from the rest angle, between the loading and the unloading branch of the flag, on either side."""
+    low, high = exu.symbolic.min, exu.symbolic.max
+    x = u - residual
+    ahead, back = high(x, 0.0), high(-x, 0.0)
+    line = k * (x - rest)
+
+    def held(line: Any, x: Any) -> Any:
+        full = k * (x - span)
+        return low(high(line, high(low(k * x, lower), full)), high(low(k * x, upper), full))
+
+    return high(held(line, ahead), 0.0) - high(held(-line, back), 0.0)
+
+
+def _closed_both_ways(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, angle: Any, vo: Any, fd: Any, fs: Any,
+                      ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
+    return k * (exu.symbolic.max(u - angle, 0.0) - exu.symbolic.max(-u - angle, 0.0))
+
+
+def _closed_one_way(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, angle: Any, vo: Any, fd: Any, fs: Any,
+                    ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
+    return k * exu.symbolic.max(u - angle, 0.0)
+
+
+def _stop(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, offset: Any) -> Any:
+    # u comes with the offset already taken off (seen in Exudyn 1.13.6; its documentation says otherwise)
+    return [0.0 * u[0], k[1] * exu.symbolic.max(u[1], 0.0), 0.0 * u[2]]
 
 
 def _nonlinear_spring(mbs: Any, law: Any, **fields: Any) -> int:
@@ -96,7 +130,7 @@ def _ring(mbs: Any, x_mm: float, moved_mm: float, centre_mm: float) -> Ring:
     return Ring(node, mbs.AddObject(items.ObjectRigidBody2D(mass=0.0, inertia=0.0, nodeNumber=node)), centre_mm)
 
 
-def _add_beam(mbs: Any, ends: list[int], length_mm: float, bending: float, axial: float, shear: float) -> None:
+def _add_beam(mbs: Any, ends: list[int], length_mm: float, bending: float, axial: float, shear: float) -> int:
     """Element with given mid-point stiffnesses: Nmm/rad, N/mm, N/mm."""
     beam = items.ObjectBeamGeometricallyExact2D(
         nodeNumbers=ends,
@@ -105,20 +139,7 @@ def _add_beam(mbs: Any, ends: list[int], length_mm: float, bending: float, axial
         axialStiffness=axial * length_mm,
         shearStiffness=shear * length_mm,
     )
-    mbs.AddObject(beam)
-
-
-def _ring_stiffness(rig: Rig, length_mm: float) -> tuple[float, float, float]:
-    """Mid-point stiffnesses of the uncut tube over a ring; of measured joints it is in the joint: far stiffer."""
-    if rig.tube is None:
-        rigid = 1e2 * max(rig.tendon_a.EA_N, rig.tendon_b.EA_N) / rig.pitch_mm
-        return rigid * rig.pitch_mm**2, rigid, rigid
-    outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
-    young = rig.material.youngs_modulus_GPa * 1e3
-    area, second = np.pi * (outer**2 - inner**2), np.pi / 4 * (outer**4 - inner**4)
-    # kappa = 1/2 of a thin round tube (Cowper 1966, doi 10.1115/1.3625046, for zero Poisson's ratio)
-    shear = length_mm**3 / (12 * young * second) + length_mm * 4 * (1 + rig.material.poissons_ratio) / (young * area)
-    return young * second / length_mm, young * area / length_mm, 1 / shear
+    return int(mbs.AddObject(beam))
 
 
 @dataclass(frozen=True)
@@ -128,14 +149,16 @@ class _Backbone:
     rings: list[Ring]
     near_nodes: list[int]  # of each flexure, towards the base; the far one is its ring's
     shortening_mm: list[float]
+    beams: list[int]
     jenkins: list[int]  # element by element, joint by joint
+    flags: list[int]
 
 
 def _add_backbone(mbs: Any, rig: Rig, ground: int) -> _Backbone:
     joint = flexure(rig)
     p, bend = rig.pitch_mm, bending_length_mm(rig)
     length = p - bend
-    ring_bending, ring_axial, ring_shear = _ring_stiffness(rig, length)
+    ring_bending, ring_axial, ring_shear = ring_stiffness(rig)
     axial, shear = joint.axial_N_per_mm or ring_axial, joint.shear_N_per_mm or ring_shear
     elastic, stiffness, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
     thrust = rig.preload_N * (taut(rig, rig.tendon_a) + taut(rig, rig.tendon_b))
@@ -143,11 +166,12 @@ def _add_backbone(mbs: Any, rig: Rig, ground: int) -> _Backbone:
     for axis in range(3):
         fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=rings[0].node, coordinate=axis))
         mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, fixed]))
-    near, moved = [rings[0].node], 0.0
+    near, beams, moved = [rings[0].node], [], 0.0
+    bending = 0.0 if rig.superelastic else elastic  # flags take the place of the spring
     for i in range(1, rig.joints + 1):
         moved -= thrust / axial
         rings.append(_ring(mbs, i * p - length / 2, moved, length / 2))
-        _add_beam(mbs, [near[-1], rings[-1].node], bend, elastic, axial, shear)
+        beams.append(_add_beam(mbs, [near[-1], rings[-1].node], bend, bending, axial, shear))
         if i == rig.joints:
             break
         moved -= thrust / ring_axial
@@ -158,11 +182,20 @@ def _add_backbone(mbs: Any, rig: Rig, ground: int) -> _Backbone:
         [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=2)) for n in (a, ring.node)]
         for a, ring in zip(near, rings[1:], strict=True)
     ]
+    fibres, share = flag_fibres(rig).stiffness, 1 - rig.material.loop_share
+    if rig.closure is not None:
+        law = _closed_one_way if closes_one_way(rig) else _closed_both_ways
+        for m in turn:
+            _nonlinear_spring(
+                mbs, law, markerNumbers=m, stiffness=rig.closure.stiffness_Nmm_per_rad, offset=contact_angle_rad(rig)
+            )
     return _Backbone(
         rings=rings,
         near_nodes=near,
         shortening_mm=[thrust / axial] + [thrust / axial + thrust / ring_axial] * (rig.joints - 1),
+        beams=beams,
         jenkins=[_nonlinear_spring(mbs, _stick_slip, markerNumbers=m, stiffness=k) for k in stiffness for m in turn],
+        flags=[_nonlinear_spring(mbs, _flag, markerNumbers=m, stiffness=share * k) for k in fibres for m in turn],
     )
 
 
@@ -197,12 +230,33 @@ def _add_segments(mbs: Any, rig: Rig, tendon: Tendon, y_mm: float, backbone: _Ba
             coordinateFactors=[-1 / stretched, 1 / stretched],
             stiffnessPerLength=stretched * tendon.EA_N,
             referenceLength=(rig.pitch_mm - backbone.shortening_mm[i]) / stretched,
-            regularizationForce=COMPRESSION_N,
+            regularizationForce=COMPRESSION * rig.preload_N,
             sheavesAxes=exu.Vector3DList([[0, 0, 1]] * len(path)),
             sheavesRadii=[0.0] * len(path),
         )
         out.append(int(mbs.AddObject(segment)))
     return out
+
+
+def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> None:
+    """Weight of the rings, and the stop at the tip."""
+    if rig.gravity is not None:
+        for ring in rings[1:]:
+            centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ring.body, localPosition=[ring.centre_mm, 0, 0]))
+            mbs.AddLoad(items.LoadForceVector(markerNumber=centre, loadVector=[*ring_weight_N(rig), 0.0]))
+    if rig.tip_stop is not None:
+        tip = items.MarkerBodyPosition(bodyNumber=rings[-1].body, localPosition=[rings[-1].centre_mm, 0, 0])
+        origin = mbs.AddObject(items.ObjectGround())
+        markers = [mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=origin)), mbs.AddMarker(tip)]
+        stop = mbs.AddObject(
+            items.ObjectConnectorCartesianSpringDamper(
+                markerNumbers=markers,
+                stiffness=[0, rig.tip_stop.stiffness_N_per_mm, 0],
+                offset=[0, rig.tip_stop.y_mm, 0],
+            )
+        )
+        law = CreateSymbolicUserFunction(mbs, _stop, "springForceUserFunction", stop)
+        mbs.SetObjectParameter(stop, "springForceUserFunction", law)
 
 
 def assemble(rig: Rig, bristle_ratio: float) -> Model:
@@ -221,8 +275,13 @@ def assemble(rig: Rig, bristle_ratio: float) -> Model:
         )
         segments += _add_segments(mbs, rig, tendon, side * arm, backbone, [*markers, ground])
         bristle = bristle_N_per_mm(rig, tendon, bristle_ratio)
-        guides += [_nonlinear_spring(mbs, _stick_slip, markerNumbers=[ground, m], stiffness=bristle) for m in markers]
+        open_stiffness = OPEN_STIFFNESS * tendon.EA_N / rig.pitch_mm
+        guides += [
+            _nonlinear_spring(mbs, _stick_slip, markerNumbers=[ground, m], stiffness=bristle, damping=open_stiffness)
+            for m in markers
+        ]
         slip_nodes += [n for n, _ in slip]
+    _add_surroundings(mbs, rig, backbone.rings)
     mbs.Assemble()
     first = np.array([mbs.GetNodeODE2Index(ring.node) for ring in backbone.rings])
     return Model(
@@ -231,7 +290,9 @@ def assemble(rig: Rig, bristle_ratio: float) -> Model:
         free_spans=free_spans,
         segments=segments,
         guides=guides,
+        beams=backbone.beams,
         jenkins=backbone.jenkins,
+        flags=backbone.flags,
         slip=np.array([mbs.GetNodeODE2Index(n) for n in slip_nodes]),
         rotation=first + 2,
         near_rotation=np.array([mbs.GetNodeODE2Index(n) + 2 for n in backbone.near_nodes]),
@@ -240,6 +301,5 @@ def assemble(rig: Rig, bristle_ratio: float) -> Model:
 
 
 def bristle_N_per_mm(rig: Rig, tendon: Tendon, bristle_ratio: float) -> float:
-    """Stiffness of a sticking guide: ``bristle_ratio`` times EA/pitch, next to nothing without friction."""
-    dry = rig.friction.guide_N or rig.friction.sheath_N or rig.friction.capstan_coefficient
-    return (bristle_ratio if dry else FRICTIONLESS_BRISTLE) * tendon.EA_N / rig.pitch_mm
+    """Stiffness of a sticking guide: ``bristle_ratio`` times EA/pitch."""
+    return bristle_ratio * tendon.EA_N / rig.pitch_mm

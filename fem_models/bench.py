@@ -7,8 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from fem_models.checks import RigError
 from fem_models.presets import preset
-from fem_models.rig import Bench, Material, Rig, RigError, Tendon, Wheel, check_cut
+from fem_models.rig import Bench, Material, Rig, Tendon, Wheel, check_cut
 from fem_models.rig_file import build, read_rig
 from hysteresis.record import Record
 

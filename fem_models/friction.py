@@ -44,7 +44,7 @@ def friction_limits_N(
     The capstan equation T_p = T_d exp(+-mu phi) is |T_p - T_d| = (T_p + T_d) tanh(mu phi / 2), the same in
     both directions of sliding (derived from Euler's belt formula); a tension-independent part is added.
     """
-    constant = np.full(proximal_N.shape[-1], friction.guide_N)
+    constant = np.full(proximal_N.shape[-1], float(friction.guide_N))
     constant[0] += friction.sheath_N
     total = np.maximum(proximal_N, 0.0) + np.maximum(distal_N, 0.0)
     return constant + total * np.tanh(0.5 * friction.capstan_coefficient * wrap_rad)

@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize.elementwise import find_root
 from scipy.special import wrightomega
 
+from fem_models.checks import RigError
 from fem_models.presets import sidecar_table
 from fem_models.program import LoadProgram
-from fem_models.rig import Rig, RigError, Tendon
+from fem_models.rig import Rig, Tendon
 from fem_models.snr import closure_angle_rad, flexure, moment_arms_mm
 from hysteresis.record import Record
 
@@ -188,11 +189,16 @@ def _limit_rad(rig: Rig) -> float:
     return rig.joints * min(closure_angle_rad(rig), math.pi)
 
 
+def _chain_stiffness(rig: Rig) -> float:
+    """Bending stiffness of the chain, Nmm/rad: the elastic part, to which the material loop is added as hysteresis."""
+    return flexure(rig).bending_Nmm_per_rad * (1 - rig.material.loop_share) / rig.joints
+
+
 def _require_open(rig: Rig, theta: Array) -> None:
     limit = _limit_rad(rig)
     outside = ~(np.abs(theta) <= limit * (1 + 1e-12))
     if outside.any():
-        raise ValueError(
+        raise RigError(
             f"theta = {math.degrees(theta[outside].flat[0]):g} deg: expected within +-{math.degrees(limit):g} deg, "
             f"where the notches of rig {rig.name} stay open"
         )
@@ -241,7 +247,7 @@ def tendon_stretch_mm(tendon: Tendon, tension_N: ArrayLike, preload_N: float, le
     """
     tension = np.asarray(tension_N, dtype=float)
     if not (tension >= 0).all():
-        raise ValueError(f"tension_N = {tension[~(tension >= 0)].flat[0]:g}: expected at least 0, ropes do not push")
+        raise RigError(f"tension_N = {tension[~(tension >= 0)].flat[0]:g}: expected at least 0, ropes do not push")
     a, b = _rope(tendon, length_in_tube_mm)
     if b == 0:
         return a * (tension - preload_N)
@@ -276,7 +282,7 @@ def _imbalance(rig: Rig) -> Callable[[Array, Array], Array]:
 
     The derivative of the potential energy, so that path and arm belong together.
     """
-    stiffness = flexure(rig).bending_Nmm_per_rad / rig.joints
+    stiffness = _chain_stiffness(rig)
     arm_a, arm_b = moment_arms_mm(rig)
 
     def moment(theta: Array, drive: Array) -> Array:
@@ -313,7 +319,7 @@ def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Array:
             f"rig {rig.name}: moment arms about the neutral axis {arms[0]:g} and {arms[1]:g} mm: expected both above "
             "0, or there is no drive for every angle"
         )
-    resistance = flexure(rig).bending_Nmm_per_rad / rig.joints * np.abs(theta)
+    resistance = _chain_stiffness(rig) * np.abs(theta)
 
     def bound(tendon: Tendon, path: Array, other: Array, arm: Array, other_arm: Array) -> Array:
         # a drive at which this tendon surely wins: the other one is at its preload at most
@@ -326,7 +332,7 @@ def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Array:
     moment = _imbalance(rig)
     root = find_root(lambda drive, angle: moment(angle, drive), (low - margin, high + margin), args=(theta,))
     if not np.all(root.success):
-        raise ValueError(f"theta: no drive of rig {rig.name} found for {theta[~root.success].flat[0]:g} rad")
+        raise RigError(f"theta: no drive of rig {rig.name} found for {theta[~root.success].flat[0]:g} rad")
     return np.asarray(root.x)
 
 
@@ -347,7 +353,7 @@ def angle_for_drive_rad(rig: Rig, drive_mm: ArrayLike) -> Array:
     bracket = (np.full_like(drive, -limit), np.full_like(drive, limit))
     root = find_root(_imbalance(rig), bracket, args=(drive,))
     if not np.all(root.success):
-        raise ValueError(
+        raise RigError(
             f"drive_mm = {drive[~root.success].flat[0]:g}: expected a drive that bends rig {rig.name} within "
             f"+-{math.degrees(limit):g} deg, where its notches stay open"
         )

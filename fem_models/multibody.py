@@ -12,21 +12,23 @@ point: a velocity law never slips in a static solution.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import pairwise
 
 import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.assembly import assemble, bristle_N_per_mm, taut
+from fem_models.contact import require_open
 from fem_models.friction import friction_limits_N, guide_wrap_rad, jenkins_elements
 from fem_models.presets import sidecar_table
 from fem_models.program import LoadProgram, SolverError
-from fem_models.rig import Rig
-from fem_models.snr import flexure
+from fem_models.rig import Rig, Tendon
+from fem_models.schedule import REST, Load, between, largest_slide_mm, largest_turn_rad, schedule, way_mm
+from fem_models.snr import bending_length_mm, flexure
+from fem_models.superelastic import FlagFibres, flag_fibres, flag_moment
 from hysteresis.record import Record
 
 
@@ -43,7 +45,7 @@ class MultibodySettings:
     friction_tolerance: float = 1e-6
     max_friction_iterations: int = 20
     max_step_mm: float = 0.1
-    max_halvings: int = 8
+    max_halvings: int = 12
     newton_relative_tolerance: float = 1e-7
     newton_absolute_tolerance_N: float = 1e-7
     newton_iterations: int = 15
@@ -71,6 +73,7 @@ class _State:
     rest: NDArray[np.float64]
     limit: NDArray[np.float64]
     jenkins_rest: NDArray[np.float64]
+    flag_rest: NDArray[np.float64]
     friction_loss: float = 0.0
     material_loss: float = 0.0
 
@@ -99,8 +102,17 @@ class _Stepper:
         )
         _, stiffness, slip_moment = jenkins_elements(rig.material, flexure(rig).bending_Nmm_per_rad)
         self.jenkins_stiffness, self.slip_moment = np.repeat(stiffness, n), np.repeat(slip_moment, n)
-        for connector, moment in zip(self.model.jenkins, self.slip_moment, strict=True):
-            self.model.mbs.SetObjectParameter(connector, "staticFrictionOffsetForce", moment)
+        fibres, share = flag_fibres(rig), 1 - rig.material.loop_share
+        self.fibres = FlagFibres(
+            stiffness=np.repeat(share * fibres.stiffness, n),
+            upper_Nmm=np.repeat(share * fibres.upper_Nmm, n),
+            lower_Nmm=np.repeat(share * fibres.lower_Nmm, n),
+            span_rad=np.repeat(fibres.span_rad, n),
+        )
+        self._put(self.model.jenkins, "staticFrictionOffsetForce", self.slip_moment)
+        self._put(self.model.flags, "staticFrictionOffsetForce", self.fibres.upper_Nmm)
+        self._put(self.model.flags, "dynamicFrictionForce", self.fibres.lower_Nmm)
+        self._put(self.model.flags, "viscousFrictionFactor", self.fibres.span_rad)
         self.solver = exu.SimulationSettings()
         self.solver.solution.file.write = False
         self.solver.linearSolver.solverType = exu.LinearSolverType.EigenSparse
@@ -111,7 +123,13 @@ class _Stepper:
         stiffest = max(rig.tendon_a.EA_N, rig.tendon_b.EA_N) / rig.pitch_mm
         static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)
         static.newton.maxIterations = settings.newton_iterations
-        self.state = _State(np.zeros(2 * n), np.zeros(2 * n), np.zeros(len(self.model.jenkins)))
+        # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.
+        static.newton.numericalDifferentiation.relativeEpsilon = 1e-9
+        self.load, self.reach_mm = REST, settings.max_step_mm
+        self.heading, self.increment = 0.0, 0.0 * self.coordinates()  # of the last step: way of the drive, and per mm
+        self.state = _State(
+            np.zeros(2 * n), np.zeros(2 * n), np.zeros(len(self.model.jenkins)), np.zeros(len(self.model.flags))
+        )
         self.state.limit = self._limits(self.coordinates())
         self._set_friction(self.state.limit)
 
@@ -138,29 +156,50 @@ class _Stepper:
         wrap = guide_wrap_rad(self.rig.friction, np.diff(q[self.model.rotation]))
         return friction_limits_N(self.rig.friction, tension[:, :-1], tension[:, 1:], wrap).ravel()
 
-    def _set_friction(self, limit: NDArray[np.float64]) -> None:
+    def _put(self, connectors: list[int], field: str, values: Iterable[float]) -> None:
         put = self.model.mbs.SetObjectParameter
-        for connector, value in zip(self.model.guides, limit, strict=True):
-            put(connector, "staticFrictionOffsetForce", value)
+        for connector, value in zip(connectors, values, strict=True):
+            put(connector, field, value)
 
-    def _solve(self, drive_mm: float) -> bool:
-        self.model.mbs.SetObjectParameter(self.model.wheel, "offset", drive_mm / self.rig.wheel.radius_mm)
+    def _set_friction(self, limit: NDArray[np.float64]) -> None:
+        self._put(self.model.guides, "staticFrictionOffsetForce", limit)
+
+    def _set_load(self, load: Load) -> None:
+        """Bring wheel, free rope and material to a load; what has not changed is left."""
+        put, rig, now = self.model.mbs.SetObjectParameter, self.rig, self.load
+        put(self.model.wheel, "offset", load.drive / rig.wheel.radius_mm)
+        if (load.slack_a, load.slack_b) != (now.slack_a, now.slack_b):
+            rest = [s - rig.preload_N * r.free_length_mm / r.EA_N for s, r in self._ropes(load)]
+            self._put(self.model.free_spans, "offset", rest)
+        if load.loop_scale != now.loop_scale:
+            self._put(self.model.jenkins, "staticFrictionOffsetForce", load.loop_scale * self.slip_moment)
+        if load.residual != now.residual:
+            self._put(self.model.flags, "velocityOffset", [load.residual] * len(self.model.flags))
+            curvature = load.residual / bending_length_mm(rig)
+            self._put(self.model.beams, "physicsReferenceCurvature", [curvature] * len(self.model.beams))
+        self.load = load
+
+    def _ropes(self, load: Load) -> tuple[tuple[float, Tendon], tuple[float, Tendon]]:
+        return (load.slack_a, self.rig.tendon_a), (load.slack_b, self.rig.tendon_b)
+
+    def _solve(self, load: Load) -> bool:
+        self._set_load(load)
         try:
             with _quiet():
                 return bool(self.model.mbs.SolveStatic(self.solver, updateInitialValues=True))
         except (RuntimeError, ValueError):
             return False
 
-    def _restore(self, q: NDArray[np.float64]) -> None:
+    def _start_from(self, q: NDArray[np.float64]) -> None:
         self.model.mbs.systemData.SetODE2Coordinates(q)
         self.model.mbs.systemData.SetODE2Coordinates(q, configuration=exu.ConfigurationType.Initial)
         self._set_friction(self.state.limit)
 
-    def _equilibrium(self, drive_mm: float) -> NDArray[np.float64] | None:
+    def _equilibrium(self, load: Load) -> NDArray[np.float64] | None:
         """Friction limits that agree with the tensions they lead to, or None where the solver fails."""
         limit = self.state.limit
         for _ in range(self.settings.max_friction_iterations):
-            if not self._solve(drive_mm):
+            if not self._solve(load):
                 return None
             update = self._limits(self.coordinates())
             if np.abs(update - limit).max() <= self.settings.friction_tolerance * self.rig.preload_N:
@@ -169,49 +208,72 @@ class _Stepper:
             self._set_friction(limit)
         return None
 
-    def _advance(self, start_mm: float, end_mm: float, halvings: int) -> None:
-        before = self.coordinates()
-        limit = self._equilibrium(end_mm)
-        if limit is None:
-            if halvings == 0:
-                raise SolverError(f"no equilibrium between drives {start_mm:.6g} and {end_mm:.6g} mm")
-            self._restore(before)
-            middle = 0.5 * (start_mm + end_mm)
-            self._advance(start_mm, middle, halvings - 1)
-            self._advance(middle, end_mm, halvings - 1)
-            return
-        self._accept(self.coordinates(), limit)
-
     def _accept(self, q: NDArray[np.float64], limit: NDArray[np.float64]) -> None:
-        """Move the rest points of what has slipped, and book the loss (force times slip, backward Euler)."""
-        state, put = self.state, self.model.mbs.SetObjectParameter
+        """Move the rest points of what has slipped, and book the loss.
+
+        A sliding guide's force changes from the last limit to the present one: their mean is booked.
+        """
+        state = self.state
         slip = q[self.model.slip]
         force = np.clip(self.bristle * (slip - state.rest), -limit, limit)
         rest = slip - force / self.bristle
-        state.friction_loss += float(force @ (rest - state.rest))
+        state.friction_loss += float(0.5 * (state.limit + limit) @ np.abs(rest - state.rest))
         state.rest, state.limit = rest, limit
-        for connector, value in zip(self.model.guides, rest, strict=True):
-            put(connector, "offset", value)
-        if not self.model.jenkins:
-            return
+        self._put(self.model.guides, "offset", rest)
         turn = q[self.model.rotation[1:]] - q[self.model.near_rotation]
-        bend = np.tile(turn, len(self.model.jenkins) // self.rig.joints)
-        moment = np.clip(self.jenkins_stiffness * (bend - state.jenkins_rest), -self.slip_moment, self.slip_moment)
-        jenkins_rest = bend - moment / self.jenkins_stiffness
-        state.material_loss += float(moment @ (jenkins_rest - state.jenkins_rest))
-        state.jenkins_rest = jenkins_rest
-        for connector, value in zip(self.model.jenkins, jenkins_rest, strict=True):
-            put(connector, "offset", value)
+        if self.model.jenkins:
+            bend, top = np.tile(turn, self.slip_moment.size // turn.size), self.load.loop_scale * self.slip_moment
+            moment = np.clip(self.jenkins_stiffness * (bend - state.jenkins_rest), -top, top)
+            state.jenkins_rest, lost = _slipped(bend, moment, self.jenkins_stiffness, state.jenkins_rest)
+            state.material_loss += lost
+            self._put(self.model.jenkins, "offset", state.jenkins_rest)
+        if self.model.flags:
+            bend = np.tile(turn - self.load.residual, self.fibres.stiffness.size // turn.size)
+            moment = flag_moment(bend, state.flag_rest, self.fibres)
+            state.flag_rest, lost = _slipped(bend, moment, self.fibres.stiffness, state.flag_rest)
+            state.material_loss += lost
+            self._put(self.model.flags, "offset", state.flag_rest)
 
-    def move(self, start_mm: float, end_mm: float) -> float:
-        """Drive from start to end in bounded steps; return the work of the wheel on the way, mJ (N mm)."""
-        steps = max(1, int(np.ceil(abs(end_mm - start_mm) / self.settings.max_step_mm - 1e-9)))
-        path = np.linspace(start_mm, end_mm, steps + 1)
-        work, pull = 0.0, self.pull()
-        for a, b in pairwise(path):
-            self._advance(a, b, self.settings.max_halvings)
-            before, pull = pull, self.pull()
-            work += 0.5 * (before + pull) * (b - a)
+    def _jumped(self, change: NDArray[np.float64], step_mm: float) -> bool:
+        turn = np.abs(np.diff(change[self.model.rotation])).max()
+        slide = np.abs(change[self.model.slip]).max()
+        return bool(turn > largest_turn_rad(self.rig, step_mm) or slide > largest_slide_mm(step_mm))
+
+    def let_go(self) -> None:
+        """Find the equilibrium at rest, where weight and unequal arms may turn the straight, preloaded rig."""
+        limit = self._equilibrium(self.load)
+        if limit is None:
+            raise SolverError("no equilibrium at rest")
+        self._accept(self.coordinates(), limit)
+
+    def move(self, end: Load) -> float:
+        """Go to a load in bounded steps; return the work of the wheel on the way, mJ (N mm).
+
+        A step starts from the last increment carried on. One that fails is halved, and the halved length is kept until
+        steps succeed again.
+        """
+        start, done, work, pull = self.load, 0.0, 0.0, self.pull()
+        way = way_mm(start, end)
+        while done < 1:
+            part = min(1.0, done + self.reach_mm / way) if way > self.reach_mm else 1.0
+            load, before = between(start, end, part), self.coordinates()
+            ahead = np.sign(end.drive - start.drive)
+            step = (part - done) * way
+            self._start_from(before + (step * self.increment if ahead == self.heading else 0.0))
+            limit = self._equilibrium(load)
+            if limit is None or self._jumped(self.coordinates() - before, step):
+                self.heading, self.reach_mm = 0.0, 0.5 * step
+                self._start_from(before)
+                if self.reach_mm < self.settings.max_step_mm * 0.5**self.settings.max_halvings:
+                    at = between(start, end, done)
+                    raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {load.drive:.6g} mm")
+                continue
+            after = self.coordinates()
+            self.increment, self.heading = (after - before) / max(step, 1e-12), ahead
+            self._accept(after, limit)
+            last, pull = pull, self.pull()
+            work += 0.5 * (last + pull) * (part - done) * (end.drive - start.drive)
+            done, self.reach_mm = part, min(self.settings.max_step_mm, 2 * self.reach_mm)
         return work
 
     def pull(self) -> float:
@@ -220,31 +282,49 @@ class _Stepper:
         return float(tension[0, 0] - tension[1, 0])
 
 
+def _slipped(
+    bend: NDArray[np.float64], moment: NDArray[np.float64], stiffness: NDArray[np.float64], rest: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float]:
+    """Rest angles that agree with the moments, and what moving them took, mJ."""
+    moved = bend - moment / stiffness
+    return moved, float(moment @ (moved - rest))
+
+
 def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings | None = None) -> MultibodySolution:
-    """Run a load program quasi-statically; time, if the program has any, is only passed on.
+    """Run a load program quasi-statically; of the times only creep takes note.
 
     Raises
     ------
     SolverError
         When a step does not converge even after ``max_halvings`` halvings.
+    RigError
+        From :func:`fem_models.schedule.schedule`.
     """
+    plan = schedule(rig, program)
     stepper = _Stepper(rig, settings or MultibodySettings())
     drive, joints = program.drive_mm, rig.joints
     m = drive.size
     rotation, tip = np.empty((m, joints + 1)), np.empty((m, 2))
     tension, energy = np.empty((m, 2, joints + 1)), np.empty((m, 3))
-    at, work = 0.0, 0.0
-    for k, target in enumerate(drive):
+    work, crept = 0.0, np.zeros(2)
+    compliance = np.array([rope.free_length_mm / rope.EA_N for rope in (rig.tendon_a, rig.tendon_b)])
+    goal = compliance * (rig.creep.fraction if rig.creep else 0.0)
+    for k in range(m):
+        slack = plan.slack_mm[k] + crept
+        load = Load(*map(float, (plan.drive_mm[k], *slack, plan.loop_scale[k], plan.residual_rad[k])))
         try:
-            work += stepper.move(at, float(target))
+            if k == 0:
+                stepper.let_go()
+            work += stepper.move(load)
         except SolverError as error:
             raise SolverError(f"rig {rig.name}, sample {k} of {m}: {error}") from None
-        at = float(target)
+        crept += plan.creep[k] * (goal * (stepper.tensions()[:, 0] - rig.preload_N) - crept)
         q = stepper.coordinates()
         rotation[k] = q[stepper.model.rotation]
         tip[k] = stepper.tip_mm()
         tension[k] = stepper.tensions()
         energy[k] = work, stepper.state.friction_loss, stepper.state.material_loss
+    require_open(rig, np.diff(rotation, axis=1))
     record = Record(
         drive=drive,
         angle_deg=np.degrees(rotation[:, -1]),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from fem_models.rig import Friction, Material, Notch, Rig, RigError, Tendon, Tube, Wheel
+from fem_models.checks import RigError
+from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
 
 DU2018 = "Hysteresis analysis of a notched continuum manipulator driven by tendon, Mech. Sci. 9, 2018"
 

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.rig import require
+from fem_models.checks import require
+
+MAX_SAMPLES = 2_000_000
+"""Of a program made here: more is a slip of the keyboard, and would fill the memory first."""
 
 
 class SolverError(RuntimeError):
@@ -67,6 +70,11 @@ def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> L
 
     The first quarter (cycle 0) leaves the virgin state; the closed loops are cycles 1, 2, ...
     Turning points are hit exactly: the step is the largest one not above ``step_mm`` that divides A.
+
+    Raises
+    ------
+    RigError
+        An argument out of its range, or more than :data:`MAX_SAMPLES` samples.
     """
     require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
     require(
@@ -76,6 +84,9 @@ def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> L
         "above 0, up to amplitude_mm",
     )
     require(cycles >= 1, "cycles", cycles, "at least 1")
+    _require_few(
+        amplitude_mm / step_mm, cycles, "amplitude_mm, step_mm, cycles", f"{amplitude_mm:g}, {step_mm:g}, {cycles}"
+    )
     quarter = math.ceil(amplitude_mm / step_mm - 1e-9)
     k = np.arange(quarter * (1 + 4 * cycles) + 1)
     phase = k / quarter  # in quarters: 0 -> 1 is the virgin branch
@@ -85,7 +96,13 @@ def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> L
 
 
 def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cycle: int = 100) -> LoadProgram:
-    """Sine of the paper's dynamic test (section 4.3), starting at zero drive."""
+    """Sine of the paper's dynamic test (section 4.3), starting at zero drive.
+
+    Raises
+    ------
+    RigError
+        An argument out of its range, or more than :data:`MAX_SAMPLES` samples.
+    """
     require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
     require(math.isfinite(rate_Hz) and rate_Hz > 0, "rate_Hz", rate_Hz, "above 0")
     require(cycles >= 1, "cycles", cycles, "at least 1")
@@ -95,8 +112,16 @@ def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cy
         samples_per_cycle,
         "a multiple of 4, at least 8",
     )
+    _require_few(samples_per_cycle / 4, cycles, "cycles, samples_per_cycle", f"{cycles}, {samples_per_cycle}")
     quarter = samples_per_cycle // 4
     k = np.arange(quarter + samples_per_cycle * cycles + 1)
     phase = k / samples_per_cycle
     cycle = np.where(k <= quarter, 0, (k - quarter - 1) // samples_per_cycle + 1)
     return LoadProgram(amplitude_mm * np.sin(2 * np.pi * phase), time_s=phase / rate_Hz, cycle=cycle)
+
+
+def _require_few(quarter: float, cycles: int, names: str, values: str) -> None:
+    """Refuse a program of too many samples before its arrays are made; ``quarter`` is the samples of a quarter."""
+    # an int beyond the range of floats cannot be multiplied with one
+    few = cycles <= MAX_SAMPLES and quarter * (1 + 4 * cycles) < MAX_SAMPLES
+    require(few, names, values, f"at most {MAX_SAMPLES:,} samples")

@@ -7,28 +7,22 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from typing import Any, Literal
 
+from fem_models.checks import RigError, require, require_numbers
+from fem_models.effects import (
+    Backlash,
+    Closure,
+    Creep,
+    Eccentricity,
+    Fatigue,
+    Gravity,
+    PreloadLoss,
+    Slack,
+    Superelastic,
+    TipStop,
+)
+
 NotchShape = Literal["v_pair", "rectangular_pair", "rectangular"]
 NOTCH_SHAPES: tuple[str, ...] = ("v_pair", "rectangular_pair", "rectangular")
-
-
-class RigError(ValueError):
-    """A rig or a load program that cannot exist; the message names field, value and what was expected."""
-
-
-def require(condition: bool, name: str, value: object, expected: str) -> None:
-    """Raise a RigError ``name = value: expected ...`` where the condition does not hold."""
-    if not condition:
-        raise RigError(f"{name} = {value}: expected {expected}")
-
-
-def _finite(owner: str, item: object) -> None:
-    for f in fields(item):  # type: ignore[arg-type]
-        value = getattr(item, f.name)
-        if value is None or f.name == "shape":
-            continue
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise RigError(f"{owner}.{f.name} = {value!r}: expected a number")
-        require(math.isfinite(value), f"{owner}.{f.name}", value, "a finite number")
 
 
 @dataclass(frozen=True)
@@ -39,7 +33,7 @@ class Tube:
     inner_diameter_mm: float
 
     def __post_init__(self) -> None:
-        _finite("tube", self)
+        require_numbers("tube", self)
         require(self.inner_diameter_mm > 0, "tube.inner_diameter_mm", self.inner_diameter_mm, "above 0")
         require(
             self.inner_diameter_mm < self.outer_diameter_mm,
@@ -79,7 +73,7 @@ class Notch:
 
     def __post_init__(self) -> None:
         require(self.shape in NOTCH_SHAPES, "notch.shape", self.shape, "one of " + ", ".join(NOTCH_SHAPES))
-        _finite("notch", self)
+        require_numbers("notch", self)
         require(
             isinstance(self.count, int) and self.count >= 1,
             "notch.count",
@@ -130,7 +124,7 @@ class Material:
     loop_angle_deg: float = 1.0
 
     def __post_init__(self) -> None:
-        _finite("material", self)
+        require_numbers("material", self)
         require(self.youngs_modulus_GPa > 0, "material.youngs_modulus_GPa", self.youngs_modulus_GPa, "above 0")
         require(-1 < self.poissons_ratio < 0.5, "material.poissons_ratio", self.poissons_ratio, "in (-1, 0.5)")
         require(0 <= self.loop_share < 1, "material.loop_share", self.loop_share, "in [0, 1)")
@@ -161,7 +155,7 @@ class Tendon:
     toe_N: float = 0.0
 
     def __post_init__(self) -> None:
-        _finite("tendon", self)
+        require_numbers("tendon", self)
         for name in ("EA_N", "moment_arm_mm", "free_length_mm"):
             require(getattr(self, name) > 0, f"tendon.{name}", getattr(self, name), "above 0")
         require(self.toe_N >= 0, "tendon.toe_N", self.toe_N, "at least 0")
@@ -189,7 +183,7 @@ class Friction:
     rest_wrap_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        _finite("friction", self)
+        require_numbers("friction", self)
         for f in fields(self):
             require(getattr(self, f.name) >= 0, f"friction.{f.name}", getattr(self, f.name), "at least 0")
 
@@ -201,7 +195,7 @@ class Wheel:
     radius_mm: float
 
     def __post_init__(self) -> None:
-        _finite("wheel", self)
+        require_numbers("wheel", self)
         require(self.radius_mm > 0, "wheel.radius_mm", self.radius_mm, "above 0")
 
 
@@ -217,7 +211,7 @@ class Bench:
     flexure_stiffness_Nmm_per_rad: float
 
     def __post_init__(self) -> None:
-        _finite("rig", self)
+        require_numbers("rig", self)
         require(
             isinstance(self.joints, int) and self.joints >= 1,
             "rig.joints",
@@ -238,7 +232,8 @@ class Rig:
     """A manipulator with two antagonistic tendons on one wheel.
 
     The joints come either from ``tube`` and ``notch`` or, measured, from ``bench``; exactly one of the two.
-    Tendon a pulls towards positive angles when the drive is positive.
+    Tendon a pulls towards positive angles when the drive is positive. The optional parts from ``slack`` on are
+    effects that are off by default, each in :mod:`fem_models.effects`.
     """
 
     name: str
@@ -251,6 +246,16 @@ class Rig:
     tube: Tube | None = None
     notch: Notch | None = None
     bench: Bench | None = None
+    slack: Slack | None = None
+    backlash: Backlash | None = None
+    eccentricity: Eccentricity | None = None
+    superelastic: Superelastic | None = None
+    closure: Closure | None = None
+    gravity: Gravity | None = None
+    tip_stop: TipStop | None = None
+    creep: Creep | None = None
+    preload_loss: PreloadLoss | None = None
+    fatigue: Fatigue | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.preload_N, bool) or not isinstance(self.preload_N, int | float):
@@ -267,6 +272,10 @@ class Rig:
                     tendon.moment_arm_mm,
                     f"below tube.outer_diameter_mm = {self.tube.outer_diameter_mm}",
                 )
+        if self.bench is not None:
+            require(self.superelastic is None, "superelastic", self.superelastic, "absent: it needs [tube] and [notch]")
+            needs_angle = self.closure is not None and self.closure.angle_deg is None
+            require(not needs_angle, "closure.angle_deg", None, "a number: measured joints have no notch")
 
     @property
     def joints(self) -> int:

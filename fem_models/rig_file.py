@@ -8,7 +8,20 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
-from fem_models.rig import Bench, Friction, Material, Notch, Rig, RigError, Tendon, Tube, Wheel
+from fem_models.checks import RigError
+from fem_models.effects import (
+    Backlash,
+    Closure,
+    Creep,
+    Eccentricity,
+    Fatigue,
+    Gravity,
+    PreloadLoss,
+    Slack,
+    Superelastic,
+    TipStop,
+)
+from fem_models.rig import Bench, Friction, Material, Notch, Rig, Tendon, Tube, Wheel
 
 _TABLES: dict[str, type] = {
     "tube": Tube,
@@ -19,6 +32,16 @@ _TABLES: dict[str, type] = {
     "friction": Friction,
     "wheel": Wheel,
     "bench": Bench,
+    "slack": Slack,
+    "backlash": Backlash,
+    "eccentricity": Eccentricity,
+    "superelastic": Superelastic,
+    "closure": Closure,
+    "gravity": Gravity,
+    "tip_stop": TipStop,
+    "creep": Creep,
+    "preload_loss": PreloadLoss,
+    "fatigue": Fatigue,
 }
 
 
@@ -56,6 +79,9 @@ def read_rig(path: Path) -> Rig:
         raise RigError(f"{path}: {error.strerror}: expected a rig file in TOML") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise RigError(f"{path}: not TOML: {error}") from None
+    for key in ("tendon", "tendon_a", "tendon_b"):
+        if not isinstance(data.get(key, {}), Mapping):
+            raise RigError(f"{path}: [{key}] = {data[key]!r}: expected a table")
     both = data.pop("tendon", {})
     for side in ("tendon_a", "tendon_b"):
         if both or side in data:

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import quad_vec
 
-from fem_models.rig import Notch, Rig, RigError, Tube
+from fem_models.checks import RigError
+from fem_models.rig import Notch, Rig, Tube
 
 Array = NDArray[np.float64]
 
@@ -189,6 +191,7 @@ def _kinks(rig: Rig) -> list[float]:
     return [z for z in (root, half - (half - root) * to_mid_wall / notch.depth_mm) if 0 < z < half]
 
 
+@lru_cache(maxsize=4096)  # a quadrature of milliseconds; a rig is frozen
 def flexure(rig: Rig) -> Flexure:
     """Stiffness of one joint by quadrature of the closed-form sections.
 
@@ -223,6 +226,47 @@ def bending_length_mm(rig: Rig) -> float:
         return BENCH_GAP * rig.pitch_mm
     root = _moduli(rig)[0] * float(section(rig, 0.0).second_moment_mm4)
     return min(root / flexure(rig).bending_Nmm_per_rad, rig.notch.width_mm)
+
+
+def ring_stiffness(rig: Rig) -> tuple[float, float, float]:
+    """Bending, axial and shear stiffness of the uncut tube between two flexures, at its middle: Nmm/rad, N/mm, N/mm.
+
+    Of measured joints it is part of the joint: far stiffer here.
+    """
+    length_mm = rig.pitch_mm - bending_length_mm(rig)
+    if rig.tube is None:
+        rigid = 1e2 * max(rig.tendon_a.EA_N, rig.tendon_b.EA_N) / rig.pitch_mm
+        return rigid * rig.pitch_mm**2, rigid, rigid
+    outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
+    young = _moduli(rig)[0]
+    area, second = math.pi * (outer**2 - inner**2), math.pi / 4 * (outer**4 - inner**4)
+    # kappa = 1/2 of a thin round tube (Cowper 1966, doi 10.1115/1.3625046, for zero Poisson's ratio)
+    shear = length_mm**3 / (12 * young * second) + length_mm * 4 * (1 + rig.material.poissons_ratio) / (young * area)
+    return young * second / length_mm, young * area / length_mm, 1 / shear
+
+
+def section_fibres(rig: Rig, count: int) -> tuple[Array, Array]:
+    """Distances from the neutral axis (mm, above 0) and areas (mm^2) of fibres at the root, shapes (k,).
+
+    Gauss points over the arcs, ``count`` on either side of the neutral axis; a pair of notches has the two sides
+    alike, so their areas are added.
+    """
+    tube, notch = _cut(rig)
+    outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
+    radius, per_angle = (outer + inner) / 2, (outer**2 - inner**2) / 2
+    ratio = float(cut_height_mm(rig, 0.0)) / radius
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    if notch.shape != "rectangular":
+        angle = math.asin(min(ratio, 1.0))
+        phi = 0.5 * angle * (1 + nodes)
+        return radius * np.sin(phi), 4 * per_angle * 0.5 * angle * weights
+    angle, offset = math.acos(-ratio), float(section(rig, 0.0).neutral_offset_mm)
+    split = math.acos(min(1.0, offset / radius))  # where the arc crosses the neutral axis
+    sides = []
+    for low, high in ((0.0, split), (split, angle)):
+        phi = low + 0.5 * (high - low) * (1 + nodes)
+        sides.append((np.abs(radius * np.cos(phi) - offset), 2 * per_angle * 0.5 * (high - low) * weights))
+    return np.concatenate([s[0] for s in sides]), np.concatenate([s[1] for s in sides])
 
 
 def moment_arms_mm(rig: Rig) -> tuple[float, float]:

@@ -24,6 +24,9 @@ README = Path(__file__).parents[1] / "README.md"
 PAPER = BoucWen(A=1.895, beta=0.315, gamma=0.2606, n=1.176)  # eq. 10
 
 
+LOSSLESS = replace(preset("du2018"), friction=Friction(), material=replace(preset("du2018").material, loop_share=0.0))
+
+
 def bounds() -> dict[str, float]:
     """The last column of the table, in whatever unit the row has."""
     lines = README.read_text().split("| claim |")[1].split("\n\n")[0].splitlines()[2:]
@@ -38,9 +41,7 @@ def loop(preload_N: float) -> MultibodySolution:
 
 @cache
 def frictionless() -> Record:
-    rig = preset("du2018")
-    rig = replace(rig, friction=Friction(), material=replace(rig.material, loop_share=0.0))
-    return solve_multibody(rig, triangle(2.2)).record
+    return solve_multibody(LOSSLESS, triangle(2.2)).record
 
 
 def width(record: Record) -> LoopWidth:
@@ -49,7 +50,7 @@ def width(record: Record) -> LoopWidth:
 
 def frictionless_angle() -> float:
     record = frictionless()
-    return float(np.abs(theory_curve(preset("du2018"), record.drive).angle_deg - record.angle_deg).max())
+    return float(np.abs(theory_curve(LOSSLESS, record.drive).angle_deg - record.angle_deg).max())
 
 
 def energy_balance() -> float:

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem_models.friction import guide_wrap_rad
 from fem_models.kinematics import drive_for_angle_mm, theory_curve, tip_pose
 from fem_models.multibody import MultibodySettings, simulate_multibody, solve_multibody
 from fem_models.presets import preset
 from fem_models.program import LoadProgram, SolverError, triangle
-from fem_models.rig import Bench, Friction, Rig
+from fem_models.rig import Bench, Friction, Notch, Rig, Tube
+from fem_models.snr import moment_arms_mm
 from hysteresis.metrics import loop_width
 
 LOSSLESS = replace(preset("du2018").material, loop_share=0.0)
@@ -76,8 +76,8 @@ def test_work_of_the_wheel_over_a_closed_loop_is_what_was_dissipated(loops, prel
     assert friction + material == pytest.approx(work, rel=0.01)
 
 
-def test_the_energy_gap_closes_at_first_order_in_the_step():
-    # backward Euler in the friction, trapezium in the wheel's work
+def test_the_energy_gap_closes_with_the_step():
+    # losses by the mean of old and new limit, wheel's work by the trapezium: what is left are kinks within a step
     rig = preset("du2018")
     gaps = []
     for step in (0.2, 0.1, 0.05):
@@ -87,23 +87,60 @@ def test_the_energy_gap_closes_at_first_order_in_the_step():
         loss = (s.friction_loss_mJ + s.material_loss_mJ)[-1] - (s.friction_loss_mJ + s.material_loss_mJ)[start]
         gaps.append(abs(loss - work) / work)
     assert gaps[0] > gaps[1] > gaps[2]
-    assert np.log2(gaps[0] / gaps[2]) / 2 > 0.8
+    assert gaps[2] < 1e-3
 
 
 def test_sliding_guides_obey_the_capstan_equation():
+    # The wrap is derived here anew: a rope straight in ring i and along the chord of a notch (half of its angle) turns
+    # at the ring by half of either neighbour's angle, and by the rest wrap of 20 deg and half an angle at the base.
     rig = replace(linear(preset("du2018")), friction=Friction(capstan_coefficient=0.2, rest_wrap_deg=20.0))
     solution = solve_multibody(rig, LoadProgram(np.linspace(0, 2.2, 23)))
+    heading = np.concatenate([[0.0], np.cumsum(np.radians(solution.record.notches_deg[-1]))])
+    chord = 0.5 * (heading[1:] + heading[:-1])
+    ring = heading[:-1]
+    wrap = np.abs(chord - ring)  # into the notch beyond the ring
+    wrap[1:] += np.abs(ring[1:] - chord[:-1])  # out of the notch before it
+    wrap[0] += np.radians(20.0)
     pulled, released = solution.segment_tensions_N[-1]
-    wrap = guide_wrap_rad(rig.friction, np.radians(solution.record.notches_deg[-1]))
     np.testing.assert_allclose(pulled[:-1] / pulled[1:], np.exp(0.2 * wrap), rtol=1e-5)
     np.testing.assert_allclose(released[1:] / released[:-1], np.exp(0.2 * wrap), rtol=1e-5)
 
 
-def test_the_loop_does_not_depend_on_how_the_program_is_sampled():
+def test_tensions_of_the_record_are_those_at_the_wheel():
+    # pulled in past a sheath of constant friction, the rope is tighter before it by just that friction
+    rig = replace(linear(preset("du2018")), friction=Friction(sheath_N=1.5))
+    solution = solve_multibody(rig, LoadProgram(np.linspace(0, 1.5, 16)))
+    assert solution.record.tension_a_N[-1] - solution.segment_tensions_N[-1, 0, 1] == pytest.approx(1.5, rel=1e-6)
+    assert solution.segment_tensions_N[-1, 1, 1] - solution.record.tension_b_N[-1] == pytest.approx(1.5, rel=1e-6)
+
+
+def test_whole_numbers_are_numbers():
     rig = preset("du2018")
-    fine = simulate_multibody(rig, triangle(2.0, step_mm=0.1))
-    coarse = simulate_multibody(rig, triangle(2.0, step_mm=0.5))
-    np.testing.assert_allclose(coarse.angle_deg, fine.angle_deg[::5], atol=1e-3)
+    records = [
+        simulate_multibody(replace(rig, friction=Friction(0, 0, s)), triangle(2.2, step_mm=0.2)) for s in (2, 2.0)
+    ]
+    np.testing.assert_array_equal(records[0].angle_deg, records[1].angle_deg)
+    assert loop_width(records[0].drive, records[0].angle_deg, records[0].cycle).max_deg > 1
+
+
+def test_a_one_sided_wrist_turns_about_its_neutral_axis():
+    # a tendon on the notched side has the arm plus the neutral offset: nearly rigid, x = arm theta to second order
+    base = linear(preset("du2018"), EA_N=1e6, moment_arm_mm=1.2)
+    rig = replace(base, tube=Tube(3.0, 2.4), notch=Notch("rectangular", 6, 2.0, 0.8, 1.2))
+    arms = moment_arms_mm(rig)
+    assert arms[0] > 1.2 > arms[1]
+    record = simulate_multibody(replace(rig, preload_N=1e-3), LoadProgram(np.linspace(0, 0.4, 5)))
+    gained = np.radians(record.angle_deg[-1] - record.angle_deg[0])
+    assert 0.4 / gained == pytest.approx(arms[0], rel=0.02)
+
+
+def test_the_loop_does_not_depend_on_the_internal_step():
+    rig = preset("du2018")
+    loops = [
+        simulate_multibody(rig, triangle(2.0, step_mm=0.5)),
+        solve_multibody(rig, triangle(2.0, step_mm=0.5), MultibodySettings(max_step_mm=0.02)).record,
+    ]
+    np.testing.assert_allclose(loops[0].angle_deg, loops[1].angle_deg, atol=3e-3)
 
 
 def test_mirror_symmetry(loops):
@@ -116,6 +153,7 @@ def test_preload_narrows_the_loop_and_it_is_widest_near_zero_drive(loops):
     widths = {p: loop_width(s.record.drive, s.record.angle_deg, s.record.cycle) for p, s in loops.items()}
     assert widths[10.0].max_deg > widths[20.0].max_deg > 0
     assert all(abs(w.at_drive) <= 0.5 for w in widths.values())
+    assert all(w.at_zero_deg > 0.99 * w.max_deg for w in widths.values())
     # the paper's maxima, section 3.1; tolerances of the default calibration
     assert widths[10.0].max_deg == pytest.approx(3.52, abs=0.2)
     assert widths[20.0].max_deg == pytest.approx(2.21, abs=0.15)
@@ -135,6 +173,8 @@ def test_the_toe_region_makes_the_trend_and_the_constant_friction_the_loop():
     assert width(linear_rope, 10.0) <= 1.02 * width(linear_rope, 20.0)
     dry = replace(rig, material=LOSSLESS)
     assert width(dry, 20.0) > 0.6 * width(rig, 20.0)
+    record = simulate_multibody(dry, triangle(2.2, step_mm=0.2))  # the material loop puts the widest place at zero
+    assert abs(loop_width(record.drive, record.angle_deg, record.cycle).at_drive) > 1.0
 
 
 def test_tip_follows_from_the_joint_angles(loops):

@@ -54,7 +54,7 @@ def crosscheck(rig: Rig, *, amplitude_mm: float = 2.2, step_mm: float = 0.1) -> 
     program = triangle(amplitude_mm, step_mm=step_mm)
     lossless = replace(rig, friction=Friction(), material=replace(rig.material, loop_share=0.0))
     ideal, full = simulate_multibody(lossless, program), simulate_multibody(rig, program)
-    theory, tension_a, tension_b = theory_curve(rig, program.drive_mm)
+    theory, tension_a, tension_b = theory_curve(lossless, program.drive_mm)
     assert ideal.notches_deg is not None
     assert ideal.tip_mm is not None
     assert ideal.tension_a_N is not None
@@ -80,5 +80,5 @@ def crosscheck(rig: Rig, *, amplitude_mm: float = 2.2, step_mm: float = 0.1) -> 
             max(np.abs(ideal.tension_a_N - tension_a).max(), np.abs(ideal.tension_b_N - tension_b).max())
         ),
         tip_pose_max_mm=float(np.hypot(x - ideal.tip_mm[:, 0], y - ideal.tip_mm[:, 1]).max()),
-        friction_shift_rmse_deg=errors(theory, full.angle_deg).rmse_deg,
+        friction_shift_rmse_deg=errors(theory_curve(rig, program.drive_mm).angle_deg, full.angle_deg).rmse_deg,
     )

@@ -1,0 +1,139 @@
+"""Speed of the engines: ``pytest benchmarks/test_speed.py`` prints one table at the end.
+
+Nothing here asserts a time: the table shows medians beside the limits that the project has set itself. What a run
+returns is checked, so that a fast wrong answer does not pass.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from exudyn_cost import counted
+
+from fem_models import chain
+from fem_models.chain import ChainSettings, solve_chain
+from fem_models.multibody import MultibodySettings, solve_multibody
+from fem_models.presets import preset
+from fem_models.program import LoadProgram, triangle
+from fem_models.rig import Friction, Rig
+
+JOINTS = 14
+SIZES = (7, 14, 28, 56, 112)
+LIMIT_CHAIN_S = 2e-3
+LIMIT_BATCH_S = 2.0
+LIMIT_MULTIBODY_S = 0.8
+EXPONENT_CHAIN = 1.2
+EXPONENT_MULTIBODY = 1.4
+
+
+def rig_of(joints: int, *, scaled_rope: bool = False) -> Rig:
+    """Rig of the default preset (friction, toe region and material loop included) with another number of notches.
+
+    With ``scaled_rope`` the rope between wheel and base grows as the tube does, so that a step of the drive, which
+    grows as well, changes the tensions as in the default rig.
+    """
+    rig = preset("du2018")
+    assert rig.notch is not None
+    rig = replace(rig, notch=replace(rig.notch, count=joints))
+    if not scaled_rope:
+        return rig
+    rope = replace(rig.tendon_a, free_length_mm=rig.tendon_a.free_length_mm * joints / JOINTS)
+    return replace(rig, tendon_a=rope, tendon_b=rope)
+
+
+def cycle_of(joints: int) -> LoadProgram:
+    """One cycle 0, +A, -A, 0 of 88 steps: A is 2.2 mm for 14 joints and grows with them, so the joints bend alike."""
+    scale = joints / JOINTS
+    return LoadProgram(triangle(2.2 * scale, step_mm=0.1 * scale).drive_mm[1:89])
+
+
+def step_of(joints: int) -> float:
+    """Largest step of the drive: one sample, whatever the number of joints."""
+    return 0.1 * joints / JOINTS
+
+
+def fixed_cost_s(rig: Rig) -> float:
+    """Time that a solve takes whatever the program: reducing the rig, the record; median of 9."""
+    still, times = LoadProgram(np.array([0.0, 0.0])), []
+    for _ in range(9):
+        start = time.perf_counter()
+        solve_chain(rig, still)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def test_chain_cycle(table: Any, median_s: Callable[..., float]) -> None:
+    """One cycle of the default rig."""
+    rig, program = rig_of(JOINTS), cycle_of(JOINTS)
+    seconds = median_s(lambda: solve_chain(rig, program), rounds=30)
+    notes = f"of it {1e3 * fixed_cost_s(rig):.3g} ms before the first step"
+    table.add("chain, N = 14, one cycle of 88 steps", seconds, LIMIT_CHAIN_S, notes=notes)
+
+
+@pytest.mark.parametrize("scaled_rope", [False, True], ids=["rope", "scaled-rope"])
+@pytest.mark.parametrize("joints", SIZES)
+def test_chain_exponent(joints: int, scaled_rope: bool, table: Any, median_s: Callable[..., float]) -> None:
+    """How the cost of the steps grows with N; what a solve costs before its first step would hide it."""
+    rig, program = rig_of(joints, scaled_rope=scaled_rope), cycle_of(joints)
+    settings = ChainSettings(max_step_mm=step_of(joints))
+    series = "chain, steps alone, free rope scaled with N" if scaled_rope else "chain, steps alone"
+    table.exponent_limits[series] = EXPONENT_CHAIN
+    top = solve_chain(rig, program, settings).record.angle_deg.max()
+    assert top == pytest.approx(45.2 * joints / JOINTS, rel=0.06)  # 45.2 deg at 14: the paper's full scale, 45 deg
+    seconds = median_s(lambda: solve_chain(rig, program, settings), rounds=15) - fixed_cost_s(rig)
+    table.add(f"{series}, N = {joints}", seconds, series=series, size=joints, notes=f"{top:.1f} deg")
+
+
+def batch(count: int, seed: int = 0) -> list[Rig]:
+    """Rigs around the default one: preload, modulus, rope, friction and material loop vary."""
+    rng, rig = np.random.default_rng(seed), rig_of(JOINTS)
+    low = np.array([10.0, 45.0, 1.0e4, 0.0, 0.0, 0.0, 0.0])
+    high = np.array([30.0, 75.0, 3.0e4, 60.0, 0.05, 2.5, 0.5])
+    rigs = []
+    for preload, young, ea, toe, mu, sheath, share in rng.uniform(low, high, (count, low.size)):
+        rope = replace(rig.tendon_a, EA_N=ea, toe_N=toe)
+        material = replace(rig.material, youngs_modulus_GPa=young, loop_share=share)
+        friction = Friction(capstan_coefficient=mu, guide_N=0.01, sheath_N=sheath)
+        rigs.append(replace(rig, preload_N=preload, tendon_a=rope, tendon_b=rope, material=material, friction=friction))
+    return rigs
+
+
+def test_chain_batch(table: Any, median_s: Callable[..., float]) -> None:
+    """A thousand rigs in one call."""
+    solve_batch = getattr(chain, "solve_batch", None)
+    if solve_batch is None:
+        pytest.skip("fem_models.chain has no solve_batch yet")
+    rigs, program = batch(1_000), cycle_of(JOINTS)
+    seconds = median_s(lambda: solve_batch(rigs, program), rounds=3)
+    angle = solve_batch(rigs, program).angle_deg
+    assert angle.shape == (1_000, program.drive_mm.size)
+    assert np.isfinite(angle).all()
+    alone = solve_chain(rigs[-1], program).record.angle_deg
+    np.testing.assert_allclose(angle[-1], alone, atol=1e-6)  # the single solve
+    table.add("chain, batch of 1,000 rigs", seconds, LIMIT_BATCH_S)
+
+
+@pytest.mark.parametrize("joints", SIZES[:4])
+def test_multibody(joints: int, table: Any, median_s: Callable[..., float]) -> None:
+    """One cycle, how it grows with N, and where the time goes by Exudyn's own count."""
+    rig, program = rig_of(joints), cycle_of(joints)
+    settings = MultibodySettings(max_step_mm=step_of(joints))
+    table.exponent_limits["multibody"] = EXPONENT_MULTIBODY
+    with counted() as cost:
+        top = solve_multibody(rig, program, settings).record.angle_deg.max()
+    assert top == pytest.approx(45.2 * joints / JOINTS, rel=0.06)  # as in the chain
+    seconds = median_s(lambda: solve_multibody(rig, program, settings), rounds=3 if joints <= 14 else 1)
+    share = {k: f"{v / cost.total_s:.0%}" for k, v in asdict(cost).items() if k.endswith("_s") and k != "total_s"}
+    notes = (
+        f"{cost.solved} solves, {cost.failed} failed, {cost.newton} Newton iterations of "
+        f"{1e3 * cost.total_s / cost.newton:.2f} ms: Jacobian {share['jacobian_s']}, "
+        f"factorization {share['factorization_s']}, residual {share['residual_s']}"
+    )
+    limit = LIMIT_MULTIBODY_S if joints == JOINTS else None
+    table.add(f"multibody, N = {joints}", seconds, limit, series="multibody", size=joints, notes=notes)

@@ -1,0 +1,463 @@
+"""Compiled kernels of the chain: tangent, Newton, history, path. See :mod:`fem_models.chain`."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from fem_models.schedule import Load
+
+Floats = NDArray[np.float64]
+BAND = 4  # half width of the tangent; it is stored as a[i, j - i + BAND]
+OPEN_STIFFNESS = 1e-9  # of EA/pitch, in the tangent only: a slack rope past a sliding guide leaves the slip open
+
+
+class Constants(NamedTuple):
+    """A rig as the kernels see it; N, mm, rad. Pairs are of tendons a and b."""
+
+    preload: float
+    elastic: float  # bending stiffness of the spring part of a joint
+    arm_a: float
+    arm_b: float
+    half_gap: float  # of the even part of the path over a notch
+    rope_a: float  # EA over pitch
+    rope_b: float
+    free_a: float  # EA over free length
+    free_b: float
+    toe_a: float
+    toe_b: float
+    axial: float  # compliance of a joint in compression
+    mu: float
+    guide: float
+    sheath: float
+    rest_wrap: float
+    bristle_a: float
+    bristle_b: float
+    close_angle: float
+    close_stiffness: float
+    close_both: float  # 1: both ways, 0: positive angles only
+    weight_x: float  # of a ring, along the straight tube
+    weight_y: float
+    stop_y: float
+    stop_stiffness: float
+    pitch: float
+    creep_a: float  # stretch that comes with time, mm per N above the preload
+    creep_b: float
+    tolerance: float
+
+
+class History(NamedTuple):
+    """Memory of the dry elements: rest points, shapes (2, N) guides, (j, N) Jenkins, (k, N) flags; their constants."""
+
+    guides: Floats
+    jenkins: Floats
+    jenkins_stiffness: Floats
+    slip_moment: Floats
+    flags: Floats
+    flag_stiffness: Floats
+    flag_upper: Floats
+    flag_lower: Floats
+    flag_span: Floats
+
+
+class Work(NamedTuple):
+    """Scratch and results of one equilibrium."""
+
+    a: Floats  # tangent, (3 N + 3, 2 BAND + 1)
+    b: Floats  # residual, (3 N + 3,)
+    lever: Floats  # dy_tip/dtheta in the rows of the joints, (3 N + 3,)
+    external: Floats  # moments of weight and stop on the joints, (N,)
+    tension: Floats  # (2, N + 1)
+    limit: Floats  # (2, N)
+    guess: Floats  # (2,) tension between wheel and base to start from
+
+
+@njit(cache=True)
+def free_tension(stretch: float, k: float, toe: float, preload: float, guess: float) -> tuple[float, float]:
+    """Tension and its slope of the rope between wheel and base; unilateral if linear."""
+    if toe == 0.0:
+        tension = preload + k * stretch
+        return (tension, k) if tension > 0.0 else (0.0, 0.0)
+    target = preload + toe * math.log(preload) + k * stretch
+    y = math.log(max(guess, 1e-300))
+    for _ in range(100):  # Newton on exp(y) + toe y, convex and increasing
+        e = math.exp(min(y, 700.0))
+        step = max((e + toe * y - target) / (e + toe), -2.0)
+        y -= step
+        if abs(step) < 1e-15 * (1.0 + abs(y)):
+            break
+    tension = math.exp(y)
+    return tension, k * tension / (tension + toe)
+
+
+@njit(cache=True)
+def segment(
+    ea: float, eb: float, ca: float, cb: float, q: float, preload: float
+) -> tuple[float, float, float, float, float, float]:
+    """Tensions of both ropes over one pitch, and dTa/dea, dTa/deb, dTb/dea, dTb/deb.
+
+    The flexure shortens by q (Ta + Tb - 2 T0) and both ropes with it; a slack rope has no tension and no stiffness.
+    """
+    target_a = preload + ca * (ea + 2.0 * q * preload)
+    target_b = preload + cb * (eb + 2.0 * q * preload)
+    d = 1.0 + (ca + cb) * q
+    ta = ((1.0 + cb * q) * target_a - ca * q * target_b) / d
+    tb = ((1.0 + ca * q) * target_b - cb * q * target_a) / d
+    if ta > 0.0 and tb > 0.0:
+        cross = -ca * cb * q / d
+        return ta, tb, (1.0 + cb * q) * ca / d, cross, cross, (1.0 + ca * q) * cb / d
+    ta, tb = target_a / (1.0 + ca * q), target_b / (1.0 + cb * q)
+    if ta > 0.0 and ta >= tb:
+        return ta, 0.0, ca / (1.0 + ca * q), 0.0, 0.0, 0.0
+    if tb > 0.0:
+        return 0.0, tb, 0.0, 0.0, 0.0, cb / (1.0 + cb * q)
+    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@njit(cache=True)
+def friction(
+    slip: float, rest: float, stiffness: float, constant: float, ratio: float, mu: float, total: float
+) -> tuple[float, float, float, float, float]:
+    """Friction of a guide, its slopes in the slip, in either tension and in the wrap; its limit.
+
+    ``total`` is the sum of the tensions on both sides, ``ratio`` tanh(mu wrap/2).
+    """
+    limit = constant + total * ratio
+    force = stiffness * (slip - rest)
+    if abs(force) <= limit:
+        return force, stiffness, 0.0, 0.0, limit
+    sign = 1.0 if force > 0.0 else -1.0
+    by_wrap = sign * total * 0.5 * mu * (1.0 - ratio * ratio)
+    return sign * limit, 0.0, sign * ratio, by_wrap, limit
+
+
+@njit(cache=True)
+def flag(theta: float, rest: float, k: float, upper: float, lower: float, span: float) -> tuple[float, float]:
+    """Moment and slope of a flag element; both branches are bounds of the elastic line from the rest angle."""
+    sign = 1.0 if theta >= 0.0 else -1.0
+    u, moment, slope = abs(theta), k * (theta - rest) * sign, k
+    full = k * (u - span)
+    low, high = max(min(k * u, lower), full), max(min(k * u, upper), full)
+    if moment < low:
+        moment, slope = low, k if (k * u < lower or full > lower) else 0.0
+    if moment > high:
+        moment, slope = high, k if (k * u < upper or full > upper) else 0.0
+    return sign * moment, slope
+
+
+@njit(cache=True)
+def joint_moment(theta: float, i: int, c: Constants, h: History, load: Load) -> tuple[float, float]:
+    """Moment that bends a joint to an angle, and its slope: spring, Jenkins and flag elements, closed notch."""
+    moment, slope = c.elastic * (theta - load.residual), c.elastic
+    for j in range(h.slip_moment.size):
+        part, top = h.jenkins_stiffness[j] * (theta - h.jenkins[j, i]), load.loop_scale * h.slip_moment[j]
+        if abs(part) <= top:
+            moment += part
+            slope += h.jenkins_stiffness[j]
+        else:
+            moment += math.copysign(top, part)
+    for j in range(h.flag_stiffness.size):
+        part, tangent = flag(
+            theta - load.residual, h.flags[j, i], h.flag_stiffness[j], h.flag_upper[j], h.flag_lower[j], h.flag_span[j]
+        )
+        moment += part
+        slope += tangent
+    beyond = abs(theta) - c.close_angle
+    if beyond > 0.0 and (theta > 0.0 or c.close_both > 0.0):
+        moment += math.copysign(c.close_stiffness * beyond, theta)
+        slope += c.close_stiffness
+    return moment, slope
+
+
+@njit(cache=True)
+def external_moments(x: Floats, c: Constants, w: Work) -> float:
+    """Fill the moments of weight and tip stop on every joint and the tip's levers; return the stop's stiffness, N/mm.
+
+    Ring i hangs at its centre, half a pitch beyond joint i. Sums run from the tip inwards.
+    """
+    n = w.external.size
+    w.external[:] = 0.0
+    if c.weight_x == 0.0 and c.weight_y == 0.0 and c.stop_stiffness == 0.0:
+        return 0.0
+    heading = 0.0
+    tip_x, tip_y = 0.5 * c.pitch, 0.0
+    for i in range(n):
+        heading += x[3 * i + 3]
+        length = c.pitch if i < n - 1 else 0.5 * c.pitch
+        tip_x += length * math.cos(heading)
+        tip_y += length * math.sin(heading)
+    push = c.stop_stiffness * max(0.0, tip_y - c.stop_y)
+    rings, sum_x, sum_y = 0.0, 0.0, 0.0  # of the rings beyond, from their common joint
+    reach = 0.0  # tip from the joint, along the straight tube
+    for i in range(n - 1, -1, -1):
+        cs, sn = math.cos(heading), math.sin(heading)
+        rings += 1.0
+        sum_x += 0.5 * c.pitch * cs + (rings - 1.0) * c.pitch * cs
+        sum_y += 0.5 * c.pitch * sn + (rings - 1.0) * c.pitch * sn
+        reach += (c.pitch if i < n - 1 else 0.5 * c.pitch) * cs
+        w.external[i] = sum_x * c.weight_y - sum_y * c.weight_x - push * reach
+        w.lever[3 * i + 3] = reach
+        heading -= x[3 * i + 3]
+    return c.stop_stiffness if push > 0.0 else 0.0
+
+
+@njit(cache=True)
+def assemble(x: Floats, c: Constants, h: History, load: Load, w: Work) -> tuple[float, float]:
+    """Fill tangent and residual at x = (theta_i, slip a, slip b) guide by guide; largest residual and stop stiffness.
+
+    Row by row: the base does not turn; each guide's balance of tensions; each joint's balance of moments; the ropes
+    are anchored at the tip.
+    """
+    a, b = w.a, w.b
+    n = h.guides.shape[1]
+    a[:] = 0.0
+    for row in (0, 3 * n + 1, 3 * n + 2):
+        a[row, BAND] = 1.0
+        b[row] = 0.0
+    stop = external_moments(x, c, w)
+    tp_a, k_a = free_tension(load.drive - x[1] - load.slack_a, c.free_a, c.toe_a, c.preload, w.guess[0])
+    tp_b, k_b = free_tension(-load.drive - x[2] - load.slack_b, c.free_b, c.toe_b, c.preload, w.guess[1])
+    w.tension[0, 0], w.tension[1, 0] = tp_a, tp_b
+    # slopes of the proximal tensions in (theta_i, slip a and b of the last guide, slip a and b of this guide)
+    pa = (0.0, 0.0, 0.0, -k_a, 0.0)
+    pb = (0.0, 0.0, 0.0, 0.0, -k_b)
+    worst = 0.0
+    for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
+        u = 3 * i + 1
+        v = u + 3
+        theta = x[u + 2]
+        sn, cs = math.sin(0.5 * theta), math.cos(0.5 * theta)
+        ra, rb, gap = c.arm_a, c.arm_b, c.half_gap  # path of either rope over the notch, its slope and curvature
+        path_a, arm_a, bow_a = 2.0 * (gap * (1.0 - cs) + ra * sn), gap * sn + ra * cs, 0.5 * (gap * cs - ra * sn)
+        path_b, arm_b, bow_b = 2.0 * (gap * (1.0 - cs) - rb * sn), gap * sn - rb * cs, 0.5 * (gap * cs + rb * sn)
+        ta, tb, aa, ab, ba, bb = segment(
+            x[u] - x[v] - path_a, x[u + 1] - x[v + 1] - path_b, c.rope_a, c.rope_b, c.axial, c.preload
+        )
+        w.tension[0, i + 1], w.tension[1, i + 1] = ta, tb
+        a_theta, b_theta = -(aa * arm_a + ab * arm_b), -(ba * arm_a + bb * arm_b)
+        moment, slope = joint_moment(theta, i, c, h, load)
+        row = u + 2
+        b[row] = moment - ta * arm_a - tb * arm_b - w.external[i]
+        worst = max(worst, abs(b[row]) / ra)
+        a[row, BAND] = slope - ta * bow_a - tb * bow_b - arm_a * a_theta - arm_b * b_theta
+        by_a, by_b = arm_a * aa + arm_b * ba, arm_a * ab + arm_b * bb
+        a[row, u - row + BAND] = -by_a
+        a[row, u + 1 - row + BAND] = -by_b
+        a[row, v - row + BAND] = by_a
+        a[row, v + 1 - row + BAND] = by_b
+        before = x[u - 1]
+        wrap, constant = 0.5 * (abs(theta) + abs(before)), c.guide
+        if i == 0:
+            wrap += c.rest_wrap
+            constant += c.sheath
+        ratio = math.tanh(0.5 * c.mu * wrap)
+        half_before = 0.5 if before > 0.0 else (-0.5 if before < 0.0 else 0.0)
+        half_theta = 0.5 if theta > 0.0 else (-0.5 if theta < 0.0 else 0.0)
+        for side in range(2):
+            row = u + side
+            if side == 0:
+                proximal, distal, slopes, bristle = tp_a, ta, pa, c.bristle_a
+                here, other, by_theta = aa, ab, a_theta
+            else:
+                proximal, distal, slopes, bristle = tp_b, tb, pb, c.bristle_b
+                here, other, by_theta = bb, ba, b_theta
+            force, by_slip, by_tension, by_wrap, top = friction(
+                x[row], h.guides[side, i], bristle, constant, ratio, c.mu, proximal + distal
+            )
+            w.limit[side, i] = top
+            b[row] = proximal - distal - force
+            worst = max(worst, abs(b[row]))
+            into, out = 1.0 - by_tension, 1.0 + by_tension
+            across = u + 1 - side  # the other tendon at this guide
+            if i > 0:
+                a[row, u - 1 - row + BAND] += into * slopes[0]
+                a[row, u - 3 - row + BAND] += into * slopes[1]
+                a[row, u - 2 - row + BAND] += into * slopes[2]
+            a[row, u - row + BAND] += into * slopes[3]
+            a[row, u + 1 - row + BAND] += into * slopes[4]
+            a[row, BAND] -= out * here + by_slip + OPEN_STIFFNESS * (c.rope_a if side == 0 else c.rope_b)
+            a[row, across - row + BAND] -= out * other
+            a[row, 3 + BAND] += out * here
+            a[row, across + 3 - row + BAND] += out * other
+            a[row, u - 1 - row + BAND] -= by_wrap * half_before
+            a[row, u + 2 - row + BAND] -= out * by_theta + by_wrap * half_theta
+        pa = (a_theta, aa, ab, -aa, -ab)
+        pb = (b_theta, ba, bb, -ba, -bb)
+        tp_a, tp_b = ta, tb
+    return worst, stop
+
+
+@njit(cache=True)
+def eliminate(a: Floats, b: Floats, z: Floats, both: bool) -> None:
+    """Solve the band for b, and for z if ``both``, in place, without pivoting; a is destroyed."""
+    n = b.size
+    for i in range(n):
+        pivot = 1.0 / a[i, BAND]
+        for r in range(i + 1, min(i + BAND + 1, n)):
+            factor = a[r, i - r + BAND] * pivot
+            if factor != 0.0:
+                for k in range(1, min(BAND, n - 1 - i) + 1):
+                    a[r, i + k - r + BAND] -= factor * a[i, BAND + k]
+                b[r] -= factor * b[i]
+                if both:
+                    z[r] -= factor * z[i]
+    for i in range(n - 1, -1, -1):
+        total, second = b[i], z[i]
+        for k in range(1, min(BAND, n - 1 - i) + 1):
+            total -= a[i, BAND + k] * b[i + k]
+            if both:
+                second -= a[i, BAND + k] * z[i + k]
+        b[i] = total / a[i, BAND]
+        if both:
+            z[i] = second / a[i, BAND]
+
+
+@njit(cache=True)
+def newton(x: Floats, c: Constants, h: History, load: Load, w: Work, iterations: int) -> bool:
+    """Solve for the equilibrium from x; x is changed whether it converges or not.
+
+    A touched tip stop adds k l l^T to the tangent, l being the tip's levers: Sherman-Morrison with a second solution.
+    """
+    z = np.empty(x.size)
+    for _ in range(iterations):
+        worst, stop = assemble(x, c, h, load, w)
+        if worst <= c.tolerance * c.preload:
+            return True
+        if not worst < 1e9 * c.preload:
+            return False
+        if stop > 0.0:
+            z[:] = w.lever
+        eliminate(w.a, w.b, z, stop > 0.0)
+        if stop > 0.0:
+            by_b = by_z = 0.0
+            for i in range(x.size):
+                by_b += w.lever[i] * w.b[i]
+                by_z += w.lever[i] * z[i]
+            scale = stop * by_b / (1.0 + stop * by_z)
+            for i in range(x.size):
+                w.b[i] -= scale * z[i]
+        for i in range(x.size):
+            x[i] -= w.b[i]
+    return False
+
+
+@njit(cache=True)
+def accept(x: Floats, c: Constants, h: History, load: Load, w: Work, before: Floats) -> tuple[float, float]:
+    """Move the rest points of what has slipped; return the losses in guides and material, mJ.
+
+    A sliding guide's force changes from the limit ``before`` to the present one: their mean is booked. What a flag
+    takes at its plateau it gives back, less, on the way back.
+    """
+    lost = material = 0.0
+    n = h.guides.shape[1]
+    for side in range(2):
+        stiffness = c.bristle_a if side == 0 else c.bristle_b
+        for i in range(n):
+            force = stiffness * (x[3 * i + 1 + side] - h.guides[side, i])
+            if abs(force) > w.limit[side, i]:
+                slid = math.copysign((abs(force) - w.limit[side, i]) / stiffness, force)
+                h.guides[side, i] += slid
+                lost += 0.5 * (w.limit[side, i] + before[side, i]) * abs(slid)
+            before[side, i] = w.limit[side, i]
+    for i in range(n):
+        theta = x[3 * i + 3]
+        for j in range(h.slip_moment.size):
+            moment, top = h.jenkins_stiffness[j] * (theta - h.jenkins[j, i]), load.loop_scale * h.slip_moment[j]
+            if abs(moment) > top:
+                slid = math.copysign((abs(moment) - top) / h.jenkins_stiffness[j], moment)
+                h.jenkins[j, i] += slid
+                material += top * abs(slid)
+        for j in range(h.flag_stiffness.size):
+            k, u = h.flag_stiffness[j], theta - load.residual
+            moment, _ = flag(u, h.flags[j, i], k, h.flag_upper[j], h.flag_lower[j], h.flag_span[j])
+            rest = u - moment / k
+            material += moment * (rest - h.flags[j, i])
+            h.flags[j, i] = rest
+    return lost, material
+
+
+@njit(cache=True)
+def jumped(x: Floats, y: Floats, turn: float, slide: float) -> bool:
+    """Whether a joint turned or a rope slid by more than a step can."""
+    for i in range(x.size):  # noqa: SIM110 - compiled
+        if abs(y[i] - x[i]) > (turn if i % 3 == 0 else slide):
+            return True
+    return False
+
+
+@njit(cache=True)
+def follow(
+    drives: Floats, slacks: Floats, loop_scales: Floats, residuals: Floats, creeps: Floats, c: Constants, h: History,
+    max_step: float, max_halvings: int, iterations: int, turn_per_mm: float, least_turn: float,
+    slide_per_mm: float, least_slide: float,
+    angles: Floats, tensions: Floats, energies: Floats,
+) -> tuple[int, float, float]:  # fmt: skip
+    """Visit the samples from rest; fill angles (m, N), tensions (m, 2, N+1), energies (m, 3: work, friction, material).
+
+    Between samples everything moves in proportion. Returns (-1, 0, 0), or the sample that did not converge and the
+    drives between which it did not.
+    """
+    n = angles.shape[1]
+    size = 3 * (n + 1)
+    x, trial = np.zeros(size), np.zeros(size)
+    w = Work(
+        np.zeros((size, 2 * BAND + 1)), np.zeros(size), np.zeros(size), np.zeros(n), np.zeros((2, n + 1)),
+        np.zeros((2, n)), np.full(2, c.preload),
+    )  # fmt: skip
+    here = Load(0.0, 0.0, 0.0, 1.0, 0.0)
+    crept_a = crept_b = work = lost = material = 0.0
+    if not newton(x, c, h, here, w, 10 * iterations):
+        return 0, 0.0, 0.0
+    before = w.limit.copy()
+    pull = w.tension[0, 0] - w.tension[1, 0]
+    reach, heading, increment = max_step, 0.0, np.zeros(size)  # of the last step: its length, way and change per mm
+    for k in range(drives.size):
+        goal = Load(drives[k], slacks[k, 0] + crept_a, slacks[k, 1] + crept_b, loop_scales[k], residuals[k])
+        way = max(abs(goal.drive - here.drive), abs(goal.slack_a - here.slack_a), abs(goal.slack_b - here.slack_b))
+        ahead = np.sign(goal.drive - here.drive)
+        done, at = 0.0, here.drive
+        while done < 1.0:
+            part = min(1.0, done + reach / way) if way > reach else 1.0
+            load = goal
+            if part < 1.0:
+                load = Load(
+                    here.drive + part * (goal.drive - here.drive),
+                    here.slack_a + part * (goal.slack_a - here.slack_a),
+                    here.slack_b + part * (goal.slack_b - here.slack_b),
+                    here.loop_scale + part * (goal.loop_scale - here.loop_scale),
+                    here.residual + part * (goal.residual - here.residual),
+                )
+            step = (part - done) * way
+            for i in range(size):
+                trial[i] = x[i] + (step * increment[i] if ahead == heading else 0.0)
+            if not newton(trial, c, h, load, w, iterations) or jumped(
+                x, trial, turn_per_mm * step + least_turn, slide_per_mm * step + least_slide
+            ):
+                heading, reach = 0.0, 0.5 * step
+                if reach < max_step * 0.5**max_halvings:
+                    return k, at, load.drive
+                continue
+            for i in range(size):
+                increment[i] = (trial[i] - x[i]) / max(step, 1e-12)
+            heading = ahead
+            x[:] = trial
+            losses = accept(x, c, h, load, w, before)
+            lost += losses[0]
+            material += losses[1]
+            w.guess[0], w.guess[1] = w.tension[0, 0], w.tension[1, 0]
+            now = w.tension[0, 0] - w.tension[1, 0]
+            work += 0.5 * (pull + now) * (load.drive - at)
+            pull, at, done = now, load.drive, part
+            reach = min(max_step, 2.0 * reach)
+        here = goal
+        crept_a += creeps[k] * (c.creep_a * (w.tension[0, 0] - c.preload) - crept_a)
+        crept_b += creeps[k] * (c.creep_b * (w.tension[1, 0] - c.preload) - crept_b)
+        for i in range(n):
+            angles[k, i] = x[3 * i + 3]
+        tensions[k] = w.tension
+        energies[k, 0], energies[k, 1], energies[k, 2] = work, lost, material
+    return -1, 0.0, 0.0

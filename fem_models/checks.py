@@ -1,0 +1,27 @@
+"""Refusing what cannot be: one line that names field, value and what was expected."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+
+
+class RigError(ValueError):
+    """A rig or a load program that cannot exist; the message names field, value and what was expected."""
+
+
+def require(condition: bool, name: str, value: object, expected: str) -> None:
+    """Raise a RigError ``name = value: expected ...`` where the condition does not hold."""
+    if not condition:
+        raise RigError(f"{name} = {value}: expected {expected}")
+
+
+def require_numbers(owner: str, item: object) -> None:
+    """Raise a RigError where a field of a dataclass is neither None nor a finite number."""
+    for f in fields(item):  # type: ignore[arg-type]
+        value = getattr(item, f.name)
+        if value is None or f.name == "shape":  # of a notch: a word
+            continue
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise RigError(f"{owner}.{f.name} = {value!r}: expected a number")
+        require(math.isfinite(value), f"{owner}.{f.name}", value, "a finite number")

@@ -1,0 +1,123 @@
+"""What a load program does to a rig, sample by sample, before any mechanics: shared by both engines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.checks import RigError
+from fem_models.kinematics import tendon_stretch_mm
+from fem_models.program import LoadProgram
+from fem_models.rig import Rig
+
+Floats = NDArray[np.float64]
+
+
+class Load(NamedTuple):
+    """What acts at one point of the path; the fields are those of :class:`Schedule` at one sample."""
+
+    drive: float
+    slack_a: float
+    slack_b: float
+    loop_scale: float
+    residual: float
+
+
+REST = Load(0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Inputs of a run, shapes (m,) or (m, 2) for tendons a and b.
+
+    ``drive_mm``: displacement at the wheel's rim, after backlash and eccentricity. ``slack_mm``: rope longer than at
+    rest. ``loop_scale``: of the Jenkins elements' slip moments. ``residual_rad``: angle that every joint keeps.
+    ``creep``: part of the gap to its goal by which the creep of the ropes closes after a sample.
+    """
+
+    drive_mm: Floats
+    slack_mm: Floats
+    loop_scale: Floats
+    residual_rad: Floats
+    creep: Floats
+
+
+def between(start: Load, end: Load, part: float) -> Load:
+    """Load at a part of the way from one to another."""
+    if part == 1:
+        return end
+    return Load(*(a + part * (b - a) for a, b in zip(start, end, strict=True)))
+
+
+def way_mm(start: Load, end: Load) -> float:
+    """How far two loads are apart, as rope."""
+    return max(abs(b - a) for a, b in zip(start[:3], end[:3], strict=True))
+
+
+def largest_turn_rad(rig: Rig, step_mm: float) -> float:
+    """Turn of a joint beyond which a step has jumped to another equilibrium and is not accepted.
+
+    All of the rope drawn in by one joint, five times over; some more for what moves without the drive.
+    """
+    return 5 * step_mm / min(rig.tendon_a.moment_arm_mm, rig.tendon_b.moment_arm_mm) + 2e-3
+
+
+def largest_slide_mm(step_mm: float) -> float:
+    """Slip of a rope at a guide beyond which a step is not accepted either: no more than was wound, five times over."""
+    return 5 * step_mm + 0.02
+
+
+def play(drive: Floats, width: float) -> Floats:
+    """Play operator of a width, starting in its middle at zero: shape (m,) -> (m,)."""
+    out = np.empty_like(drive)
+    at = 0.0
+    for k, x in enumerate(drive.tolist()):
+        at = min(max(at, x - width / 2), x + width / 2)
+        out[k] = at
+    return out
+
+
+def schedule(rig: Rig, program: LoadProgram) -> Schedule:
+    """Work out the inputs of a run.
+
+    Raises
+    ------
+    RigError
+        Creep without times, effects of the cycle count without cycles.
+    """
+    drive, m = program.drive_mm, program.drive_mm.size
+    if rig.backlash is not None:
+        drive = play(drive, rig.backlash.width_mm)
+    if rig.eccentricity is not None:
+        phase = np.radians(rig.eccentricity.phase_deg)
+        wave = np.sin(drive / rig.wheel.radius_mm + phase) - np.sin(phase)
+        drive = drive + rig.eccentricity.amplitude_mm * wave
+    slack = np.zeros((m, 2))
+    if rig.slack is not None:
+        slack += [rig.slack.tendon_a_mm, rig.slack.tendon_b_mm]
+    if rig.preload_loss is not None:
+        tension = rig.preload_N * (1 - rig.preload_loss.fraction * _settled(program, rig.preload_loss.cycles))
+        length = rig.joints * rig.pitch_mm
+        for side, rope in enumerate((rig.tendon_a, rig.tendon_b)):
+            slack[:, side] -= tendon_stretch_mm(rope, tension, rig.preload_N, length)
+    loop_scale, residual = np.ones(m), np.zeros(m)
+    if rig.fatigue is not None:
+        done = _settled(program, rig.fatigue.cycles)
+        loop_scale = 1 - rig.fatigue.loop_loss * done
+        residual = np.radians(rig.fatigue.residual_deg) * done
+    creep = np.zeros(m)
+    if rig.creep is not None:
+        if program.time_s is None:
+            raise RigError(f"rig {rig.name}: creep: expected a load program with time_s")
+        creep[1:] = -np.expm1(-np.diff(program.time_s) / rig.creep.time_s)
+    return Schedule(drive, slack, loop_scale, residual, creep)
+
+
+def _settled(program: LoadProgram, cycles: float) -> Floats:
+    """1 - exp(-cycle/cycles) of every sample, shape (m,)."""
+    if program.cycle is None:
+        raise RigError("cycle: missing, expected a load program that counts its cycles")
+    return -np.expm1(-program.cycle / cycles)

@@ -1,0 +1,183 @@
+"""Compiled twin: what peers fail at, agreement with the multibody model, and rigs at random."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.chain import ChainSettings, simulate_chain, solve_chain
+from fem_models.checks import RigError
+from fem_models.effects import Closure, Creep, Gravity, Superelastic
+from fem_models.presets import preset
+from fem_models.program import LoadProgram, SolverError, triangle
+from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+from hysteresis.metrics import loop_width
+from validation.twins import EFFECTS, compare, program, switches
+
+SHORT = triangle(2.2, step_mm=0.1)
+
+
+def no_toe(rig: Rig) -> Rig:
+    rope = replace(rig.tendon_a, toe_N=0.0)
+    return replace(rig, tendon_a=rope, tendon_b=rope)
+
+
+@pytest.mark.parametrize("preload", [10.0, 20.0])
+@pytest.mark.parametrize("name", switches(20.0))
+def test_twins_agree(name, preload):
+    agreement = compare(name, switches(preload)[name], program(cycles=1))
+    assert agreement.max_difference_deg <= 0.1
+    share = agreement.width_difference_percent
+    assert share is None or abs(share) <= 3
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_each_effect_shows(name):
+    # else the agreement above would say nothing
+    bare, rig = switches(20.0)["elastic tendons"], switches(20.0)[f"{name} alone"]
+    if name == "fatigue":  # it acts on the material loop as well
+        bare, rig = (replace(r, material=preset("du2018").material) for r in (bare, rig))
+    steps = program()
+    difference = np.abs(simulate_chain(rig, steps).angle_deg - simulate_chain(bare, steps).angle_deg)
+    assert difference.max() > 0.3
+
+
+def test_holding():
+    # a load change below the friction limit, then nothing: the tip may not creep
+    rig = replace(preset("du2018"), friction=Friction(sheath_N=3.0))
+    way = np.concatenate([np.linspace(0, 1, 11), [0.999], np.full(10_000, 0.999)])
+    record = simulate_chain(rig, LoadProgram(way))
+    assert abs(record.angle_deg[11] - record.angle_deg[10]) < 0.02  # 1e-3 mm of elastic unloading, 20 deg/mm at most
+    assert np.ptp(record.angle_deg[11:]) < 1e-9
+
+
+def test_capstan_on_both_branches():
+    rig = replace(no_toe(preset("du2018")), friction=Friction(capstan_coefficient=0.2, rest_wrap_deg=20.0))
+    solution = solve_chain(rig, triangle(2.2, step_mm=0.1))
+    for sample in (22, 44, 88):  # end of the way out, and on the way at zero and beyond
+        angles = np.abs(np.radians(solution.record.notches_deg[sample]))
+        wrap = 0.5 * (angles + np.concatenate([[2 * np.radians(20.0)], angles[:-1]]))
+        a, b = solution.segment_tensions_N[sample]
+        pulled, released = (a, b) if sample != 44 else (b, a)  # the drive falls at sample 44
+        np.testing.assert_allclose(pulled[:-1] / pulled[1:], np.exp(0.2 * wrap), rtol=1e-6)
+        np.testing.assert_allclose(released[1:] / released[:-1], np.exp(0.2 * wrap), rtol=1e-6)
+
+
+def test_minor_loops_close():
+    outer = np.linspace(0, 1, 11)
+    minor = np.concatenate([np.linspace(1, 0.6, 9)[1:], np.linspace(0.6, 1, 9)[1:]])
+    rig = preset("du2018")
+    record = simulate_chain(rig, LoadProgram(np.concatenate([outer, minor, minor, minor])))
+    ends = record.angle_deg[[10 + 16, 10 + 32, 10 + 48]]
+    assert np.ptp(ends) < 1e-6
+
+
+def test_energy_balance_to_a_millionth():
+    for preload in (10.0, 20.0):
+        steps = triangle(2.2, step_mm=0.001)
+        s = solve_chain(preset("du2018", preload_N=preload), steps, ChainSettings(max_step_mm=0.001))
+        start = np.flatnonzero(steps.cycle == 1)[0] - 1
+        loss = s.friction_loss_mJ + s.material_loss_mJ
+        work = s.wheel_work_mJ[-1] - s.wheel_work_mJ[start]
+        assert loss[-1] - loss[start] == pytest.approx(work, rel=1e-6)
+
+
+def test_energy_gap_closes_at_better_than_first_order():
+    gaps = []
+    for step in (0.1, 0.02, 0.004):
+        s = solve_chain(preset("du2018"), triangle(2.2, step_mm=step), ChainSettings(max_step_mm=step))
+        start = np.flatnonzero(s.record.cycle == 1)[0] - 1
+        loss, work = s.friction_loss_mJ + s.material_loss_mJ, s.wheel_work_mJ
+        gaps.append(abs((loss[-1] - loss[start]) / (work[-1] - work[start]) - 1))
+    assert np.log(gaps[0] / gaps[2]) / np.log(25) > 1.2
+
+
+def test_rate_independence():
+    rig = preset("du2018")
+    coarse, fine = triangle(2.0, step_mm=0.5), triangle(2.0, step_mm=0.1)
+    timed = LoadProgram(fine.drive_mm, time_s=np.linspace(0, 1e-3, fine.drive_mm.size))
+    angle = simulate_chain(rig, fine).angle_deg
+    np.testing.assert_array_equal(simulate_chain(rig, timed).angle_deg, angle)
+    np.testing.assert_allclose(simulate_chain(rig, coarse).angle_deg, angle[::5], atol=1e-6)
+
+
+def test_default_calibration():
+    # the paper's widths, section 3.1
+    for preload, width in ((10.0, 3.52), (20.0, 2.21)):
+        record = simulate_chain(preset("du2018", preload_N=preload), SHORT)
+        assert loop_width(record.drive, record.angle_deg, record.cycle).max_deg == pytest.approx(width, abs=0.1)
+
+
+def test_flag_law_against_beam_theory():
+    # Below the plateau nothing changes; beyond it the joint is softer, and comes back to rest without an angle.
+    rig = replace(no_toe(preset("du2018")), friction=Friction(), material=Material(60.0, 0.33))
+    flagged = replace(rig, superelastic=Superelastic(plateau_MPa=450.0, unloading_plateau_MPa=200.0))
+    small = LoadProgram(np.linspace(0, 0.5, 6))
+    np.testing.assert_allclose(
+        simulate_chain(flagged, small).angle_deg, simulate_chain(rig, small).angle_deg, rtol=1e-6
+    )
+    there_and_back = LoadProgram(np.concatenate([np.linspace(0, 2.2, 23), np.linspace(2.2, 0, 23)[1:]]))
+    assert simulate_chain(flagged, there_and_back).angle_deg[22] > simulate_chain(rig, there_and_back).angle_deg[22]
+    assert abs(simulate_chain(flagged, there_and_back).angle_deg[-1]) < 1e-6
+
+
+def test_weight_bends_a_cantilever():
+    # At rest the sag of the unbent chain: each joint carries the moment of the rings beyond it (hand sum).
+    rig = replace(no_toe(preset("du2018", preload_N=1e-3)), friction=Friction(), material=Material(60.0, 0.33))
+    rope = replace(rig.tendon_a, EA_N=1.0, free_length_mm=1e6)  # tendons too soft to hold it
+    rig = replace(rig, tendon_a=rope, tendon_b=rope, gravity=Gravity(ring_mass_g=0.05))
+    record = simulate_chain(rig, LoadProgram(np.array([0.0, 1e-9])))
+    weight, n, pitch = 0.05e-3 * 9.80665, 14, rig.pitch_mm
+    moments = [weight * sum(pitch * (j - i + 0.5) for j in range(i, n)) for i in range(n)]
+    stiffness = 377.0  # of a joint, test_snr and the report
+    assert record.angle_deg[0] == pytest.approx(-np.degrees(sum(moments) / stiffness), rel=0.01)
+
+
+def test_a_notch_may_not_close_unannounced():
+    rig = replace(preset("du2018"), notch=Notch("v_pair", 14, 2.86, 0.5, 2.1, 0.3))
+    with pytest.raises(SolverError, match=r"sample \d+ of 111: joint \d+ at .* deg, but its notch closes at 9.2 deg"):
+        simulate_chain(rig, triangle(6.6, step_mm=0.3))
+    closed = replace(rig, closure=Closure(stiffness_Nmm_per_rad=5e4))
+    assert np.abs(simulate_chain(closed, triangle(6.6, step_mm=0.3)).notches_deg).max() < 12
+
+
+def test_creep_needs_times():
+    rig = replace(preset("du2018"), creep=Creep(fraction=0.5, time_s=10.0))
+    with pytest.raises(RigError, match="creep: expected a load program with time_s"):
+        simulate_chain(rig, SHORT)
+
+
+def random_rig(rng: np.random.Generator) -> tuple[Rig, LoadProgram]:
+    """A rig in plausible ranges, with a drive that bends it by up to about 60 deg."""
+    outer = rng.uniform(1.5, 8.0)
+    wall, count = rng.uniform(0.04, 0.12) * outer, int(rng.integers(3, 30))
+    depth = rng.uniform(0.75, 0.93) * outer / 2
+    width = rng.uniform(0.1, 0.3) * outer
+    shape = ("v_pair", "rectangular_pair")[int(rng.integers(2))]
+    root = rng.uniform(0.3, 0.7) * width if shape == "v_pair" else None
+    arm = (outer - wall) / 2
+
+    def rope() -> Tendon:
+        return Tendon(10 ** rng.uniform(3, 4.7), arm, rng.uniform(50, 800), rng.choice([0.0, rng.uniform(1, 60)]))
+
+    rig = Rig(
+        name="random",
+        tube=Tube(outer, outer - 2 * wall),
+        notch=Notch(shape, count, depth, width, rng.uniform(0.1, 0.5) * outer, root),
+        material=Material(rng.uniform(30, 80), 0.33, rng.choice([0.0, rng.uniform(0.05, 0.5)]), rng.uniform(0.5, 4)),
+        tendon_a=rope(),
+        tendon_b=rope(),
+        wheel=Wheel(rng.uniform(4, 20)),
+        preload_N=10 ** rng.uniform(0, 1.6),
+        friction=Friction(rng.uniform(0, 0.3), rng.uniform(0, 0.1), rng.uniform(0, 3), rng.uniform(0, 180)),
+    )
+    # no joint may reach closure, wherever friction puts the bending
+    most = 0.4 * count * 2 * np.arctan(width / outer)
+    return rig, triangle(arm * min(np.radians(60), most), step_mm=arm * min(np.radians(60), most) / 11)
+
+
+def test_500_random_rigs_converge():
+    rng = np.random.default_rng(3)
+    for _ in range(500):
+        rig, steps = random_rig(rng)
+        assert np.isfinite(simulate_chain(rig, steps).angle_deg).all()
