@@ -13,6 +13,7 @@ from fem_models.schedule import Load
 
 Floats = NDArray[np.float64]
 BAND = 4  # half width of the tangent; it is stored as a[i, j - i + BAND]
+DAMPED_AFTER = 10  # Newton steps: one that goes to and fro across a kink finds its way at half the length
 OPEN_STIFFNESS = 1e-9  # of EA/pitch, in the tangent only: a slack rope past a sliding guide leaves the slip open
 
 
@@ -47,7 +48,7 @@ class Constants(NamedTuple):
     pitch: float
     creep_a: float  # stretch that comes with time, mm per N above the preload
     creep_b: float
-    tolerance: float
+    tolerance: float  # of the residual, N
 
 
 class History(NamedTuple):
@@ -323,9 +324,9 @@ def newton(x: Floats, c: Constants, h: History, load: Load, w: Work, iterations:
     A touched tip stop adds k l l^T to the tangent, l being the tip's levers: Sherman-Morrison with a second solution.
     """
     z = np.empty(x.size)
-    for _ in range(iterations):
+    for turn in range(iterations):
         worst, stop = assemble(x, c, h, load, w)
-        if worst <= c.tolerance * c.preload:
+        if worst <= c.tolerance:
             return True
         if not worst < 1e9 * c.preload:
             return False
@@ -340,8 +341,9 @@ def newton(x: Floats, c: Constants, h: History, load: Load, w: Work, iterations:
             scale = stop * by_b / (1.0 + stop * by_z)
             for i in range(x.size):
                 w.b[i] -= scale * z[i]
+        damping = 1.0 if turn < DAMPED_AFTER else 0.5
         for i in range(x.size):
-            x[i] -= w.b[i]
+            x[i] -= damping * w.b[i]
     return False
 
 
@@ -389,7 +391,7 @@ def jumped(x: Floats, y: Floats, turn: float, slide: float) -> bool:
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)  # batches run in threads
 def follow(
     drives: Floats, slacks: Floats, loop_scales: Floats, residuals: Floats, creeps: Floats, c: Constants, h: History,
     max_step: float, max_halvings: int, iterations: int, turn_per_mm: float, least_turn: float,

@@ -176,7 +176,7 @@ class _Stepper:
         if load.residual != now.residual:
             self._put(self.model.flags, "velocityOffset", [load.residual] * len(self.model.flags))
             curvature = load.residual / bending_length_mm(rig)
-            self._put(self.model.beams, "physicsReferenceCurvature", [curvature] * len(self.model.beams))
+            self._put(self.model.beams, "referenceCurvature", [curvature] * len(self.model.beams))
         self.load = load
 
     def _ropes(self, load: Load) -> tuple[tuple[float, Tendon], tuple[float, Tendon]]:

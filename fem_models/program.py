@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.checks import require
+from hysteresis.record import MAX_MAGNITUDE
 
 MAX_SAMPLES = 2_000_000
 """Of a program made here: more is a slip of the keyboard, and would fill the memory first."""
@@ -46,6 +47,8 @@ class LoadProgram:
             "a row of at least 2 values",
         )
         require(bool(np.isfinite(drive).all()), "drive_mm", "NaN or infinite", "finite numbers")
+        largest = float(np.abs(drive).max())
+        require(largest <= MAX_MAGNITUDE, "drive_mm", f"{largest:g}", f"at most {MAX_MAGNITUDE:g}, as in a record")
         drive.flags.writeable = False
         object.__setattr__(self, "drive_mm", drive)
         for name in ("time_s", "cycle"):
@@ -60,6 +63,7 @@ class LoadProgram:
                 f"the shape of drive_mm, {drive.shape}",
             )
             if name == "time_s":
+                require(bool(np.isfinite(value).all()), name, "NaN or infinite", "finite times")
                 require(bool((np.diff(value) > 0).all()), name, "not increasing", "strictly increasing times")
             value.flags.writeable = False
             object.__setattr__(self, name, value)
@@ -104,7 +108,7 @@ def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cy
         An argument out of its range, or more than :data:`MAX_SAMPLES` samples.
     """
     require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
-    require(math.isfinite(rate_Hz) and rate_Hz > 0, "rate_Hz", rate_Hz, "above 0")
+    require(1e-9 <= rate_Hz <= 1e9, "rate_Hz", rate_Hz, "above 0, from 1e-9 to 1e9")
     require(cycles >= 1, "cycles", cycles, "at least 1")
     require(
         samples_per_cycle >= 8 and samples_per_cycle % 4 == 0,

@@ -51,6 +51,7 @@ def build(table_name: str, table: object, where: str) -> Any:
     if not isinstance(table, Mapping):
         raise RigError(f"{where}: [{table_name}] = {table!r}: expected a table")
     known = {f.name: f for f in fields(cls)}
+    _require_sane_integers(table, where, f"{table_name}.")
     for key in table:
         if key not in known:
             raise RigError(f"{where}: {table_name}.{key} = {table[key]!r}: expected one of {', '.join(known)}")
@@ -93,8 +94,18 @@ def read_rig(path: Path) -> Rig:
     for key in ("material", "tendon_a", "tendon_b", "wheel", "preload_N"):
         if key not in data:
             raise RigError(f"{path}: {key}: missing, expected in a rig file")
+    _require_sane_integers(data, str(path))
+    if not isinstance(data.get("name", ""), str):
+        raise RigError(f"{path}: name = {data['name']!r}: expected text")
     parts = {k: build(k, v, str(path)) if k in _TABLES else v for k, v in data.items()}
     try:
         return Rig(**{"name": path.stem, **parts})
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
+
+
+def _require_sane_integers(table: Mapping[str, Any], where: str, prefix: str = "") -> None:
+    """Refuse integers that TOML does not know but its reader lets through: they overflow as floats."""
+    for key, value in table.items():
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise RigError(f"{where}: {prefix}{key}: an integer of {len(str(abs(value)))} digits: expected 64 bits")

@@ -10,7 +10,7 @@ from fem_models.multibody import MultibodySettings, simulate_multibody, solve_mu
 from fem_models.presets import preset
 from fem_models.program import LoadProgram, SolverError, triangle
 from fem_models.rig import Bench, Friction, Notch, Rig, Tube
-from fem_models.snr import moment_arms_mm
+from fem_models.snr import flexure, moment_arms_mm
 from hysteresis.metrics import loop_width
 
 LOSSLESS = replace(preset("du2018").material, loop_share=0.0)
@@ -110,8 +110,8 @@ def test_tensions_of_the_record_are_those_at_the_wheel():
     # pulled in past a sheath of constant friction, the rope is tighter before it by just that friction
     rig = replace(linear(preset("du2018")), friction=Friction(sheath_N=1.5))
     solution = solve_multibody(rig, LoadProgram(np.linspace(0, 1.5, 16)))
-    assert solution.record.tension_a_N[-1] - solution.segment_tensions_N[-1, 0, 1] == pytest.approx(1.5, rel=1e-6)
-    assert solution.segment_tensions_N[-1, 1, 1] - solution.record.tension_b_N[-1] == pytest.approx(1.5, rel=1e-6)
+    assert solution.record.tension_a_N[-1] - solution.segment_tensions_N[-1, 0, 1] == pytest.approx(1.5, rel=1e-4)
+    assert solution.segment_tensions_N[-1, 1, 1] - solution.record.tension_b_N[-1] == pytest.approx(1.5, rel=1e-4)
 
 
 def test_whole_numbers_are_numbers():
@@ -124,14 +124,18 @@ def test_whole_numbers_are_numbers():
 
 
 def test_a_one_sided_wrist_turns_about_its_neutral_axis():
-    # a tendon on the notched side has the arm plus the neutral offset: nearly rigid, x = arm theta to second order
-    base = linear(preset("du2018"), EA_N=1e6, moment_arm_mm=1.2)
+    # Tendon a runs on the notched side, its arm is that from the tube axis plus the neutral offset; tendon b falls
+    # slack. Then dx/dtheta = arm + K/(N arm k), K of a joint and k of the rope (moment balance T arm = K theta/N).
+    base = linear(preset("du2018", preload_N=0.5), EA_N=5e4, moment_arm_mm=1.2)
     rig = replace(base, tube=Tube(3.0, 2.4), notch=Notch("rectangular", 6, 2.0, 0.8, 1.2))
-    arms = moment_arms_mm(rig)
-    assert arms[0] > 1.2 > arms[1]
-    record = simulate_multibody(replace(rig, preload_N=1e-3), LoadProgram(np.linspace(0, 0.4, 5)))
-    gained = np.radians(record.angle_deg[-1] - record.angle_deg[0])
-    assert 0.4 / gained == pytest.approx(arms[0], rel=0.02)
+    joint, rope = flexure(rig), rig.tendon_a
+    arm = 1.2 + joint.neutral_offset_mm
+    assert arm == pytest.approx(moment_arms_mm(rig)[0])
+    k = rope.EA_N / (rope.free_length_mm + 6 * rig.pitch_mm)
+    expected = arm + joint.bending_Nmm_per_rad / (6 * arm * k)
+    record = simulate_multibody(rig, LoadProgram(np.linspace(0, 0.4, 5)))
+    slope = np.diff(record.drive[1:]) / np.diff(np.radians(record.angle_deg[1:]))
+    np.testing.assert_allclose(slope, expected, rtol=0.01)
 
 
 def test_the_loop_does_not_depend_on_the_internal_step():
