@@ -28,7 +28,7 @@ _NITINOL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
 
 
 def rig_of(record: Record) -> Rig | None:
-    """Return the rig that the sidecar names, or None where the geometry or the drive is unknown.
+    """Return the rig that the sidecar names, or None where the geometry is unknown or the drive is a force.
 
     The rig is known from ``preset``, ``file`` or all of :data:`MEASURED_KEYS` with ``preload_N``. ``[tube]`` and
     ``[notch]`` tables alone say nothing of the tendons: they are checked, and None is returned.
@@ -52,7 +52,7 @@ def rig_of(record: Record) -> Rig | None:
         rig = _from_table(record.rig, Path(record.source).parent)
     except RigError as error:
         raise RigError(f"{where}: {error}") from None
-    return rig if record.drive_unit == "mm" else None
+    return None if record.drive_unit == "N" else rig
 
 
 def _defaults(name: str, table: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -25,6 +25,7 @@ from hysteresis.search import Fitness, Point, Samples
 from hysteresis.uncertainty import Parameter, Uncertainty, parameters_of, uncertainty
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Label = Literal["analytic", "chain", "fitted", "theory"]
 Genetic = Callable[[Samples, Backbone], tuple[list[Point], int]]
 
@@ -34,10 +35,12 @@ _SEARCH_SAMPLES = 400
 _POLISH_SAMPLES = 2500
 _AS_GOOD = 1.05  # a curve with fewer knots is taken when its validation error is within this factor of the best
 _NEAR = 1.5  # ends of a polish with an error within this factor of the best are followed up
+_NO_HYSTERESIS = "no hysteresis above the noise in this record"
 _STANDSTILL = -1.1  # A; -1 is a play, some more is within what steps of the drive can tell
 _ILL_CONDITIONED = 1e4
 _SATURATED = 0.95  # of the saturation
 _SUSPECT = 2.0  # held-out error in training errors
+_ROUNDING = 1e-9  # of the angle's range; errors below it are those of the arithmetic
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +48,9 @@ class Fit:
     """Result of :func:`identify`: theta = f(x) + h, what it gets right, and what to beware of.
 
     ``parameters`` holds A, beta, gamma, n, h0_deg and, for given kinematics, what was free in them; ``baseline_*``
-    are the errors of the best single-valued f of the same freedom, fitted to the same samples.
+    are the errors of :meth:`plain`, the best single-valued f of the same freedom, fitted to the same samples. A record
+    whose samples are met as well without hysteresis has A = 0, h = 0 and f = plain. ``heldout_mask``, shape (m,),
+    marks the samples of the record that were hidden from the fit.
     """
 
     record: str
@@ -65,11 +70,17 @@ class Fit:
     warnings: tuple[str, ...]
     backbone: Backbone
     coefficients: Floats  # of the backbone, shape (p,)
+    plain_coefficients: Floats  # without hysteresis, shape (p,)
+    heldout_mask: Mask
     drive_range: tuple[float, float]  # of the record
 
     def f(self, drive: ArrayLike) -> Floats:
         """Single-valued part of the angle, shape (m,) -> (m,), deg."""
         return self.backbone.at(np.asarray(drive, dtype=float))(self.coefficients)
+
+    def plain(self, drive: ArrayLike) -> Floats:
+        """Angle of the best curve without hysteresis, the baseline, shape (m,) -> (m,), deg."""
+        return self.backbone.at(np.asarray(drive, dtype=float))(self.plain_coefficients)
 
     def predict(self, drive: ArrayLike) -> Floats:
         """Angle along a path of the drive, shape (m,) -> (m,), deg; it starts in the state h0_deg."""
@@ -153,12 +164,8 @@ def identify(
         An unknown fitness, too small a search, or kinematics that give no finite angle.
     """
     began = time.perf_counter()
-    _require_usable(record)
-    if fitness not in ("rmse", "paper-signed-mean"):
-        raise ValueError(f"fitness = {fitness!r}: expected 'rmse' or 'paper-signed-mean'")
-    for name, value, least in (("population", population, 8), ("generations", generations, 3)):
-        if value < least:
-            raise ValueError(f"{name} = {value}: expected at least {least}")
+    require_reversal(record)
+    _require_usable(record, fitness, population, generations)
     done = count(1)  # generations
 
     def tick() -> None:
@@ -169,45 +176,29 @@ def identify(
         search.genetic, fitness=fitness, seed=seed, population=population, generations=generations, tick=tick
     )
     split = hold_out(record)
-    samples = Samples(record.drive, record.angle_deg, split.train)
-    label: Label = kinematics
-    if base is None:
-        base, label = (None, "fitted") if record.kinematics is None else (_theory(record), "theory")
-    if base is None and fitness == "rmse":
-        backbone, point, evaluations = _choose_curve(record, split, genetic)
-    else:
-        if base is None:
-            backbone = _curve(record, split, _SEARCH_KNOTS)
-        else:
-            _require_finite(base, record)
-            seen = split.train
-            backbone = given_backbone(base, record.drive[seen], record.angle_deg[seen], record.drive_unit)
-        points, evaluations = _search(samples.thinned(_SEARCH_SAMPLES), backbone, genetic, fitness)
-        point = points[0]
-    fine, spread = samples.thinned(_POLISH_SAMPLES), None
-    if fitness == "rmse":
-        point, calls = search.polish(fine, backbone, point)
-        evaluations += calls
-        spread = uncertainty(fine, backbone, point)
-    return _judge(
-        record,
-        split,
-        fine,
-        backbone,
-        point,
-        spread,
-        kinematics=label,
-        evaluations=evaluations,
-        seed=seed,
-        seconds=time.perf_counter() - began,
-    )
+    base, label = _kinematics(record, base, kinematics)
+    backbone, point, evaluations = _find(record, split, base, fitness, genetic)
+    facts = {"kinematics": label, "evaluations": evaluations, "seed": seed, "seconds": time.perf_counter() - began}
+    return _judge(record, split, backbone, point, intervals=fitness == "rmse", **facts)
 
 
-def _require_usable(record: Record) -> None:
-    require_reversal(record)
+def _require_usable(record: Record, fitness: str, population: int, generations: int) -> None:
     if np.ptp(record.angle_deg) == 0:
         name = record.source or "record"
         raise RecordError(f"{name}: angle = {record.angle_deg[0]:g} throughout: expected an angle that changes")
+    if fitness not in ("rmse", "paper-signed-mean"):
+        raise ValueError(f"fitness = {fitness!r}: expected 'rmse' or 'paper-signed-mean'")
+    for name, value, least in (("population", population, 8), ("generations", generations, 3)):
+        if value < least:
+            raise ValueError(f"{name} = {value}: expected at least {least}")
+
+
+def _kinematics(record: Record, base: Kinematics | None, label: Label) -> tuple[Kinematics | None, Label]:
+    """Take the caller's kinematics, else the record's theory, else none."""
+    if base is not None:
+        _require_finite(base, record)
+        return base, label
+    return (None, "fitted") if record.kinematics is None else (_theory(record), "theory")
 
 
 def _theory(record: Record) -> Kinematics:
@@ -239,6 +230,46 @@ def _curve(record: Record, split: Split, knots: int) -> Backbone:
     return fitted_backbone(record.drive[split.train], record.angle_deg[split.train], knots)
 
 
+def _find(
+    record: Record, split: Split, base: Kinematics | None, fitness: Fitness, genetic: Genetic
+) -> tuple[Backbone, Point, int]:
+    """Find the form of f and the parameters of h, or that there is no h; also the evaluations it took."""
+    samples = Samples(record.drive, record.angle_deg, split.train)
+    if base is None and fitness == "rmse":
+        backbone, point, evaluations = _choose_curve(record, split, genetic)
+    else:
+        if base is None:
+            backbone = _curve(record, split, _SEARCH_KNOTS)
+        else:
+            seen = split.train
+            backbone = given_backbone(base, record.drive[seen], record.angle_deg[seen], record.drive_unit)
+        points, evaluations = _search(samples.thinned(_SEARCH_SAMPLES), backbone, genetic, fitness)
+        point = points[0]
+    if fitness != "rmse":
+        return backbone, point, evaluations
+    plain = search.plain(backbone, samples)
+    if point.sign == 0:
+        return backbone, plain, evaluations
+    fine = samples.thinned(_POLISH_SAMPLES)
+    point, calls = search.polish(fine, backbone, point)
+    return backbone, point if _earns_its_place(fine, backbone, point, plain) else plain, evaluations + calls
+
+
+def _earns_its_place(samples: Samples, backbone: Backbone, point: Point, plain: Point) -> bool:
+    """Tell whether h lowers the training error by more than five more parameters do by fitting noise.
+
+    That is m log(sum of squares) + 5 log m (Schwarz 1978, doi 10.1214/aos/1176344136), and a gain that matters.
+    """
+    m = int(samples.seen.sum())
+    without = search.rmse(samples, backbone, plain)
+    gain = min(1 / _AS_GOOD, m ** (-2.5 / m))
+    return without > _rounding(samples) and search.rmse(samples, backbone, point) < gain * without
+
+
+def _rounding(samples: Samples) -> float:
+    return _ROUNDING * float(np.ptp(samples.angle_deg[samples.seen]))
+
+
 def _search(samples: Samples, backbone: Backbone, genetic: Genetic, fitness: Fitness) -> tuple[list[Point], int]:
     """Search on few samples and polish what it found: those about as good as the best, which comes first."""
     points, evaluations = genetic(samples, backbone)
@@ -256,47 +287,48 @@ def _polish_all(samples: Samples, backbone: Backbone, points: list[Point]) -> tu
 
 
 def _choose_curve(record: Record, split: Split, genetic: Genetic) -> tuple[Backbone, Point, int]:
-    """Choose the number of knots of a fitted f, and between optima, by validation inside the training samples."""
+    """Choose the number of knots of a fitted f, and between optima, by validation inside the training samples.
+
+    The simplest that is as good as the best: curves without hysteresis first, then those with.
+    """
     inner = validate_within(record, split)
     few = Samples(record.drive, record.angle_deg, inner.train).thinned(_SEARCH_SAMPLES)
     judge = Samples(record.drive, record.angle_deg, inner.heldout).thinned(_POLISH_SAMPLES)
     affordable = [knots for knots in _KNOTS if 3 * (knots + 6) <= few.seen.sum()] or [1]
     first = _curve(record, split, min(_SEARCH_KNOTS, affordable[-1]))
     starts, evaluations = _search(few, first, genetic, "rmse")
-    tried: list[tuple[float, Backbone, Point]] = []
-    for knots in affordable:
-        backbone = _curve(record, split, knots)
+    backbones = [_curve(record, split, knots) for knots in affordable]
+    plains = [(backbone, search.plain(backbone, few)) for backbone in backbones]
+    tried = [(search.rmse(judge, backbone, plain), backbone, plain) for backbone, plain in plains]
+    for backbone in backbones:
         moved = [search.with_curve_of(backbone, few, first, start) for start in starts]
         ends, calls = _polish_all(few, backbone, moved)
         evaluations += calls
         error, end = min(((search.rmse(judge, backbone, end), end) for end in ends), key=lambda pair: pair[0])
         tried.append((error, backbone, end))
-    limit = _AS_GOOD * min(error for error, _, _ in tried)
+    limit = max(_AS_GOOD * min(error for error, _, _ in tried), _rounding(few))
     _, backbone, point = next(entry for entry in tried if entry[0] <= limit)
     return backbone, point, evaluations
 
 
 def _judge(
-    record: Record,
-    split: Split,
-    fine: Samples,
-    backbone: Backbone,
-    point: Point,
-    spread: Uncertainty | None,
-    **search_facts: Any,
+    record: Record, split: Split, backbone: Backbone, point: Point, *, intervals: bool, **search_facts: Any
 ) -> Fit:
     """Errors on both parts of the record, those of the best curve without hysteresis, intervals and warnings."""
-    predicted = point.angle(backbone, record.drive)
-    plain = backbone.at(record.drive)(backbone.fit(record.drive[split.train], record.angle_deg[split.train]))
+    samples = Samples(record.drive, record.angle_deg, split.train)
+    plain, fine = search.plain(backbone, samples), samples.thinned(_POLISH_SAMPLES)
+    spread = uncertainty(fine, backbone, point) if intervals else None
     train, heldout, baseline_train, baseline_heldout = (
         errors(record.angle_deg[mask], angle[mask])
-        for angle in (predicted, plain)
+        for angle in (point.angle(backbone, record.drive), plain.angle(backbone, record.drive))
         for mask in (split.train, split.heldout)
     )
     parameters = parameters_of(fine, backbone, point, spread)
     saturation = parameters.pop("saturation_deg")
     if search_facts["kinematics"] == "fitted":  # its coefficients say nothing by themselves; f is given as a table
         parameters = {name: value for name, value in parameters.items() if name not in backbone.names}
+    of_law = _law_warnings(fine, backbone, point, spread) if point.sign else [_NO_HYSTERESIS]
+    of_errors = _error_warnings(fine, point, train, heldout, baseline_heldout)
     return Fit(
         record=record.source or record.title or "record",
         model=point.model,
@@ -308,23 +340,17 @@ def _judge(
         baseline_heldout=baseline_heldout,
         heldout_by=split.by,
         noise_floor_deg=noise_floor(record),
-        warnings=tuple(_warnings(fine, backbone, point, spread, train, heldout, baseline_heldout)),
+        warnings=(*of_law, *of_errors),
         backbone=backbone,
         coefficients=point.c,
+        plain_coefficients=plain.c,
+        heldout_mask=split.heldout,
         drive_range=(float(record.drive.min()), float(record.drive.max())),
         **search_facts,
     )
 
 
-def _warnings(
-    fine: Samples,
-    backbone: Backbone,
-    point: Point,
-    spread: Uncertainty | None,
-    train: Errors,
-    heldout: Errors,
-    baseline: Errors,
-) -> Iterator[str]:
+def _law_warnings(fine: Samples, backbone: Backbone, point: Point, spread: Uncertainty | None) -> Iterator[str]:
     low, high = search.box(fine)
     for name, value, a, b in list(zip(search.COORDINATES, point.q, low, high, strict=True))[:-1]:
         end = a if value - a < 1e-3 * (b - a) else b if b - value < 1e-3 * (b - a) else None
@@ -349,9 +375,12 @@ def _warnings(
             f"h reaches {reached:.3g} deg of a saturation of {point.model.saturation_deg:.3g} deg: "
             "the record does not show the saturation"
         )
-    if heldout.rmse_deg > _SUSPECT * train.rmse_deg:
-        yield f"held-out rmse is {heldout.rmse_deg / train.rmse_deg:.1f} times that of training"
-    if heldout.rmse_deg >= baseline.rmse_deg:
-        yield "no better than a curve without hysteresis on what was held out"
     if point.sign > 0:
         yield "A > 0: h leads f, the loop runs the other way round than a lagging one"
+
+
+def _error_warnings(fine: Samples, point: Point, train: Errors, heldout: Errors, baseline: Errors) -> Iterator[str]:
+    if heldout.rmse_deg > max(_SUSPECT * train.rmse_deg, _rounding(fine)):
+        yield f"held-out rmse is {heldout.rmse_deg:.3g} deg, that of training {train.rmse_deg:.3g} deg"
+    if point.sign and heldout.rmse_deg >= baseline.rmse_deg:
+        yield "no better than a curve without hysteresis on what was held out"

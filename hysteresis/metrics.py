@@ -1,7 +1,7 @@
 """Numbers that describe a hysteresis loop: errors, width, area, noise floor.
 
 Angles are in degrees; the drive keeps the unit of its record. Loops are the complete cycles of
-:func:`hysteresis.record.find_cycles`; cycle 0, the approach, never counts.
+:func:`hysteresis.path.find_cycles`; cycle 0, the approach, never counts.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class LoopWidth:
     that falls with the drive).
     """
 
-    max_deg: float  # largest |width|
+    max_deg: float  # largest |width|; noise adds to it, see loop_width
     at_drive: float  # where that is
     at_zero_deg: float | None  # width, with its sign, at zero drive; None where no loop crosses it
     drive: Array = field(repr=False)  # shape (k,), increasing
@@ -124,6 +124,9 @@ def loop_width(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | None =
     Each branch is made single valued (samples within 0.2 % of the drive's range are averaged, which takes up dwell
     and jitter) and interpolated linearly on the drives of both branches, where both exist. Cycles of different
     amplitude are averaged at each drive over those that reach it.
+
+    The largest of many noisy widths is biased upwards: white noise of 0.05 deg alone gives a ``max_deg`` of 0.19 deg
+    for one cycle of 177 samples and 0.06 deg for the mean of ten. ``at_zero_deg`` has no such bias.
 
     Parameters
     ----------

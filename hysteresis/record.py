@@ -6,21 +6,27 @@ The file format (a CSV and a TOML sidecar of the same stem) stands in ``docs/rec
 from __future__ import annotations
 
 import json
-import math
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from pathlib import Path
+from sys import float_info
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hysteresis.files import RecordError as RecordError
+from hysteresis.files import write_files
+
 DriveUnit = Literal["mm", "deg", "step", "N"]
 DRIVE_UNITS: tuple[str, ...] = ("mm", "deg", "step", "N")
 KINDS: tuple[str, ...] = ("measured", "simulated")
+MAX_MAGNITUDE = (
+    1e9  # of a value in mm, deg, steps or N: beyond it is a wrong unit or a broken log, and squares overflow
+)
 
 # Keys of [columns] with the field of Record that each one fills; a bare CSV calls a column as its field.
 _FIELDS: dict[str, str] = {
@@ -51,8 +57,7 @@ _KEYS: dict[str, tuple[str, ...]] = {
 }
 
 
-class RecordError(ValueError):
-    """A record that cannot be read or used; one line naming file, line or field, value and what was expected."""
+_MAX_COUNT = 2.0**53  # of times, which may be those of a clock, and of cycles: whole numbers up to it are exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +75,8 @@ class Record:
     Raises
     ------
     RecordError
-        An array of another shape, a value that is not finite, time that does not increase, a cycle that is not a
-        whole number or falls, an unknown kind or unit.
+        An array of another shape, a value that is not finite or beyond 1e9 (times may be larger), time that does not
+        increase, a cycle that is not a whole number or falls, an unknown kind or unit.
     """
 
     drive: NDArray[np.float64]
@@ -117,6 +122,8 @@ class Record:
         expected = str(shape).replace("None", "any")
         self._require(fits and array.size > 0, name, f"shape {array.shape}", f"shape {expected}")
         self._require(bool(np.isfinite(array).all()), name, "NaN or infinite", "finite numbers")
+        largest, limit = float(np.abs(array).max()), _MAX_COUNT if name in ("time_s", "cycle") else MAX_MAGNITUDE
+        self._require(largest <= limit, name, f"magnitude {largest:g}", f"at most {limit:g}")
         if name == "cycle":
             self._require(not _bad_cycles(array).any(), name, "not a count", "whole numbers that never fall")
             array = array.astype(np.int64)
@@ -163,7 +170,8 @@ def read_record(path: Path) -> Record:
     sidecar = path.with_suffix(".toml")
     tables = _read_sidecar(sidecar) if sidecar.exists() else {}
     columns = _column_map(sidecar, tables, names)
-    values = _parse(path, names, rows, [name for group in columns.values() for name in group])
+    clocks = [name for key in ("time", "cycle") for name in columns.get(key, [])]
+    values = _parse(path, names, rows, [name for group in columns.values() for name in group], clocks)
     values = _sampled_once(path, rows, values, columns)
     arrays: dict[str, Any] = {field: values[columns[key][0]] for key, field in _FIELDS.items() if key in columns}
     for key, name in _LIST_FIELDS.items():
@@ -185,6 +193,28 @@ def read_record(path: Path) -> Record:
         source=str(path),
         drive_column=columns["force" if "force" in columns else "drive"][0],
     )
+
+
+def read_columns(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> dict[str, NDArray[np.float64]]:
+    """Read columns of a CSV by name: all of ``wanted``, and those of ``optional`` that it has.
+
+    Parameters
+    ----------
+    path
+        A CSV in UTF-8 with a header; other columns are not read and may hold anything.
+
+    Returns
+    -------
+    dict
+        Column name -> finite values, shape (rows,); no value but that of ``time_s`` is beyond 1e9.
+
+    Raises
+    ------
+    RecordError
+        One line with file, line, column, value and what was expected.
+    """
+    names, rows = _read_csv(path)
+    return _parse(path, names, rows, [*wanted, *(name for name in optional if name in names)], ["time_s"])
 
 
 def _require_samples(where: Path, count: int) -> None:
@@ -213,13 +243,15 @@ def _read_csv(path: Path) -> tuple[list[str], list[str]]:
     return names, lines[1:]
 
 
-def _parse(path: Path, names: list[str], rows: list[str], wanted: Sequence[str]) -> dict[str, NDArray[np.float64]]:
-    """Parse the wanted columns at C speed; only when that fails look for the culprit."""
+def _parse(
+    path: Path, names: list[str], rows: list[str], wanted: Sequence[str], clocks: Collection[str] = ()
+) -> dict[str, NDArray[np.float64]]:
+    """Parse the wanted columns at C speed; only when that fails look for the culprit. ``clocks`` may be large."""
     for name in wanted:
         if name not in names:
             raise RecordError(f"{path}: column {name!r} missing: the columns are {', '.join(names)}")
     for line, row in enumerate(rows, start=2):
-        if row.count(",") != len(names) - 1:
+        if row.count(",") != len(names) - 1 or not row.strip():
             found = row.count(",") + 1 if row.strip() else 0
             raise RecordError(f"{path}:{line}: {found} fields: expected {len(names)}, one a column")
     if not rows:
@@ -230,9 +262,11 @@ def _parse(path: Path, names: list[str], rows: list[str], wanted: Sequence[str])
         values = np.loadtxt(rows, delimiter=",", comments=None, usecols=indices, ndmin=2)
     except ValueError as error:
         raise RecordError(_culprit(path, names, rows, wanted) or f"{path}: {error}") from None
-    for i, j in np.argwhere(~np.isfinite(values))[:1]:
+    limits = np.array([_MAX_COUNT if name in clocks else MAX_MAGNITUDE for name in wanted])
+    for i, j in np.argwhere(~(np.abs(values) <= limits))[:1]:
         text = rows[i].split(",")[indices[j]].strip()
-        raise RecordError(f"{path}:{i + 2}: column {wanted[j]!r} = {text}: expected a finite number")
+        expected = f"at most {limits[j]:g} in magnitude" if np.isfinite(values[i, j]) else "a finite number"
+        raise RecordError(f"{path}:{i + 2}: column {wanted[j]!r} = {text}: expected {expected}")
     return {name: values[:, j] for j, name in enumerate(wanted)}
 
 
@@ -329,7 +363,7 @@ def _check_rig_tables(where: Path, tables: Mapping[str, Any]) -> None:
             raise RecordError(f"{where}: {table} = {items!r}: expected a table")
         for key, value in items.items():
             text = isinstance(value, str)
-            number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+            number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= float_info.max
             if table != "rig":
                 good, expected = text or number, "a number or text"
             elif key not in _RIG_NUMBERS:
@@ -384,10 +418,10 @@ def write_record(record: Record, path: Path) -> None:
     Raises
     ------
     RecordError
-        What :func:`read_record` would refuse, a path that is no .csv, or a folder that cannot be written to.
+        What :func:`read_record` would refuse, what :func:`check_target` refuses, or a folder that cannot be
+        written to.
     """
-    if path.suffix.lower() != ".csv":
-        raise RecordError(f"{path}: expected a name that ends in .csv")
+    check_target(path)
     _require_samples(path, len(record.drive))
     sidecar = path.with_suffix(".toml")
     tables: dict[str, Any] = {"rig": dict(record.rig), "tube": record.tube, "notch": record.notch}
@@ -407,6 +441,41 @@ def write_record(record: Record, path: Path) -> None:
     files[sidecar] = _toml(tables)
     files[path] = _csv(data)
     write_files(files)
+
+
+def check_target(path: Path, inputs: Collection[Path] = ()) -> None:
+    """Refuse a path that :func:`write_record` must not write to, before the work that leads to the record.
+
+    Parameters
+    ----------
+    path
+        The CSV to write.
+    inputs
+        Files that the record is made from, which neither the CSV nor the sidecar may replace.
+
+    Raises
+    ------
+    RecordError
+        A name that does not end in .csv, an input, or a TOML file beside it that is no sidecar of a record.
+    """
+    if path.suffix.lower() != ".csv":
+        raise RecordError(f"{path}: expected a name that ends in .csv")
+    sidecar = path.with_suffix(".toml")
+    for target in (path, sidecar):
+        for file in inputs:
+            if target.resolve() == file.resolve() or (target.exists() and file.exists() and target.samefile(file)):
+                raise RecordError(
+                    f"{path}: writing {target.name} would replace the input {file}: expected another name"
+                )
+    if sidecar.is_file() and not _is_sidecar(sidecar):
+        raise RecordError(f"{sidecar}: not the sidecar of a record, would be replaced: expected another name")
+
+
+def _is_sidecar(path: Path) -> bool:
+    try:
+        return {"schema", "columns"} <= set(tomllib.loads(_read_text(path, "a sidecar")))
+    except (RecordError, tomllib.TOMLDecodeError):
+        return False
 
 
 def _columns_to_write(record: Record) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
@@ -450,29 +519,3 @@ def _toml(tables: Mapping[str, Any]) -> str:
     parts = [lines(tables)]
     parts += [[f"\n[{name}]", *lines(table)] for name, table in tables.items() if isinstance(table, Mapping) and table]
     return "\n".join(line for part in parts for line in part) + "\n"
-
-
-def write_files(files: Mapping[Path, str]) -> None:
-    """Write texts as UTF-8, each whole or not at all: all are staged beside their places before any is replaced.
-
-    Folders are made where they are missing.
-
-    Raises
-    ------
-    RecordError
-        A folder that cannot be written to; what was there is left as it was.
-    """
-    staged: dict[Path, Path] = {}
-    try:
-        for path, text in files.items():
-            part = path.with_name(f".{path.name}.{os.getpid()}.part")
-            path.parent.mkdir(parents=True, exist_ok=True)
-            staged[part] = path
-            part.write_text(text, encoding="utf-8", newline="\n")
-        for part, path in staged.items():
-            part.replace(path)
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror}: expected a folder that can be written to") from None
-    finally:
-        for part in staged:
-            part.unlink(missing_ok=True)

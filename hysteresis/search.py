@@ -1,7 +1,7 @@
 """Search for the parameters of theta = f(x; c) + h: genetic algorithm (paper, section 3.3), then least squares.
 
 The search runs on q = (log |A|, log S, log n, rho = gamma / beta, h0 / S) with the saturation S, and on the sign of
-A. Every point of that box is an admissible model; beta + gamma = |A| / S^n.
+A. Every point of that box is an admissible model; beta + gamma = |A| / S^n. The sign 0 stands for h = 0.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Fitness = Literal["rmse", "paper-signed-mean"]
 
 COORDINATES = ("A", "saturation_deg", "n", "gamma / beta", "h0_deg / saturation_deg")
 _SLOPE = (0.02, 20.0)  # |A|
-_SATURATION = (2e-3, 1.0)  # in ranges of the angle
+_SATURATION = (1e-5, 1.0)  # in ranges of the angle; below, a record shows no hysteresis
 _SHARPNESS = (1.0, 10.0)  # n
 _RHO = (-0.95, 1.0)  # gamma / beta
 _POLISH_STEPS = 100
@@ -57,7 +57,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Point:
-    """One model: the sign of A, q of shape (5,), and the coefficients c of f, shape (p,)."""
+    """One model: the sign of A (0 for h = 0), q of shape (5,), and the coefficients c of f, shape (p,)."""
 
     sign: float
     q: Floats
@@ -75,11 +75,11 @@ class Point:
 
 
 def rows(sign: Floats, q: Floats) -> Floats:
-    """Rows (A, beta, gamma, n, h0_deg) of the coordinates: shapes (k,) and (k, 5) -> (k, 5)."""
+    """Rows (A, beta, gamma, n, h0_deg) of the coordinates: shapes (k,) and (k, 5) -> (k, 5). A sign 0 has h = 0."""
     slope, saturation, n = np.exp(q[:, :3].T)
     rho, state = q[:, 3], np.clip(q[:, 4], -1.0, 1.0)
     beta = slope / saturation**n / (1 + rho)
-    return np.column_stack([sign * slope, beta, rho * beta, n, state * saturation])
+    return np.column_stack([sign * slope, beta, rho * beta, n, np.abs(sign) * state * saturation])
 
 
 def box(samples: Samples) -> tuple[Floats, Floats]:
@@ -152,6 +152,11 @@ def with_curve_of(new: Backbone, samples: Samples, old: Backbone, point: Point) 
     if before > 0 and after > 0:
         q[0] = np.clip(q[0] + math.log(before / after), *np.log(_SLOPE))
     return replace(point, q=q, c=c)
+
+
+def plain(backbone: Backbone, samples: Samples) -> Point:
+    """Fit f alone, h = 0: A = 0, beta = 1, gamma = 0, n = 1."""
+    return Point(0.0, np.zeros(5), backbone.fit(samples.drive[samples.seen], samples.angle_deg[samples.seen]))
 
 
 def rmse(samples: Samples, backbone: Backbone, point: Point) -> float:

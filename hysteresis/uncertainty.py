@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -86,7 +86,8 @@ def uncertainty(samples: Samples, backbone: Backbone, point: Point) -> Uncertain
     jacobian, norms = columns[:, free], norms[free]
     m, p = jacobian.shape
     _, singular, basis = np.linalg.svd(jacobian / norms, full_matrices=False)
-    singular = np.maximum(singular, 1e-12 * singular[0])
+    largest = float(singular.max(initial=1e-300))  # there are none where the samples show nothing at all
+    singular = np.maximum(singular, 1e-12 * largest)
     within = (basis.T / singular**2) @ basis / np.outer(norms, norms)
     neighbours = float(at_end[1:] @ at_end[:-1]) / max(float(at_end @ at_end), 1e-300)
     effective = m * (1 - max(0.0, neighbours)) / (1 + max(0.0, neighbours))
@@ -94,7 +95,7 @@ def uncertainty(samples: Samples, backbone: Backbone, point: Point) -> Uncertain
     covariance = np.zeros((len(x), len(x)))
     covariance[np.ix_(free, free)] = variance * within
     quantile = float(student.ppf(0.5 + 0.5 * _CONFIDENCE, max(1, m - p)))
-    return Uncertainty(covariance, quantile, float(singular[0] / singular[-1]), blind, effective)
+    return Uncertainty(covariance, quantile, largest / float(singular.min(initial=largest)), blind, effective)
 
 
 def parameters_of(
@@ -103,10 +104,11 @@ def parameters_of(
     """Give A, beta, gamma, n, h0_deg, saturation_deg and the coefficients of f with their intervals.
 
     Without a spread the intervals are None. Intervals of A, n and the saturation end at the bounds of the search.
+    Where h = 0 (sign 0) those of its parameters are None.
     """
     low, high = box(samples)
     model, q, size = point.model, point.q, len(point.q) + len(point.c)
-    saturation, rho = math.exp(q[1]), float(q[3])
+    saturation, rho = math.exp(q[1]) if point.sign else 0.0, float(q[3])
 
     def along(*entries: float, at: int = 0) -> Floats:
         gradient = np.zeros(size)
@@ -115,14 +117,14 @@ def parameters_of(
 
     def plain(value: float, gradient: Floats, unit: str) -> Parameter:
         half = math.inf if spread is None else spread.half(gradient)
-        if math.isinf(half):
+        if not math.isfinite(half):
             return Parameter(value, None, None, unit)
         return Parameter(value, value - half, value + half, unit)
 
     def positive(value: float, gradient: Floats, unit: str, ends: tuple[float, float] | None = None) -> Parameter:
         """Interval of the logarithm; ``ends`` bound it."""
         half = math.inf if spread is None else spread.half(gradient)
-        if spread is None or (ends is None and half > _WIDEST_LOG):
+        if spread is None or value == 0 or (ends is None and half > _WIDEST_LOG):
             return Parameter(value, None, None, unit)
         log_low, log_high = math.log(value) - half, math.log(value) + half
         if ends is not None:
@@ -146,6 +148,8 @@ def parameters_of(
         "h0_deg": plain(model.h0_deg, along(model.h0_deg, at=1) + along(saturation, at=4), "deg"),
         "saturation_deg": positive(saturation, along(1.0, at=1), "deg", (low[1], high[1])),
     }
+    if point.sign == 0:
+        found = {name: replace(parameter, low=None, high=None) for name, parameter in found.items()}
     for i, (name, unit) in enumerate(zip(backbone.names, backbone.units, strict=True)):
         found[name] = plain(float(point.c[i]), along(1.0, at=5 + i), unit)
     return found

@@ -1,10 +1,11 @@
 """The command ``notchbend``. Bad input: one line on standard error and exit 2, nothing half-written."""
+# Imports inside a command are of what it alone needs: Exudyn wants the system's libGL, figures take their time.
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from itertools import pairwise
@@ -14,17 +15,20 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
+from fem_models.checks import RigError
 from fem_models.presets import PRESETS, preset
 from fem_models.program import LoadProgram, SolverError, sine, triangle
-from fem_models.rig import Rig, RigError
+from fem_models.rig import Rig
 from fem_models.rig_file import read_rig
-from hysteresis.record import RecordError, read_record, write_record
-from studies import run as first
-from studies.engines import ENGINES, program_of_file
+from hysteresis.record import RecordError, check_target, read_record, write_record
+from studies.engines import ENGINES, QUASI_STATIC, MissingError, program_of_file, require_exudyn
 from studies.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
-from studies.report.page import write_report
+from studies.identification import identify_record, write_fit
+from studies.progress import status
+from studies.results import flat, loop_summary, require_unchanged, write_json
 
 Engine = StrEnum("Engine", {name: name for name in ENGINES})  # type: ignore[misc]
 
@@ -45,9 +49,13 @@ def run_command(
     out: Out = Path("results/first-report"), seed: Seed = 0, quiet: Quiet = False, as_json: AsJson = False
 ) -> None:
     """Simulate at 10 and 20 N, cross-check, identify, and write the report: the main job on the defaults."""
-    summary = first.first_report(out, seed=seed, progress=not quiet and not as_json)
+    require_exudyn()
+    from studies.report.page import write_report
+    from studies.run import first_report
+
+    summary = first_report(out, seed=seed, progress=not quiet and not as_json)
     report = write_report(out)
-    _show(summary, quiet, as_json, [f"report: {report}"])
+    _show(summary, quiet, as_json, _table(summary), f"report: {report}")
 
 
 @app.command()
@@ -57,8 +65,8 @@ def simulate(
     rig_file: Annotated[Path | None, typer.Option("--rig", help="A rig file, TOML.")] = None,
     preload: Annotated[float | None, typer.Option("--preload", help="N; the rig's own if not given.")] = None,
     amplitude: Annotated[float | None, typer.Option("--amplitude", help="Of the drive, mm.")] = None,
-    cycles: Annotated[int, typer.Option("--cycles", help="Closed loops after the way out to the amplitude.")] = 1,
-    step: Annotated[float, typer.Option("--step", help="Of a point-by-point program, mm.")] = 0.1,
+    cycles: Annotated[int | None, typer.Option("--cycles", help="Closed loops after the way out; else 1.")] = None,
+    step: Annotated[float | None, typer.Option("--step", help="Of a point-by-point program, mm; else 0.1.")] = None,
     rate: Annotated[float | None, typer.Option("--rate", help="Hz: a sine in place of point by point.")] = None,
     program_file: Annotated[
         Path | None, typer.Option("--program", help="CSV with drive_mm and, if wanted, time_s.")
@@ -69,16 +77,18 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Run one load program on one rig and write a record."""
-    del seed  # nothing here is random
-    if out.suffix.lower() != ".csv":
-        raise RigError(f"--out {out}: expected a file name that ends in .csv")
+    check_target(out, [file for file in (rig_file, program_file) if file is not None])
     rig = _rig(preset_name, rig_file, preload)
-    program = _program(program_file, amplitude, step, rate, cycles)
-    record = ENGINES[engine](rig, program)
+    program = _program(program_file, {"--amplitude": amplitude, "--rate": rate, "--step": step, "--cycles": cycles})
+    with status(not quiet and not as_json, f"simulating {rig.name} with {engine}"):
+        record = ENGINES[engine](rig, program)
     if rig_file is not None:
         record = replace(record, rig={"file": str(rig_file.absolute()), "preload_N": rig.preload_N})
     write_record(record, out)
-    _show(first.loop_summary(record), quiet, as_json, [f"record: {out}"])
+    summary, lines = loop_summary(record), [f"record: {out}"]
+    if program.time_s is not None and engine in QUASI_STATIC and rig.creep is None:
+        lines.append("quasi-static: the rate sets the times only")
+    _show(summary, quiet, as_json, _table(summary), *lines)
 
 
 @app.command()
@@ -90,10 +100,13 @@ def validate(
     as_json: AsJson = False,
 ) -> None:
     """Compare the analytic model and the multibody model."""
-    del seed
-    summary = {"schema": 1, "rigs": first.crosschecks(preset(preset_name), progress=not quiet and not as_json)}
-    first.write_json(out / "validate.json", summary)
-    _show(summary, quiet, as_json, [f"wrote {out / 'validate.json'}"])
+    rig = preset(preset_name)
+    require_exudyn()
+    from studies.run import crosschecks
+
+    summary = {"schema": 1, "rigs": crosschecks(rig, progress=not quiet and not as_json)}
+    write_json(out / "validate.json", summary)
+    _show(summary, quiet, as_json, _table(summary), f"wrote {out / 'validate.json'}")
 
 
 @app.command()
@@ -107,39 +120,59 @@ def identify(
     """Identify the Bouc-Wen layer on a record, with the error on data that the fit has not seen."""
     if len(records) > 1:
         raise RecordError(f"{records[1]}: identify takes one record, expected a call for each")
+    if (out / "identify.csv").resolve() == records[0].resolve():
+        raise RecordError(f"{records[0]}: --out {out} would replace it: expected another folder")
     record = read_record(records[0])
-    fit = first.identify_record(record, seed=seed, progress=not quiet and not as_json)
-    first.write_fit(fit, record, out, "identify")
-    _show(fit.to_dict(), quiet, as_json, [f"wrote {out / 'identify.json'}"])
+    fit = identify_record(record, seed=seed, progress=not quiet and not as_json)
+    write_fit(fit, record, out, "identify")
+    _show(fit.to_dict(), quiet, as_json, str(fit), f"wrote {out / 'identify.json'}")
 
 
 @app.command()
-def report(folder: Annotated[Path, typer.Argument(help="A folder written by `notchbend run`.")]) -> None:
+def report(
+    folder: Annotated[Path, typer.Argument(help="A folder written by `notchbend run`.")],
+    seed: Seed = 0,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
     """Write the report again from stored results."""
-    typer.echo(f"report: {write_report(folder)}")
+    from studies.report.page import write_report
+
+    require_unchanged(folder)
+    page = write_report(folder)
+    _show({"schema": 1, "report": str(page)}, quiet, as_json, f"report: {page}")
 
 
 @data_app.command("list")
-def data_list() -> None:
-    """List the measured records that can be fetched, and their sources."""
+def data_list(seed: Seed = 0, quiet: Quiet = False, as_json: AsJson = False) -> None:
+    """List the measured records that can be fetched, and their sources; with --quiet the names alone."""
+    if quiet and not as_json:
+        typer.echo("\n".join(CATALOGUE))
+        return
     table = Table("name", "what", "source")
     for entry in CATALOGUE.values():
         table.add_row(entry.name, entry.title, entry.citation)
     for name, citation in SOURCES_ONLY.items():
         table.add_row(name, "source only", citation)
-    Console().print(table)
+    records = [{"name": e.name, "title": e.title, "source": e.citation} for e in CATALOGUE.values()]
+    sources = [{"name": name, "source": citation} for name, citation in SOURCES_ONLY.items()]
+    _show({"schema": 1, "records": records, "sources_only": sources}, quiet, as_json, table)
 
 
 @data_app.command("fetch")
 def data_fetch(
     name: Annotated[str, typer.Argument(help="A name of `notchbend data list`.")],
     out: Out = Path("measured"),
+    seed: Seed = 0,
     quiet: Quiet = False,
+    as_json: AsJson = False,
 ) -> None:
     """Fetch a measured record from its public repository, checksum verified, and write it as a record."""
-    path = fetch_record(name, out)
-    if not quiet:
-        typer.echo(f"record: {path}\ncite: {CATALOGUE[name].citation}\nlicence: {CATALOGUE[name].licence}")
+    with status(not quiet and not as_json, f"fetching {name}"):
+        path = fetch_record(name, out)
+    entry = CATALOGUE[name]
+    result = {"schema": 1, "record": str(path), "cite": entry.citation, "licence": entry.licence}
+    _show(result, quiet, as_json, *(f"{key}: {value}" for key, value in result.items() if key != "schema"))
 
 
 def _rig(name: str | None, file: Path | None, preload_N: float | None) -> Rig:
@@ -152,39 +185,53 @@ def _rig(name: str | None, file: Path | None, preload_N: float | None) -> Rig:
     return rig if preload_N is None else replace(rig, preload_N=preload_N)
 
 
-def _program(file: Path | None, amplitude: float | None, step: float, rate: float | None, cycles: int) -> LoadProgram:
-    if (file is None) == (amplitude is None):
-        raise RigError("expected either --amplitude or --program")
+def _program(file: Path | None, given: Mapping[str, Any]) -> LoadProgram:
+    """Read or make the load program; ``given`` are the options that make one, None where absent."""
+    amplitude, rate, step = given["--amplitude"], given["--rate"], given["--step"]
+    cycles = 1 if given["--cycles"] is None else given["--cycles"]
     if file is not None:
+        for name, value in given.items():
+            if value is not None:
+                raise RigError(f"{name} {value}: --program {file} has the whole program: expected one of the two")
         return program_of_file(file)
-    assert amplitude is not None
-    if rate is not None:
-        return sine(amplitude, rate, cycles=cycles)
-    return triangle(amplitude, step_mm=step, cycles=cycles)
+    if amplitude is None:
+        raise RigError("expected either --amplitude or --program")
+    if rate is None:
+        return triangle(amplitude, step_mm=0.1 if step is None else step, cycles=cycles)
+    if step is not None:
+        raise RigError(
+            f"--step {step}: of a point-by-point program, --rate {rate} makes a sine: expected one of the two"
+        )
+    return sine(amplitude, rate, cycles=cycles)
 
 
-def _show(result: dict[str, Any], quiet: bool, as_json: bool, lines: Sequence[str]) -> None:
+def _show(result: Mapping[str, Any], quiet: bool, as_json: bool, *parts: str | Table) -> None:
+    """Print the result as JSON, or tables and lines for a reader, or nothing."""
     if as_json:
         typer.echo(json.dumps(result, indent=2))
     elif not quiet:
-        table = Table(show_header=False)
-        for key, value in first.flat(result).items():
-            table.add_row(key, f"{value:.6g}" if isinstance(value, float | np.floating) else str(value))
         console = Console()
-        console.print(table)
-        for line in lines:
-            console.print(line, soft_wrap=True, highlight=False)
+        for part in parts:
+            console.print(part, soft_wrap=isinstance(part, str), highlight=False, markup=False)
 
 
-BAD_INPUT = (RecordError, RigError, SolverError, FetchError, ValueError, OSError)
+def _table(result: Mapping[str, Any]) -> Table:
+    table = Table(show_header=False)
+    for key, value in flat(result).items():
+        table.add_row(key, f"{value:.6g}" if isinstance(value, float | np.floating) else escape(str(value)))
+    return table
+
+
+INTERRUPTED = 130  # 128 + SIGINT, as shells have it
+BAD_INPUT = (RecordError, RigError, SolverError, FetchError, MissingError, OSError)
 
 
 def call(arguments: Sequence[str]) -> int:
-    """Run a command line and return the exit code; bad input and usage errors are one line and 2."""
+    """Run a command line and return the exit code; bad input and usage errors are one line and 2, Ctrl-C is 130."""
     try:
         code = app(args=list(arguments), standalone_mode=False, prog_name="notchbend")
-    except KeyboardInterrupt:
-        return _complain("interrupted", 130)
+    except (KeyboardInterrupt, typer.Abort):
+        code = INTERRUPTED
     except BAD_INPUT as error:
         if isinstance(error, OSError) and error.strerror:
             return _complain(f"{error.filename}: {error.strerror}")
@@ -194,6 +241,8 @@ def call(arguments: Sequence[str]) -> int:
         if usage is None:
             raise
         return _complain(_with_value(str(usage()), arguments))
+    if code == INTERRUPTED:  # the library turns KeyboardInterrupt into this exit code, without a word
+        return _complain("interrupted", INTERRUPTED)
     return code if isinstance(code, int) else 0
 
 

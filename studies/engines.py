@@ -1,22 +1,56 @@
-"""The engines by name, and load programs from a file."""
+"""The engines by name, and load programs from a file.
+
+Exudyn is imported when it is first needed: it loads the system's libGL, which not every machine has.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
+from fem_models.chain import simulate_chain
+from fem_models.checks import RigError
 from fem_models.kinematics import simulate_analytic
-from fem_models.multibody import simulate_multibody
 from fem_models.program import LoadProgram
-from fem_models.rig import Rig, RigError
-from hysteresis.record import Record
+from fem_models.rig import Rig
+from hysteresis.record import Record, read_columns
+
+
+class MissingError(RuntimeError):
+    """Something that has to be installed on this machine; one line that names it."""
+
+
+def require_exudyn() -> None:
+    """Import Exudyn, or say in one line what is missing.
+
+    Raises
+    ------
+    MissingError
+        Exudyn, or a library of the system that it loads.
+    """
+    try:
+        import exudyn  # noqa: F401
+    except ImportError as error:
+        library = re.search(r"lib[\w+-]+\.so[.\d]*", str(error))
+        missing = f"the system's {library[0]} is missing" if library else " ".join(str(error).split())
+        raise MissingError(f"exudyn cannot be imported: {missing}: expected for the multibody engine") from None
+
+
+def _simulate_multibody(rig: Rig, program: LoadProgram) -> Record:
+    require_exudyn()
+    from fem_models.multibody import simulate_multibody
+
+    return simulate_multibody(rig, program)
+
 
 ENGINES: dict[str, Callable[[Rig, LoadProgram], Record]] = {
-    "multibody": simulate_multibody,
+    "multibody": _simulate_multibody,
+    "chain": simulate_chain,
     "analytic": simulate_analytic,
 }
+QUASI_STATIC = frozenset(ENGINES)
+"""Engines whose curve does not depend on the times of a program, but for ropes that creep."""
 
 
 def program_of_file(path: Path) -> LoadProgram:
@@ -24,37 +58,11 @@ def program_of_file(path: Path) -> LoadProgram:
 
     Raises
     ------
-    RigError
+    RecordError, RigError
         One line with file, line, column, value and what was expected.
     """
+    columns = read_columns(path, ["drive_mm"], optional=["time_s"])
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise RigError(f"{path}: {error.strerror}: expected a load program in CSV") from None
-    header = [name.strip() for name in lines[0].split(",")] if lines else []
-    if "drive_mm" not in header:
-        raise RigError(f"{path}: columns {', '.join(header) or 'none'}: expected drive_mm")
-    columns: dict[str, list[float]] = {name: [] for name in header if name in ("drive_mm", "time_s")}
-    for number, line in enumerate(lines[1:], start=2):
-        if not line.strip():
-            continue
-        cells = line.split(",")
-        if len(cells) != len(header):
-            raise RigError(f"{path}:{number}: {len(cells)} fields, expected {len(header)}")
-        for name, cell in zip(header, cells, strict=True):
-            if name in columns:
-                columns[name].append(_number(cell, f"{path}:{number}: {name}"))
-    try:
-        return LoadProgram(np.array(columns["drive_mm"]), np.array(columns["time_s"]) if "time_s" in columns else None)
+        return LoadProgram(columns["drive_mm"], columns.get("time_s"))
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
-
-
-def _number(cell: str, where: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        raise RigError(f"{where} = {cell.strip()!r}: expected a number") from None
-    if not np.isfinite(value):
-        raise RigError(f"{where} = {cell.strip()}: expected a finite number")
-    return value

@@ -118,6 +118,79 @@ def test_the_users_theory_is_the_base():
         identify(replace(record, kinematics=record.kinematics[20:-20]))
 
 
+@pytest.mark.parametrize("end", [2.2, 3.0])
+@pytest.mark.parametrize("beyond", ["raises", "clipped", "NaN"])
+@pytest.mark.parametrize("gain", [1e-3, -1e-3])  # mm/step
+def test_gain_and_zero_of_kinematics_that_end(end, beyond, gain):
+    def base(drive):
+        inside = np.abs(drive) <= end
+        if beyond == "raises" and not inside.all():
+            raise ValueError("no answer that far out")
+        angle = 45 * np.tanh(np.clip(drive, -end, end) / 2)
+        return np.where(inside | (beyond == "clipped"), angle, np.nan)
+
+    record = loop(BoucWen(-0.9, 0.3, 0.2, 1.5), f=lambda x: 45 * np.tanh(x / 2), noise=0.05)
+    fit = identify(replace(record, drive=record.drive / gain + 5000, drive_unit="step"), base)
+    assert fit.parameters["gain_mm_per_step"].value == pytest.approx(gain, rel=0.01)
+    assert fit.parameters["zero_step"].value == pytest.approx(5000, abs=0.01 * 4400)  # of the drive's range
+    assert fit.heldout.rmse_deg == pytest.approx(0.05, rel=0.25)  # the noise
+
+
+def test_kinematics_of_one_side_only():
+    def base(drive):
+        if drive.min() < 0:
+            raise ValueError("a tendon does not push")
+        return 45 * np.tanh(drive / 2)
+
+    record = loop(BoucWen(-0.9, 0.3, 0.2, 1.5), drive=FOUR / 2 + 1.1, f=base, noise=0.02)
+    fit = identify(replace(record, drive=record.drive * 1000 + 5000, drive_unit="step"), base)
+    assert fit.parameters["gain_mm_per_step"].value == pytest.approx(1e-3, rel=0.01)
+    assert fit.parameters["zero_step"].value == pytest.approx(5000, abs=0.01 * 2200)
+
+
+# --- no hysteresis -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("drive", [FOUR, CYCLE], ids=["cycles", "blocks"])
+@pytest.mark.parametrize("base", [None, analytic], ids=["fitted", "given"])
+@pytest.mark.parametrize("noise", [0.0, 0.002, 1.0])
+def test_no_hysteresis_is_found_where_there_is_none(drive, base, noise):
+    angle = analytic(drive) + noise * np.random.default_rng(7).standard_normal(len(drive))
+    fit = identify(Record(drive=drive, angle_deg=angle), base)
+    assert fit.warnings == ("no hysteresis above the noise in this record",)
+    assert fit.heldout == fit.baseline_heldout
+    np.testing.assert_array_equal(fit.predict(drive), fit.plain(drive))
+    assert (fit.model.A, fit.model.saturation_deg, fit.model.h0_deg) == (0, 0, 0)
+    data = json.loads(json.dumps(fit.to_dict(), allow_nan=False))
+    shape = [data["parameters"][name] for name in ("A", "beta", "gamma", "n", "h0_deg")]
+    assert [entry["value"] for entry in shape] == [0, 1, 0, 1, 0]
+    for entry in (*shape, data["saturation_deg"]):
+        assert (entry["low"], entry["high"]) == (None, None)
+    assert "no hysteresis" in str(fit)
+
+
+def test_an_exact_line_is_a_line():
+    fit = identify(Record(drive=FOUR, angle_deg=20 * FOUR), lambda x: 20 * x)
+    assert fit.heldout.max_abs_deg == 0
+
+
+def test_flat_kinematics_of_a_scaled_drive_have_no_intervals():
+    """The Jacobian is zero throughout: neither gain nor zero shows."""
+    record = Record(drive=FOUR, angle_deg=np.random.default_rng(7).standard_normal(len(FOUR)), drive_unit="deg")
+    fit = identify(record, np.zeros_like)
+    assert fit.parameters["gain_mm_per_deg"].low is None
+    assert fit.parameters["zero_deg"].low is None
+
+
+@pytest.mark.parametrize("base", [None, analytic], ids=["fitted", "given"])
+def test_a_small_loop_is_still_found(base):
+    """S = 0.02 deg, a 4500th of the range, ten times the noise."""
+    small = BoucWen(-0.8, 0.8 / 0.02**1.5, 0.0, 1.5)
+    fit = identify(loop(small, noise=0.002), base)
+    assert fit.saturation_deg.value == pytest.approx(0.02, rel=0.03)
+    assert fit.heldout.rmse_deg < 0.15 * fit.baseline_heldout.rmse_deg
+
+
 # --- fairness ----------------------------------------------------------------------------------------------------
 
 
@@ -165,6 +238,8 @@ def test_baseline_is_the_best_curve_without_hysteresis():
     train = hold_out(record).train
     deviation = (record.angle_deg - analytic(record.drive))[train]  # of given kinematics only the zero is free
     assert fit.baseline_train.rmse_deg == pytest.approx(np.std(deviation), rel=1e-9)
+    np.testing.assert_array_equal(fit.heldout_mask, ~train)
+    np.testing.assert_allclose(fit.plain(record.drive), analytic(record.drive) + deviation.mean(), rtol=0, atol=1e-9)
 
 
 @settings(max_examples=40, deadline=None)

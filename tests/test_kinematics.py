@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fem_models.checks import RigError
 from fem_models.kinematics import (
     angle_for_drive_rad,
     chain_transforms,
@@ -23,7 +24,7 @@ from fem_models.kinematics import (
 )
 from fem_models.presets import preset
 from fem_models.program import LoadProgram, sine, triangle
-from fem_models.rig import Bench, Material, Notch, Rig, RigError, Tendon, Tube, Wheel
+from fem_models.rig import Bench, Material, Notch, Rig, Tendon, Tube, Wheel
 from fem_models.snr import closure_angle_rad, flexure, moment_arms_mm
 
 ROPE = Tendon(EA_N=9000.0, moment_arm_mm=2.62, free_length_mm=150.0)

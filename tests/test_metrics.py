@@ -105,6 +105,19 @@ def test_parallelogram_is_exact() -> None:
     assert json.loads(json.dumps(width.to_dict()))["max_deg"] == width.max_deg
 
 
+def test_noise_widens_the_widest_place_only() -> None:
+    # The width at one drive has the deviation sqrt(2) 0.05 / sqrt(cycles); the expected largest of the absolute
+    # values of 87 such normal numbers is 2.7 deviations (87 (2 Phi(z) - 1)^86 integrated): 0.19 and 0.06 deg.
+    rng = np.random.default_rng(0)
+    for cycles, expected in ((1, 0.19), (10, 0.06)):
+        drive = triangle(2.2, 44, cycles)
+        widths = [loop_width(drive, 20 * drive + 0.05 * rng.standard_normal(len(drive))) for _ in range(60)]
+        deviation = np.sqrt(2) * 0.05 / np.sqrt(cycles)
+        assert np.mean([w.max_deg for w in widths]) == pytest.approx(expected, rel=0.07)
+        at_zero = [w.at_zero_deg for w in widths if w.at_zero_deg is not None]
+        assert abs(np.mean(at_zero)) < 4 * deviation / np.sqrt(60)
+
+
 def test_sign_follows_the_lag() -> None:
     drive = triangle(2.0, 20, 2)
     lag = play(drive, 0.5)

@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from hysteresis.files import write_files
 from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles, require_reversal
-from hysteresis.record import Record, RecordError, read_record, write_record
+from hysteresis.record import Record, RecordError, read_columns, read_record, write_record
 
 DOCS = (Path(__file__).parents[1] / "docs" / "records.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"`([\w.-]+)`\n```(?:csv|toml)\n(.*?)```", DOCS, flags=re.DOTALL))
@@ -106,6 +107,8 @@ def test_every_broken_file_is_documented() -> None:
         (BARE.replace("1,2", "1#,2"), "loop.csv:3: column 'drive_mm' = '1#': expected a number"),
         (BARE.replace("1,2", "1,-inf"), "loop.csv:3: column 'angle_deg' = -inf: expected a finite number"),
         (BARE.replace("1,2", "1,1e999"), "loop.csv:3: column 'angle_deg' = 1e999: expected a finite number"),
+        (BARE.replace("1,2", "1,-1.1e9"), "loop.csv:3: column 'angle_deg' = -1.1e9: expected at most 1e+09 in magn"),
+        (BARE.replace("1,2", "1e300,2"), "loop.csv:3: column 'drive_mm' = 1e300: expected at most 1e+09 in magnitude"),
         (BARE.replace("1,2", ""), "loop.csv:3: 0 fields: expected 2"),
         (BARE.replace("1,2", "1"), "loop.csv:3: 1 fields: expected 2"),
         (BARE.replace("1,2", "1,5,2"), "loop.csv:3: 3 fields"),
@@ -161,6 +164,7 @@ HEAD = 'schema = 1\n[columns]\ndrive = "drive_mm"\nangle = "angle_deg"\n'
         (HEAD + "[rig]\npreload_N = -1", "loop.toml: rig.preload_N = -1: expected a number above 0"),
         (HEAD + "[rig]\npreload_N = true", "loop.toml: rig.preload_N = True: expected a number above 0"),
         (HEAD + "[rig]\njoints = 2.5", "loop.toml: rig.joints = 2.5: expected a whole number"),
+        (HEAD + "[rig]\npreload_N = 1" + 400 * "0", "loop.toml: rig.preload_N = 1000"),
         (HEAD + "[rig]\npreset = 1", "loop.toml: rig.preset = 1: expected text"),
         (HEAD + "[tube]\nouter_diameter_mm = nan", "loop.toml: tube.outer_diameter_mm = nan: expected a number"),
         (HEAD + "[kinematics]", "loop.toml: kinematics.file: expected the name of a CSV file"),
@@ -186,6 +190,16 @@ def test_bare_csv_picks_up_the_optional_columns(tmp_path: Path) -> None:
     assert record.cycle.dtype == np.int64
     assert record.tension_a_N.tolist() == [9, 7, 5]
     assert record.tension_b_N.tolist() == [8, 6, 4]
+
+
+def test_columns_by_name(tmp_path: Path) -> None:
+    path = put(tmp_path, "note,drive_mm,time_s\nx,1,1.7e9\ny,2,1.8e9\n")  # seconds of the clock
+    columns = read_columns(path, ["drive_mm"], optional=["time_s", "cycle"])
+    assert {name: values.tolist() for name, values in columns.items()} == {"drive_mm": [1, 2], "time_s": [1.7e9, 1.8e9]}
+    with pytest.raises(RecordError, match=r"loop\.csv: column 'angle_deg' missing"):
+        read_columns(path, ["angle_deg"])
+    with pytest.raises(RecordError, match=r"loop\.csv:3: 0 fields: expected 1"):
+        read_columns(put(tmp_path, "drive_mm\n0\n\n1\n"), ["drive_mm"])
 
 
 def test_sidecar_reads_only_the_columns_it_names(tmp_path: Path) -> None:
@@ -261,6 +275,8 @@ def test_arrays_are_read_only_copies() -> None:
         ({"time_s": [0, 1, 1]}, "record: time_s: not increasing"),
         ({"cycle": [0, 0.5, 1]}, "record: cycle: not a count"),
         ({"cycle": [1, 0, 1]}, "record: cycle: not a count"),
+        ({"drive": [0, 2e9, 0]}, r"record: drive: magnitude 2e\+09: expected at most 1e\+09"),
+        ({"time_s": [0, 1, 1e16]}, r"record: time_s: magnitude 1e\+16: expected at most 9"),
         ({"notches_deg": [1, 2, 3]}, r"record: notches_deg: shape \(3,\): expected shape \(3, any\)"),
         ({"tip_mm": np.zeros((3, 3))}, r"record: tip_mm: shape \(3, 3\): expected shape \(3, 2\)"),
         ({"kinematics": [[0, 0], [0, 1]]}, "record: kinematics: not increasing"),
@@ -284,7 +300,8 @@ def test_equality() -> None:
 
 # --- writing ---------------------------------------------------------------------------------------------------
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
+finite = st.floats(-1e9, 1e9)
+times = st.floats(-(2.0**53), 2.0**53)
 positive = st.floats(min_value=1e-300, allow_nan=False, allow_infinity=False)
 words = st.text(max_size=20)
 
@@ -296,8 +313,8 @@ def records(draw: st.DrawFn) -> Record:
     def row(*shape: int):
         return arrays(float, (m, *shape), elements=finite)
 
-    def increasing(n: int):
-        return st.lists(finite, min_size=n, max_size=n, unique=True).map(sorted)
+    def increasing(n: int, values=finite):
+        return st.lists(values, min_size=n, max_size=n, unique=True).map(sorted)
 
     def maybe(strategy):
         return draw(st.none() | strategy)
@@ -313,7 +330,7 @@ def records(draw: st.DrawFn) -> Record:
         drive_unit=draw(st.sampled_from(["mm", "deg", "step", "N"])),
         title=draw(words),
         kind=draw(st.sampled_from(["measured", "simulated"])),
-        time_s=maybe(increasing(m)),
+        time_s=maybe(increasing(m, times)),
         cycle=maybe(st.lists(st.integers(-5, 2**40), min_size=m, max_size=m).map(sorted)),
         tension_a_N=maybe(row()),
         tension_b_N=maybe(row()),
@@ -376,6 +393,46 @@ def test_failed_write_leaves_the_old_record(tmp_path: Path, monkeypatch: pytest.
         write_record(replace(old, title="new", drive=[0, 2, 0]), tmp_path / "loop.csv")
     assert read_record(tmp_path / "loop.csv") == old
     assert sorted(p.name for p in tmp_path.iterdir()) == ["loop.csv", "loop.toml"]
+
+
+def test_a_folder_in_the_place_of_either_file_leaves_nothing(tmp_path: Path) -> None:
+    for name in ("loop.csv", "loop.toml"):
+        (tmp_path / name).mkdir()
+        with pytest.raises(RecordError, match=rf"{name}: is a folder: expected the name of a file"):
+            write_record(Record([0, 1, 0], [0, 1, 0]), tmp_path / "loop.csv")
+        assert [path.name for path in tmp_path.iterdir()] == [name]
+        (tmp_path / name).rmdir()
+
+
+@pytest.mark.parametrize("failure", [PermissionError(13, "Permission denied"), KeyboardInterrupt()])
+def test_a_replacement_that_fails_after_the_first_is_taken_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failure: BaseException
+) -> None:
+    (tmp_path / "old.txt").write_text("old")
+    replace_file = Path.replace
+
+    def second_fails(self: Path, target: Path) -> Path:
+        if target.name == "last.txt":
+            raise failure
+        return replace_file(self, target)
+
+    monkeypatch.setattr(Path, "replace", second_fails)
+    with pytest.raises((RecordError, KeyboardInterrupt)):
+        write_files({tmp_path / name: "new" for name in ("old.txt", "new.txt", "last.txt")})
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"old.txt": "old"}
+
+
+def test_only_a_sidecar_is_replaced(tmp_path: Path) -> None:
+    record = Record([0, 1, 0], [0, 1, 0])
+    for text in ("preload_N = 15.0\n", "schema = 1\n", "not = = toml"):
+        (tmp_path / "loop.toml").write_text(text)
+        with pytest.raises(RecordError, match=r"loop\.toml: not the sidecar of a record"):
+            write_record(record, tmp_path / "loop.csv")
+        assert [path.read_text() for path in tmp_path.iterdir()] == [text]
+    (tmp_path / "loop.toml").unlink()
+    write_record(record, tmp_path / "loop.csv")
+    write_record(replace(record, title="again"), tmp_path / "loop.csv")
+    assert read_record(tmp_path / "loop.csv").title == "again"
 
 
 # --- branches and cycles ---------------------------------------------------------------------------------------

@@ -2,11 +2,13 @@
 
 import json
 import re
+import shutil
 import time
 
 import pytest
 
 from hysteresis.record import read_record
+from studies import run
 from studies.cli import call
 from studies.report.page import significant
 from validation.practice.bench_record import SHIPPED, bench_like_record
@@ -22,11 +24,11 @@ def folder(tmp_path_factory):
 
 
 def test_run_stores_what_the_page_shows(folder):
-    run = json.loads((folder / "run.json").read_text())
-    assert [loop["record"] for loop in run["loops"]] == ["du2018-10N", "du2018-20N"]
+    stored = json.loads((folder / "run.json").read_text())
+    assert [loop["record"] for loop in stored["loops"]] == ["du2018-10N", "du2018-20N"]
     for name in ("du2018-10N", "du2018-20N", "bench-like-20N", "du2018-20N-analytic"):
         assert read_record(folder / "records" / f"{name}.csv").kind == "simulated"
-    for item in run["fits"]:
+    for item in stored["fits"]:
         fit = json.loads((folder / f"identify-{item['name']}.json").read_text())
         assert fit["heldout"]["rmse_deg"] < fit["baseline"]["heldout"]["rmse_deg"]
 
@@ -46,9 +48,52 @@ def test_report_again_is_the_same(folder):
     assert (folder / "report.html").read_bytes() == before
 
 
-def test_report_names_a_broken_result(folder, tmp_path, capsys):
-    import shutil
+def test_report_as_json_or_quiet(folder, capsys):
+    assert call(["report", str(folder), "--json", "--seed", "3"]) == 0
+    assert json.loads(capsys.readouterr().out)["report"] == str(folder / "report.html")
+    assert call(["report", str(folder), "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
 
+
+@pytest.mark.parametrize("name", ["bench-like-20N", "du2018-10N", "du2018-20N-analytic"])
+def test_report_refuses_records_that_changed(name, folder, tmp_path, capsys):
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    record = copy / "records" / f"{name}.csv"
+    record.write_text(record.read_text().replace("1", "2"))
+    assert call(["report", str(copy)]) == 2
+    assert f"{name}.csv: sha256" in capsys.readouterr().err
+    record.unlink()
+    assert call(["report", str(copy)]) == 2
+    assert f"{name}.csv: No such file" in capsys.readouterr().err
+
+
+def test_report_refuses_a_run_without_checksums(folder, tmp_path, capsys):
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    stored = json.loads((copy / "run.json").read_text())
+    del stored["sha256"]
+    for content in (stored, []):
+        (copy / "run.json").write_text(json.dumps(content))
+        assert call(["report", str(copy)]) == 2
+        assert "run.json: sha256: missing" in capsys.readouterr().err
+
+
+def test_an_interrupted_run_does_not_pass_for_a_finished_one(folder, tmp_path, capsys, monkeypatch):
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+
+    def interrupted(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run, "solve_multibody", interrupted)
+    assert call(["run", "--out", str(copy), "--quiet"]) == 130
+    assert not (copy / "run.json").exists()
+    assert not (copy / "report.html").exists()
+    assert call(["report", str(copy)]) == 2
+
+
+def test_report_names_a_broken_result(folder, tmp_path, capsys):
     copy = tmp_path / "copy"
     shutil.copytree(folder, copy)
     (copy / "identify-du2018-10N.csv").unlink()

@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fem_models.bench import rig_of
+from fem_models.checks import RigError
 from fem_models.presets import PRESETS, preset, sidecar_table
 from fem_models.program import LoadProgram, sine, triangle
-from fem_models.rig import Friction, Material, Notch, RigError, Tendon, Tube, Wheel, numeric_fields
+from fem_models.rig import Friction, Material, Notch, Tendon, Tube, Wheel, numeric_fields
 from fem_models.rig_file import read_rig
 from hysteresis.record import Record
 
@@ -141,7 +142,8 @@ def test_rig_of_a_record():
     assert rig_of(record()) is None
     assert rig_of(record(rig={"preload_N": 20.0})) is None
     assert rig_of(record(rig={"preset": "du2018", "preload_N": 12.0})) == preset("du2018", preload_N=12.0)
-    assert rig_of(record(rig={"preset": "du2018"}, drive_unit="step")) is None
+    assert rig_of(record(rig={"preset": "du2018"}, drive_unit="step")) == preset("du2018")
+    assert rig_of(record(rig={"preset": "du2018"}, drive_unit="N")) is None
     bench = rig_of(record(rig=MEASURED))
     assert bench is not None
     assert (bench.joints, bench.pitch_mm, bench.tendon_a.EA_N) == (14, 2.6, 9000.0)

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from skfem.helpers import dot, grad
 
-from fem_models.rig import Bench, Material, Notch, Rig, RigError, Tendon, Tube, Wheel
+from fem_models.checks import RigError
+from fem_models.rig import Bench, Material, Notch, Rig, Tendon, Tube, Wheel
 from fem_models.snr import (
     closure_angle_rad,
     cut_height_mm,

@@ -10,7 +10,8 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from hysteresis.record import RecordError, read_record, write_files
+from hysteresis.files import write_files
+from hysteresis.record import RecordError, read_record
 from studies.report.figures import Series, fit_figure, loops_figure
 
 

@@ -1,0 +1,65 @@
+"""Writing results whole or not at all, and the error that names what is wrong with a file."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+
+class RecordError(ValueError):
+    """A record that cannot be read or used; one line naming file, line or field, value and what was expected."""
+
+
+def write_files(files: Mapping[Path, str]) -> None:
+    """Write texts as UTF-8, all or none: all are staged beside their places before any is replaced.
+
+    Folders are made where they are missing.
+
+    Raises
+    ------
+    RecordError
+        A folder that cannot be written to, or a folder in the place of a file; what was there is left as it was.
+    """
+    for path in files:
+        if path.is_dir():
+            raise RecordError(f"{path}: is a folder: expected the name of a file")
+    staged: dict[Path, Path] = {}
+    try:
+        for path, text in files.items():
+            part = path.with_name(f".{path.name}.{os.getpid()}.part")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            staged[part] = path
+            part.write_text(text, encoding="utf-8", newline="\n")
+        with _put_back(staged.values()):
+            for part, path in staged.items():
+                part.replace(path)
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror}: expected a folder that can be written to") from None
+    finally:
+        for part in staged:
+            part.unlink(missing_ok=True)
+
+
+@contextmanager
+def _put_back(paths: Iterable[Path]) -> Iterator[None]:
+    """Where the block fails half-way, or is interrupted, bring all files back to what they were."""
+    before = {path: path.with_name(f".{path.name}.{os.getpid()}.old") for path in paths}
+    try:
+        for path, old in before.items():
+            if path.exists():
+                shutil.copy2(path, old)
+        try:
+            yield
+        except BaseException:
+            for path, old in before.items():
+                if old.exists():
+                    old.replace(path)
+                else:
+                    path.unlink(missing_ok=True)
+            raise
+    finally:
+        for old in before.values():
+            old.unlink(missing_ok=True)

@@ -1,0 +1,43 @@
+"""Progress of long work, on standard error and only on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+
+def bar(show: bool) -> Progress:
+    """Progress bar for a ``with`` block."""
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    return Progress(*columns, console=console, disable=not (show and console.is_terminal), transient=True)
+
+
+@contextmanager
+def steps(show: bool, total: int) -> Iterator[Callable[[str], None]]:
+    """Progress of named steps; the yielded call begins the next one."""
+    with bar(show) as progress:
+        task = progress.add_task("starting", total=total)
+        done = -1
+
+        def step(description: str) -> None:
+            nonlocal done
+            done += 1
+            progress.update(task, description=description, completed=done)
+
+        yield step
+        progress.update(task, completed=total)
+
+
+@contextmanager
+def status(show: bool, text: str) -> Iterator[None]:
+    """Say what is being done, for work of unknown length."""
+    console = Console(stderr=True)
+    if show and console.is_terminal:
+        with console.status(text):
+            yield
+    else:
+        yield
