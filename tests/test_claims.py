@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fem_models.friction import guide_wrap_rad
+from fem_models.chain import ChainSettings, simulate_chain, solve_chain
 from fem_models.kinematics import theory_curve
 from fem_models.multibody import MultibodySolution, solve_multibody
 from fem_models.presets import preset
@@ -17,7 +17,7 @@ from fem_models.rig import Friction, Notch
 from fem_models.snr import element_rotations, flexure
 from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
 from hysteresis.identify import Fit, identify
-from hysteresis.metrics import LoopWidth, loop_width
+from hysteresis.metrics import LoopWidth, errors, loop_width
 from hysteresis.record import Record, read_record, write_record
 
 README = Path(__file__).parents[1] / "README.md"
@@ -70,7 +70,8 @@ def capstan() -> float:
     rig = replace(rig, tendon_a=rope, tendon_b=rope, friction=Friction(capstan_coefficient=0.2, rest_wrap_deg=20.0))
     solution = solve_multibody(rig, LoadProgram(np.linspace(0, 2.2, 23)))
     pulled, released = solution.segment_tensions_N[-1]
-    wrap = guide_wrap_rad(rig.friction, np.radians(solution.record.notches_deg[-1]))
+    half = 0.5 * np.abs(np.radians(solution.record.notches_deg[-1]))  # a chord stands at half of the joint's angle
+    wrap = half + np.concatenate([[np.radians(20.0)], half[:-1]])
     ratios = np.concatenate([pulled[:-1] / pulled[1:], released[1:] / released[:-1]])
     return float(np.abs(ratios / np.tile(np.exp(0.2 * wrap), 2) - 1).max())
 
@@ -94,12 +95,35 @@ def bouc_wen_kernel() -> float:
     return worst
 
 
+def paper_element() -> float:
+    rig = preset("du2018")
+    return 100 * abs(element_rotations(rig, 1.0).theta_kd_rad * flexure(rig).bending_Nmm_per_rad - 1)
+
+
 def layer_du2018() -> float:
     def worst(preload_N: float) -> float:
         rig = preset("du2018", preload_N=preload_N)
-        return identify(loop(preload_N).record, lambda x: theory_curve(rig, x).angle_deg).heldout.max_abs_deg
+        fit = identify(loop(preload_N).record, lambda x: theory_curve(rig, x).angle_deg)
+        smaller = [simulate_chain(rig, triangle(a, step_mm=0.05, cycles=2)) for a in (1.1, 0.55)]
+        return max(errors(r.angle_deg, fit.predict(r.drive)).rmse_deg for r in smaller)
 
     return max(worst(10.0), worst(20.0))
+
+
+def twins() -> float:
+    def difference(preload_N: float) -> float:
+        chain = simulate_chain(preset("du2018", preload_N=preload_N), triangle(2.2, cycles=3))
+        return float(np.abs(chain.angle_deg - loop(preload_N).record.angle_deg).max())
+
+    return max(difference(10.0), difference(20.0))
+
+
+def chain_energy() -> float:
+    steps = triangle(2.2, step_mm=0.001)
+    s = solve_chain(preset("du2018"), steps, ChainSettings(max_step_mm=0.001))
+    start = np.flatnonzero(steps.cycle == 1)[0] - 1
+    loss = s.friction_loss_mJ + s.material_loss_mJ
+    return float(abs((loss[-1] - loss[start]) / (s.wheel_work_mJ[-1] - s.wheel_work_mJ[start]) - 1))
 
 
 def ratio(fit: Fit) -> float:
@@ -127,6 +151,9 @@ CLAIMS: dict[str, Callable[[], float]] = {
     "bouc-wen-kernel": bouc_wen_kernel,
     "bouc-wen-saturation": lambda: abs(PAPER.saturation_deg - 2.754),
     "layer-du2018": layer_du2018,
+    "paper-element": paper_element,
+    "twins": twins,
+    "chain-energy": chain_energy,
 }
 
 
