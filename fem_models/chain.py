@@ -43,7 +43,7 @@ class ChainSettings:
     bristle_ratio: float = 0.02
     max_step_mm: float = 0.1
     max_halvings: int = 20
-    newton_iterations: int = 60
+    newton_iterations: int = 15
     tolerance: float = 1e-10
 
 

@@ -14,6 +14,7 @@ from fem_models.schedule import Load
 Floats = NDArray[np.float64]
 BAND = 4  # half width of the tangent; it is stored as a[i, j - i + BAND]
 DAMPED_AFTER = 10  # Newton steps: one that goes to and fro across a kink finds its way at half the length
+EASY = 6  # Newton steps: more, and the next step of the drive is not made longer
 OPEN_STIFFNESS = 1e-9  # of EA/pitch, in the tangent only: a slack rope past a sliding guide leaves the slip open
 
 
@@ -318,8 +319,8 @@ def eliminate(a: Floats, b: Floats, z: Floats, both: bool) -> None:
 
 
 @njit(cache=True)
-def newton(x: Floats, c: Constants, h: History, load: Load, w: Work, iterations: int) -> bool:
-    """Solve for the equilibrium from x; x is changed whether it converges or not.
+def newton(x: Floats, c: Constants, h: History, load: Load, w: Work, iterations: int) -> int:
+    """Solve for the equilibrium from x, and return the steps it took, or -1; x is changed in either case.
 
     A touched tip stop adds k l l^T to the tangent, l being the tip's levers: Sherman-Morrison with a second solution.
     """
@@ -327,9 +328,9 @@ def newton(x: Floats, c: Constants, h: History, load: Load, w: Work, iterations:
     for turn in range(iterations):
         worst, stop = assemble(x, c, h, load, w)
         if worst <= c.tolerance:
-            return True
+            return turn
         if not worst < 1e9 * c.preload:
-            return False
+            return -1
         if stop > 0.0:
             z[:] = w.lever
         eliminate(w.a, w.b, z, stop > 0.0)
@@ -344,7 +345,7 @@ def newton(x: Floats, c: Constants, h: History, load: Load, w: Work, iterations:
         damping = 1.0 if turn < DAMPED_AFTER else 0.5
         for i in range(x.size):
             x[i] -= damping * w.b[i]
-    return False
+    return -1
 
 
 @njit(cache=True)
@@ -412,7 +413,7 @@ def follow(
     )  # fmt: skip
     here = Load(0.0, 0.0, 0.0, 1.0, 0.0)
     crept_a = crept_b = work = lost = material = 0.0
-    if not newton(x, c, h, here, w, 10 * iterations):
+    if newton(x, c, h, here, w, 10 * iterations) < 0:
         return 0, 0.0, 0.0
     before = w.limit.copy()
     pull = w.tension[0, 0] - w.tension[1, 0]
@@ -436,9 +437,9 @@ def follow(
             step = (part - done) * way
             for i in range(size):
                 trial[i] = x[i] + (step * increment[i] if ahead == heading else 0.0)
-            if not newton(trial, c, h, load, w, iterations) or jumped(
-                x, trial, turn_per_mm * step + least_turn, slide_per_mm * step + least_slide
-            ):
+            # a long step that does not get on is better halved; a short one is worth the patience
+            took = newton(trial, c, h, load, w, iterations if step > max_step / 16 else 4 * iterations)
+            if took < 0 or jumped(x, trial, turn_per_mm * step + least_turn, slide_per_mm * step + least_slide):
                 heading, reach = 0.0, 0.5 * step
                 if reach < max_step * 0.5**max_halvings:
                     return k, at, load.drive
@@ -454,7 +455,8 @@ def follow(
             now = w.tension[0, 0] - w.tension[1, 0]
             work += 0.5 * (pull + now) * (load.drive - at)
             pull, at, done = now, load.drive, part
-            reach = min(max_step, 2.0 * reach)
+            if took <= EASY:
+                reach = min(max_step, 2.0 * reach)
         here = goal
         crept_a += creeps[k] * (c.creep_a * (w.tension[0, 0] - c.preload) - crept_a)
         crept_b += creeps[k] * (c.creep_b * (w.tension[1, 0] - c.preload) - crept_b)
