@@ -40,10 +40,11 @@ def counted() -> Iterator[Cost]:
             solver = mbs.sys["staticSolver"]
             cost.solved, cost.failed = cost.solved + ok, cost.failed + (not ok)
             cost.newton += solver.it.newtonStepsCount
-            cost.total_s += solver.timer.total
-            cost.jacobian_s += solver.timer.jacobianODE2
-            cost.factorization_s += solver.timer.factorization
-            cost.residual_s += solver.timer.ODE2RHS
+            if solver.timer.total > 0:  # a solve that failed may leave its timers running backwards
+                cost.total_s += solver.timer.total
+                cost.jacobian_s += solver.timer.jacobianODE2
+                cost.factorization_s += solver.timer.factorization
+                cost.residual_s += solver.timer.ODE2RHS
         return ok
 
     exu.MainSystem.SolveStatic = solve_and_count

@@ -27,7 +27,7 @@ class Preset:
     sources: dict[str, Source]
 
 
-_ROPE = Tendon(EA_N=20_000.0, moment_arm_mm=2.64, free_length_mm=150.0, toe_N=40.0)
+_ROPE = Tendon(EA_N=17_000.0, moment_arm_mm=2.64, free_length_mm=150.0, toe_N=40.0)
 
 _DU2018 = Preset(
     rig=Rig(
@@ -38,7 +38,7 @@ _DU2018 = Preset(
         tendon_a=_ROPE,
         tendon_b=_ROPE,
         wheel=Wheel(radius_mm=10.0),
-        friction=Friction(capstan_coefficient=0.02, guide_N=0.01, sheath_N=1.73),
+        friction=Friction(capstan_coefficient=0.02, guide_N=0.01, sheath_N=1.39),
         preload_N=20.0,
     ),
     sources={
@@ -62,16 +62,20 @@ _DU2018 = Preset(
             f"tendon_{side}.{name}": source
             for side in "ab"
             for name, source in {
-                "EA_N": Source("assumed", "steel rope of 0.36 mm when taut"),
-                "moment_arm_mm": Source("assumed", "full scale 45 deg at 2.2 mm, stated, with the stretch of the rope"),
+                "EA_N": Source("assumed", "fitted: full scale 45 deg at 2.2 mm; a steel rope of 0.36 mm, 83 % metal"),
+                "moment_arm_mm": Source(
+                    "assumed", "below the paper's bound of 2.80 mm; its value and EA_N make good for each other"
+                ),
                 "free_length_mm": Source("assumed", "bench set-up of the paper's Fig. 8, no dimension given"),
-                "toe_N": Source("assumed", "fitted: ratio of the loop widths at 10 and 20 N, 3.52 and 2.21 deg"),
+                "toe_N": Source(
+                    "assumed", "fitted: ratio of the loop widths at 10 and 20 N, 3.52 and 2.21 deg; docs/calibration.md"
+                ),
             }.items()
         },
         "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
         "friction.capstan_coefficient": Source("assumed", "small: a larger one widens the loop with preload and bend"),
         "friction.guide_N": Source("assumed", "small beside the sheath"),
-        "friction.sheath_N": Source("assumed", "fitted: loop width at 20 N, 2.21 deg"),
+        "friction.sheath_N": Source("assumed", "fitted: loop width at 20 N, 2.21 deg; docs/calibration.md"),
         "friction.rest_wrap_deg": Source("assumed", "tendons run straight from wheel to base"),
     },
 )

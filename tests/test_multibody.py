@@ -34,7 +34,7 @@ def test_without_friction_there_is_no_loop_and_the_analytic_curve_is_met():
     width = loop_width(record.drive, record.angle_deg, record.cycle)
     assert abs(width.max_deg) < 1e-3  # Newton's tolerance; a dry loop of this rig is 2 deg wide
     theory, tension_a, tension_b = theory_curve(rig, record.drive)
-    np.testing.assert_allclose(record.angle_deg, theory, atol=0.03)
+    np.testing.assert_allclose(record.angle_deg, theory, atol=0.05)
     np.testing.assert_allclose(record.tension_a_N, tension_a, atol=0.5)
     np.testing.assert_allclose(record.tension_b_N, tension_b, atol=0.5)
 
