@@ -11,17 +11,7 @@ from fem_models.checks import RigError
 from fem_models.presets import preset
 from fem_models.rig import Bench, Material, Rig, Tendon, Wheel, check_cut
 from fem_models.rig_file import build, read_rig
-from hysteresis.record import Record
-
-MEASURED_KEYS = (
-    "joints",
-    "moment_arm_mm",
-    "flexure_stiffness_Nmm_per_rad",
-    "tendon_EA_N",
-    "tendon_free_length_mm",
-    "pitch_mm",
-)
-"""Quantities of ``[rig]`` that stand in place of a preset or a file; all of them, or none."""
+from hysteresis.record import MEASURED_KEYS, Record
 
 # Nothing reads the modulus of a rig with measured joints; the rig needs a material for its loop.
 _NITINOL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
@@ -30,7 +20,7 @@ _NITINOL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
 def rig_of(record: Record) -> Rig | None:
     """Return the rig that the sidecar names, or None where the geometry is unknown or the drive is a force.
 
-    The rig is known from ``preset``, ``file`` or all of :data:`MEASURED_KEYS` with ``preload_N``. ``[tube]`` and
+    The rig is known from ``preset``, ``file`` or all of :data:`hysteresis.record.MEASURED_KEYS` with ``preload_N``. ``[tube]`` and
     ``[notch]`` tables alone say nothing of the tendons: they are checked, and None is returned.
 
     Raises

@@ -21,7 +21,7 @@ from scipy.special import wrightomega
 from fem_models.checks import RigError
 from fem_models.presets import sidecar_table
 from fem_models.program import LoadProgram
-from fem_models.rig import Rig, Tendon
+from fem_models.rig import EFFECT_TABLES, Rig, Tendon
 from fem_models.snr import closure_angle_rad, flexure, moment_arms_mm
 from hysteresis.record import Record
 
@@ -378,11 +378,19 @@ def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:
 
     Every sample is an equilibrium of its own, so the times of the program only pass through.
 
+    Friction and the slipping part of a material loop are left out, as the model's name says.
+
     Raises
     ------
-    ValueError
-        As :func:`angle_for_drive_rad`.
+    RigError
+        For a rig with an effect besides, and as :func:`angle_for_drive_rad`.
     """
+    beyond = [name for name in EFFECT_TABLES if getattr(rig, name) is not None]
+    if beyond:
+        raise RigError(
+            f"rig {rig.name}: [{beyond[0]}]: the analytic model does not know it, expected a rig without, or the "
+            "engine chain or multibody"
+        )
     curve = theory_curve(rig, program.drive_mm)
     joints = equal_joints(rig, np.radians(curve.angle_deg))
     tip = tip_pose(rig, joints)

@@ -227,6 +227,21 @@ class Bench:
         )
 
 
+EFFECT_TABLES = (
+    "slack",
+    "backlash",
+    "eccentricity",
+    "superelastic",
+    "closure",
+    "gravity",
+    "tip_stop",
+    "creep",
+    "preload_loss",
+    "fatigue",
+)
+"""Names of the optional parts of a rig that are effects, off by default."""
+
+
 @dataclass(frozen=True)
 class Rig:
     """A manipulator with two antagonistic tendons on one wheel.

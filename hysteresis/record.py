@@ -39,8 +39,7 @@ _FIELDS: dict[str, str] = {
     "tension_b": "tension_b_N",
 }
 _LIST_FIELDS: dict[str, str] = {"notches": "notches_deg", "tip": "tip_mm"}  # these name a list of columns
-_RIG_NUMBERS = (
-    "preload_N",
+MEASURED_KEYS = (
     "joints",
     "moment_arm_mm",
     "flexure_stiffness_Nmm_per_rad",
@@ -48,6 +47,8 @@ _RIG_NUMBERS = (
     "tendon_free_length_mm",
     "pitch_mm",
 )
+"""Quantities of ``[rig]`` that stand in place of a preset or a file; all of them, or none."""
+_RIG_NUMBERS = ("preload_N", *MEASURED_KEYS)
 _KEYS: dict[str, tuple[str, ...]] = {
     "": ("schema", "title", "kind", "columns", "drive", "rig", "tube", "notch", "kinematics"),
     "columns": (*_FIELDS, *_LIST_FIELDS),

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem_models.checks import RigError
+from fem_models.effects import Gravity
 from fem_models.kinematics import (
     angle_for_drive_rad,
     chain_transforms,
@@ -346,3 +347,9 @@ def test_record_names_its_preset():
     program = LoadProgram(np.array([0.0, 0.5]))
     rig = preset("du2018", preload_N=10.0)
     assert simulate_analytic(rig, program).rig == {"preset": "du2018", "preload_N": 10.0}
+
+
+def test_effects_that_the_analytic_model_does_not_know_are_refused():
+    rig = replace(V, gravity=Gravity(ring_mass_g=1.0))
+    with pytest.raises(RigError, match=r"\[gravity\]: the analytic model does not know it"):
+        simulate_analytic(rig, triangle(1.0))
