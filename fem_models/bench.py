@@ -20,8 +20,8 @@ _NITINOL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
 def rig_of(record: Record) -> Rig | None:
     """Return the rig that the sidecar names, or None where the geometry is unknown or the drive is a force.
 
-    The rig is known from ``preset``, ``file`` or all of :data:`hysteresis.record.MEASURED_KEYS` with ``preload_N``. ``[tube]`` and
-    ``[notch]`` tables alone say nothing of the tendons: they are checked, and None is returned.
+    The rig is known from ``preset``, ``file`` or all of :data:`hysteresis.record.MEASURED_KEYS` with ``preload_N``.
+    ``[tube]`` and ``[notch]`` tables alone say nothing of the tendons: they are checked, and None is returned.
 
     Raises
     ------

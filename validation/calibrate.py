@@ -75,8 +75,11 @@ def calibrate(rig: Rig) -> Calibration:
 
     fit = least_squares(misses, np.clip(start, low, high), bounds=(low, high), diff_step=1e-3, max_nfev=60)
     full, widths, places = measure(fit.x)
+    EA_N, toe_N, sheath_N = np.exp(fit.x).tolist()
     return Calibration(
-        *np.exp(fit.x).tolist(),
+        EA_N=EA_N,
+        toe_N=toe_N,
+        sheath_N=sheath_N,
         full_scale_deg=full,
         widths_deg=(widths[0], widths[1]),
         widest_at_mm=(places[0], places[1]),
