@@ -99,7 +99,7 @@ def validate(
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compare the analytic model and the multibody model."""
+    """Compare the analytic model, the chain and the multibody model."""
     rig = preset(preset_name)
     require_exudyn()
     from studies.run import crosschecks
