@@ -25,10 +25,10 @@ from fem_models import chain_kernel as kernel
 from fem_models.checks import RigError
 from fem_models.contact import closes_one_way, contact_angle_rad, require_open, ring_weight_N
 from fem_models.friction import jenkins_elements
-from fem_models.presets import sidecar_table
 from fem_models.program import LoadProgram, SolverError
 from fem_models.rig import Rig
 from fem_models.schedule import largest_slide_mm, largest_turn_rad, schedule
+from fem_models.simulated import simulated_record
 from fem_models.snr import BENCH_GAP, bending_length_mm, flexure, moment_arms_mm, ring_stiffness
 from fem_models.superelastic import flag_fibres
 from hysteresis.record import Record
@@ -149,19 +149,8 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
     heading = np.cumsum(angles, axis=1)
     reach = rig.pitch_mm * np.append(np.ones(n - 1), 0.5)
     shortening = c.axial * (tensions[:, :, 1:].sum(axis=(1, 2)) - 2 * n * rig.preload_N)
-    record = Record(
-        drive=program.drive_mm,
-        angle_deg=np.degrees(heading[:, -1]),
-        title=f"{rig.name}, preload {rig.preload_N:g} N, chain",
-        kind="simulated",
-        time_s=program.time_s,
-        cycle=program.cycle,
-        tension_a_N=tensions[:, 0, 0],
-        tension_b_N=tensions[:, 1, 0],
-        notches_deg=np.degrees(angles),
-        tip_mm=np.column_stack([0.5 * rig.pitch_mm + np.cos(heading) @ reach - shortening, np.sin(heading) @ reach]),
-        rig=sidecar_table(rig),
-    )
+    tip = np.column_stack([0.5 * rig.pitch_mm + np.cos(heading) @ reach - shortening, np.sin(heading) @ reach])
+    record = simulated_record("chain", rig, program, angles, tensions[:, :, 0], tip)
     return ChainSolution(record, tensions, energies[:, 0], energies[:, 1], energies[:, 2])
 
 

@@ -208,6 +208,42 @@ def external_moments(x: Floats, c: Constants, w: Work) -> float:
 
 
 @njit(cache=True)
+def guide_row(
+    side: int, i: int, x: Floats, c: Constants, h: History, w: Work, grip: tuple[float, float],
+    by_angles: tuple[float, float], before: tuple[float, float, float, float, float],
+    beyond: tuple[float, float, float],
+) -> float:  # fmt: skip
+    """Fill the row of one guide and tendon: tension before less tension beyond less friction; its residual, N.
+
+    ``grip``: constant friction and tanh(mu wrap/2). ``by_angles``: slopes of the wrap in the joints before and beyond.
+    ``before``: slopes of the tension before in (joint before, slips a and b at the last guide, slips a and b here).
+    ``beyond``: slopes of the tension beyond in this tendon's slip, in the other's, and in the joint beyond.
+    """
+    u = 3 * i + 1
+    row, across = u + side, u + 1 - side  # the other tendon at this guide
+    a, proximal, distal = w.a, w.tension[side, i], w.tension[side, i + 1]
+    bristle, rope = (c.bristle_a, c.rope_a) if side == 0 else (c.bristle_b, c.rope_b)
+    force, by_slip, by_tension, by_wrap, w.limit[side, i] = friction(
+        x[row], h.guides[side, i], bristle, grip[0], grip[1], c.mu, proximal + distal
+    )
+    w.b[row] = proximal - distal - force
+    into, out = 1.0 - by_tension, 1.0 + by_tension
+    if i > 0:
+        a[row, u - 1 - row + BAND] += into * before[0]
+        a[row, u - 3 - row + BAND] += into * before[1]
+        a[row, u - 2 - row + BAND] += into * before[2]
+    a[row, u - row + BAND] += into * before[3]
+    a[row, u + 1 - row + BAND] += into * before[4]
+    a[row, BAND] -= out * beyond[0] + by_slip + OPEN_STIFFNESS * rope
+    a[row, across - row + BAND] -= out * beyond[1]
+    a[row, 3 + BAND] += out * beyond[0]
+    a[row, across + 3 - row + BAND] += out * beyond[1]
+    a[row, u - 1 - row + BAND] -= by_wrap * by_angles[0]
+    a[row, u + 2 - row + BAND] -= out * beyond[2] + by_wrap * by_angles[1]
+    return abs(w.b[row])
+
+
+@njit(cache=True)
 def assemble(x: Floats, c: Constants, h: History, load: Load, w: Work) -> tuple[float, float]:
     """Fill tangent and residual at x = (theta_i, slip a, slip b) guide by guide; largest residual and stop stiffness.
 
@@ -259,37 +295,13 @@ def assemble(x: Floats, c: Constants, h: History, load: Load, w: Work) -> tuple[
         ratio = math.tanh(0.5 * c.mu * wrap)
         half_before = 0.5 if before > 0.0 else (-0.5 if before < 0.0 else 0.0)
         half_theta = 0.5 if theta > 0.0 else (-0.5 if theta < 0.0 else 0.0)
-        for side in range(2):
-            row = u + side
-            if side == 0:
-                proximal, distal, slopes, bristle = tp_a, ta, pa, c.bristle_a
-                here, other, by_theta = aa, ab, a_theta
-            else:
-                proximal, distal, slopes, bristle = tp_b, tb, pb, c.bristle_b
-                here, other, by_theta = bb, ba, b_theta
-            force, by_slip, by_tension, by_wrap, top = friction(
-                x[row], h.guides[side, i], bristle, constant, ratio, c.mu, proximal + distal
-            )
-            w.limit[side, i] = top
-            b[row] = proximal - distal - force
-            worst = max(worst, abs(b[row]))
-            into, out = 1.0 - by_tension, 1.0 + by_tension
-            across = u + 1 - side  # the other tendon at this guide
-            if i > 0:
-                a[row, u - 1 - row + BAND] += into * slopes[0]
-                a[row, u - 3 - row + BAND] += into * slopes[1]
-                a[row, u - 2 - row + BAND] += into * slopes[2]
-            a[row, u - row + BAND] += into * slopes[3]
-            a[row, u + 1 - row + BAND] += into * slopes[4]
-            a[row, BAND] -= out * here + by_slip + OPEN_STIFFNESS * (c.rope_a if side == 0 else c.rope_b)
-            a[row, across - row + BAND] -= out * other
-            a[row, 3 + BAND] += out * here
-            a[row, across + 3 - row + BAND] += out * other
-            a[row, u - 1 - row + BAND] -= by_wrap * half_before
-            a[row, u + 2 - row + BAND] -= out * by_theta + by_wrap * half_theta
+        worst = max(
+            worst,
+            guide_row(0, i, x, c, h, w, (constant, ratio), (half_before, half_theta), pa, (aa, ab, a_theta)),
+            guide_row(1, i, x, c, h, w, (constant, ratio), (half_before, half_theta), pb, (bb, ba, b_theta)),
+        )
         pa = (a_theta, aa, ab, -aa, -ab)
         pb = (b_theta, ba, bb, -ba, -bb)
-        tp_a, tp_b = ta, tb
     return worst, stop
 
 
@@ -392,6 +404,18 @@ def jumped(x: Floats, y: Floats, turn: float, slide: float) -> bool:
     return False
 
 
+@njit(cache=True)
+def between(start: Load, end: Load, part: float) -> Load:
+    """Load at a part of the way; the compiled twin of :func:`fem_models.schedule.between`."""
+    return Load(
+        start.drive + part * (end.drive - start.drive),
+        start.slack_a + part * (end.slack_a - start.slack_a),
+        start.slack_b + part * (end.slack_b - start.slack_b),
+        start.loop_scale + part * (end.loop_scale - start.loop_scale),
+        start.residual + part * (end.residual - start.residual),
+    )
+
+
 @njit(cache=True, nogil=True)  # batches run in threads
 def follow(
     drives: Floats, slacks: Floats, loop_scales: Floats, residuals: Floats, creeps: Floats, c: Constants, h: History,
@@ -425,15 +449,7 @@ def follow(
         done, at = 0.0, here.drive
         while done < 1.0:
             part = min(1.0, done + reach / way) if way > reach else 1.0
-            load = goal
-            if part < 1.0:
-                load = Load(
-                    here.drive + part * (goal.drive - here.drive),
-                    here.slack_a + part * (goal.slack_a - here.slack_a),
-                    here.slack_b + part * (goal.slack_b - here.slack_b),
-                    here.loop_scale + part * (goal.loop_scale - here.loop_scale),
-                    here.residual + part * (goal.residual - here.residual),
-                )
+            load = between(here, goal, part) if part < 1.0 else goal
             step = (part - done) * way
             for i in range(size):
                 trial[i] = x[i] + (step * increment[i] if ahead == heading else 0.0)

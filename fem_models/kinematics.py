@@ -19,9 +19,9 @@ from scipy.optimize.elementwise import find_root
 from scipy.special import wrightomega
 
 from fem_models.checks import RigError
-from fem_models.presets import sidecar_table
 from fem_models.program import LoadProgram
 from fem_models.rig import EFFECT_TABLES, Rig, Tendon
+from fem_models.simulated import simulated_record
 from fem_models.snr import closure_angle_rad, flexure, moment_arms_mm
 from hysteresis.record import Record
 
@@ -394,16 +394,5 @@ def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:
     curve = theory_curve(rig, program.drive_mm)
     joints = equal_joints(rig, np.radians(curve.angle_deg))
     tip = tip_pose(rig, joints)
-    return Record(
-        drive=program.drive_mm,
-        angle_deg=curve.angle_deg,
-        title=f"{rig.name}, analytic, preload {rig.preload_N:g} N",
-        kind="simulated",
-        time_s=program.time_s,
-        cycle=program.cycle,
-        tension_a_N=curve.tension_a_N,
-        tension_b_N=curve.tension_b_N,
-        notches_deg=np.degrees(joints),
-        tip_mm=np.column_stack([tip.x_mm, tip.y_mm]),
-        rig=sidecar_table(rig),
-    )
+    tensions = np.column_stack([curve.tension_a_N, curve.tension_b_N])
+    return simulated_record("analytic", rig, program, joints, tensions, np.column_stack([tip.x_mm, tip.y_mm]))

@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from fem_models.assembly import assemble, bristle_N_per_mm, taut
 from fem_models.contact import require_open
 from fem_models.friction import friction_limits_N, guide_wrap_rad, jenkins_elements
-from fem_models.presets import sidecar_table
 from fem_models.program import LoadProgram, SolverError
 from fem_models.rig import Rig, Tendon
 from fem_models.schedule import REST, Load, between, largest_slide_mm, largest_turn_rad, schedule, way_mm
+from fem_models.simulated import simulated_record
 from fem_models.snr import bending_length_mm, flexure
 from fem_models.superelastic import FlagFibres, flag_fibres, flag_moment
 from hysteresis.record import Record
@@ -325,19 +325,7 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
         tension[k] = stepper.tensions()
         energy[k] = work, stepper.state.friction_loss, stepper.state.material_loss
     require_open(rig, np.diff(rotation, axis=1))
-    record = Record(
-        drive=drive,
-        angle_deg=np.degrees(rotation[:, -1]),
-        title=f"{rig.name}, preload {rig.preload_N:g} N, multibody",
-        kind="simulated",
-        time_s=program.time_s,
-        cycle=program.cycle,
-        tension_a_N=tension[:, 0, 0],
-        tension_b_N=tension[:, 1, 0],
-        notches_deg=np.degrees(np.diff(rotation, axis=1)),
-        tip_mm=tip,
-        rig=sidecar_table(rig),
-    )
+    record = simulated_record("multibody", rig, program, np.diff(rotation, axis=1), tension[:, :, 0], tip)
     return MultibodySolution(record, tension, energy[:, 0], energy[:, 1], energy[:, 2])
 
 

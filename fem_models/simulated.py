@@ -1,0 +1,42 @@
+"""The record of a run, the same for every engine."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.presets import sidecar_table
+from fem_models.program import LoadProgram
+from fem_models.rig import Rig
+from hysteresis.record import Record
+
+Floats = NDArray[np.float64]
+
+
+def simulated_record(
+    engine: str, rig: Rig, program: LoadProgram, joint_angles_rad: Floats, tension_N: Floats, tip_mm: Floats
+) -> Record:
+    """Make the record of a run.
+
+    Parameters
+    ----------
+    joint_angles_rad
+        Shape (m, N), base to tip; the bending angle is their sum.
+    tension_N
+        Shape (m, 2), tendons a and b at the wheel.
+    tip_mm
+        Shape (m, 2), along the straight tube and across it.
+    """
+    return Record(
+        drive=program.drive_mm,
+        angle_deg=np.degrees(joint_angles_rad.sum(axis=1)),
+        title=f"{rig.name}, preload {rig.preload_N:g} N, {engine}",
+        kind="simulated",
+        time_s=program.time_s,
+        cycle=program.cycle,
+        tension_a_N=tension_N[:, 0],
+        tension_b_N=tension_N[:, 1],
+        notches_deg=np.degrees(joint_angles_rad),
+        tip_mm=tip_mm,
+        rig=sidecar_table(rig),
+    )
