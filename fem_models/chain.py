@@ -150,7 +150,15 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
     reach = rig.pitch_mm * np.append(np.ones(n - 1), 0.5)
     shortening = c.axial * (tensions[:, :, 1:].sum(axis=(1, 2)) - 2 * n * rig.preload_N)
     tip = np.column_stack([0.5 * rig.pitch_mm + np.cos(heading) @ reach - shortening, np.sin(heading) @ reach])
-    record = simulated_record("chain", rig, program, angles, tensions[:, :, 0], tip)
+    record = simulated_record(
+        "chain",
+        rig,
+        program,
+        angle_deg=np.degrees(heading[:, -1]),
+        joint_angles_rad=angles,
+        tension_N=tensions[:, :, 0],
+        tip_mm=tip,
+    )
     return ChainSolution(record, tensions, energies[:, 0], energies[:, 1], energies[:, 2])
 
 

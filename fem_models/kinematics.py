@@ -394,5 +394,12 @@ def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:
     curve = theory_curve(rig, program.drive_mm)
     joints = equal_joints(rig, np.radians(curve.angle_deg))
     tip = tip_pose(rig, joints)
-    tensions = np.column_stack([curve.tension_a_N, curve.tension_b_N])
-    return simulated_record("analytic", rig, program, joints, tensions, np.column_stack([tip.x_mm, tip.y_mm]))
+    return simulated_record(
+        "analytic",
+        rig,
+        program,
+        angle_deg=curve.angle_deg,
+        joint_angles_rad=joints,
+        tension_N=np.column_stack([curve.tension_a_N, curve.tension_b_N]),
+        tip_mm=np.column_stack([tip.x_mm, tip.y_mm]),
+    )

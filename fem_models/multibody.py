@@ -325,7 +325,15 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
         tension[k] = stepper.tensions()
         energy[k] = work, stepper.state.friction_loss, stepper.state.material_loss
     require_open(rig, np.diff(rotation, axis=1))
-    record = simulated_record("multibody", rig, program, np.diff(rotation, axis=1), tension[:, :, 0], tip)
+    record = simulated_record(
+        "multibody",
+        rig,
+        program,
+        angle_deg=np.degrees(rotation[:, -1]),
+        joint_angles_rad=np.diff(rotation, axis=1),
+        tension_N=tension[:, :, 0],
+        tip_mm=tip,
+    )
     return MultibodySolution(record, tension, energy[:, 0], energy[:, 1], energy[:, 2])
 
 

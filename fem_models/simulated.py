@@ -14,14 +14,23 @@ Floats = NDArray[np.float64]
 
 
 def simulated_record(
-    engine: str, rig: Rig, program: LoadProgram, joint_angles_rad: Floats, tension_N: Floats, tip_mm: Floats
+    engine: str,
+    rig: Rig,
+    program: LoadProgram,
+    *,
+    angle_deg: Floats,
+    joint_angles_rad: Floats,
+    tension_N: Floats,
+    tip_mm: Floats,
 ) -> Record:
     """Make the record of a run.
 
     Parameters
     ----------
+    angle_deg
+        Shape (m,), bending at the tip.
     joint_angles_rad
-        Shape (m, N), base to tip; the bending angle is their sum.
+        Shape (m, N), base to tip; they add up to the bending.
     tension_N
         Shape (m, 2), tendons a and b at the wheel.
     tip_mm
@@ -29,7 +38,7 @@ def simulated_record(
     """
     return Record(
         drive=program.drive_mm,
-        angle_deg=np.degrees(joint_angles_rad.sum(axis=1)),
+        angle_deg=angle_deg,
         title=f"{rig.name}, preload {rig.preload_N:g} N, {engine}",
         kind="simulated",
         time_s=program.time_s,
