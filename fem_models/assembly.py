@@ -1,4 +1,7 @@
-"""The rig as Exudyn items: rings, flexures, ropes, guides, wheel. :mod:`fem_models.multibody` moves them."""
+"""The rig as Exudyn items: rings, flexures, ropes, guides, wheel.
+
+:mod:`fem_models.multibody` moves them step by step, :mod:`fem_models.dynamic` in time.
+"""
 
 from __future__ import annotations
 
@@ -32,6 +35,17 @@ class Ring:
 
 
 @dataclass(frozen=True)
+class RingInertia:
+    """Mass of a ring, tonnes, and its moment of inertia about the centre, tonne mm^2."""
+
+    mass_t: float
+    about_centre_t_mm2: float
+
+
+MASSLESS = RingInertia(0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Model:
     """Item numbers and coordinate indices of an assembled system."""
 
@@ -43,9 +57,12 @@ class Model:
     beams: list[int]  # flexures, base to tip
     jenkins: list[int]  # element by element, joint by joint
     flags: list[int]  # the same
+    dashpots: list[int]  # of tendon a and b at the base, then joint by joint; none where the rig has no drag
     slip: NDArray[np.int64]  # coordinates of the guides
+    rings: NDArray[np.int64]  # first coordinates (x, y, turn) of the rings, base first
     rotation: NDArray[np.int64]  # coordinates of ring rotations, base first
     near_rotation: NDArray[np.int64]  # of the near end of each flexure
+    centre_mm: NDArray[np.float64]  # of the rings, from their nodes along x
     tip: Ring
 
 
@@ -125,9 +142,15 @@ def _add_free_span(mbs: Any, tendon: Tendon, preload_N: float, base: int, wheel:
     return int(mbs.AddObject(linear))
 
 
-def _ring(mbs: Any, x_mm: float, moved_mm: float, centre_mm: float) -> Ring:
+def _ring(mbs: Any, x_mm: float, moved_mm: float, centre_mm: float, inertia: RingInertia) -> Ring:
     node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[x_mm, 0, 0], initialCoordinates=[moved_mm, 0, 0]))
-    return Ring(node, mbs.AddObject(items.ObjectRigidBody2D(mass=0.0, inertia=0.0, nodeNumber=node)), centre_mm)
+    body = items.ObjectRigidBody2D(
+        mass=inertia.mass_t,
+        inertia=inertia.about_centre_t_mm2 + inertia.mass_t * centre_mm**2,  # Exudyn takes it about the node
+        centerOfMass=[centre_mm, 0],
+        nodeNumber=node,
+    )
+    return Ring(node, mbs.AddObject(body), centre_mm)
 
 
 def _add_beam(mbs: Any, ends: list[int], length_mm: float, bending: float, axial: float, shear: float) -> int:
@@ -152,9 +175,15 @@ class _Backbone:
     beams: list[int]
     jenkins: list[int]  # element by element, joint by joint
     flags: list[int]
+    dashpots: list[int]  # joint by joint
 
 
-def _add_backbone(mbs: Any, rig: Rig, ground: int) -> _Backbone:
+def _dashpot(mbs: Any, markers: list[int]) -> int:
+    """Linear connector whose constants are put by whoever moves the rig."""
+    return int(mbs.AddObject(items.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers)))
+
+
+def _add_backbone(mbs: Any, rig: Rig, ground: int, inertia: RingInertia) -> _Backbone:
     joint = flexure(rig)
     p, bend = rig.pitch_mm, bending_length_mm(rig)
     length = p - bend
@@ -162,7 +191,7 @@ def _add_backbone(mbs: Any, rig: Rig, ground: int) -> _Backbone:
     axial, shear = joint.axial_N_per_mm or ring_axial, joint.shear_N_per_mm or ring_shear
     elastic, stiffness, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
     thrust = rig.preload_N * (taut(rig, rig.tendon_a) + taut(rig, rig.tendon_b))
-    rings = [_ring(mbs, length / 2, 0.0, -length / 2)]
+    rings = [_ring(mbs, length / 2, 0.0, -length / 2, MASSLESS)]
     for axis in range(3):
         fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=rings[0].node, coordinate=axis))
         mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, fixed]))
@@ -170,7 +199,7 @@ def _add_backbone(mbs: Any, rig: Rig, ground: int) -> _Backbone:
     bending = 0.0 if rig.superelastic else elastic  # flags take the place of the spring
     for i in range(1, rig.joints + 1):
         moved -= thrust / axial
-        rings.append(_ring(mbs, i * p - length / 2, moved, length / 2))
+        rings.append(_ring(mbs, i * p - length / 2, moved, length / 2, inertia))
         beams.append(_add_beam(mbs, [near[-1], rings[-1].node], bend, bending, axial, shear))
         if i == rig.joints:
             break
@@ -196,6 +225,7 @@ def _add_backbone(mbs: Any, rig: Rig, ground: int) -> _Backbone:
         beams=beams,
         jenkins=[_nonlinear_spring(mbs, _stick_slip, markerNumbers=m, stiffness=k) for k in stiffness for m in turn],
         flags=[_nonlinear_spring(mbs, _flag, markerNumbers=m, stiffness=share * k) for k in fibres for m in turn],
+        dashpots=[_dashpot(mbs, m) for m in turn] if rig.drag else [],
     )
 
 
@@ -259,14 +289,17 @@ def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> None:
         mbs.SetObjectParameter(stop, "springForceUserFunction", law)
 
 
-def assemble(rig: Rig, bristle_ratio: float) -> Model:
-    """Build the system of a rig, straight and preloaded; ``bristle_ratio`` as in :func:`bristle_N_per_mm`."""
+def assemble(rig: Rig, bristle_ratio: float, inertia: RingInertia = MASSLESS) -> Model:
+    """Build the system of a rig, straight and preloaded; ``bristle_ratio`` as in :func:`bristle_N_per_mm`.
+
+    ``inertia`` is that of every ring that moves; all other coordinates have no mass.
+    """
     mbs = exu.SystemContainer().AddSystem()
     ground = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
-    backbone = _add_backbone(mbs, rig, ground)
+    backbone = _add_backbone(mbs, rig, ground, inertia)
     _, wheel_marker = _scalar_node(mbs)
     wheel = mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, wheel_marker]))
-    free_spans, segments, guides, slip_nodes = [], [], [], []
+    free_spans, segments, guides, slip_nodes, dashpots = [], [], [], [], []
     for side, tendon, arm in zip((1, -1), (rig.tendon_a, rig.tendon_b), moment_arms_mm(rig), strict=True):
         slip = [_scalar_node(mbs) for _ in range(rig.joints)]
         markers = [m for _, m in slip]
@@ -281,6 +314,7 @@ def assemble(rig: Rig, bristle_ratio: float) -> Model:
             for m in markers
         ]
         slip_nodes += [n for n, _ in slip]
+        dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
     _add_surroundings(mbs, rig, backbone.rings)
     mbs.Assemble()
     first = np.array([mbs.GetNodeODE2Index(ring.node) for ring in backbone.rings])
@@ -293,9 +327,12 @@ def assemble(rig: Rig, bristle_ratio: float) -> Model:
         beams=backbone.beams,
         jenkins=backbone.jenkins,
         flags=backbone.flags,
+        dashpots=dashpots + backbone.dashpots,
         slip=np.array([mbs.GetNodeODE2Index(n) for n in slip_nodes]),
+        rings=first,
         rotation=first + 2,
         near_rotation=np.array([mbs.GetNodeODE2Index(n) + 2 for n in backbone.near_nodes]),
+        centre_mm=np.array([ring.centre_mm for ring in backbone.rings]),
         tip=backbone.rings[-1],
     )
 

@@ -2,9 +2,10 @@
 
 Unknowns are the joint angles and the slip of either tendon at every guide. A joint sees only the rope segments that
 cross its notch, and a guide only its two neighbouring segments, so the tangent is a band of half width 4 and a Newton
-step costs time linear in the number of joints. Friction, material and their histories follow the same laws as in the
-multibody model (:mod:`fem_models.friction`), with exact tangents, the dependence of a sliding guide's friction on
-tensions and wrap included. Gravity alone is left out of the tangent: it is weak, and reaches every joint.
+step costs time linear in the number of joints; their number hardly grows (:mod:`fem_models.chain_kernel`). Friction,
+material and their histories follow the same laws as in the multibody model (:mod:`fem_models.friction`), with exact
+tangents, the dependence of a sliding guide's friction on tensions and wrap included. Gravity alone is left out of the
+tangent: it is weak, and reaches every joint.
 
 What it lacks beside the multibody model: shear of the flexures, and the rings' compliance but for that in series with
 the elastic part of a joint and with a closed notch.
@@ -21,7 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models import chain_kernel as kernel
+from fem_models.chain_equations import Constants, History
+from fem_models.chain_kernel import follow
 from fem_models.checks import RigError
 from fem_models.contact import closes_one_way, contact_angle_rad, require_open, ring_weight_N
 from fem_models.friction import jenkins_elements
@@ -43,7 +45,7 @@ class ChainSettings:
     bristle_ratio: float = 0.02
     max_step_mm: float = 0.1
     max_halvings: int = 20
-    newton_iterations: int = 15
+    newton_iterations: int = 40
     tolerance: float = 1e-10
 
 
@@ -56,9 +58,10 @@ class ChainSolution:
     wheel_work_mJ: Floats
     friction_loss_mJ: Floats
     material_loss_mJ: Floats
+    viscous_loss_mJ: Floats
 
 
-def constants(rig: Rig, settings: ChainSettings) -> kernel.Constants:
+def constants(rig: Rig, settings: ChainSettings) -> Constants:
     """Reduce a rig to what the kernels need."""
     joint, arms, dry = flexure(rig), moment_arms_mm(rig), rig.friction
     elastic, _, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
@@ -68,7 +71,7 @@ def constants(rig: Rig, settings: ChainSettings) -> kernel.Constants:
     stop, weight, ring = rig.tip_stop, ring_weight_N(rig), ring_stiffness(rig)[0]  # the ring is in series
     contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
     creep = [rig.creep.fraction * rope.free_length_mm / rope.EA_N if rig.creep else 0.0 for rope in ropes]
-    return kernel.Constants(
+    return Constants(
         preload=float(rig.preload_N),
         elastic=0.0 if rig.superelastic else elastic * ring / (ring + elastic),
         arm_a=arms[0],
@@ -97,17 +100,19 @@ def constants(rig: Rig, settings: ChainSettings) -> kernel.Constants:
         pitch=rig.pitch_mm,
         creep_a=creep[0],
         creep_b=creep[1],
+        drag_sheath=float(rig.drag.sheath_N_s_per_mm) if rig.drag else 0.0,
+        drag_joint=float(rig.drag.joint_Nmm_s_per_rad) if rig.drag else 0.0,
         # rounding of a slip times the stiffest segment is the least residual there can be
         tolerance=max(settings.tolerance * rig.preload_N, 1e-14 * max(rope.EA_N for rope in ropes)),
     )
 
 
-def _history(rig: Rig) -> kernel.History:
+def _history(rig: Rig) -> History:
     n = rig.joints
     _, stiffness, slip_moment = jenkins_elements(rig.material, flexure(rig).bending_Nmm_per_rad)
     fibres = flag_fibres(rig)
     share = 1 - rig.material.loop_share  # what the Jenkins elements leave
-    return kernel.History(
+    return History(
         guides=np.zeros((2, n)),
         jenkins=np.zeros((stiffness.size, n)),
         jenkins_stiffness=stiffness,
@@ -121,7 +126,7 @@ def _history(rig: Rig) -> kernel.History:
 
 
 def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None = None) -> ChainSolution:
-    """Run a load program quasi-statically; of the times only creep takes note.
+    """Run a load program quasi-statically; of the times only creep and drag take note.
 
     Raises
     ------
@@ -133,11 +138,11 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
     settings = settings or ChainSettings()
     plan = schedule(rig, program)
     c, n, m = constants(rig, settings), rig.joints, program.drive_mm.size
-    angles, tensions, energies = np.empty((m, n)), np.empty((m, 2, n + 1)), np.empty((m, 3))
+    angles, tensions, energies = np.empty((m, n)), np.empty((m, 2, n + 1)), np.empty((m, 4))
     turn_per_mm = largest_turn_rad(rig, 1.0) - largest_turn_rad(rig, 0.0)
     slide_per_mm = largest_slide_mm(1.0) - largest_slide_mm(0.0)
-    failed, start, end = kernel.follow(
-        plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad, plan.creep, c, _history(rig),
+    failed, start, end = follow(
+        plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad, plan.time_s, plan.creep, c, _history(rig),
         settings.max_step_mm, settings.max_halvings, settings.newton_iterations, turn_per_mm,
         largest_turn_rad(rig, 0.0), slide_per_mm, largest_slide_mm(0.0), angles, tensions, energies,
     )  # fmt: skip
@@ -159,7 +164,7 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
         tension_N=tensions[:, :, 0],
         tip_mm=tip,
     )
-    return ChainSolution(record, tensions, energies[:, 0], energies[:, 1], energies[:, 2])
+    return ChainSolution(record, tensions, *energies.T)
 
 
 @dataclass(frozen=True)

@@ -1,308 +1,25 @@
-"""Compiled kernels of the chain: tangent, Newton, history, path. See :mod:`fem_models.chain`."""
+"""The chain's solution, compiled: Newton's method, history, path. See :mod:`fem_models.chain`.
+
+Each guide has a state, stuck or sliding one way or the other, that a Newton step keeps: within it all is smooth. States
+follow from the forces between the steps: a primal-dual active set (Hintermueller, Ito and Kunisch 2002, doi
+10.1137/S1052623401383558), but that a guide sticks before it slides the other way. After a reversal the guides let go
+one after the other; where a step starts, the front of those that slide is carried on as far as it ran in the step
+before.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fem_models.schedule import Load
+from fem_models.chain_equations import BAND, Constants, History, Work, assemble, flag
+from fem_models.schedule import Load, part_of_way
 
 Floats = NDArray[np.float64]
-BAND = 4  # half width of the tangent; it is stored as a[i, j - i + BAND]
-DAMPED_AFTER = 10  # Newton steps: one that goes to and fro across a kink finds its way at half the length
-EASY = 6  # Newton steps: more, and the next step of the drive is not made longer
-OPEN_STIFFNESS = 1e-9  # of EA/pitch, in the tangent only: a slack rope past a sliding guide leaves the slip open
-
-
-class Constants(NamedTuple):
-    """A rig as the kernels see it; N, mm, rad. Pairs are of tendons a and b."""
-
-    preload: float
-    elastic: float  # bending stiffness of the spring part of a joint
-    arm_a: float
-    arm_b: float
-    half_gap: float  # of the even part of the path over a notch
-    rope_a: float  # EA over pitch
-    rope_b: float
-    free_a: float  # EA over free length
-    free_b: float
-    toe_a: float
-    toe_b: float
-    axial: float  # compliance of a joint in compression
-    mu: float
-    guide: float
-    sheath: float
-    rest_wrap: float
-    bristle_a: float
-    bristle_b: float
-    close_angle: float
-    close_stiffness: float
-    close_both: float  # 1: both ways, 0: positive angles only
-    weight_x: float  # of a ring, along the straight tube
-    weight_y: float
-    stop_y: float
-    stop_stiffness: float
-    pitch: float
-    creep_a: float  # stretch that comes with time, mm per N above the preload
-    creep_b: float
-    tolerance: float  # of the residual, N
-
-
-class History(NamedTuple):
-    """Memory of the dry elements: rest points, shapes (2, N) guides, (j, N) Jenkins, (k, N) flags; their constants."""
-
-    guides: Floats
-    jenkins: Floats
-    jenkins_stiffness: Floats
-    slip_moment: Floats
-    flags: Floats
-    flag_stiffness: Floats
-    flag_upper: Floats
-    flag_lower: Floats
-    flag_span: Floats
-
-
-class Work(NamedTuple):
-    """Scratch and results of one equilibrium."""
-
-    a: Floats  # tangent, (3 N + 3, 2 BAND + 1)
-    b: Floats  # residual, (3 N + 3,)
-    lever: Floats  # dy_tip/dtheta in the rows of the joints, (3 N + 3,)
-    external: Floats  # moments of weight and stop on the joints, (N,)
-    tension: Floats  # (2, N + 1)
-    limit: Floats  # (2, N)
-    guess: Floats  # (2,) tension between wheel and base to start from
-
-
-@njit(cache=True)
-def free_tension(stretch: float, k: float, toe: float, preload: float, guess: float) -> tuple[float, float]:
-    """Tension and its slope of the rope between wheel and base; unilateral if linear."""
-    if toe == 0.0:
-        tension = preload + k * stretch
-        return (tension, k) if tension > 0.0 else (0.0, 0.0)
-    target = preload + toe * math.log(preload) + k * stretch
-    y = math.log(max(guess, 1e-300))
-    for _ in range(100):  # Newton on exp(y) + toe y, convex and increasing
-        e = math.exp(min(y, 700.0))
-        step = max((e + toe * y - target) / (e + toe), -2.0)
-        y -= step
-        if abs(step) < 1e-15 * (1.0 + abs(y)):
-            break
-    tension = math.exp(y)
-    return tension, k * tension / (tension + toe)
-
-
-@njit(cache=True)
-def segment(
-    ea: float, eb: float, ca: float, cb: float, q: float, preload: float
-) -> tuple[float, float, float, float, float, float]:
-    """Tensions of both ropes over one pitch, and dTa/dea, dTa/deb, dTb/dea, dTb/deb.
-
-    The flexure shortens by q (Ta + Tb - 2 T0) and both ropes with it; a slack rope has no tension and no stiffness.
-    """
-    target_a = preload + ca * (ea + 2.0 * q * preload)
-    target_b = preload + cb * (eb + 2.0 * q * preload)
-    d = 1.0 + (ca + cb) * q
-    ta = ((1.0 + cb * q) * target_a - ca * q * target_b) / d
-    tb = ((1.0 + ca * q) * target_b - cb * q * target_a) / d
-    if ta > 0.0 and tb > 0.0:
-        cross = -ca * cb * q / d
-        return ta, tb, (1.0 + cb * q) * ca / d, cross, cross, (1.0 + ca * q) * cb / d
-    ta, tb = target_a / (1.0 + ca * q), target_b / (1.0 + cb * q)
-    if ta > 0.0 and ta >= tb:
-        return ta, 0.0, ca / (1.0 + ca * q), 0.0, 0.0, 0.0
-    if tb > 0.0:
-        return 0.0, tb, 0.0, 0.0, 0.0, cb / (1.0 + cb * q)
-    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-
-
-@njit(cache=True)
-def friction(
-    slip: float, rest: float, stiffness: float, constant: float, ratio: float, mu: float, total: float
-) -> tuple[float, float, float, float, float]:
-    """Friction of a guide, its slopes in the slip, in either tension and in the wrap; its limit.
-
-    ``total`` is the sum of the tensions on both sides, ``ratio`` tanh(mu wrap/2).
-    """
-    limit = constant + total * ratio
-    force = stiffness * (slip - rest)
-    if abs(force) <= limit:
-        return force, stiffness, 0.0, 0.0, limit
-    sign = 1.0 if force > 0.0 else -1.0
-    by_wrap = sign * total * 0.5 * mu * (1.0 - ratio * ratio)
-    return sign * limit, 0.0, sign * ratio, by_wrap, limit
-
-
-@njit(cache=True)
-def flag(theta: float, rest: float, k: float, upper: float, lower: float, span: float) -> tuple[float, float]:
-    """Moment and slope of a flag element; both branches are bounds of the elastic line from the rest angle."""
-    sign = 1.0 if theta >= 0.0 else -1.0
-    u, moment, slope = abs(theta), k * (theta - rest) * sign, k
-    full = k * (u - span)
-    low, high = max(min(k * u, lower), full), max(min(k * u, upper), full)
-    if moment < low:
-        moment, slope = low, k if (k * u < lower or full > lower) else 0.0
-    if moment > high:
-        moment, slope = high, k if (k * u < upper or full > upper) else 0.0
-    return sign * moment, slope
-
-
-@njit(cache=True)
-def joint_moment(theta: float, i: int, c: Constants, h: History, load: Load) -> tuple[float, float]:
-    """Moment that bends a joint to an angle, and its slope: spring, Jenkins and flag elements, closed notch."""
-    moment, slope = c.elastic * (theta - load.residual), c.elastic
-    for j in range(h.slip_moment.size):
-        part, top = h.jenkins_stiffness[j] * (theta - h.jenkins[j, i]), load.loop_scale * h.slip_moment[j]
-        if abs(part) <= top:
-            moment += part
-            slope += h.jenkins_stiffness[j]
-        else:
-            moment += math.copysign(top, part)
-    for j in range(h.flag_stiffness.size):
-        part, tangent = flag(
-            theta - load.residual, h.flags[j, i], h.flag_stiffness[j], h.flag_upper[j], h.flag_lower[j], h.flag_span[j]
-        )
-        moment += part
-        slope += tangent
-    beyond = abs(theta) - c.close_angle
-    if beyond > 0.0 and (theta > 0.0 or c.close_both > 0.0):
-        moment += math.copysign(c.close_stiffness * beyond, theta)
-        slope += c.close_stiffness
-    return moment, slope
-
-
-@njit(cache=True)
-def external_moments(x: Floats, c: Constants, w: Work) -> float:
-    """Fill the moments of weight and tip stop on every joint and the tip's levers; return the stop's stiffness, N/mm.
-
-    Ring i hangs at its centre, half a pitch beyond joint i. Sums run from the tip inwards.
-    """
-    n = w.external.size
-    w.external[:] = 0.0
-    if c.weight_x == 0.0 and c.weight_y == 0.0 and c.stop_stiffness == 0.0:
-        return 0.0
-    heading = 0.0
-    tip_x, tip_y = 0.5 * c.pitch, 0.0
-    for i in range(n):
-        heading += x[3 * i + 3]
-        length = c.pitch if i < n - 1 else 0.5 * c.pitch
-        tip_x += length * math.cos(heading)
-        tip_y += length * math.sin(heading)
-    push = c.stop_stiffness * max(0.0, tip_y - c.stop_y)
-    rings, sum_x, sum_y = 0.0, 0.0, 0.0  # of the rings beyond, from their common joint
-    reach = 0.0  # tip from the joint, along the straight tube
-    for i in range(n - 1, -1, -1):
-        cs, sn = math.cos(heading), math.sin(heading)
-        rings += 1.0
-        sum_x += 0.5 * c.pitch * cs + (rings - 1.0) * c.pitch * cs
-        sum_y += 0.5 * c.pitch * sn + (rings - 1.0) * c.pitch * sn
-        reach += (c.pitch if i < n - 1 else 0.5 * c.pitch) * cs
-        w.external[i] = sum_x * c.weight_y - sum_y * c.weight_x - push * reach
-        w.lever[3 * i + 3] = reach
-        heading -= x[3 * i + 3]
-    return c.stop_stiffness if push > 0.0 else 0.0
-
-
-@njit(cache=True)
-def guide_row(
-    side: int, i: int, x: Floats, c: Constants, h: History, w: Work, grip: tuple[float, float],
-    by_angles: tuple[float, float], before: tuple[float, float, float, float, float],
-    beyond: tuple[float, float, float],
-) -> float:  # fmt: skip
-    """Fill the row of one guide and tendon: tension before less tension beyond less friction; its residual, N.
-
-    ``grip``: constant friction and tanh(mu wrap/2). ``by_angles``: slopes of the wrap in the joints before and beyond.
-    ``before``: slopes of the tension before in (joint before, slips a and b at the last guide, slips a and b here).
-    ``beyond``: slopes of the tension beyond in this tendon's slip, in the other's, and in the joint beyond.
-    """
-    u = 3 * i + 1
-    row, across = u + side, u + 1 - side  # the other tendon at this guide
-    a, proximal, distal = w.a, w.tension[side, i], w.tension[side, i + 1]
-    bristle, rope = (c.bristle_a, c.rope_a) if side == 0 else (c.bristle_b, c.rope_b)
-    force, by_slip, by_tension, by_wrap, w.limit[side, i] = friction(
-        x[row], h.guides[side, i], bristle, grip[0], grip[1], c.mu, proximal + distal
-    )
-    w.b[row] = proximal - distal - force
-    into, out = 1.0 - by_tension, 1.0 + by_tension
-    if i > 0:
-        a[row, u - 1 - row + BAND] += into * before[0]
-        a[row, u - 3 - row + BAND] += into * before[1]
-        a[row, u - 2 - row + BAND] += into * before[2]
-    a[row, u - row + BAND] += into * before[3]
-    a[row, u + 1 - row + BAND] += into * before[4]
-    a[row, BAND] -= out * beyond[0] + by_slip + OPEN_STIFFNESS * rope
-    a[row, across - row + BAND] -= out * beyond[1]
-    a[row, 3 + BAND] += out * beyond[0]
-    a[row, across + 3 - row + BAND] += out * beyond[1]
-    a[row, u - 1 - row + BAND] -= by_wrap * by_angles[0]
-    a[row, u + 2 - row + BAND] -= out * beyond[2] + by_wrap * by_angles[1]
-    return abs(w.b[row])
-
-
-@njit(cache=True)
-def assemble(x: Floats, c: Constants, h: History, load: Load, w: Work) -> tuple[float, float]:
-    """Fill tangent and residual at x = (theta_i, slip a, slip b) guide by guide; largest residual and stop stiffness.
-
-    Row by row: the base does not turn; each guide's balance of tensions; each joint's balance of moments; the ropes
-    are anchored at the tip.
-    """
-    a, b = w.a, w.b
-    n = h.guides.shape[1]
-    a[:] = 0.0
-    for row in (0, 3 * n + 1, 3 * n + 2):
-        a[row, BAND] = 1.0
-        b[row] = 0.0
-    stop = external_moments(x, c, w)
-    tp_a, k_a = free_tension(load.drive - x[1] - load.slack_a, c.free_a, c.toe_a, c.preload, w.guess[0])
-    tp_b, k_b = free_tension(-load.drive - x[2] - load.slack_b, c.free_b, c.toe_b, c.preload, w.guess[1])
-    w.tension[0, 0], w.tension[1, 0] = tp_a, tp_b
-    # slopes of the proximal tensions in (theta_i, slip a and b of the last guide, slip a and b of this guide)
-    pa = (0.0, 0.0, 0.0, -k_a, 0.0)
-    pb = (0.0, 0.0, 0.0, 0.0, -k_b)
-    worst = 0.0
-    for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
-        u = 3 * i + 1
-        v = u + 3
-        theta = x[u + 2]
-        sn, cs = math.sin(0.5 * theta), math.cos(0.5 * theta)
-        ra, rb, gap = c.arm_a, c.arm_b, c.half_gap  # path of either rope over the notch, its slope and curvature
-        path_a, arm_a, bow_a = 2.0 * (gap * (1.0 - cs) + ra * sn), gap * sn + ra * cs, 0.5 * (gap * cs - ra * sn)
-        path_b, arm_b, bow_b = 2.0 * (gap * (1.0 - cs) - rb * sn), gap * sn - rb * cs, 0.5 * (gap * cs + rb * sn)
-        ta, tb, aa, ab, ba, bb = segment(
-            x[u] - x[v] - path_a, x[u + 1] - x[v + 1] - path_b, c.rope_a, c.rope_b, c.axial, c.preload
-        )
-        w.tension[0, i + 1], w.tension[1, i + 1] = ta, tb
-        a_theta, b_theta = -(aa * arm_a + ab * arm_b), -(ba * arm_a + bb * arm_b)
-        moment, slope = joint_moment(theta, i, c, h, load)
-        row = u + 2
-        b[row] = moment - ta * arm_a - tb * arm_b - w.external[i]
-        worst = max(worst, abs(b[row]) / ra)
-        a[row, BAND] = slope - ta * bow_a - tb * bow_b - arm_a * a_theta - arm_b * b_theta
-        by_a, by_b = arm_a * aa + arm_b * ba, arm_a * ab + arm_b * bb
-        a[row, u - row + BAND] = -by_a
-        a[row, u + 1 - row + BAND] = -by_b
-        a[row, v - row + BAND] = by_a
-        a[row, v + 1 - row + BAND] = by_b
-        before = x[u - 1]
-        wrap, constant = 0.5 * (abs(theta) + abs(before)), c.guide
-        if i == 0:
-            wrap += c.rest_wrap
-            constant += c.sheath
-        ratio = math.tanh(0.5 * c.mu * wrap)
-        half_before = 0.5 if before > 0.0 else (-0.5 if before < 0.0 else 0.0)
-        half_theta = 0.5 if theta > 0.0 else (-0.5 if theta < 0.0 else 0.0)
-        worst = max(
-            worst,
-            guide_row(0, i, x, c, h, w, (constant, ratio), (half_before, half_theta), pa, (aa, ab, a_theta)),
-            guide_row(1, i, x, c, h, w, (constant, ratio), (half_before, half_theta), pb, (bb, ba, b_theta)),
-        )
-        pa = (a_theta, aa, ab, -aa, -ab)
-        pb = (b_theta, ba, bb, -ba, -bb)
-    return worst, stop
+FINE = 0.5001  # of the longest step: half, but for rounding
 
 
 @njit(cache=True)
@@ -331,14 +48,30 @@ def eliminate(a: Floats, b: Floats, z: Floats, both: bool) -> None:
 
 
 @njit(cache=True)
-def newton(x: Floats, c: Constants, h: History, load: Load, w: Work, iterations: int) -> int:
+def base_let_go(held: Floats, state: Floats) -> bool:
+    """Whether rope has begun to slide past the base, or to slide the other way."""
+    for side in range(2):  # noqa: SIM110 - compiled
+        if state[side, 0] != 0.0 and state[side, 0] != held[side, 0]:
+            return True
+    return False
+
+
+@njit(cache=True)
+def newton(
+    x: Floats, c: Constants, h: History, load: Load, w: Work, rate: float, iterations: int, held: Floats, fine: bool
+) -> int:
     """Solve for the equilibrium from x, and return the steps it took, or -1; x is changed in either case.
 
-    A touched tip stop adds k l l^T to the tangent, l being the tip's levers: Sherman-Morrison with a second solution.
+    It gives up, too, where a step that is not ``fine`` lets rope begin to slide past the base, past the states
+    ``held``: that is the corner of the wheel's work, and half the step keeps the energy's balance. The guides keep the
+    states they come with for the first step, which x may not agree with yet. A touched tip stop adds k l l^T to the
+    tangent, l being the tip's levers: Sherman-Morrison with a second solution.
     """
     z = np.empty(x.size)
     for turn in range(iterations):
-        worst, stop = assemble(x, c, h, load, w)
+        worst, stop = assemble(x, c, h, load, w, rate, turn > 0)
+        if turn > 0 and not fine and base_let_go(held, w.state):
+            return -1
         if worst <= c.tolerance:
             return turn
         if not worst < 1e9 * c.preload:
@@ -354,20 +87,21 @@ def newton(x: Floats, c: Constants, h: History, load: Load, w: Work, iterations:
             scale = stop * by_b / (1.0 + stop * by_z)
             for i in range(x.size):
                 w.b[i] -= scale * z[i]
-        damping = 1.0 if turn < DAMPED_AFTER else 0.5
         for i in range(x.size):
-            x[i] -= damping * w.b[i]
+            x[i] -= w.b[i]
     return -1
 
 
 @njit(cache=True)
-def accept(x: Floats, c: Constants, h: History, load: Load, w: Work, before: Floats) -> tuple[float, float]:
-    """Move the rest points of what has slipped; return the losses in guides and material, mJ.
+def accept(
+    x: Floats, c: Constants, h: History, load: Load, w: Work, rate: float, before: Floats
+) -> tuple[float, float, float]:
+    """Move the rest points of what has slipped; return the losses in guides, material and by drag, mJ.
 
     A sliding guide's force changes from the limit ``before`` to the present one: their mean is booked. What a flag
     takes at its plateau it gives back, less, on the way back.
     """
-    lost = material = 0.0
+    lost = material = viscous = 0.0
     n = h.guides.shape[1]
     for side in range(2):
         stiffness = c.bristle_a if side == 0 else c.bristle_b
@@ -378,8 +112,10 @@ def accept(x: Floats, c: Constants, h: History, load: Load, w: Work, before: Flo
                 h.guides[side, i] += slid
                 lost += 0.5 * (w.limit[side, i] + before[side, i]) * abs(slid)
             before[side, i] = w.limit[side, i]
+        viscous += rate * c.drag_sheath * (x[1 + side] - w.x_before[1 + side]) ** 2
     for i in range(n):
         theta = x[3 * i + 3]
+        viscous += rate * c.drag_joint * (theta - w.x_before[3 * i + 3]) ** 2
         for j in range(h.slip_moment.size):
             moment, top = h.jenkins_stiffness[j] * (theta - h.jenkins[j, i]), load.loop_scale * h.slip_moment[j]
             if abs(moment) > top:
@@ -392,7 +128,10 @@ def accept(x: Floats, c: Constants, h: History, load: Load, w: Work, before: Flo
             rest = u - moment / k
             material += moment * (rest - h.flags[j, i])
             h.flags[j, i] = rest
-    return lost, material
+    return lost, material, viscous
+
+
+next_part = njit(cache=True)(part_of_way)
 
 
 @njit(cache=True)
@@ -413,71 +152,105 @@ def between(start: Load, end: Load, part: float) -> Load:
         start.slack_b + part * (end.slack_b - start.slack_b),
         start.loop_scale + part * (end.loop_scale - start.loop_scale),
         start.residual + part * (end.residual - start.residual),
+        start.time + part * (end.time - start.time),
     )
+
+
+@njit(cache=True)
+def front(state: Floats) -> int:
+    """How many guides, from the wheel, are in the state of the first."""
+    for i in range(state.size):
+        if state[i] != state[0]:
+            return i
+    return state.size
+
+
+@njit(cache=True)
+def advance(held: Floats, w: Work, fronts: Floats, run: Floats) -> None:
+    """Start the guides from the states held, the front of either tendon carried on as far as it ran before."""
+    w.state[:] = held
+    for side in range(2):
+        start = int(fronts[side])
+        for i in range(start, min(start + int(run[side]), held.shape[1])):
+            w.state[side, i] = held[side, 0]
 
 
 @njit(cache=True, nogil=True)  # batches run in threads
 def follow(
-    drives: Floats, slacks: Floats, loop_scales: Floats, residuals: Floats, creeps: Floats, c: Constants, h: History,
+    drives: Floats, slacks: Floats, loop_scales: Floats, residuals: Floats, times: Floats, creeps: Floats,
+    c: Constants, h: History,
     max_step: float, max_halvings: int, iterations: int, turn_per_mm: float, least_turn: float,
     slide_per_mm: float, least_slide: float,
     angles: Floats, tensions: Floats, energies: Floats,
 ) -> tuple[int, float, float]:  # fmt: skip
-    """Visit the samples from rest; fill angles (m, N), tensions (m, 2, N+1), energies (m, 3: work, friction, material).
+    """Visit the samples from rest; fill angles (m, N), tensions (m, 2, N+1), energies (m, 4).
 
-    Between samples everything moves in proportion. Returns (-1, 0, 0), or the sample that did not converge and the
-    drives between which it did not.
+    The energies are the wheel's work and the losses by friction, material and drag. Between samples everything moves
+    in proportion. Returns (-1, 0, 0), or the sample that did not converge and the drives between which it did not.
     """
     n = angles.shape[1]
     size = 3 * (n + 1)
     x, trial = np.zeros(size), np.zeros(size)
     w = Work(
         np.zeros((size, 2 * BAND + 1)), np.zeros(size), np.zeros(size), np.zeros(n), np.zeros((2, n + 1)),
-        np.zeros((2, n)), np.full(2, c.preload),
+        np.zeros((2, n)), np.zeros((2, n)), np.zeros(size), np.full(2, c.preload),
     )  # fmt: skip
-    here = Load(0.0, 0.0, 0.0, 1.0, 0.0)
-    crept_a = crept_b = work = lost = material = 0.0
-    if newton(x, c, h, here, w, 10 * iterations) < 0:
+    here, at = Load(0.0, 0.0, 0.0, 1.0, 0.0, 0.0), Load(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+    crept_a = crept_b = work = lost = material = viscous = 0.0
+    if newton(x, c, h, here, w, 0.0, 10 * iterations, w.state, True) < 0:
         return 0, 0.0, 0.0
-    before = w.limit.copy()
+    before, held, fronts, run = w.limit.copy(), w.state.copy(), np.zeros(2), np.zeros(2)
     pull = w.tension[0, 0] - w.tension[1, 0]
     reach, heading, increment = max_step, 0.0, np.zeros(size)  # of the last step: its length, way and change per mm
     for k in range(drives.size):
-        goal = Load(drives[k], slacks[k, 0] + crept_a, slacks[k, 1] + crept_b, loop_scales[k], residuals[k])
+        goal = Load(drives[k], slacks[k, 0] + crept_a, slacks[k, 1] + crept_b, loop_scales[k], residuals[k], times[k])
         way = max(abs(goal.drive - here.drive), abs(goal.slack_a - here.slack_a), abs(goal.slack_b - here.slack_b))
         ahead = np.sign(goal.drive - here.drive)
-        done, at = 0.0, here.drive
+        done = 0.0
         while done < 1.0:
-            part = min(1.0, done + reach / way) if way > reach else 1.0
+            part = next_part(done, reach, way, max_step)
             load = between(here, goal, part) if part < 1.0 else goal
             step = (part - done) * way
-            for i in range(size):
-                trial[i] = x[i] + (step * increment[i] if ahead == heading else 0.0)
-            # a long step that does not get on is better halved; a short one is worth the patience
-            took = newton(trial, c, h, load, w, iterations if step > max_step / 16 else 4 * iterations)
+            rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
+            w.x_before[:] = x
+            trial[:] = x
+            if ahead == heading:
+                for i in range(size):
+                    trial[i] += step * increment[i]
+                advance(held, w, fronts, step * run)
+            else:
+                w.state[:] = 0.0  # turned round, or failed: every guide sticks until its force says otherwise
+            fine = step <= FINE * max_step
+            took = newton(trial, c, h, load, w, rate, iterations, held, fine)
             if took < 0 or jumped(x, trial, turn_per_mm * step + least_turn, slide_per_mm * step + least_slide):
-                heading, reach = 0.0, 0.5 * step
+                heading, reach = heading if not fine else 0.0, 0.5 * step
                 if reach < max_step * 0.5**max_halvings:
-                    return k, at, load.drive
+                    return k, at.drive, load.drive
                 continue
+            for side in range(2):
+                reached = front(w.state[side])
+                if ahead == heading:
+                    run[side] = max(0.0, reached - fronts[side]) / max(step, 1e-12)
+                else:  # what a way lets go at once comes on top in its first step; after a failure no guess is safe
+                    run[side] = 0.5 * reached / max(step, 1e-12) if heading != 0.0 else 0.0
+                fronts[side] = reached
             for i in range(size):
                 increment[i] = (trial[i] - x[i]) / max(step, 1e-12)
-            heading = ahead
-            x[:] = trial
-            losses = accept(x, c, h, load, w, before)
+            heading, held[:], x[:] = ahead, w.state, trial
+            losses = accept(x, c, h, load, w, rate, before)
             lost += losses[0]
             material += losses[1]
+            viscous += losses[2]
             w.guess[0], w.guess[1] = w.tension[0, 0], w.tension[1, 0]
             now = w.tension[0, 0] - w.tension[1, 0]
-            work += 0.5 * (pull + now) * (load.drive - at)
-            pull, at, done = now, load.drive, part
-            if took <= EASY:
-                reach = min(max_step, 2.0 * reach)
+            work += 0.5 * (pull + now) * (load.drive - at.drive)
+            pull, at, done = now, load, part
+            reach = min(max_step, 2.0 * reach)
         here = goal
         crept_a += creeps[k] * (c.creep_a * (w.tension[0, 0] - c.preload) - crept_a)
         crept_b += creeps[k] * (c.creep_b * (w.tension[1, 0] - c.preload) - crept_b)
         for i in range(n):
             angles[k, i] = x[3 * i + 3]
         tensions[k] = w.tension
-        energies[k, 0], energies[k, 1], energies[k, 2] = work, lost, material
+        energies[k, 0], energies[k, 1], energies[k, 2], energies[k, 3] = work, lost, material, viscous
     return -1, 0.0, 0.0

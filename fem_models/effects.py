@@ -138,6 +138,23 @@ class Creep:
 
 
 @dataclass(frozen=True)
+class Drag:
+    """Viscous loss: of either rope on its way from wheel to base, and of every joint.
+
+    The rope's force is ``sheath_N_s_per_mm`` times its speed past the base, the joint's moment ``joint_Nmm_s_per_rad``
+    times its rate of turn. It needs a load program with times.
+    """
+
+    sheath_N_s_per_mm: float = 0.0
+    joint_Nmm_s_per_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_numbers("drag", self)
+        require(self.sheath_N_s_per_mm >= 0, "drag.sheath_N_s_per_mm", self.sheath_N_s_per_mm, "at least 0")
+        require(self.joint_Nmm_s_per_rad >= 0, "drag.joint_Nmm_s_per_rad", self.joint_Nmm_s_per_rad, "at least 0")
+
+
+@dataclass(frozen=True)
 class PreloadLoss:
     """Preload that settles with the cycles: T0 [1 - fraction (1 - exp(-cycle/cycles))], by rope that gets longer."""
 

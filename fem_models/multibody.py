@@ -1,4 +1,4 @@
-"""The manipulator as an Exudyn flexible multibody system, quasi-static.
+"""The manipulator as an Exudyn flexible multibody system, quasi-static: without inertia.
 
 Flexures are two-node geometrically exact beams (Simo and Vu-Quoc, doi 10.1115/1.3171870) of the length over which a
 notch bends; rings are such beams with the section of the uncut tube, far stiffer. Each tendon is a row of elastic
@@ -20,12 +20,12 @@ import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.assembly import assemble, bristle_N_per_mm, taut
+from fem_models.assembly import MASSLESS, RingInertia, assemble, bristle_N_per_mm, taut
 from fem_models.contact import require_open
 from fem_models.friction import friction_limits_N, guide_wrap_rad, jenkins_elements
 from fem_models.program import LoadProgram, SolverError
 from fem_models.rig import Rig, Tendon
-from fem_models.schedule import REST, Load, between, largest_slide_mm, largest_turn_rad, schedule, way_mm
+from fem_models.schedule import REST, Load, between, largest_slide_mm, largest_turn_rad, part_of_way, schedule, way_mm
 from fem_models.simulated import simulated_record
 from fem_models.snr import bending_length_mm, flexure
 from fem_models.superelastic import FlagFibres, flag_fibres, flag_moment
@@ -39,11 +39,12 @@ class MultibodySettings:
     ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch; ``friction_tolerance`` ends the fixed
     point between tensions and friction limits (relative to the preload); ``max_step_mm`` bounds the drive
     increment whatever the sampling, ``max_halvings`` how often a step that fails is halved.
+    ``max_friction_iterations`` also bounds how often guides may change between sticking and sliding in a step.
     """
 
     bristle_ratio: float = 0.02
     friction_tolerance: float = 1e-6
-    max_friction_iterations: int = 20
+    max_friction_iterations: int = 60
     max_step_mm: float = 0.1
     max_halvings: int = 12
     newton_relative_tolerance: float = 1e-7
@@ -55,8 +56,8 @@ class MultibodySettings:
 class MultibodySolution:
     """A record with what only the model knows. Arrays follow the samples of the record, shape (m, ...).
 
-    ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. ``wheel_work_mJ``,
-    ``friction_loss_mJ`` and ``material_loss_mJ`` are cumulative from the start of the program.
+    ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. ``wheel_work_mJ`` and the
+    losses to friction, the material and drag are cumulative from the start of the program.
     """
 
     record: Record
@@ -64,23 +65,36 @@ class MultibodySolution:
     wheel_work_mJ: NDArray[np.float64]
     friction_loss_mJ: NDArray[np.float64]
     material_loss_mJ: NDArray[np.float64]
+    viscous_loss_mJ: NDArray[np.float64]
+
+
+FINE = 0.5001  # of the longest step: half, but for rounding
+FAR_N = 1e6  # no friction comes near: a bristle that may carry this sticks, one drawn this far out slides
 
 
 @dataclass
 class _State:
-    """History of the dry elements: rest points of the bristles and of the Jenkins elements, friction limits."""
+    """History of the dry elements: rest points of the bristles and of the Jenkins elements, friction limits.
+
+    ``sliding`` is 0 where a guide sticks, else the sign of its friction. Of the dashpots it is where they last stood,
+    and their forces there.
+    """
 
     rest: NDArray[np.float64]
     limit: NDArray[np.float64]
+    sliding: NDArray[np.float64]
     jenkins_rest: NDArray[np.float64]
     flag_rest: NDArray[np.float64]
+    dashpot_way: NDArray[np.float64]
+    dashpot_force: NDArray[np.float64]
     friction_loss: float = 0.0
     material_loss: float = 0.0
+    viscous_loss: float = 0.0
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep Exudyn from reporting a failed Newton step that is about to be halved."""
+def quiet() -> Iterator[None]:
+    """Keep Exudyn from reporting on the console what ends in an error of ours, or in a halved step."""
     before = exu.config.printToConsole
     exu.config.printToConsole = False
     try:
@@ -89,12 +103,12 @@ def _quiet() -> Iterator[None]:
         exu.config.printToConsole = before
 
 
-class _Stepper:
+class Stepper:
     """Moves an assembled rig along its load program; holds the history of the dry elements."""
 
-    def __init__(self, rig: Rig, settings: MultibodySettings) -> None:
+    def __init__(self, rig: Rig, settings: MultibodySettings, inertia: RingInertia = MASSLESS) -> None:
         self.rig, self.settings = rig, settings
-        self.model = assemble(rig, settings.bristle_ratio)
+        self.model = assemble(rig, settings.bristle_ratio, inertia)
         ropes, n = (rig.tendon_a, rig.tendon_b), rig.joints
         self.taut = np.array([taut(rig, rope) for rope in ropes])
         self.bristle = np.repeat(
@@ -125,15 +139,19 @@ class _Stepper:
         static.newton.maxIterations = settings.newton_iterations
         # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.
         static.newton.numericalDifferentiation.relativeEpsilon = 1e-9
+        self.drag = _dashpot_constants(rig)
         self.load, self.reach_mm = REST, settings.max_step_mm
-        self.heading, self.increment = 0.0, 0.0 * self.coordinates()  # of the last step: way of the drive, and per mm
+        # of the last step: way of the drive, and changes of coordinates, friction limits and fronts per mm of it
+        self.heading, self.increment, self.climb, self.run = 0.0, 0.0 * self.coordinates(), np.zeros(2 * n), np.zeros(2)
         self.state = _State(
-            np.zeros(2 * n), np.zeros(2 * n), np.zeros(len(self.model.jenkins)), np.zeros(len(self.model.flags))
-        )
-        self.state.limit = self._limits(self.coordinates())
-        self._set_friction(self.state.limit)
+            np.zeros(2 * n), np.zeros(2 * n), np.zeros(2 * n), np.zeros(len(self.model.jenkins)),
+            np.zeros(len(self.model.flags)), 0.0 * self.drag, 0.0 * self.drag,
+        )  # fmt: skip
+        self.state.limit = self.limits()
+        self.set_friction(self.state.limit)
 
     def coordinates(self) -> NDArray[np.float64]:
+        """All coordinates of the system."""
         return np.asarray(self.model.mbs.systemData.GetODE2Coordinates())
 
     def tensions(self) -> NDArray[np.float64]:
@@ -151,9 +169,10 @@ class _Stepper:
         )
         return np.asarray(position)[:2]
 
-    def _limits(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    def limits(self) -> NDArray[np.float64]:
+        """Greatest friction of each guide at the present tensions and angles, N."""
         tension = self.tensions()
-        wrap = guide_wrap_rad(self.rig.friction, np.diff(q[self.model.rotation]))
+        wrap = guide_wrap_rad(self.rig.friction, np.diff(self.coordinates()[self.model.rotation]))
         return friction_limits_N(self.rig.friction, tension[:, :-1], tension[:, 1:], wrap).ravel()
 
     def _put(self, connectors: list[int], field: str, values: Iterable[float]) -> None:
@@ -161,10 +180,42 @@ class _Stepper:
         for connector, value in zip(connectors, values, strict=True):
             put(connector, field, value)
 
-    def _set_friction(self, limit: NDArray[np.float64]) -> None:
+    def set_friction(self, limit: NDArray[np.float64]) -> None:
+        """Bound the friction of each guide, N."""
         self._put(self.model.guides, "staticFrictionOffsetForce", limit)
 
-    def _set_load(self, load: Load) -> None:
+    def _hold(self, sliding: NDArray[np.float64], limit: NDArray[np.float64]) -> None:
+        """Have each guide stick or slide for a whole solve, so that Newton's method meets no kink."""
+        self._put(self.model.guides, "offset", np.where(sliding == 0, self.state.rest, -sliding * FAR_N))
+        self.set_friction(np.where(sliding == 0, FAR_N, limit))
+
+    def _settled(self, sliding: NDArray[np.float64], limit: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Let guides stick or slide by the forces of their bristles; what slides sticks before it slides back."""
+        force = self.bristle * (self.coordinates()[self.model.slip] - self.state.rest)
+        slack = 1e-9 * self.rig.preload_N
+        let_go = np.where(np.abs(force) > limit + slack, np.sign(force), 0.0)
+        return np.where(sliding == 0, let_go, np.where(force * sliding < limit - slack, 0.0, sliding))
+
+    def damp_by_speed(self) -> None:
+        """Have the dashpots act by their speed, which only a time integration knows."""
+        self._put(self.model.dashpots, "stiffness", 0.0 * self.drag)
+        self._put(self.model.dashpots, "damping", self.drag)
+
+    def _damp_over(self, time_s: float) -> None:
+        """Implicit Euler: over a step a dashpot is a spring c/time from where it stood; none over no time."""
+        self._put(self.model.dashpots, "stiffness", self.drag / time_s if time_s > 0 else 0.0 * self.drag)
+        self._put(self.model.dashpots, "offset", self.state.dashpot_way)
+
+    def _turns(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Turn of each flexure, shape (N,)."""
+        return np.asarray(q[self.model.rotation[1:]] - q[self.model.near_rotation])
+
+    def _dashpots(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where the dashpots stand at coordinates, or how fast they move at velocities; none without drag."""
+        at_base = q[self.model.slip[[0, self.rig.joints]]]
+        return np.concatenate([at_base, self._turns(q)])[: self.drag.size]
+
+    def set_load(self, load: Load) -> None:
         """Bring wheel, free rope and material to a load; what has not changed is left."""
         put, rig, now = self.model.mbs.SetObjectParameter, self.rig, self.load
         put(self.model.wheel, "offset", load.drive / rig.wheel.radius_mm)
@@ -183,9 +234,9 @@ class _Stepper:
         return (load.slack_a, self.rig.tendon_a), (load.slack_b, self.rig.tendon_b)
 
     def _solve(self, load: Load) -> bool:
-        self._set_load(load)
+        self.set_load(load)
         try:
-            with _quiet():
+            with quiet():
                 return bool(self.model.mbs.SolveStatic(self.solver, updateInitialValues=True))
         except (RuntimeError, ValueError):
             return False
@@ -193,22 +244,38 @@ class _Stepper:
     def _start_from(self, q: NDArray[np.float64]) -> None:
         self.model.mbs.systemData.SetODE2Coordinates(q)
         self.model.mbs.systemData.SetODE2Coordinates(q, configuration=exu.ConfigurationType.Initial)
-        self._set_friction(self.state.limit)
 
-    def _equilibrium(self, load: Load) -> NDArray[np.float64] | None:
-        """Friction limits that agree with the tensions they lead to, or None where the solver fails."""
-        limit = self.state.limit
+    def _foreseen(self, step_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Which guides slide after a step on the same way, the fronts carried on; and the limits of friction."""
+        sliding = self.state.sliding.reshape(2, -1).copy()
+        for row, run in zip(sliding, self.run, strict=True):
+            reached = _front(row)
+            row[reached : reached + int(step_mm * run)] = row[0]
+        return sliding.ravel(), np.maximum(self.state.limit + step_mm * self.climb, 0.0)
+
+    def _equilibrium(
+        self, load: Load, sliding: NDArray[np.float64], limit: NDArray[np.float64], *, fine: bool = True
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Which guides slide, and friction limits that agree with the tensions; None where the solver fails.
+
+        None, too, where a step that is not ``fine`` lets rope begin to slide past the base, the corner of the wheel's
+        work: half the step keeps the energy's balance.
+        """
         for _ in range(self.settings.max_friction_iterations):
+            self._hold(sliding, limit)
             if not self._solve(load):
                 return None
-            update = self._limits(self.coordinates())
-            if np.abs(update - limit).max() <= self.settings.friction_tolerance * self.rig.preload_N:
-                return limit
-            limit = update
-            self._set_friction(limit)
+            update = self.limits()
+            settled = self._settled(sliding, update)
+            if not fine and self._base_let_go(settled):
+                return None
+            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.rig.preload_N
+            if near and np.array_equal(settled, sliding):
+                return sliding, limit
+            sliding, limit = settled, update
         return None
 
-    def _accept(self, q: NDArray[np.float64], limit: NDArray[np.float64]) -> None:
+    def accept(self, q: NDArray[np.float64], limit: NDArray[np.float64]) -> None:
         """Move the rest points of what has slipped, and book the loss.
 
         A sliding guide's force changes from the last limit to the present one: their mean is booked.
@@ -220,7 +287,8 @@ class _Stepper:
         state.friction_loss += float(0.5 * (state.limit + limit) @ np.abs(rest - state.rest))
         state.rest, state.limit = rest, limit
         self._put(self.model.guides, "offset", rest)
-        turn = q[self.model.rotation[1:]] - q[self.model.near_rotation]
+        self.set_friction(limit)
+        turn = self._turns(q)
         if self.model.jenkins:
             bend, top = np.tile(turn, self.slip_moment.size // turn.size), self.load.loop_scale * self.slip_moment
             moment = np.clip(self.jenkins_stiffness * (bend - state.jenkins_rest), -top, top)
@@ -234,17 +302,40 @@ class _Stepper:
             state.material_loss += lost
             self._put(self.model.flags, "offset", state.flag_rest)
 
-    def _jumped(self, change: NDArray[np.float64], step_mm: float) -> bool:
+    def book_drag(self, q: NDArray[np.float64], velocities: NDArray[np.float64]) -> None:
+        """Book what the dashpots took on their way to here, by the mean of their last and present force."""
+        state, way, force = self.state, self._dashpots(q), self.drag * self._dashpots(velocities)
+        state.viscous_loss += float(0.5 * (state.dashpot_force + force) @ (way - state.dashpot_way))
+        state.dashpot_way, state.dashpot_force = way, force
+
+    def _held_mm(self) -> float:
+        """Rope that may come free without the drive when the dashpots let go of what they hold."""
+        if not self.drag.size:
+            return 0.0
+        force, rope = np.abs(self.state.dashpot_force), self.rig.tendon_a
+        tension = np.maximum(self.tensions()[:, 0], 0.1 * self.rig.preload_N)
+        stretch = force[:2] * rope.free_length_mm / rope.EA_N * (1 + rope.toe_N / tension)
+        turn = force[2:].max() / flexure(self.rig).bending_Nmm_per_rad
+        return float(stretch.max() + turn * rope.moment_arm_mm)
+
+    def _base_let_go(self, sliding: NDArray[np.float64]) -> bool:
+        first = [0, self.rig.joints]
+        return bool(np.any((sliding[first] != 0) & (sliding[first] != self.state.sliding[first])))
+
+    def jumped(self, change: NDArray[np.float64], step_mm: float) -> bool:
+        """Whether coordinates have changed by more than a step of the drive can explain."""
+        step_mm += self._held_mm()
         turn = np.abs(np.diff(change[self.model.rotation])).max()
         slide = np.abs(change[self.model.slip]).max()
         return bool(turn > largest_turn_rad(self.rig, step_mm) or slide > largest_slide_mm(step_mm))
 
     def let_go(self) -> None:
         """Find the equilibrium at rest, where weight and unequal arms may turn the straight, preloaded rig."""
-        limit = self._equilibrium(self.load)
-        if limit is None:
+        found = self._equilibrium(self.load, self.state.sliding, self.state.limit)
+        if found is None:
             raise SolverError("no equilibrium at rest")
-        self._accept(self.coordinates(), limit)
+        self.accept(self.coordinates(), found[1])
+        self.book_drag(self.coordinates(), 0.0 * self.coordinates())
 
     def move(self, end: Load) -> float:
         """Go to a load in bounded steps; return the work of the wheel on the way, mJ (N mm).
@@ -253,33 +344,71 @@ class _Stepper:
         steps succeed again.
         """
         start, done, work, pull = self.load, 0.0, 0.0, self.pull()
-        way = way_mm(start, end)
+        way, ahead = way_mm(start, end), np.sign(end.drive - start.drive)
         while done < 1:
-            part = min(1.0, done + self.reach_mm / way) if way > self.reach_mm else 1.0
+            part = part_of_way(done, self.reach_mm, way, self.settings.max_step_mm)
             load, before = between(start, end, part), self.coordinates()
-            ahead = np.sign(end.drive - start.drive)
+            time_s = (part - done) * (end.time - start.time)
+            self._damp_over(time_s)
             step = (part - done) * way
-            self._start_from(before + (step * self.increment if ahead == self.heading else 0.0))
-            limit = self._equilibrium(load)
-            if limit is None or self._jumped(self.coordinates() - before, step):
-                self.heading, self.reach_mm = 0.0, 0.5 * step
+            fine = step <= FINE * self.settings.max_step_mm
+            if ahead == self.heading:
+                self._start_from(before + step * self.increment)
+                found = self._equilibrium(load, *self._foreseen(step), fine=fine)
+            else:  # turned round, or failed: every guide sticks until its force says otherwise
+                self._start_from(before)
+                found = self._equilibrium(load, 0.0 * self.state.sliding, self.state.limit, fine=fine)
+            if found is None or self.jumped(self.coordinates() - before, step):
+                self.heading, self.reach_mm = self.heading if not fine else 0.0, 0.5 * step
                 self._start_from(before)
                 if self.reach_mm < self.settings.max_step_mm * 0.5**self.settings.max_halvings:
                     at = between(start, end, done)
                     raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {load.drive:.6g} mm")
                 continue
             after = self.coordinates()
-            self.increment, self.heading = (after - before) / max(step, 1e-12), ahead
-            self._accept(after, limit)
+            self._learn(*found, (after - before), step, ahead)
+            self.accept(after, found[1])
+            self.book_drag(after, (after - before) / time_s if time_s > 0 else 0.0 * after)
             last, pull = pull, self.pull()
             work += 0.5 * (last + pull) * (part - done) * (end.drive - start.drive)
             done, self.reach_mm = part, min(self.settings.max_step_mm, 2 * self.reach_mm)
         return work
 
+    def _learn(
+        self, sliding: NDArray[np.float64], limit: NDArray[np.float64], change: NDArray[np.float64], step_mm: float,
+        ahead: float,
+    ) -> None:  # fmt: skip
+        """Note what a step changed per mm, for the next one to start from."""
+        step_mm = max(step_mm, 1e-12)
+        fronts = [np.array([_front(row) for row in rows.reshape(2, -1)]) for rows in (self.state.sliding, sliding)]
+        if ahead == self.heading:
+            self.run = np.maximum(0, fronts[1] - fronts[0]) / step_mm
+        else:  # what a way lets go at once comes on top in its first step; after a failure no guess is safe
+            self.run = 0.5 * fronts[1] / step_mm if self.heading else np.zeros(2)
+        self.increment, self.climb = change / step_mm, (limit - self.state.limit) / step_mm
+        self.state.sliding, self.heading = sliding, ahead
+
+    def losses(self) -> tuple[float, float, float]:
+        """To friction, the material and drag since the start, mJ."""
+        return self.state.friction_loss, self.state.material_loss, self.state.viscous_loss
+
     def pull(self) -> float:
         """Torque of the wheel over its radius, N."""
         tension = self.tensions()
         return float(tension[0, 0] - tension[1, 0])
+
+
+def _front(sliding: NDArray[np.float64]) -> int:
+    """How many guides of a tendon, from the wheel, are in the state of the first."""
+    other = np.flatnonzero(sliding != sliding[0])
+    return int(other[0]) if other.size else sliding.size
+
+
+def _dashpot_constants(rig: Rig) -> NDArray[np.float64]:
+    """Of both sheaths (N s/mm), then of the joints (Nmm s/rad), shape (2+N,); shape (0,) without drag."""
+    if rig.drag is None:
+        return np.empty(0)
+    return np.repeat([rig.drag.sheath_N_s_per_mm, rig.drag.joint_Nmm_s_per_rad], [2, rig.joints])
 
 
 def _slipped(
@@ -291,7 +420,10 @@ def _slipped(
 
 
 def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings | None = None) -> MultibodySolution:
-    """Run a load program quasi-statically; of the times only creep takes note.
+    """Run a load program quasi-statically; of the times only creep and drag take note.
+
+    Drag is of first order in the time between samples (implicit Euler). A first sample away from zero drive is gone to
+    slowly, without drag.
 
     Raises
     ------
@@ -301,29 +433,27 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
         From :func:`fem_models.schedule.schedule`.
     """
     plan = schedule(rig, program)
-    stepper = _Stepper(rig, settings or MultibodySettings())
+    stepper = Stepper(rig, settings or MultibodySettings())
     drive, joints = program.drive_mm, rig.joints
     m = drive.size
     rotation, tip = np.empty((m, joints + 1)), np.empty((m, 2))
-    tension, energy = np.empty((m, 2, joints + 1)), np.empty((m, 3))
+    tension, energy = np.empty((m, 2, joints + 1)), np.empty((m, 4))
     work, crept = 0.0, np.zeros(2)
-    compliance = np.array([rope.free_length_mm / rope.EA_N for rope in (rig.tendon_a, rig.tendon_b)])
-    goal = compliance * (rig.creep.fraction if rig.creep else 0.0)
     for k in range(m):
         slack = plan.slack_mm[k] + crept
-        load = Load(*map(float, (plan.drive_mm[k], *slack, plan.loop_scale[k], plan.residual_rad[k])))
+        load = Load(*map(float, (plan.drive_mm[k], *slack, plan.loop_scale[k], plan.residual_rad[k], plan.time_s[k])))
         try:
             if k == 0:
                 stepper.let_go()
             work += stepper.move(load)
         except SolverError as error:
             raise SolverError(f"rig {rig.name}, sample {k} of {m}: {error}") from None
-        crept += plan.creep[k] * (goal * (stepper.tensions()[:, 0] - rig.preload_N) - crept)
+        crept += plan.creep[k] * (creep_goal_mm(rig, stepper.tensions()[:, 0]) - crept)
         q = stepper.coordinates()
         rotation[k] = q[stepper.model.rotation]
         tip[k] = stepper.tip_mm()
         tension[k] = stepper.tensions()
-        energy[k] = work, stepper.state.friction_loss, stepper.state.material_loss
+        energy[k] = work, *stepper.losses()
     require_open(rig, np.diff(rotation, axis=1))
     record = simulated_record(
         "multibody",
@@ -334,7 +464,14 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
         tension_N=tension[:, :, 0],
         tip_mm=tip,
     )
-    return MultibodySolution(record, tension, energy[:, 0], energy[:, 1], energy[:, 2])
+    return MultibodySolution(record, tension, *energy.T)
+
+
+def creep_goal_mm(rig: Rig, tension_N: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far the ropes creep in the end at tensions at the wheel, shape (2,)."""
+    fraction = rig.creep.fraction if rig.creep else 0.0
+    compliance = np.array([rope.free_length_mm / rope.EA_N for rope in (rig.tendon_a, rig.tendon_b)])
+    return fraction * compliance * (tension_N - rig.preload_N)
 
 
 def simulate_multibody(rig: Rig, program: LoadProgram) -> Record:

@@ -12,6 +12,7 @@ from fem_models.effects import (
     Backlash,
     Closure,
     Creep,
+    Drag,
     Eccentricity,
     Fatigue,
     Gravity,
@@ -236,6 +237,7 @@ EFFECT_TABLES = (
     "gravity",
     "tip_stop",
     "creep",
+    "drag",
     "preload_loss",
     "fatigue",
 )
@@ -269,6 +271,7 @@ class Rig:
     gravity: Gravity | None = None
     tip_stop: TipStop | None = None
     creep: Creep | None = None
+    drag: Drag | None = None
     preload_loss: PreloadLoss | None = None
     fatigue: Fatigue | None = None
 

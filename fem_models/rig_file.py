@@ -13,6 +13,7 @@ from fem_models.effects import (
     Backlash,
     Closure,
     Creep,
+    Drag,
     Eccentricity,
     Fatigue,
     Gravity,
@@ -40,6 +41,7 @@ _TABLES: dict[str, type] = {
     "gravity": Gravity,
     "tip_stop": TipStop,
     "creep": Creep,
+    "drag": Drag,
     "preload_loss": PreloadLoss,
     "fatigue": Fatigue,
 }

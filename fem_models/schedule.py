@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,9 +25,10 @@ class Load(NamedTuple):
     slack_b: float
     loop_scale: float
     residual: float
+    time: float
 
 
-REST = Load(0.0, 0.0, 0.0, 1.0, 0.0)
+REST = Load(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,15 @@ class Schedule:
 
     ``drive_mm``: displacement at the wheel's rim, after backlash and eccentricity. ``slack_mm``: rope longer than at
     rest. ``loop_scale``: of the Jenkins elements' slip moments. ``residual_rad``: angle that every joint keeps.
-    ``creep``: part of the gap to its goal by which the creep of the ropes closes after a sample.
+    ``time_s``: counted from the first sample, zeros for a program without times. ``creep``: part of the gap to its goal
+    by which the creep of the ropes closes after a sample.
     """
 
     drive_mm: Floats
     slack_mm: Floats
     loop_scale: Floats
     residual_rad: Floats
+    time_s: Floats
     creep: Floats
 
 
@@ -55,6 +59,21 @@ def between(start: Load, end: Load, part: float) -> Load:
 def way_mm(start: Load, end: Load) -> float:
     """How far two loads are apart, as rope."""
     return max(abs(b - a) for a, b in zip(start[:3], end[:3], strict=True))
+
+
+def part_of_way(done: float, reach_mm: float, way_mm: float, max_step_mm: float) -> float:
+    """Part of a way that the next step ends at, ``done`` being the part behind it.
+
+    The way is cut into equal pieces of at most ``max_step_mm``; no step, however the last ones were halved, goes past
+    the end of a piece, so that a program and its resampling visit the same points. Rounding leaves no step of next to
+    nothing.
+    """
+    pieces = math.ceil(way_mm / max_step_mm - 1e-6)
+    if pieces <= 1 and way_mm <= 1.000001 * reach_mm:
+        return 1.0
+    end = (math.floor(done * pieces + 1e-6) + 1) / pieces if pieces > 1 else 1.0
+    part = done + reach_mm / way_mm
+    return min(end, 1.0) if part > end - 1e-6 * reach_mm / way_mm else part
 
 
 def largest_turn_rad(rig: Rig, step_mm: float) -> float:
@@ -108,12 +127,14 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
         done = _settled(program, rig.fatigue.cycles)
         loop_scale = 1 - rig.fatigue.loop_loss * done
         residual = np.radians(rig.fatigue.residual_deg) * done
+    for name in ("creep", "drag"):
+        if getattr(rig, name) is not None and program.time_s is None:
+            raise RigError(f"rig {rig.name}: {name}: expected a load program with time_s")
+    time = np.zeros(m) if program.time_s is None else program.time_s - program.time_s[0]
     creep = np.zeros(m)
     if rig.creep is not None:
-        if program.time_s is None:
-            raise RigError(f"rig {rig.name}: creep: expected a load program with time_s")
-        creep[1:] = -np.expm1(-np.diff(program.time_s) / rig.creep.time_s)
-    return Schedule(drive, slack, loop_scale, residual, creep)
+        creep[1:] = -np.expm1(-np.diff(time) / rig.creep.time_s)
+    return Schedule(drive, slack, loop_scale, residual, time, creep)
 
 
 def _settled(program: LoadProgram, cycles: float) -> Floats:

@@ -24,7 +24,14 @@ from fem_models.program import LoadProgram, SolverError, sine, triangle
 from fem_models.rig import Rig
 from fem_models.rig_file import read_rig
 from hysteresis.record import RecordError, check_target, read_record, write_record
-from studies.engines import ENGINES, QUASI_STATIC, MissingError, program_of_file, require_exudyn
+from studies.engines import (
+    ENGINES,
+    QUASI_STATIC,
+    MissingError,
+    program_of_file,
+    require_exudyn,
+    simulate_in_time,
+)
 from studies.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
 from studies.identification import identify_record, write_fit
 from studies.progress import status
@@ -72,6 +79,7 @@ def simulate(
         Path | None, typer.Option("--program", help="CSV with drive_mm and, if wanted, time_s.")
     ] = None,
     engine: Annotated[Engine, typer.Option("--engine", help="Model.")] = Engine.multibody,  # type: ignore[attr-defined]
+    dynamic: Annotated[bool, typer.Option("--dynamic", help="In time, with inertia; of the multibody model.")] = False,
     seed: Seed = 0,
     quiet: Quiet = False,
     as_json: AsJson = False,
@@ -80,13 +88,16 @@ def simulate(
     check_target(out, [file for file in (rig_file, program_file) if file is not None])
     rig = _rig(preset_name, rig_file, preload)
     program = _program(program_file, {"--amplitude": amplitude, "--rate": rate, "--step": step, "--cycles": cycles})
+    if dynamic:
+        _require_dynamic(engine, program)
     with status(not quiet and not as_json, f"simulating {rig.name} with {engine}"):
-        record = ENGINES[engine](rig, program)
+        record = (simulate_in_time if dynamic else ENGINES[engine])(rig, program)
     if rig_file is not None:
         record = replace(record, rig={"file": str(rig_file.absolute()), "preload_N": rig.preload_N})
     write_record(record, out)
     summary, lines = loop_summary(record), [f"record: {out}"]
-    if program.time_s is not None and engine in QUASI_STATIC and rig.creep is None:
+    rate_matters = dynamic or engine not in QUASI_STATIC or rig.creep is not None or rig.drag is not None
+    if program.time_s is not None and not rate_matters:
         lines.append("quasi-static: the rate sets the times only")
     _show(summary, quiet, as_json, _table(summary), *lines)
 
@@ -203,6 +214,13 @@ def _program(file: Path | None, given: Mapping[str, Any]) -> LoadProgram:
             f"--step {step}: of a point-by-point program, --rate {rate} makes a sine: expected one of the two"
         )
     return sine(amplitude, rate, cycles=cycles)
+
+
+def _require_dynamic(engine: str, program: LoadProgram) -> None:
+    if engine != "multibody":
+        raise RigError(f"--dynamic with --engine {engine}: expected --engine multibody, the one with inertia")
+    if program.time_s is None:
+        raise RigError("--dynamic without times: expected --rate, or a --program with time_s")
 
 
 def _show(result: Mapping[str, Any], quiet: bool, as_json: bool, *parts: str | Table) -> None:

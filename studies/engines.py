@@ -44,13 +44,21 @@ def _simulate_multibody(rig: Rig, program: LoadProgram) -> Record:
     return simulate_multibody(rig, program)
 
 
+def simulate_in_time(rig: Rig, program: LoadProgram) -> Record:
+    """Run the multibody model in time, with inertia. See :func:`fem_models.dynamic.solve_dynamic`."""
+    require_exudyn()
+    from fem_models.dynamic import simulate_dynamic
+
+    return simulate_dynamic(rig, program)
+
+
 ENGINES: dict[str, Callable[[Rig, LoadProgram], Record]] = {
     "multibody": _simulate_multibody,
     "chain": simulate_chain,
     "analytic": simulate_analytic,
 }
 QUASI_STATIC = frozenset(ENGINES)
-"""Engines whose curve does not depend on the times of a program, but for ropes that creep."""
+"""Engines whose curve does not depend on the times of a program, but for ropes that creep and for drag."""
 
 
 def program_of_file(path: Path) -> LoadProgram:

@@ -119,14 +119,16 @@ def energy_summary(solution: MultibodySolution) -> dict[str, float]:
     assert cycle is not None
     last = np.flatnonzero(cycle == cycle[-1])
     first, end = last[0] - 1, last[-1]
-    work, friction, material = (
-        float(e[end] - e[first]) for e in (solution.wheel_work_mJ, solution.friction_loss_mJ, solution.material_loss_mJ)
+    s = solution
+    work, friction, material, viscous = (
+        float(e[end] - e[first]) for e in (s.wheel_work_mJ, s.friction_loss_mJ, s.material_loss_mJ, s.viscous_loss_mJ)
     )
     return {
         "wheel_work_mJ": work,
         "friction_loss_mJ": friction,
         "material_loss_mJ": material,
-        "energy_gap_percent": 100 * (friction + material - work) / work,
+        "viscous_loss_mJ": viscous,
+        "energy_gap_percent": 100 * (friction + material + viscous - work) / work,
     }
 
 

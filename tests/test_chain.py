@@ -7,11 +7,12 @@ import pytest
 
 from fem_models.chain import ChainSettings, simulate_chain, solve_batch, solve_chain
 from fem_models.checks import RigError
-from fem_models.effects import Closure, Creep, Gravity, Superelastic
+from fem_models.effects import Closure, Creep, Drag, Gravity, Superelastic
 from fem_models.multibody import simulate_multibody
 from fem_models.presets import preset
 from fem_models.program import LoadProgram, SolverError, triangle
 from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.snr import flexure
 from hysteresis.metrics import loop_width
 from validation.twins import EFFECTS, compare, program, switches
 
@@ -93,6 +94,43 @@ def test_energy_gap_closes_at_better_than_first_order():
         loss, work = s.friction_loss_mJ + s.material_loss_mJ, s.wheel_work_mJ
         gaps.append(abs((loss[-1] - loss[start]) / (work[-1] - work[start]) - 1))
     assert np.log(gaps[0] / gaps[2]) / np.log(25) > 1.2
+
+
+def test_drag_is_friction_in_proportion_to_speed():
+    # At a steady drive a rope that passes the base at the speed v is held back by c v, as by dry friction of that size.
+    # The rope between wheel and base takes up part of the drive: by hand M/(2 r) over EA/L, M being c_theta angle/N.
+    rig = replace(no_toe(preset("du2018")), friction=Friction(), material=Material(60.0, 0.33))
+    steps, drag = triangle(2.2, step_mm=0.05), Drag(sheath_N_s_per_mm=2.0)
+
+    def width(rig: Rig, steps: LoadProgram) -> float:
+        record = simulate_chain(rig, steps)
+        return loop_width(record.drive, record.angle_deg, record.cycle).max_deg
+
+    full = np.radians(simulate_chain(rig, steps).angle_deg.max())
+    rope = rig.tendon_a
+    pull = flexure(rig).bending_Nmm_per_rad * full / rig.joints / (2 * rope.moment_arm_mm)
+    passes = 1 - pull * rope.free_length_mm / rope.EA_N / 2.2
+    dry = width(replace(rig, friction=Friction(sheath_N=1.0)), steps)  # 2 N s/mm at 0.5 mm/s
+    for seconds in (0.02, 0.1, 1.0):  # a sample of 0.05 mm: 0.1 s are 0.5 mm/s
+        timed = replace(steps, time_s=seconds * np.arange(steps.drive_mm.size))
+        assert width(replace(rig, drag=drag), timed) == pytest.approx(passes * dry * 0.1 / seconds, rel=0.01)
+
+
+def test_drag_needs_times():
+    with pytest.raises(RigError, match="drag: expected a load program with time_s"):
+        simulate_chain(replace(preset("du2018"), drag=Drag(1.0)), SHORT)
+
+
+def test_energy_with_drag():
+    steps = triangle(2.2, step_mm=0.005)
+    steps = replace(steps, time_s=0.05 * np.arange(steps.drive_mm.size))
+    rig = replace(preset("du2018"), drag=Drag(sheath_N_s_per_mm=5.0, joint_Nmm_s_per_rad=200.0))
+    s = solve_chain(rig, steps, ChainSettings(max_step_mm=0.005))
+    start = np.flatnonzero(steps.cycle == 1)[0] - 1
+    loss = s.friction_loss_mJ + s.material_loss_mJ + s.viscous_loss_mJ
+    assert s.viscous_loss_mJ[-1] > 0.1 * loss[-1]
+    work = s.wheel_work_mJ[-1] - s.wheel_work_mJ[start]
+    assert loss[-1] - loss[start] == pytest.approx(work, rel=1e-3)  # drag is first order in the step
 
 
 def test_rate_independence():

@@ -14,6 +14,7 @@ from fem_models.effects import (
     Backlash,
     Closure,
     Creep,
+    Drag,
     Eccentricity,
     Fatigue,
     Gravity,
@@ -47,6 +48,7 @@ EFFECTS: dict[str, dict[str, object]] = {
     "gravity": {"gravity": Gravity(ring_mass_g=2.0, direction_deg=-90.0)},
     "tip_stop": {"tip_stop": TipStop(y_mm=10.0, stiffness_N_per_mm=5.0)},
     "creep": {"creep": Creep(fraction=0.5, time_s=20.0)},
+    "drag": {"drag": Drag(sheath_N_s_per_mm=15.0, joint_Nmm_s_per_rad=500.0)},
     "preload_loss": {"preload_loss": PreloadLoss(fraction=0.4, cycles=1.0)},
     "fatigue": {"fatigue": Fatigue(loop_loss=0.7, residual_deg=0.2, cycles=1.0)},
 }
@@ -71,7 +73,7 @@ def switches(preload_N: float) -> dict[str, Rig]:
 
 
 def program(cycles: int = 2) -> LoadProgram:
-    """Take the paper's steps, a second a sample so that creep has time."""
+    """Take the paper's steps, a second a sample so that creep and drag have time."""
     steps = triangle(2.2, cycles=cycles)
     return replace(steps, time_s=np.arange(steps.drive_mm.size, dtype=float))
 
