@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fem_models.effects import Gravity
 from fem_models.kinematics import drive_for_angle_mm, theory_curve, tip_pose
 from fem_models.multibody import MultibodySettings, simulate_multibody, solve_multibody
 from fem_models.presets import preset
@@ -201,3 +202,16 @@ def test_a_step_that_cannot_converge_raises_with_sample_and_drive():
     settings = MultibodySettings(newton_iterations=1, max_halvings=0)
     with pytest.raises(SolverError, match=r"rig du2018, sample \d+ of 111: no equilibrium between drives .* mm"):
         solve_multibody(preset("du2018"), triangle(2.2), settings)
+
+
+def test_one_ring_sags_by_bending_and_shear():
+    # By hand: a weight half a pitch from the flexure's middle turns it by P (p/2)/c and shifts it by P/k_s; the ring's own
+    # bending is 5e-4 of it. Ropes as good as none.
+    one = replace(preset("du2018", preload_N=1e-2), notch=replace(preset("du2018").notch, count=1))
+    rig = replace(linear(one, EA_N=1.0), gravity=Gravity(ring_mass_g=500.0, direction_deg=-90.0))
+    record = solve_multibody(rig, LoadProgram(np.array([0.0, 1e-6]))).record
+    assert record.tip_mm is not None
+    joint, weight, lever = flexure(rig), 0.5 * 9.80665, 0.5 * rig.pitch_mm
+    bending, shear = weight * lever**2 / joint.bending_Nmm_per_rad, weight / joint.shear_N_per_mm
+    assert shear > 0.05 * bending
+    assert record.tip_mm[0, 1] == pytest.approx(-(bending + shear), rel=2e-3)
