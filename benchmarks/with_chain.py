@@ -14,7 +14,7 @@ from fem_models.rig import Friction
 
 DIFFERENCE = "flexures also shorten under thrust, and bend over their length"
 CLOSED_FORM = None
-LACKS = "motion out of the plane; dynamics; flexible rings"
+LACKS = "motion out of the plane; inertia; flexible rings"
 FRICTION_VARIANTS = ("sheath_N",)
 WHEEL_SIDE = 100.0  # rope in the tube is stiffer by this: all of it stretches ahead of the friction, as in the peer
 

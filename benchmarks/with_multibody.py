@@ -11,7 +11,7 @@ from fem_models.program import LoadProgram
 
 DIFFERENCE = "flexures also shear and shorten, rings bend"
 CLOSED_FORM = None
-LACKS = "motion out of the plane; dynamics"
+LACKS = "motion out of the plane"
 
 
 def prepare(task: Task, drive_mm: Floats) -> Callable[[], Floats]:

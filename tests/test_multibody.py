@@ -205,8 +205,8 @@ def test_a_step_that_cannot_converge_raises_with_sample_and_drive():
 
 
 def test_one_ring_sags_by_bending_and_shear():
-    # By hand: a weight half a pitch from the flexure's middle turns it by P (p/2)/c and shifts it by P/k_s; the ring's own
-    # bending is 5e-4 of it. Ropes as good as none.
+    # By hand: a weight half a pitch from the flexure's middle turns it by P (p/2)/c and shifts it by P/k_s; the ring's
+    # own bending is 5e-4 of it. Ropes as good as none.
     one = replace(preset("du2018", preload_N=1e-2), notch=replace(preset("du2018").notch, count=1))
     rig = replace(linear(one, EA_N=1.0), gravity=Gravity(ring_mass_g=500.0, direction_deg=-90.0))
     record = solve_multibody(rig, LoadProgram(np.array([0.0, 1e-6]))).record
