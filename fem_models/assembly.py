@@ -21,7 +21,7 @@ from fem_models.rig import Rig, Tendon
 from fem_models.snr import BENCH_GAP, bending_length_mm, flexure, moment_arms_mm, ring_stiffness
 from fem_models.superelastic import flag_fibres
 
-COMPRESSION = 0.0025  # of the preload: a slack segment pushes with no more, which keeps the tangent regular
+COMPRESSION = 0.00025  # of the preload: a slack segment pushes with no more, which keeps the tangent regular
 OPEN_STIFFNESS = 1e-9  # of EA/pitch: keeps a slip coordinate determined where rope is slack and nothing holds it
 
 

@@ -73,6 +73,7 @@ def constants(rig: Rig, settings: ChainSettings) -> Constants:
     creep = [rig.creep.fraction * rope.free_length_mm / rope.EA_N if rig.creep else 0.0 for rope in ropes]
     return Constants(
         preload=float(rig.preload_N),
+        bending=joint.bending_Nmm_per_rad,
         elastic=0.0 if rig.superelastic else elastic * ring / (ring + elastic),
         arm_a=arms[0],
         arm_b=arms[1],

@@ -20,7 +20,8 @@ class Constants(NamedTuple):
     """A rig as the kernels see it; N, mm, rad. Pairs are of tendons a and b."""
 
     preload: float
-    elastic: float  # bending stiffness of the spring part of a joint
+    bending: float  # stiffness of a joint
+    elastic: float  # of its spring part
     arm_a: float
     arm_b: float
     half_gap: float  # of the even part of the path over a notch

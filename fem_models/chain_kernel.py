@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from fem_models.chain_equations import BAND, Constants, History, Work, assemble, flag
-from fem_models.schedule import Load, part_of_way
+from fem_models.schedule import Load, part_of_way, way_mm
 
 Floats = NDArray[np.float64]
 FINE = 0.5001  # of the longest step: half, but for rounding
@@ -93,13 +93,32 @@ def newton(
 
 
 @njit(cache=True)
+def slow(i: int, viscous: float, x: Floats, w: Work, drag: Floats) -> float:
+    """Note the force of a dashpot over a step, and return its loss, mJ."""
+    moved, last = x[i] - w.x_before[i], drag[i]
+    drag[i] = viscous * moved
+    return 0.5 * (last + drag[i]) * moved
+
+
+@njit(cache=True)
+def held_mm(c: Constants, w: Work, drag: Floats) -> float:
+    """Rope that may come free without the drive when the dashpots let go of what they hold."""
+    held = 0.0
+    for i in range(3, drag.size, 3):
+        held = max(held, abs(drag[i]) / c.bending * max(c.arm_a, c.arm_b))
+    slack_a = abs(drag[1]) / c.free_a * (1.0 + c.toe_a / max(w.guess[0], 0.1 * c.preload))
+    slack_b = abs(drag[2]) / c.free_b * (1.0 + c.toe_b / max(w.guess[1], 0.1 * c.preload))
+    return held + max(slack_a, slack_b)
+
+
+@njit(cache=True)
 def accept(
-    x: Floats, c: Constants, h: History, load: Load, w: Work, rate: float, before: Floats
+    x: Floats, c: Constants, h: History, load: Load, w: Work, rate: float, before: Floats, drag: Floats
 ) -> tuple[float, float, float]:
     """Move the rest points of what has slipped; return the losses in guides, material and by drag, mJ.
 
-    A sliding guide's force changes from the limit ``before`` to the present one: their mean is booked. What a flag
-    takes at its plateau it gives back, less, on the way back.
+    A sliding guide's force changes from the limit ``before`` to the present one, a dashpot's from ``drag``: their mean
+    is booked. What a flag takes at its plateau it gives back, less, on the way back.
     """
     lost = material = viscous = 0.0
     n = h.guides.shape[1]
@@ -112,10 +131,10 @@ def accept(
                 h.guides[side, i] += slid
                 lost += 0.5 * (w.limit[side, i] + before[side, i]) * abs(slid)
             before[side, i] = w.limit[side, i]
-        viscous += rate * c.drag_sheath * (x[1 + side] - w.x_before[1 + side]) ** 2
+        viscous += slow(1 + side, rate * c.drag_sheath, x, w, drag)
     for i in range(n):
         theta = x[3 * i + 3]
-        viscous += rate * c.drag_joint * (theta - w.x_before[3 * i + 3]) ** 2
+        viscous += slow(3 * i + 3, rate * c.drag_joint, x, w, drag)
         for j in range(h.slip_moment.size):
             moment, top = h.jenkins_stiffness[j] * (theta - h.jenkins[j, i]), load.loop_scale * h.slip_moment[j]
             if abs(moment) > top:
@@ -131,6 +150,7 @@ def accept(
     return lost, material, viscous
 
 
+distance = njit(cache=True)(way_mm)
 next_part = njit(cache=True)(part_of_way)
 
 
@@ -196,6 +216,7 @@ def follow(
         np.zeros((2, n)), np.zeros((2, n)), np.zeros(size), np.full(2, c.preload),
     )  # fmt: skip
     here, at = Load(0.0, 0.0, 0.0, 1.0, 0.0, 0.0), Load(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+    drag, bound = np.zeros(size), 0.0
     crept_a = crept_b = work = lost = material = viscous = 0.0
     if newton(x, c, h, here, w, 0.0, 10 * iterations, w.state, True) < 0:
         return 0, 0.0, 0.0
@@ -204,8 +225,9 @@ def follow(
     reach, heading, increment = max_step, 0.0, np.zeros(size)  # of the last step: its length, way and change per mm
     for k in range(drives.size):
         goal = Load(drives[k], slacks[k, 0] + crept_a, slacks[k, 1] + crept_b, loop_scales[k], residuals[k], times[k])
-        way = max(abs(goal.drive - here.drive), abs(goal.slack_a - here.slack_a), abs(goal.slack_b - here.slack_b))
-        ahead = np.sign(goal.drive - here.drive)
+        way, ahead = distance(here, goal), np.sign(goal.drive - here.drive)
+        if way == 0.0:  # a dwell, in which drag lets go: as one step that can be halved
+            way = max_step
         done = 0.0
         while done < 1.0:
             part = next_part(done, reach, way, max_step)
@@ -220,10 +242,10 @@ def follow(
                 advance(held, w, fronts, step * run)
             else:
                 w.state[:] = 0.0  # turned round, or failed: every guide sticks until its force says otherwise
-            fine = step <= FINE * max_step
+            fine, bound = step <= FINE * max_step, step + held_mm(c, w, drag)
             took = newton(trial, c, h, load, w, rate, iterations, held, fine)
-            if took < 0 or jumped(x, trial, turn_per_mm * step + least_turn, slide_per_mm * step + least_slide):
-                heading, reach = heading if not fine else 0.0, 0.5 * step
+            if took < 0 or jumped(x, trial, turn_per_mm * bound + least_turn, slide_per_mm * bound + least_slide):
+                heading, reach = heading if not fine else math.nan, 0.5 * step
                 if reach < max_step * 0.5**max_halvings:
                     return k, at.drive, load.drive
                 continue
@@ -232,12 +254,12 @@ def follow(
                 if ahead == heading:
                     run[side] = max(0.0, reached - fronts[side]) / max(step, 1e-12)
                 else:  # what a way lets go at once comes on top in its first step; after a failure no guess is safe
-                    run[side] = 0.5 * reached / max(step, 1e-12) if heading != 0.0 else 0.0
+                    run[side] = 0.5 * reached / max(step, 1e-12) if ahead == -heading else 0.0
                 fronts[side] = reached
             for i in range(size):
                 increment[i] = (trial[i] - x[i]) / max(step, 1e-12)
             heading, held[:], x[:] = ahead, w.state, trial
-            losses = accept(x, c, h, load, w, rate, before)
+            losses = accept(x, c, h, load, w, rate, before, drag)
             lost += losses[0]
             material += losses[1]
             viscous += losses[2]

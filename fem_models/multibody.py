@@ -12,6 +12,7 @@ point: a velocity law never slips in a static solution.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -345,6 +346,8 @@ class Stepper:
         """
         start, done, work, pull = self.load, 0.0, 0.0, self.pull()
         way, ahead = way_mm(start, end), np.sign(end.drive - start.drive)
+        if way == 0:  # a dwell, in which drag lets go: as one step that can be halved
+            way = self.settings.max_step_mm
         while done < 1:
             part = part_of_way(done, self.reach_mm, way, self.settings.max_step_mm)
             load, before = between(start, end, part), self.coordinates()
@@ -359,7 +362,7 @@ class Stepper:
                 self._start_from(before)
                 found = self._equilibrium(load, 0.0 * self.state.sliding, self.state.limit, fine=fine)
             if found is None or self.jumped(self.coordinates() - before, step):
-                self.heading, self.reach_mm = self.heading if not fine else 0.0, 0.5 * step
+                self.heading, self.reach_mm = self.heading if not fine else math.nan, 0.5 * step
                 self._start_from(before)
                 if self.reach_mm < self.settings.max_step_mm * 0.5**self.settings.max_halvings:
                     at = between(start, end, done)
@@ -384,7 +387,7 @@ class Stepper:
         if ahead == self.heading:
             self.run = np.maximum(0, fronts[1] - fronts[0]) / step_mm
         else:  # what a way lets go at once comes on top in its first step; after a failure no guess is safe
-            self.run = 0.5 * fronts[1] / step_mm if self.heading else np.zeros(2)
+            self.run = 0.5 * fronts[1] / step_mm if ahead == -self.heading else np.zeros(2)
         self.increment, self.climb = change / step_mm, (limit - self.state.limit) / step_mm
         self.state.sliding, self.heading = sliding, ahead
 

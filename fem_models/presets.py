@@ -33,7 +33,7 @@ _DU2018 = Preset(
     rig=Rig(
         name="du2018",
         tube=Tube(outer_diameter_mm=6.2, inner_diameter_mm=5.64),
-        notch=Notch("v_pair", count=14, depth_mm=2.86, width_mm=1.4, spacing_mm=1.2, root_width_mm=0.8),
+        notch=Notch("v_pair", count=14, depth_mm=2.825, width_mm=1.4, spacing_mm=1.2, root_width_mm=0.8),
         material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33, loop_share=0.4, loop_angle_deg=2.2),
         tendon_a=_ROPE,
         tendon_b=_ROPE,
@@ -46,7 +46,7 @@ _DU2018 = Preset(
         "preload_N": Source("stated", "10 and 20 N, section 3.1; 20 N is the one the paper studies further"),
         "tube.outer_diameter_mm": Source("assumed", "the paper bounds the moment arm only: x/theta <= 2.80 mm"),
         "tube.inner_diameter_mm": Source("assumed", "a rope of 0.36 mm along the inner wall has the moment arm below"),
-        "notch.depth_mm": Source("assumed", "leaves two arcs 0.48 mm wide; 1.7 % strain at 45 deg"),
+        "notch.depth_mm": Source("assumed", "leaves two arcs 0.55 mm wide, soft enough for 45 deg at 2.2 mm"),
         "notch.width_mm": Source("assumed", "V opening that does not close at 45 deg; the V itself is stated"),
         "notch.spacing_mm": Source("assumed", "pitch 2.6 mm, bending length 36 mm"),
         "notch.root_width_mm": Source("assumed", "several passes of a 0.25 mm wire"),

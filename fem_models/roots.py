@@ -13,9 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fem_models.rig import Rig
-from fem_models.snr import flexure, section
-
 Floats = NDArray[np.float64]
 
 HALF_PLANE = 0.415
@@ -36,34 +33,3 @@ def root_length(height: ArrayLike) -> Floats:
     """
     ratio = np.asarray(height, dtype=float)
     return np.where(ratio > _HEIGHTS[-1], HALF_PLANE, _SHARE(np.minimum(ratio, _HEIGHTS[-1])))
-
-
-def root_length_mm(rig: Rig) -> float:
-    """Root length of a rig's flexure at each of its two ends, mm; sharp corners.
-
-    Raises
-    ------
-    RigError
-        As :func:`fem_models.snr.section`.
-    """
-    root = section(rig, 0.0)
-    assert rig.tube is not None
-    assert rig.notch is not None
-    wall = (rig.tube.outer_diameter_mm - rig.tube.inner_diameter_mm) / 2
-    arc = float(root.area_mm2) / wall / (1 if rig.notch.shape == "rectangular" else 2)
-    return arc * float(root_length(rig.notch.spacing_mm / 2 / arc))
-
-
-def bending_with_roots(rig: Rig) -> float:
-    """Bending stiffness of one joint, Nmm/rad: the analytic flexure with its root length at either end.
-
-    Against the solid it is within 5 % where the beam alone is 10 to 300 % too stiff (docs/notches.md has the limits).
-
-    Raises
-    ------
-    RigError
-        As :func:`fem_models.snr.section`.
-    """
-    young = rig.material.youngs_modulus_GPa * 1e3
-    rigidity = young * float(section(rig, 0.0).second_moment_mm4)
-    return 1 / (1 / flexure(rig).bending_Nmm_per_rad + 2 * root_length_mm(rig) / rigidity)

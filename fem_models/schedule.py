@@ -58,7 +58,7 @@ def between(start: Load, end: Load, part: float) -> Load:
 
 def way_mm(start: Load, end: Load) -> float:
     """How far two loads are apart, as rope."""
-    return max(abs(b - a) for a, b in zip(start[:3], end[:3], strict=True))
+    return max(abs(end.drive - start.drive), abs(end.slack_a - start.slack_a), abs(end.slack_b - start.slack_b))
 
 
 def part_of_way(done: float, reach_mm: float, way_mm: float, max_step_mm: float) -> float:

@@ -9,7 +9,7 @@ driven by tendon", section 2.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem_models.checks import RigError
 from fem_models.rig import Notch, Rig, Tube
+from fem_models.roots import root_length
 
 Array = NDArray[np.float64]
 
@@ -208,13 +209,28 @@ def _graded_gauss(kinks: list[float]) -> tuple[Array, Array]:
     )
 
 
+def root_length_mm(rig: Rig) -> float:
+    """Length by which a flexure seems longer at each of its two ends when it bends, mm; sharp corners.
+
+    The ring turns where an arc is rooted in it: :mod:`fem_models.roots`.
+
+    Raises
+    ------
+    RigError
+        As :func:`section`.
+    """
+    tube, notch = _cut(rig)
+    wall = (tube.outer_diameter_mm - tube.inner_diameter_mm) / 2
+    arc = float(section(rig, 0.0).area_mm2) / wall / (1 if notch.shape == "rectangular" else 2)
+    return arc * float(root_length(notch.spacing_mm / 2 / arc))
+
+
 @lru_cache(maxsize=4096)  # asked for several times in a run; a rig is frozen
 def flexure(rig: Rig) -> Flexure:
-    """Stiffness of one joint by quadrature of the closed-form sections.
+    """Stiffness of one joint: the analytic beam of :func:`beam`, longer in bending by its root length at either end.
 
-    1/k_bending = int dz/(E I), 1/k_shear = int z^2/(E I) dz + int dz/(kappa G A), 1/k_axial = int dz/(E A).
-    Moment, lateral and axial force at the mid-point do not couple because the notch is symmetric about z = 0 (and
-    the axial force is taken at the neutral axis). A bench rig gives its measured bending stiffness only.
+    The beam alone is 10 to 300 % too stiff in bending; with the roots most notches are within 5 % of solid finite
+    elements (docs/notches.md, which also says where not). A bench rig gives its measured bending stiffness only.
 
     Raises
     ------
@@ -223,6 +239,24 @@ def flexure(rig: Rig) -> Flexure:
     """
     if rig.bench is not None:
         return Flexure(rig.bench.flexure_stiffness_Nmm_per_rad, None, None, 0.0)
+    between = beam(rig)
+    rigidity = _moduli(rig)[0] * float(section(rig, 0.0).second_moment_mm4)
+    bending = 1 / (1 / between.bending_Nmm_per_rad + 2 * root_length_mm(rig) / rigidity)
+    return replace(between, bending_Nmm_per_rad=bending)
+
+
+def beam(rig: Rig) -> Flexure:
+    """Stiffness of a notch between rigid rings by quadrature of the closed-form sections: the paper's analytic model.
+
+    1/k_bending = int dz/(E I), 1/k_shear = int z^2/(E I) dz + int dz/(kappa G A), 1/k_axial = int dz/(E A).
+    Moment, lateral and axial force at the mid-point do not couple because the notch is symmetric about z = 0 (and
+    the axial force is taken at the neutral axis).
+
+    Raises
+    ------
+    RigError
+        As :func:`section`.
+    """
     young, shear_modulus = _moduli(rig)
 
     z, weights = _graded_gauss([0.0, *_kinks(rig), _cut(rig)[1].width_mm / 2])
@@ -235,11 +269,14 @@ def flexure(rig: Rig) -> Flexure:
 
 
 def bending_length_mm(rig: Rig) -> float:
-    """Length over which a notch bends: E I of its root over its bending stiffness, the width itself for a slot."""
+    """Length over which a notch bends: E I of its root over the beam's bending stiffness, the width for a slot.
+
+    It places the flexure; what the rings give at its roots makes the joint softer, not the notch wider.
+    """
     if rig.notch is None:
         return BENCH_GAP * rig.pitch_mm
     root = _moduli(rig)[0] * float(section(rig, 0.0).second_moment_mm4)
-    return min(root / flexure(rig).bending_Nmm_per_rad, rig.notch.width_mm)
+    return min(root / beam(rig).bending_Nmm_per_rad, rig.notch.width_mm)
 
 
 def ring_stiffness(rig: Rig) -> tuple[float, float, float]:
@@ -416,8 +453,9 @@ def force_for_angle(rig: Rig, theta_sum_rad: ArrayLike, n_elements: int | None =
 def peak_strain_per_rad(rig: Rig) -> float:
     """Strain of the outermost fibre at the root of the notch per radian of one joint, linear elastic.
 
-    k_bending e/(E I_root), e being the larger distance from the neutral axis: the cut face, or the outer surface
-    opposite a one-sided notch.
+    k e/(E I_root) of the :func:`beam`, as if the notch alone bent. The rings take part of the angle, and at a sharp
+    root the strain is higher than the section's: the solid of the default rig, filleted, has more (docs/notches.md).
+    e is the larger distance from the neutral axis: the cut face, or the outer surface opposite a one-sided notch.
 
     Raises
     ------
@@ -430,4 +468,4 @@ def peak_strain_per_rad(rig: Rig) -> float:
     fibre = float(cut_height_mm(rig, 0.0)) + offset
     if notch.shape == "rectangular":
         fibre = max(fibre, tube.outer_diameter_mm / 2 - offset)
-    return flexure(rig).bending_Nmm_per_rad * fibre / (_moduli(rig)[0] * float(root.second_moment_mm4))
+    return beam(rig).bending_Nmm_per_rad * fibre / (_moduli(rig)[0] * float(root.second_moment_mm4))

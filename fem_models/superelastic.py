@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.rig import Rig
-from fem_models.snr import bending_length_mm, flexure, section_fibres
+from fem_models.snr import flexure, section_fibres
 
 FIBRES = 8
 """Fibres from the neutral axis to the edge: the moment at the plateau is within 1 % of that of 200."""
@@ -34,18 +34,18 @@ class FlagFibres:
 def flag_fibres(rig: Rig) -> FlagFibres:
     """Give the fibres of a rig; of none where the rig is not superelastic.
 
-    A fibre at the distance y from the neutral axis has the strain y theta/L over the bending length L of
-    :func:`fem_models.snr.bending_length_mm` and contributes the moment sigma y dA, E y^2 dA/L per radian.
+    A fibre at the distance y from the neutral axis has the strain y theta/L, L being the length over which the root's
+    section would bend as much as the joint does, its roots in the rings included, and contributes the moment
+    sigma y dA, E y^2 dA/L per radian.
     """
     law = rig.superelastic
     if law is None:
         none = np.empty(0)
         return FlagFibres(none, none, none, none)
     y, area = section_fibres(rig, FIBRES)
-    length = bending_length_mm(rig)
-    stiffness = y**2 * area
-    stiffness *= flexure(rig).bending_Nmm_per_rad / stiffness.sum()
     young = rig.material.youngs_modulus_GPa * 1e3
+    length = young * float((y**2 * area).sum()) / flexure(rig).bending_Nmm_per_rad
+    stiffness = young * y**2 * area / length
     return FlagFibres(
         stiffness=stiffness,
         upper_Nmm=stiffness * law.plateau_MPa / young * length / y,

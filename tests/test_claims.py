@@ -14,7 +14,7 @@ from fem_models.multibody import MultibodySolution, solve_multibody
 from fem_models.presets import preset
 from fem_models.program import LoadProgram, triangle
 from fem_models.rig import Friction, Notch
-from fem_models.snr import element_rotations, flexure
+from fem_models.snr import beam, element_rotations
 from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
 from hysteresis.identify import Fit, identify
 from hysteresis.metrics import LoopWidth, errors, loop_width
@@ -78,12 +78,12 @@ def capstan() -> float:
 
 def slot_element() -> float:
     rig = replace(preset("du2018"), notch=Notch("rectangular_pair", 14, 2.86, 1.0, 1.6))
-    return 100 * abs(element_rotations(rig, 1.0).theta_kd_rad * flexure(rig).bending_Nmm_per_rad - 1)
+    return 100 * abs(element_rotations(rig, 1.0).theta_kd_rad * beam(rig).bending_Nmm_per_rad - 1)
 
 
 def joint_stiffness() -> float:
     rig = preset("du2018")
-    return 100 * abs(element_rotations(rig, 1.0, n_elements=512).theta_kd_rad * flexure(rig).bending_Nmm_per_rad - 1)
+    return 100 * abs(element_rotations(rig, 1.0, n_elements=512).theta_kd_rad * beam(rig).bending_Nmm_per_rad - 1)
 
 
 def bouc_wen_kernel() -> float:
@@ -97,7 +97,7 @@ def bouc_wen_kernel() -> float:
 
 def paper_element() -> float:
     rig = preset("du2018")
-    return 100 * abs(element_rotations(rig, 1.0).theta_kd_rad * flexure(rig).bending_Nmm_per_rad - 1)
+    return 100 * abs(element_rotations(rig, 1.0).theta_kd_rad * beam(rig).bending_Nmm_per_rad - 1)
 
 
 def layer_du2018() -> float:

@@ -70,7 +70,7 @@ def test_tip_of_v_notched_tube_is_that_of_a_beam_under_a_uniform_moment():
     """Independent integration of x' = cos phi, y' = sin phi, phi' = theta k / (E I) for a single joint."""
     one = rig(V_PAIR.tube, Notch("v_pair", 1, 2.72, 1.2, 1.4, 0.6), 2.62)
     theta = np.radians(20.0)
-    rate = theta * snr.flexure(one).bending_Nmm_per_rad / (MATERIAL.youngs_modulus_GPa * 1e3)
+    rate = theta * snr.beam(one).bending_Nmm_per_rad / (MATERIAL.youngs_modulus_GPa * 1e3)
 
     def slope(x: float, state: np.ndarray) -> list[float]:
         bend = rate / float(snr.section(one, x - 1.3).second_moment_mm4) if abs(x - 1.3) < 0.6 else 0.0

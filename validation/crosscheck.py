@@ -12,7 +12,7 @@ from fem_models.kinematics import theory_curve, tip_pose
 from fem_models.multibody import simulate_multibody
 from fem_models.program import triangle
 from fem_models.rig import Friction, Rig
-from fem_models.snr import element_rotations, flexure
+from fem_models.snr import beam, element_rotations, flexure
 from hysteresis.metrics import errors
 
 
@@ -65,7 +65,7 @@ def crosscheck(rig: Rig, *, amplitude_mm: float = 2.2, step_mm: float = 0.1) -> 
     x, y, _ = tip_pose(rig, np.radians(ideal.notches_deg))
     joint = flexure(rig)
     moment_Nmm = 1.0
-    exact = moment_Nmm / joint.bending_Nmm_per_rad
+    exact = moment_Nmm / (beam(rig) if rig.notch else joint).bending_Nmm_per_rad
     element = exact if rig.bench is not None else element_rotations(rig, moment_Nmm).theta_kd_rad
     against = errors(theory, ideal.angle_deg)
     return CrossCheck(

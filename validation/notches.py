@@ -20,8 +20,7 @@ import numpy as np
 
 from fem_models.presets import preset
 from fem_models.rig import Material, Notch, NotchShape, Rig, Tube
-from fem_models.roots import bending_with_roots
-from fem_models.snr import Flexure, flexure
+from fem_models.snr import Flexure, beam, flexure
 from fem_models.solid import as_flexure, chain_stiffness, snr_stiffness, solid_snr
 from fem_models.solid_strain import bent_chain, peak_strain
 from hysteresis.files import write_files
@@ -136,7 +135,7 @@ def rig_of(case: NotchCase) -> Rig:
 
 def beam_pitch(rig: Rig) -> Flexure:
     """Analytic stiffness of a pitch about its middle: the flexure in series with the uncut tube on both sides."""
-    joint, tube, notch = flexure(rig), rig.tube, rig.notch
+    joint, tube, notch = beam(rig), rig.tube, rig.notch
     assert tube is not None
     assert notch is not None
     assert joint.shear_N_per_mm is not None
@@ -158,18 +157,18 @@ def beam_pitch(rig: Rig) -> Flexure:
 def solve(case: NotchCase, refinement: float = GRID_REFINEMENT) -> NotchResult:
     """Solve one case with both models."""
     rig = rig_of(case)
-    beam = beam_pitch(rig)
+    pitch = beam_pitch(rig)
     solid = solid_snr(rig, refinement=refinement, fillet_mm=case.fillet)
     plates = as_flexure(snr_stiffness(solid).stiffness)
     chain = np.linalg.inv(chain_stiffness(solid).stiffness)
-    roots = 1 / bending_with_roots(rig) - 1 / flexure(rig).bending_Nmm_per_rad
+    roots = 1 / flexure(rig).bending_Nmm_per_rad - 1 / beam(rig).bending_Nmm_per_rad
     return NotchResult(
         case=case,
-        **_named("beam", beam),
+        **_named("beam", pitch),
         **_named("plates", plates),
         chain_bending=float(1 / chain[2, 2]),
         chain_axial=float(1 / (chain[0, 0] - chain[0, 2] ** 2 / chain[2, 2])),
-        roots_bending=1 / (1 / beam.bending_Nmm_per_rad + roots),
+        roots_bending=1 / (1 / pitch.bending_Nmm_per_rad + roots),
         nodes=len(solid.points_mm),
     )
 
