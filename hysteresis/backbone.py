@@ -6,7 +6,7 @@ its gain) is free. Where it is not, f is fitted: monotone, its slope given at a 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,17 +52,44 @@ class Backbone:
         steps = np.eye(len(c)) * (1.0 if self.linear else 1e-6 * np.maximum(np.abs(c), 1e-3))
         return np.column_stack([(f(c + e) - f(c)) / e.sum() for e in steps])
 
-    def fit(self, drive: Floats, angle_deg: Floats) -> Floats:
-        """Coefficients of the curve nearest to the data in least squares, within the bounds; shape (p,)."""
-        f = self.at(drive)
-        if self.linear:
-            zero = np.zeros_like(self.start)
-            solution = lsq_linear(self.jacobian(drive, zero), angle_deg - f(zero), (self.low, self.high), "bvls")
-        else:
-            solution = least_squares(
-                lambda c: f(c) - angle_deg, self.start, bounds=(self.low, self.high), x_scale="jac"
-            )
-        return np.clip(solution.x, self.low, self.high)
+
+def fit_curves(
+    backbones: Sequence[Backbone], drives: Sequence[Floats], angles_deg: Sequence[Floats]
+) -> tuple[Floats, Floats]:
+    """Fit the curves nearest to the data in least squares, within the bounds.
+
+    Parameters
+    ----------
+    backbones
+        One a record, with the same coefficients c, shape (p,).
+    drives, angles_deg
+        Of each record, shapes (m_i,).
+
+    Returns
+    -------
+    coefficients
+        Shape (p,), shared by the records.
+    zeros_deg
+        Shape (records - 1,): what the angle of each record after the first has on top.
+    """
+    first, target, p = backbones[0], np.concatenate(angles_deg), len(backbones[0].start)
+    fs = [backbone.at(drive) for backbone, drive in zip(backbones, drives, strict=True)]
+    which = np.repeat(np.arange(len(drives)), [len(drive) for drive in drives])
+    zeros = (which[:, np.newaxis] == np.arange(1, len(drives))).astype(float)
+    endless = np.full(len(drives) - 1, np.inf)
+    bounds = np.concatenate([first.low, -endless]), np.concatenate([first.high, endless])
+
+    def missing(x: Floats) -> Floats:
+        return np.concatenate([f(x[:p]) for f in fs]) + zeros @ x[p:] - target
+
+    start = np.concatenate([first.start, np.zeros(len(drives) - 1)])
+    if first.linear:
+        of_c = [b.jacobian(drive, 0 * first.start) for b, drive in zip(backbones, drives, strict=True)]
+        found = lsq_linear(np.column_stack([np.concatenate(of_c), zeros]), -missing(0 * start), bounds, "bvls").x
+    else:
+        found = least_squares(missing, start, bounds=bounds, x_scale="jac").x
+    found = np.clip(found, *bounds)
+    return found[:p], found[p:]
 
 
 def fitted_backbone(drive: Floats, angle_deg: Floats, knots: int) -> Backbone:

@@ -2,20 +2,14 @@
 
 The law is rate independent, so between two samples of f it is an autonomous equation in one variable.
 With the saturation S = (|A| / (beta + gamma))^(1/n), the path counted in units of S / |A| and y = h / S
-taken positive in the direction of motion, it reads
-
-    dy/ds = 1 - y^n            for y > 0,
-    dy/ds = 1 + kappa |y|^n    for y < 0,    kappa = (beta - gamma) / (beta + gamma).
-
-The kernel follows that flow by Taylor series of adaptive order and step, and crosses y = 0, where |y|^n has no
-Taylor series, by the convergent series of its exact integral. The error of a step is near rounding, whatever
-the sampling of the path.
+taken positive in the direction of motion, it is the flow of :mod:`hysteresis.flow` with
+kappa = (beta - gamma) / (beta + gamma).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numba import njit, prange
@@ -23,12 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import hyp2f1
 
+from hysteresis.flow import FREE, advance, set_kappa, workspace
+
 Floats = NDArray[np.float64]
 
-_ORDER = 16  # highest power of the Taylor series
-_TOLERANCE = 1e-13  # of y, which is of order 1
-_EDGE = 0.25  # below this value of |g| |y|^n the series of the exact integral is used
-_SATURATED = 42.0  # after this much path 1 - y is below exp(-41) for every n >= 1 and kappa >= 0
+_WORTH_THREADS = 100_000  # samples in all
 
 
 @dataclass(frozen=True)
@@ -71,16 +64,24 @@ class BoucWen:
         total = self.beta + self.gamma
         return (abs(self.A) / total) ** (1 / self.n) if total > 0 else math.inf
 
-    def is_admissible(self) -> bool:
-        """Tell whether h is bounded and the loop dissipates: beta + gamma > 0, -beta <= gamma <= beta, n >= 1.
+    def is_bounded(self) -> bool:
+        """Tell whether h stays within the saturation on every path: beta + gamma > 0.
 
         Ismail, Ikhouane, Rodellar 2009, doi 10.1007/s11831-009-9031-8.
         """
-        return self.beta + self.gamma > 0 and -self.beta <= self.gamma <= self.beta and self.n >= 1
+        return self.beta + self.gamma > 0
+
+    def is_passive(self) -> bool:
+        """Tell whether every closed loop dissipates: -beta <= gamma <= beta (same source)."""
+        return -self.beta <= self.gamma <= self.beta
+
+    def is_admissible(self) -> bool:
+        """Tell whether h is bounded and passive, and unique at h = 0: n >= 1."""
+        return self.is_bounded() and self.is_passive() and self.n >= 1
 
     def row(self) -> NDArray[np.float64]:
         """Parameters as a row (A, beta, gamma, n, h0_deg) of :func:`hysteresis_batch`, shape (5,)."""
-        return np.array([getattr(self, f.name) for f in fields(self)], dtype=float)
+        return np.array([self.A, self.beta, self.gamma, self.n, self.h0_deg])
 
 
 def hysteresis(f_deg: ArrayLike, model: BoucWen) -> NDArray[np.float64]:
@@ -129,158 +130,80 @@ def hysteresis_batch(f_deg: ArrayLike, parameters: ArrayLike) -> NDArray[np.floa
     """
     path = np.ascontiguousarray(f_deg, dtype=float)
     rows = np.ascontiguousarray(parameters, dtype=float)
-    if path.ndim != 1 or not np.isfinite(path).all():
+    if path.ndim != 1:
         raise ValueError(f"f_deg of shape {path.shape}: expected a row of finite numbers")
     if rows.ndim != 2 or rows.shape[1] != 5:
         raise ValueError(f"parameters of shape {rows.shape}: expected (k, 5): A, beta, gamma, n, h0_deg")
-    if path.size == 0:
-        return np.empty((len(rows), 0))
-    _require_admissible(rows)
-    # Threads cost more to wake than a single row takes.
-    return _follow_all(path, rows) if len(rows) > 1 else _follow(path, rows[0])[np.newaxis]
-
-
-def _require_admissible(rows: NDArray[np.float64]) -> None:
-    A, beta, gamma, n, h0 = rows.T
-    total = beta + gamma
-    with np.errstate(all="ignore"):
-        saturation = (np.abs(A) / total) ** (1 / n)
-        good = (total > 0) & (np.abs(gamma) <= beta) & (n >= 1) & np.isfinite(saturation)
-        # A state on the limit may sit a rounding error beyond it.
-        good &= np.abs(h0) <= saturation * (1 + 1e-9)
+    # Threads cost more to wake than few rows take.
+    follow = _follow_parallel if len(rows) * path.size > _WORTH_THREADS else _follow_all
+    h, good = follow(path, rows)
     if not good.all():
-        i = int(np.argmin(good))
-        raise ValueError(
-            f"Bouc-Wen parameters {i}: A, beta, gamma, n, h0_deg = {', '.join(f'{v:g}' for v in rows[i])}: expected "
-            f"beta + gamma > 0, |gamma| <= beta, n >= 1 and |h0_deg| <= (|A| / (beta + gamma))^(1/n)"
-        )
+        _complain(path, rows, good)
+    return h
+
+
+def _complain(path: Floats, rows: Floats, good: NDArray[np.bool_]) -> None:
+    if not np.isfinite(path).all():
+        raise ValueError(f"f_deg of shape {path.shape}: expected a row of finite numbers")
+    i = int(np.argmin(good))
+    raise ValueError(
+        f"Bouc-Wen parameters {i}: A, beta, gamma, n, h0_deg = {', '.join(f'{v:g}' for v in rows[i])}: expected "
+        f"beta + gamma > 0, |gamma| <= beta, n >= 1 and |h0_deg| <= (|A| / (beta + gamma))^(1/n)"
+    )
+
+
+@njit(cache=True)
+def _follow_all(path: Floats, rows: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """h, shape (k, m), and which rows are admissible, shape (k,); h of the others means nothing."""
+    out = np.empty((rows.shape[0], path.shape[0]))
+    good = np.empty(rows.shape[0], dtype=np.bool_)
+    for i in range(rows.shape[0]):
+        good[i] = _follow(path, rows[i], out[i])
+    return out, good
 
 
 @njit(cache=True, parallel=True)
-def _follow_all(path: Floats, rows: Floats) -> Floats:
+def _follow_parallel(path: Floats, rows: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     out = np.empty((rows.shape[0], path.shape[0]))
+    good = np.empty(rows.shape[0], dtype=np.bool_)
     for i in prange(rows.shape[0]):
-        out[i] = _follow(path, rows[i])
-    return out
+        good[i] = _follow(path, rows[i], out[i])
+    return out, good
 
 
 @njit(cache=True)
-def _follow(path: Floats, row: Floats) -> Floats:
-    """Follow one path with one admissible row: h, shape (m,)."""
+def _follow(path: Floats, row: Floats, out: Floats) -> bool:
+    """Follow one path with one row, into ``out``, shape (m,); False for one that is not admissible, or for NaN."""
     A, beta, gamma, n, h0 = row[0], row[1], row[2], row[3], row[4]
-    out = np.zeros(path.shape[0])
-    saturation = (abs(A) / (beta + gamma)) ** (1.0 / n)
+    total = beta + gamma
+    if not (total > 0.0 and abs(gamma) <= beta and n >= 1.0):
+        return False
+    saturation = (abs(A) / total) ** (1.0 / n)
+    # A state on the limit may sit a rounding error beyond it.
+    if not (saturation < math.inf and abs(h0) <= saturation * (1.0 + 1e-9)):
+        return False
+    if path.shape[0] == 0:
+        return True
+    out[0] = h0
     if saturation == 0.0:  # A = 0: no hysteresis
-        return out
+        out[:] = 0.0
+        return True
     scale = math.copysign(saturation, A)
     per_deg = abs(A) / saturation
-    kappa = (beta - gamma) / (beta + gamma)
-    W = np.empty(_ORDER + 1)
-    P = np.empty(_ORDER + 1)
-    z = min(1.0, max(-1.0, h0 / scale))
-    out[0] = h0
+    kappa = (beta - gamma) / total
+    work = workspace(n)
+    set_kappa(work, n, kappa)
+    y, way, chart, place = min(1.0, max(-1.0, h0 / scale)), 1.0, FREE, 0.0
     for j in range(1, path.shape[0]):
         df = path[j] - path[j - 1]
-        if df > 0.0:
-            z = _advance(z, df * per_deg, n, kappa, W, P)
-        elif df < 0.0:
-            z = -_advance(-z, -df * per_deg, n, kappa, W, P)
-        out[j] = scale * z
-    return out
-
-
-@njit(cache=True)
-def _advance(y: float, s: float, n: float, kappa: float, W: Floats, P: Floats) -> float:
-    """Advance y, in [-1, 1], by the path s > 0 of the normalised flow. W and P are work space."""
-    while s > 0.0:
-        if s > _SATURATED or y >= 1.0:
-            return 1.0
-        size = abs(y)
-        g = 1.0 if y >= 0.0 else -kappa
-        power = size**n
-        if abs(g) * power <= _EDGE and s > 0.25 * size:
-            y, s = _through_zero(y, s, n, kappa)
-            continue
-        step = s if y > 0.0 else min(s, 0.5 * size / (1.0 + kappa * power))  # |y| halves at most: no way past 0
-        size, step = _taylor(size, power, step, n, g, math.copysign(1.0, y), W, P)
-        y = min(1.0, math.copysign(size, y))
-        s -= step
-    return y
-
-
-@njit(cache=True)
-def _taylor(
-    w0: float, power: float, step: float, n: float, g: float, sign: float, W: Floats, P: Floats
-) -> tuple[float, float]:
-    """Take one step of dw/ds = sign (1 - g w^n), w > 0: the new w and the path it took, at most ``step``.
-
-    W and P hold the terms (coefficient times step^k) of w and of p = w^n, which obeys w p' = n p w'.
-    """
-    W[0], P[0] = w0, power
-    W[1] = sign * (1.0 - g * power) * step
-    total = w0 + W[1]
-    for k in range(1, _ORDER):
-        term = 0.0
-        for j in range(1, k + 1):
-            term += (n * j - (k - j)) * W[j] * P[k - j]
-        P[k] = term / (k * w0)
-        W[k + 1] = -sign * g * step * P[k] / (k + 1)
-        total += W[k + 1]
-        if abs(W[k]) + abs(W[k + 1]) <= _TOLERANCE:
-            return total, step
-    last, before = abs(W[_ORDER]), abs(W[_ORDER - 1])
-    shrink = 0.9 * min(
-        1.0,
-        (_TOLERANCE / max(last, _TOLERANCE)) ** (1.0 / _ORDER),
-        (_TOLERANCE / max(before, _TOLERANCE)) ** (1.0 / (_ORDER - 1)),
-    )
-    total = W[_ORDER]
-    for k in range(_ORDER - 1, -1, -1):
-        total = total * shrink + W[k]
-    return total, shrink * step
-
-
-@njit(cache=True)
-def _through_zero(y: float, s: float, n: float, kappa: float) -> tuple[float, float]:
-    """Give y and the path left, in the zone around y = 0; it ends where y^n = _EDGE on the far side."""
-    clock = 0.0
-    if y < 0.0:
-        to_zero = _clock(-y, n, -kappa)
-        if s <= to_zero:
-            return -_unclock(to_zero - s, n, -kappa), 0.0
-        s -= to_zero
-    else:
-        clock = _clock(y, n, 1.0)
-    # Just outside the zone, or the caller would come back here for ever.
-    edge = _EDGE ** (1.0 / n) * (1.0 + 1e-12)
-    to_edge = _clock(edge, n, 1.0) - clock
-    if s <= to_edge:
-        return _unclock(clock + s, n, 1.0), 0.0
-    return edge, s - to_edge
-
-
-@njit(cache=True)
-def _clock(w: float, n: float, g: float) -> float:
-    """Integrate dt / (1 - g t^n) from 0 to w = w sum_k (g w^n)^k / (1 + k n), for |g| w^n <= _EDGE."""
-    x = g * w**n
-    total, power, k = 1.0, x, 1.0
-    while abs(power) > 1e-16:
-        total += power / (1.0 + k * n)
-        power *= x
-        k += 1.0
-    return w * total
-
-
-@njit(cache=True)
-def _unclock(t: float, n: float, g: float) -> float:
-    """Invert :func:`_clock` by Newton's method, from the first two terms of its series."""
-    w = t * (1.0 - g * t**n / (n + 1.0))
-    for _ in range(8):
-        change = (_clock(w, n, g) - t) * (1.0 - g * w**n)
-        w -= change
-        if abs(change) <= 1e-15 * w:
-            break
-    return w
+        if not abs(df) < math.inf:
+            return False
+        if df * way < 0.0:
+            y, way, chart = -y, -way, FREE
+        y, chart, place = advance(y, chart, place, abs(df) * per_deg, n, kappa, work)
+        y = min(1.0, y)
+        out[j] = way * scale * y
+    return bool(abs(path[0]) < math.inf)
 
 
 def branch_closed_form(h0_deg: float, f0_deg: float, f1_deg: float, model: BoucWen) -> float:
@@ -303,7 +226,7 @@ def branch_closed_form(h0_deg: float, f0_deg: float, f1_deg: float, model: BoucW
     float
         h in deg at ``f1_deg``.
     """
-    _require_admissible(np.array([[model.A, model.beta, model.gamma, model.n, h0_deg]]))
+    hysteresis([f0_deg], replace(model, h0_deg=h0_deg))  # refuses what is not admissible
     if f1_deg == f0_deg or model.A == 0:
         return h0_deg
     n, scale = model.n, math.copysign(model.saturation_deg, model.A)

@@ -1,105 +1,231 @@
-"""Search for the parameters of theta = f(x; c) + h: genetic algorithm (paper, section 3.3), then least squares.
+"""Search for the parameters of theta = f(x; c) + h: a global search (paper, section 3.3), then least squares.
 
-The search runs on q = (log |A|, log S, log n, rho = gamma / beta, h0 / S) with the saturation S, and on the sign of
-A. Every point of that box is an admissible model; beta + gamma = |A| / S^n. The sign 0 stands for h = 0.
+h is a sum of Bouc-Wen elements, one by default. The search runs on q: for each element (log |A|, log S, log n,
+rho = gamma / beta) with the saturation S, then the first states h0 / S of each element in each record and the
+logarithms of the amplitudes of h in further groups of records; and on the sign of A. What follows in q, the zeros of
+the angle in further records and the delay, is left to the least squares. Every point of that box is an
+admissible model; beta + gamma = |A| / S^n. The sign 0 stands for h = 0.
 """
 
 from __future__ import annotations
 
 import math
-import random
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-import pygad
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from hysteresis.backbone import Backbone
-from hysteresis.bouc_wen import BoucWen, hysteresis, hysteresis_batch
+from hysteresis.backbone import Backbone, fit_curves
+from hysteresis.bouc_wen import BoucWen, hysteresis_batch
+from hysteresis.optimizers import Method, evolve
 from hysteresis.path import branches
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Fitness = Literal["rmse", "paper-signed-mean"]
 
-COORDINATES = ("A", "saturation_deg", "n", "gamma / beta", "h0_deg / saturation_deg")
+LAW = ("A", "saturation_deg", "n", "gamma / beta")  # coordinates of an element
 _SLOPE = (0.02, 20.0)  # |A|
 _SATURATION = (1e-5, 1.0)  # in ranges of the angle; below, a record shows no hysteresis
 _SHARPNESS = (1.0, 10.0)  # n
 _RHO = (-0.95, 1.0)  # gamma / beta
+_AMPLITUDE = (0.05, 20.0)  # of a further group
+_ZERO = 0.5  # of a further record, in ranges of the angle
 _POLISH_STEPS = 100
-_ROUNDS = 3  # of the genetic search; after each the path of f is brought up to date
+_ROUNDS = 3  # of the global search; after each the path of f is brought up to date
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Samples:
-    """What a fit works on: the path visits every drive, the angles of ``seen`` count. Shapes (m,)."""
+    """What a fit works on: the path visits every drive, the angles of ``seen`` count. Shapes (m,).
+
+    Records stand one after the other; ``starts`` are their first samples. ``time_s`` and ``history``, the times and
+    drives of each record in full, are there where the drive may act with a delay. ``blocks`` numbers what belongs
+    together when samples are drawn for a bootstrap.
+    """
 
     drive: Floats
     angle_deg: Floats
     seen: Mask
+    starts: tuple[int, ...] = (0,)
+    time_s: Floats | None = None
+    history: tuple[tuple[Floats, Floats], ...] = ()
+    blocks: NDArray[np.int64] | None = None
+
+    def slices(self) -> list[slice]:
+        """Give the samples of each record."""
+        return [slice(a, b) for a, b in zip(self.starts, (*self.starts[1:], len(self.drive)), strict=True)]
+
+    def drives(self, delay_s: float = 0.0) -> list[Floats]:
+        """Drive of each record, ``delay_s`` earlier."""
+        if delay_s == 0.0 or self.time_s is None:
+            return [self.drive[part] for part in self.slices()]
+        pairs = zip(self.slices(), self.history, strict=True)
+        return [np.interp(self.time_s[part] - delay_s, *history) for part, history in pairs]
+
+    def seen_drives(self) -> list[Floats]:
+        """Drive of the samples seen, of each record."""
+        return [self.drive[part][self.seen[part]] for part in self.slices()]
+
+    def span_deg(self) -> float:
+        """Range of the angles seen."""
+        return float(np.ptp(self.angle_deg[self.seen]))
 
     def thinned(self, limit: int) -> Samples:
-        """About ``limit`` samples, evenly chosen, with all turning points; none after the last one seen.
+        """About ``limit`` samples, evenly chosen, with all turning points; none after a record's last one seen.
 
         The law is rate independent, so samples between turning points may be left out of its path.
         """
-        end = int(np.flatnonzero(self.seen)[-1]) + 1
-        keep = np.zeros(end, dtype=bool)
-        keep[:: max(1, math.ceil(end / limit))] = True
-        keep[[0, *(branch.stop - 1 for branch in branches(self.drive[:end]))]] = True
-        return Samples(self.drive[:end][keep], self.angle_deg[:end][keep], self.seen[:end][keep])
+        ends = [part.start + int(np.flatnonzero(self.seen[part])[-1]) + 1 for part in self.slices()]
+        every = max(1, math.ceil(sum(ends[i] - start for i, start in enumerate(self.starts)) / limit))
+        keep = np.zeros(len(self.drive), dtype=bool)
+        for start, end in zip(self.starts, ends, strict=True):
+            keep[start:end:every] = True
+            keep[[start, *(start + branch.stop - 1 for branch in branches(self.drive[start:end]))]] = True
+        starts = tuple(int(keep[:start].sum()) for start in self.starts)
+        time = None if self.time_s is None else self.time_s[keep]
+        blocks = None if self.blocks is None else self.blocks[keep]
+        return Samples(self.drive[keep], self.angle_deg[keep], self.seen[keep], starts, time, self.history, blocks)
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a model consists of, before its numbers.
+
+    ``backbones``: f of each record, with shared coefficients. ``elements`` of h. ``groups``: of each record, counted
+    from 0; the constants of h are those of group 0, and h as a whole has another size in each further group.
+    ``longest_delay_s``: 0 for none.
+    """
+
+    backbones: tuple[Backbone, ...]
+    elements: int = 1
+    groups: tuple[int, ...] = (0,)
+    longest_delay_s: float = 0.0
+
+    @property
+    def law(self) -> slice:
+        """Constants of the elements in q."""
+        return slice(0, 4 * self.elements)
+
+    def state(self, record: int) -> slice:
+        """First states of a record in q."""
+        start = (4 + record) * self.elements
+        return slice(start, start + self.elements)
+
+    def amplitude(self, group: int) -> int:
+        """Place of the logarithm of a further group's amplitude in q."""
+        return (4 + len(self.groups)) * self.elements + group - 1
+
+    @property
+    def searched(self) -> int:
+        """Number of coordinates that the global search is for; they come first in q."""
+        return self.amplitude(max(self.groups)) + 1
+
+    @property
+    def zeros(self) -> slice:
+        """Zeros of the angle in the records after the first, deg."""
+        return slice(self.searched, self.searched + len(self.groups) - 1)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates in q."""
+        return self.zeros.stop + (self.longest_delay_s > 0)
+
+    def delay_s(self, q: Floats) -> float:
+        """Delay of the angle behind the drive."""
+        return float(q[-1]) if self.longest_delay_s > 0 else 0.0
+
+    def rows(self, sign: Floats, q: Floats, record: int) -> Floats:
+        """Rows (A, beta, gamma, n, h0_deg) of k candidates: shapes (k,), (k, size) -> (k, elements, 5).
+
+        A sign 0 has h = 0.
+        """
+        slope, saturation, n, rho = np.moveaxis(q[:, self.law].reshape(len(q), self.elements, 4), 2, 0)
+        slope, saturation, n = np.exp(slope), np.exp(saturation), np.exp(n)
+        if self.groups[record] > 0:
+            size = np.exp(q[:, self.amplitude(self.groups[record])])[:, np.newaxis]
+            slope, saturation = slope * size, saturation * size
+        beta = slope / saturation**n / (1 + rho)
+        state = np.clip(q[:, self.state(record)], -1.0, 1.0)
+        sign = sign[:, np.newaxis]
+        return np.stack([sign * slope, beta, rho * beta, n, np.abs(sign) * state * saturation], axis=2)
+
+    def box(self, samples: Samples) -> tuple[Floats, Floats]:
+        """Bounds of q, shapes (size,); that of the saturation scales with the range of the angle."""
+        saturation = np.log(_SATURATION) + math.log(samples.span_deg())
+        law = [np.log(_SLOPE), saturation, np.log(_SHARPNESS), np.array(_RHO)] * self.elements
+        states = [np.array([-1.0, 1.0])] * (self.elements * len(self.groups))
+        rest = [np.log(_AMPLITUDE)] * max(self.groups)
+        rest += [_ZERO * samples.span_deg() * np.array([-1.0, 1.0])] * (len(self.groups) - 1)
+        if self.longest_delay_s > 0:
+            rest.append(np.array([0.0, self.longest_delay_s]))
+        low, high = np.array([*law, *states, *rest]).T
+        return low, high
+
+    def hysteresis(self, paths: list[Floats], sign: Floats, q: Floats) -> Floats:
+        """Follow k candidates along the paths of f, record after record: h, shape (k, m), deg."""
+        parts = []
+        for i, path in enumerate(paths):
+            rows = self.rows(sign, q, i)
+            h = hysteresis_batch(path, rows.reshape(-1, 5))
+            parts.append(h.reshape(len(q), self.elements, -1).sum(axis=1) if self.elements > 1 else h)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+
+    def angle(self, samples: Samples, point: Point) -> Floats:
+        """Predict the angle f + h, shape (m,), deg."""
+        paths = self.paths(samples, point)
+        return self.sum(paths, np.array([point.sign]), point.q)
+
+    def sum(self, paths: list[Floats], sign: Floats, q: Floats) -> Floats:
+        """Add the zeros of the records, f and h: shape (m,), deg; ``sign`` has shape (1,)."""
+        zeros = (0.0, *q[self.zeros].tolist())
+        f = [path + zero for path, zero in zip(paths, zeros, strict=True)]
+        return np.concatenate(f) + self.hysteresis(paths, sign, q[np.newaxis])[0]
+
+    def paths(self, samples: Samples, point: Point) -> list[Floats]:
+        """Give f along the drive of each record."""
+        drives = samples.drives(self.delay_s(point.q))
+        return [backbone.at(drive)(point.c) for backbone, drive in zip(self.backbones, drives, strict=True)]
+
+    def curve(self, samples: Samples, target: Floats, q: Floats) -> tuple[Floats, Floats]:
+        """Give the coefficients of f nearest to a target, shape (m,), at the samples seen, and q with its zeros."""
+        targets = [target[part][samples.seen[part]] for part in samples.slices()]
+        c, zeros = fit_curves(self.backbones, samples.seen_drives(), targets)
+        q = q.copy()
+        q[self.zeros] = zeros
+        return c, q
 
 
 @dataclass(frozen=True)
 class Point:
-    """One model: the sign of A (0 for h = 0), q of shape (5,), and the coefficients c of f, shape (p,)."""
+    """One model of a :class:`Form`: the sign of A (0 for h = 0), q, and the coefficients c of f, shape (p,)."""
 
     sign: float
     q: Floats
     c: Floats
 
-    @property
-    def model(self) -> BoucWen:
-        """The Bouc-Wen law of this point."""
-        return BoucWen(*rows(np.array([self.sign]), self.q[np.newaxis])[0].tolist())
-
-    def angle(self, backbone: Backbone, drive: Floats) -> Floats:
-        """Predict the angle f + h along a path of the drive, shape (m,) -> (m,), deg."""
-        f = backbone.at(drive)(self.c)
-        return f + hysteresis(f, self.model)
+    def models(self, form: Form, record: int = 0) -> list[BoucWen]:
+        """Bouc-Wen law of each element, in one record."""
+        rows = form.rows(np.array([self.sign]), self.q[np.newaxis], record)[0]
+        return [BoucWen(*row.tolist()) for row in rows]
 
 
-def rows(sign: Floats, q: Floats) -> Floats:
-    """Rows (A, beta, gamma, n, h0_deg) of the coordinates: shapes (k,) and (k, 5) -> (k, 5). A sign 0 has h = 0."""
-    slope, saturation, n = np.exp(q[:, :3].T)
-    rho, state = q[:, 3], np.clip(q[:, 4], -1.0, 1.0)
-    beta = slope / saturation**n / (1 + rho)
-    return np.column_stack([sign * slope, beta, rho * beta, n, np.abs(sign) * state * saturation])
+@dataclass(frozen=True)
+class Effort:
+    """How hard to search: individuals, generations in all, seed; ``tick`` is called after each generation."""
+
+    method: Method
+    fitness: Fitness
+    seed: int
+    population: int
+    generations: int
+    tick: Callable[[], None]
 
 
-def box(samples: Samples) -> tuple[Floats, Floats]:
-    """Bounds of q, shapes (5,); that of the saturation scales with the range of the angle."""
-    span = float(np.ptp(samples.angle_deg[samples.seen]))
-    slope, saturation, sharpness = np.log(_SLOPE), np.log(_SATURATION) + math.log(span), np.log(_SHARPNESS)
-    low, high = np.column_stack([slope, saturation, sharpness, _RHO, (-1.0, 1.0)])
-    return low, high
-
-
-def genetic(
-    samples: Samples,
-    backbone: Backbone,
-    *,
-    fitness: Fitness,
-    seed: int,
-    population: int,
-    generations: int,
-    tick: Callable[[], None],
-) -> tuple[list[Point], int]:
+def explore(samples: Samples, form: Form, effort: Effort) -> tuple[list[Point], int]:
     """Points to start a polish from, the best of each sign of A first, then a play operator; also the evaluations.
 
     The h of a whole generation is computed in one compiled call, along the present estimate of f. The coefficients of
@@ -108,130 +234,106 @@ def genetic(
 
     ``fitness="paper-signed-mean"`` scores by -|eq. 8|; f is left as it is, and there is one point.
     """
-    low, high = box(samples)
-    rng = np.random.default_rng(seed)
-    genes = rng.uniform(low, high, (population, 5))
-    genes = np.column_stack([rng.choice([-1.0, 1.0], population), genes])
-    c = backbone.fit(samples.drive[samples.seen], samples.angle_deg[samples.seen])
-    missed = float(np.sqrt(np.mean((samples.angle_deg - backbone.at(samples.drive)(c))[samples.seen] ** 2)))
-    rounds = _ROUNDS if fitness == "rmse" else 1
+    low, high = (bound[: form.searched] for bound in form.box(samples))
+    rng = np.random.default_rng(effort.seed)
+    genes = rng.uniform(low, high, (effort.population, form.searched))
+    genes = np.column_stack([rng.choice([-1.0, 1.0], effort.population), genes])
+    flat = plain(form, samples)
+    c, rest = flat.c, flat.q[form.searched :]
+    missed = rmse(samples, form, flat)
+    rounds = _ROUNDS if effort.fitness == "rmse" else 1
     evaluations = 0
     for i in range(rounds):
-        score = _score(samples, backbone, c, fitness)
+        score = _score(samples, form, c, effort.fitness)
 
         def counted(batch: Floats, score: Callable[[Floats], Floats] = score) -> Floats:
             nonlocal evaluations
             evaluations += len(batch)
             return score(batch)
 
-        share = generations // rounds + (i < generations % rounds)
-        genes = _evolve(counted, genes, (low, high), share, seed + i, tick)
-        if fitness == "paper-signed-mean":
-            return [Point(float(genes[0, 0]), genes[0, 1:], c)], evaluations
+        share = effort.generations // rounds + (i < effort.generations % rounds)
+        bounds, seed = (low, high), effort.seed + i
+        genes = evolve(
+            effort.method, counted, genes, bounds, generations=share, seed=seed, tick=effort.tick
+        )[: effort.population]  # fmt: skip
+        if effort.fitness == "paper-signed-mean":
+            return [Point(float(genes[0, 0]), np.concatenate([genes[0, 1:], rest]), c)], evaluations
         points = [
-            with_curve_of(backbone, samples, backbone, Point(sign, genes[genes[:, 0] == sign][0, 1:], c))
+            with_curve_of(form, samples, form, Point(sign, np.concatenate([genes[mine][0, 1:], rest]), c))
             for sign in (-1.0, 1.0)
-            if (genes[:, 0] == sign).any()
+            if (mine := genes[:, 0] == sign).any()
         ]
-        points.sort(key=lambda point: rmse(samples, backbone, point))
+        points.sort(key=lambda point: rmse(samples, form, point))
         genes[:, 1] += points[0].q[0] - genes[genes[:, 0] == points[0].sign][0, 1]
         genes[:, 1:] = np.clip(genes[:, 1:], low, high)
         c = points[0].c
     # Without hysteresis the two branches of a play miss the curve by its half width.
-    play = np.array([0.0, math.log(max(missed, math.exp(low[1]))), math.log(5.0), 0.9, 0.0])
-    return [*points, with_curve_of(backbone, samples, backbone, Point(-1.0, play, c))], evaluations
+    play = flat.q.copy()
+    play[form.law] = np.tile([0.0, math.log(max(missed, math.exp(low[1]))), math.log(5.0), 0.9], form.elements)
+    return [*points, with_curve_of(form, samples, form, Point(-1.0, play, c))], evaluations
 
 
-def with_curve_of(new: Backbone, samples: Samples, old: Backbone, point: Point) -> Point:
+def with_curve_of(new: Form, samples: Samples, old: Form, point: Point) -> Point:
     """Fit a new f with h left as it is, and rescale A so that h keeps its shape on the path of the new f."""
-    f = old.at(samples.drive)(point.c)
-    h = hysteresis(f, point.model)
-    c = new.fit(samples.drive[samples.seen], (samples.angle_deg - h)[samples.seen])
-    before, after = (float(np.abs(np.diff(path)).sum()) for path in (f, new.at(samples.drive)(c)))
-    q = point.q.copy()
+    f = old.paths(samples, point)
+    h = old.hysteresis(f, np.array([point.sign]), point.q[np.newaxis])[0]
+    c, q = new.curve(samples, samples.angle_deg - h, point.q)
+    moved = replace(point, q=q, c=c)
+    before, after = (sum(float(np.abs(np.diff(p)).sum()) for p in paths) for paths in (f, new.paths(samples, moved)))
     if before > 0 and after > 0:
-        q[0] = np.clip(q[0] + math.log(before / after), *np.log(_SLOPE))
-    return replace(point, q=q, c=c)
+        slopes = slice(0, old.law.stop, 4)
+        moved.q[slopes] = np.clip(moved.q[slopes] + math.log(before / after), *np.log(_SLOPE))
+    return moved
 
 
-def plain(backbone: Backbone, samples: Samples) -> Point:
+def split_element(form: Form, point: Point, share: float) -> tuple[Form, Point]:
+    """Replace the one element by two that saturate one after the other, at ``share`` and 2 - share of its path."""
+    two = replace(form, elements=2)
+    half = point.q[form.law] + np.array([math.log(0.5), math.log(0.5), 0.0, 0.0])
+    law = [half + np.array([0.0, math.log(part), 0.0, 0.0]) for part in (share, 2 - share)]
+    states = np.repeat(point.q[4 : 4 + len(form.groups)], 2)
+    return two, replace(point, q=np.concatenate([*law, states, point.q[4 + len(form.groups) :]]))
+
+
+def plain(form: Form, samples: Samples) -> Point:
     """Fit f alone, h = 0: A = 0, beta = 1, gamma = 0, n = 1."""
-    return Point(0.0, np.zeros(5), backbone.fit(samples.drive[samples.seen], samples.angle_deg[samples.seen]))
+    q = np.zeros(form.size)
+    q[form.zeros.stop :] = 0.05 * form.longest_delay_s  # where a delay is sought, it starts from here
+    c, q = form.curve(samples, samples.angle_deg, q)
+    return Point(0.0, q, c)
 
 
-def rmse(samples: Samples, backbone: Backbone, point: Point) -> float:
+def rmse(samples: Samples, form: Form, point: Point) -> float:
     """Root mean square deviation over the samples seen, deg."""
-    deviation = (point.angle(backbone, samples.drive) - samples.angle_deg)[samples.seen]
+    deviation = (form.angle(samples, point) - samples.angle_deg)[samples.seen]
     return float(np.sqrt(np.mean(deviation**2)))
 
 
-def _score(samples: Samples, backbone: Backbone, c: Floats, fitness: Fitness) -> Callable[[Floats], Floats]:
-    """Fitness of genes (sign, q): shape (k, 6) -> (k,), higher is better."""
-    f = backbone.at(samples.drive)(c)
-    missing = (samples.angle_deg - f)[samples.seen]
-    span = float(np.ptp(samples.angle_deg[samples.seen]))
-    directions = np.linalg.qr(backbone.jacobian(samples.drive[samples.seen], c))[0]
+def _score(samples: Samples, form: Form, c: Floats, fitness: Fitness) -> Callable[[Floats], Floats]:
+    """Fitness of genes (sign, q): shape (k, 1 + size) -> (k,), higher is better. The delay is left out."""
+    paths = [backbone.at(drive)(c) for backbone, drive in zip(form.backbones, samples.drives(), strict=True)]
+    missing = (samples.angle_deg - np.concatenate(paths))[samples.seen]
+    seen = samples.seen_drives()
+    of_c = np.concatenate([b.jacobian(drive, c) for b, drive in zip(form.backbones, seen, strict=True)])
+    which = np.repeat(np.arange(len(seen)), [len(drive) for drive in seen])
+    of_zeros = which[:, np.newaxis] == np.arange(1, len(seen))
+    directions = np.linalg.qr(np.column_stack([of_c, of_zeros]))[0]
 
     def score(genes: Floats) -> Floats:
-        h = hysteresis_batch(f, rows(genes[:, 0], genes[:, 1:]))[:, samples.seen]
-        residual = h - missing
+        residual = form.hysteresis(paths, genes[:, 0], genes[:, 1:])[:, samples.seen] - missing
         if fitness == "paper-signed-mean":
-            return -np.abs(residual.mean(axis=1)) / span
+            return -np.abs(residual.mean(axis=1)) / samples.span_deg()
         residual -= (residual @ directions) @ directions.T
         return -np.sqrt(np.mean(residual**2, axis=1))
 
     return score
 
 
-def _evolve(
-    score: Callable[[Floats], Floats],
-    genes: Floats,
-    bounds: tuple[Floats, Floats],
-    generations: int,
-    seed: int,
-    tick: Callable[[], None],
-) -> Floats:
-    """Let a population of genes (sign, q) evolve; the last generation, shape (k, 6), the fittest first."""
-    space: list[object] = [[-1.0, 1.0]]
-    space += [{"low": float(a), "high": float(b)} for a, b in zip(*bounds, strict=True)]
-    with _own_random_state():
-        search = pygad.GA(
-            num_generations=generations,
-            num_parents_mating=len(genes) // 2,
-            initial_population=genes,
-            gene_space=space,
-            fitness_func=lambda _, batch, __: score(np.atleast_2d(batch)).tolist(),
-            fitness_batch_size=len(genes),
-            parent_selection_type="tournament",
-            crossover_type="uniform",
-            mutation_type="random",
-            mutation_probability=0.15,
-            keep_elitism=max(1, len(genes) // 20),
-            on_generation=lambda _: tick(),
-            random_seed=seed,
-            suppress_warnings=True,
-        )
-        search.run()
-    last = np.asarray(search.population, dtype=float)
-    return last[np.argsort(-score(last), kind="stable")]
-
-
-@contextmanager
-def _own_random_state() -> Iterator[None]:
-    """Leave the global generators, which pygad seeds, as they were."""
-    ours, theirs = random.getstate(), np.random.get_state()  # noqa: NPY002
-    try:
-        yield
-    finally:
-        random.setstate(ours)
-        np.random.set_state(theirs)  # noqa: NPY002
-
-
-def polish(samples: Samples, backbone: Backbone, point: Point) -> tuple[Point, int]:
+def polish(samples: Samples, form: Form, point: Point) -> tuple[Point, int]:
     """Least squares on q and c together, the path of h being that of the same f; also the evaluations it took."""
-    residual = residual_of(samples, backbone, point.sign)
-    low, high = box(samples)
-    bounds = np.concatenate([low, backbone.low]), np.concatenate([high, backbone.high])
+    residual = residual_of(samples, form, point.sign)
+    low, high = form.box(samples)
+    bounds = np.concatenate([low, form.backbones[0].low]), np.concatenate([high, form.backbones[0].high])
     calls = 0
 
     def counted(x: Floats) -> Floats:
@@ -243,16 +345,19 @@ def polish(samples: Samples, backbone: Backbone, point: Point) -> tuple[Point, i
     solution = least_squares(
         counted, start, bounds=bounds, x_scale="jac", max_nfev=_POLISH_STEPS, ftol=1e-10, xtol=1e-10, gtol=1e-10
     )
-    return replace(point, q=solution.x[:5], c=solution.x[5:]), calls
+    return replace(point, q=solution.x[: form.size], c=solution.x[form.size :]), calls
 
 
-def residual_of(samples: Samples, backbone: Backbone, sign: float) -> Callable[[Floats], Floats]:
+def residual_of(samples: Samples, form: Form, sign: float) -> Callable[[Floats], Floats]:
     """Give the function x = (q, c) -> prediction - measurement over the samples seen, deg."""
-    f = backbone.at(samples.drive)
+    fixed = None
+    if form.longest_delay_s == 0:
+        fixed = [backbone.at(drive) for backbone, drive in zip(form.backbones, samples.drives(), strict=True)]
+    signs = np.array([sign])
 
     def residual(x: Floats) -> Floats:
-        path = f(x[5:])
-        h = hysteresis(path, Point(sign, x[:5], x[5:]).model)
-        return (path + h - samples.angle_deg)[samples.seen]
+        q, c = x[: form.size], x[form.size :]
+        paths = form.paths(samples, Point(sign, q, c)) if fixed is None else [f(c) for f in fixed]
+        return (form.sum(paths, signs, q) - samples.angle_deg)[samples.seen]
 
     return residual

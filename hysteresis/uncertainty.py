@@ -1,4 +1,4 @@
-"""Intervals of identified parameters, from the Jacobian of the least squares at its end."""
+"""Intervals of identified parameters: from the Jacobian at the end of the least squares, and by bootstrap of blocks."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 from scipy.stats import t as student
 
-from hysteresis.backbone import Backbone
-from hysteresis.search import Point, Samples, box, residual_of
+from hysteresis.search import Form, Point, Samples, residual_of
 
 Floats = NDArray[np.float64]
 
@@ -19,6 +19,7 @@ _CONFIDENCE = 0.95
 _STEP = 1e-6  # of finite differences; the kernel of h is exact to about 1e-13
 _BLIND = 1e-9  # of the largest column of the Jacobian: smaller ones are rounding
 _WIDEST_LOG = 30.0  # half width of the interval of a logarithm beyond which there is no interval
+_DRAWS = 400
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,10 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """Covariance of x = (q, c), shape (5 + p, 5 + p), and what it rests on.
+    """Covariance of x = (q, c), shape (s + p, s + p), and what it rests on.
 
     ``quantile`` times a standard deviation is half an interval. ``condition`` is that of the Jacobian with columns
-    of length 1: large where a change of one parameter can be made good by others. ``blind``, shape (5 + p,), marks
+    of length 1: large where a change of one parameter can be made good by others. ``blind``, shape (s + p,), marks
     what the samples do not show at all; ``effective`` is the number of independent samples that the residual is worth.
     """
 
@@ -56,100 +57,209 @@ class Uncertainty:
     effective: float
 
     def half(self, gradient: Floats) -> float:
-        """Half width of the interval of a function of x with this gradient, shape (5 + p,); may be infinite."""
+        """Half width of the interval of a function of x with this gradient, shape (s + p,); may be infinite."""
         if (gradient[self.blind] != 0).any():
             return math.inf
         return self.quantile * math.sqrt(max(0.0, float(gradient @ self.covariance @ gradient)))
 
+    def correlation(self, i: int, j: int) -> float:
+        """Correlation of two entries of x; 0 where one of them has no spread."""
+        size = math.sqrt(self.covariance[i, i] * self.covariance[j, j])
+        return float(self.covariance[i, j] / size) if size > 0 else 0.0
 
-def uncertainty(samples: Samples, backbone: Backbone, point: Point) -> Uncertainty:
-    """Covariance s^2 (J^T J)^-1 m / m_eff at the end of a polish.
 
-    The residual of a model that lacks an effect is no white noise. Its m samples count as
-    m_eff = m (1 - r) / (1 + r), r being the correlation of neighbours (first-order autoregression).
-    Coefficients of f that are held by a bound (a flat piece of the curve) count as known.
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """Residual at the end of a polish and its Jacobian by finite differences.
+
+    ``free`` marks the entries of x that the samples show and no bound holds, ``blind`` those that they do not show.
     """
-    residual = residual_of(samples, backbone, point.sign)
+
+    residual: Floats
+    columns: Floats
+    free: NDArray[np.bool_]
+    blind: NDArray[np.bool_]
+
+    def inverse(self) -> tuple[Floats, float]:
+        """Give (J^T J)^-1 of the free entries, and the condition of J with columns of length 1."""
+        jacobian = self.columns[:, self.free]
+        norms = np.linalg.norm(jacobian, axis=0)
+        _, singular, basis = np.linalg.svd(jacobian / norms, full_matrices=False)
+        largest = float(singular.max(initial=1e-300))  # there are none where the samples show nothing at all
+        singular = np.maximum(singular, 1e-12 * largest)
+        within = (basis.T / singular**2) @ basis / np.outer(norms, norms)
+        return within, largest / float(singular.min(initial=largest))
+
+
+def linearise(samples: Samples, form: Form, point: Point) -> Linearised:
+    """Differentiate the residual. Coefficients of f that are held by a bound (a flat piece) count as known."""
+    residual = residual_of(samples, form, point.sign)
     x = np.concatenate([point.q, point.c])
-    high = box(samples)[1]
-    free = np.concatenate([np.ones(5, dtype=bool), point.c - backbone.low > 1e-6 * np.abs(point.c).max()])
+    high = form.box(samples)[1]
+    held = point.c - form.backbones[0].low <= 1e-6 * np.abs(point.c).max()
+    free = np.concatenate([np.ones(form.size, dtype=bool), ~held])
     at_end = residual(x)
     columns = np.zeros((len(at_end), len(x)))
     for i in np.flatnonzero(free):
         step = _STEP * max(1.0, abs(x[i]))
-        if i < 5 and x[i] + step > high[i]:
+        if i < form.size and x[i] + step > high[i]:
             step = -step
         columns[:, i] = (residual(x + step * np.eye(len(x))[i]) - at_end) / step
     norms = np.linalg.norm(columns, axis=0)
     blind = free & (norms <= _BLIND * norms.max())
-    free &= ~blind
-    jacobian, norms = columns[:, free], norms[free]
-    m, p = jacobian.shape
-    _, singular, basis = np.linalg.svd(jacobian / norms, full_matrices=False)
-    largest = float(singular.max(initial=1e-300))  # there are none where the samples show nothing at all
-    singular = np.maximum(singular, 1e-12 * largest)
-    within = (basis.T / singular**2) @ basis / np.outer(norms, norms)
-    neighbours = float(at_end[1:] @ at_end[:-1]) / max(float(at_end @ at_end), 1e-300)
-    effective = m * (1 - max(0.0, neighbours)) / (1 + max(0.0, neighbours))
-    variance = float(at_end @ at_end) / max(1, m - p) * m / max(1.0, effective)
-    covariance = np.zeros((len(x), len(x)))
-    covariance[np.ix_(free, free)] = variance * within
-    quantile = float(student.ppf(0.5 + 0.5 * _CONFIDENCE, max(1, m - p)))
-    return Uncertainty(covariance, quantile, largest / float(singular.min(initial=largest)), blind, effective)
+    return Linearised(at_end, columns, free & ~blind, blind)
 
 
-def parameters_of(
-    samples: Samples, backbone: Backbone, point: Point, spread: Uncertainty | None
-) -> dict[str, Parameter]:
-    """Give A, beta, gamma, n, h0_deg, saturation_deg and the coefficients of f with their intervals.
+def uncertainty(samples: Samples, form: Form, point: Point) -> Uncertainty:
+    """Covariance s^2 (J^T J)^-1 m / m_eff at the end of a polish.
 
-    Without a spread the intervals are None. Intervals of A, n and the saturation end at the bounds of the search.
-    Where h = 0 (sign 0) those of its parameters are None.
+    The residual of a model that lacks an effect is no white noise. Its m samples count as
+    m_eff = m (1 - r) / (1 + r), r being the correlation of neighbours (first-order autoregression).
     """
-    low, high = box(samples)
-    model, q, size = point.model, point.q, len(point.q) + len(point.c)
-    saturation, rho = math.exp(q[1]) if point.sign else 0.0, float(q[3])
+    line = linearise(samples, form, point)
+    within, condition = line.inverse()
+    e, m, p = line.residual, len(line.residual), int(line.free.sum())
+    neighbours = float(e[1:] @ e[:-1]) / max(float(e @ e), 1e-300)
+    effective = m * (1 - max(0.0, neighbours)) / (1 + max(0.0, neighbours))
+    variance = float(e @ e) / max(1, m - p) * m / max(1.0, effective)
+    quantile = float(student.ppf(0.5 + 0.5 * _CONFIDENCE, max(1, m - p)))
+    return Uncertainty(_spread_out(line, variance * within), quantile, condition, line.blind, effective)
 
-    def along(*entries: float, at: int = 0) -> Floats:
-        gradient = np.zeros(size)
-        gradient[at : at + len(entries)] = entries
+
+def bootstrap(samples: Samples, form: Form, point: Point, seed: int) -> Uncertainty:
+    """Covariance over draws of whole blocks of samples, with replacement; each draw refitted by one Gauss-Newton step.
+
+    What the blocks have in common in their residual, however it is correlated within them, counts as it is (Kunsch
+    1989, doi 10.1214/aos/1176347265).
+
+    Parameters
+    ----------
+    samples, form, point
+        End of a polish; ``samples.blocks`` has at least two blocks.
+    seed
+        Of the draws.
+    """
+    line = linearise(samples, form, point)
+    jacobian = line.columns[:, line.free]
+    assert samples.blocks is not None
+    names, which = np.unique(samples.blocks[samples.seen], return_inverse=True)
+    k, p = len(names), jacobian.shape[1]
+    normals, pulls = np.zeros((k, p, p)), np.zeros((k, p))
+    for i in range(k):
+        mine = jacobian[which == i]
+        normals[i], pulls[i] = mine.T @ mine, mine.T @ line.residual[which == i]
+    rng = np.random.default_rng(seed)
+    draws = rng.multinomial(k, np.full(k, 1 / k), _DRAWS).astype(float)
+    # One draw's normal matrix may be singular where few blocks show a parameter: the whole one takes a small part.
+    whole = normals.sum(axis=0)
+    size = np.sqrt(np.maximum(np.diag(whole), 1e-300))
+    steps = np.empty((_DRAWS, p))
+    for i, draw in enumerate(draws):
+        matrix = 0.9 * np.tensordot(draw, normals, 1) + 0.1 * whole
+        steps[i] = np.linalg.lstsq(matrix / np.outer(size, size), -(draw @ pulls) / size, rcond=1e-14)[0] / size
+    centred = steps - steps.mean(axis=0)
+    covariance = centred.T @ centred / (_DRAWS - 1) * k / max(1, k - 1)
+    quantile = float(student.ppf(0.5 + 0.5 * _CONFIDENCE, k - 1)) if k < 30 else float(norm.ppf(0.975))
+    return Uncertainty(_spread_out(line, covariance), quantile, line.inverse()[1], line.blind, float(k))
+
+
+def _spread_out(line: Linearised, covariance: Floats) -> Floats:
+    """Covariance of all of x, zero where it is not free."""
+    out = np.zeros((len(line.free), len(line.free)))
+    out[np.ix_(line.free, line.free)] = covariance
+    return out
+
+
+def coordinates(form: Form) -> list[tuple[str, int]]:
+    """Names and places in x of what shapes the law: (A, saturation_deg, n, gamma / beta) of each element."""
+    names = ("A", "saturation_deg", "n", "gamma / beta")
+    return [(name + _mark(i), 4 * i + j) for i in range(form.elements) for j, name in enumerate(names)]
+
+
+def _mark(i: int) -> str:
+    return f"_{i + 1}" if i else ""
+
+
+def parameters_of(samples: Samples, form: Form, point: Point, spread: Uncertainty | None) -> dict[str, Parameter]:
+    """Give A, beta, gamma, n, h0_deg, saturation_deg and the rest of q, and the coefficients of f, with intervals.
+
+    Those of a second element end in _2; h0_deg of further records in _record_2 and on; ``amplitude_2`` is that of h in
+    the second group of records over the first, ``zero_deg_record_2`` what its angle has on top of f + h. Without a
+    spread the intervals are None. Intervals of A, n and the saturation end at the bounds of the search. Where h = 0
+    (sign 0) those of its parameters are None.
+    """
+    found: dict[str, Parameter] = {}
+    reader = _Reader(spread, form.size + len(point.c))
+    for i in range(form.elements):
+        found |= {name + _mark(i): value for name, value in _element(reader, samples, form, point, i).items()}
+    for record in range(len(form.groups)):
+        for i, model in enumerate(point.models(form, record)):
+            place = form.state(record).start + i
+            saturation = model.saturation_deg if point.sign else 0.0
+            gradient = reader.along(4 * i + 1, model.h0_deg) + reader.along(place, saturation)
+            suffix = _mark(i) + (f"_record_{record + 1}" if record else "")
+            found[f"h0_deg{suffix}"] = reader.plain(model.h0_deg, gradient, "deg")
+    for group in range(1, max(form.groups) + 1):
+        place = form.amplitude(group)
+        found[f"amplitude_{group + 1}"] = reader.positive(math.exp(point.q[place]), reader.along(place), "1")
+    if form.longest_delay_s > 0:
+        found["delay_s"] = reader.plain(form.delay_s(point.q), reader.along(form.size - 1), "s")
+    if point.sign == 0:
+        found = {name: replace(parameter, low=None, high=None) for name, parameter in found.items()}
+    for record, place in enumerate(range(form.zeros.start, form.zeros.stop), 2):
+        found[f"zero_deg_record_{record}"] = reader.plain(float(point.q[place]), reader.along(place), "deg")
+    backbone = form.backbones[0]
+    for i, (name, unit) in enumerate(zip(backbone.names, backbone.units, strict=True)):
+        found[name] = reader.plain(float(point.c[i]), reader.along(form.size + i), unit)
+    return found
+
+
+@dataclass(frozen=True)
+class _Reader:
+    """Turns a value and its gradient into a parameter with an interval."""
+
+    spread: Uncertainty | None
+    size: int
+
+    def along(self, at: int, value: float = 1.0) -> Floats:
+        gradient = np.zeros(self.size)
+        gradient[at] = value
         return gradient
 
-    def plain(value: float, gradient: Floats, unit: str) -> Parameter:
-        half = math.inf if spread is None else spread.half(gradient)
+    def plain(self, value: float, gradient: Floats, unit: str) -> Parameter:
+        half = math.inf if self.spread is None else self.spread.half(gradient)
         if not math.isfinite(half):
             return Parameter(value, None, None, unit)
         return Parameter(value, value - half, value + half, unit)
 
-    def positive(value: float, gradient: Floats, unit: str, ends: tuple[float, float] | None = None) -> Parameter:
+    def positive(self, value: float, gradient: Floats, unit: str, ends: tuple[float, float] | None = None) -> Parameter:
         """Interval of the logarithm; ``ends`` bound it."""
-        half = math.inf if spread is None else spread.half(gradient)
-        if spread is None or value == 0 or (ends is None and half > _WIDEST_LOG):
+        half = math.inf if self.spread is None else self.spread.half(gradient)
+        if self.spread is None or value == 0 or (ends is None and half > _WIDEST_LOG):
             return Parameter(value, None, None, unit)
         log_low, log_high = math.log(value) - half, math.log(value) + half
         if ends is not None:
             log_low, log_high = max(log_low, ends[0]), min(log_high, ends[1])
         return Parameter(value, math.exp(log_low), math.exp(log_high), unit)
 
-    of_log_beta = along(1.0, -model.n, -model.n * q[1], -1 / (1 + rho))
-    slope = positive(abs(model.A), along(1.0), "1", (low[0], high[0]))
+
+def _element(reader: _Reader, samples: Samples, form: Form, point: Point, i: int) -> dict[str, Parameter]:
+    low, high = form.box(samples)
+    at = 4 * i
+    _, log_saturation, _, rho = (float(v) for v in point.q[at : at + 4])
+    model = point.models(form)[i]
+    saturation = math.exp(log_saturation) if point.sign else 0.0
+    of_log_beta = np.zeros(reader.size)
+    of_log_beta[at : at + 4] = 1.0, -model.n, -model.n * log_saturation, -1 / (1 + rho)
+    of_gamma = model.beta * (rho * of_log_beta + reader.along(at + 3))
+    slope = reader.positive(abs(model.A), reader.along(at), "1", (low[at], high[at]))
     if point.sign < 0:
-        slope = Parameter(
-            model.A,
-            None if slope.high is None else -slope.high,
-            None if slope.low is None else -slope.low,
-            "1",
-        )
-    found = {
+        ends = [None if end is None else -end for end in (slope.high, slope.low)]
+        slope = Parameter(model.A, ends[0], ends[1], "1")
+    return {
         "A": slope,
-        "beta": positive(model.beta, of_log_beta, "deg^-n"),
-        "gamma": plain(model.gamma, model.beta * (rho * of_log_beta + along(1.0, at=3)), "deg^-n"),
-        "n": positive(model.n, along(1.0, at=2), "1", (low[2], high[2])),
-        "h0_deg": plain(model.h0_deg, along(model.h0_deg, at=1) + along(saturation, at=4), "deg"),
-        "saturation_deg": positive(saturation, along(1.0, at=1), "deg", (low[1], high[1])),
+        "beta": reader.positive(model.beta, of_log_beta, "deg^-n"),
+        "gamma": reader.plain(model.gamma, of_gamma, "deg^-n"),
+        "n": reader.positive(model.n, reader.along(at + 2), "1", (low[at + 2], high[at + 2])),
+        "saturation_deg": reader.positive(saturation, reader.along(at + 1), "deg", (low[at + 1], high[at + 1])),
     }
-    if point.sign == 0:
-        found = {name: replace(parameter, low=None, high=None) for name, parameter in found.items()}
-    for i, (name, unit) in enumerate(zip(backbone.names, backbone.units, strict=True)):
-        found[name] = plain(float(point.c[i]), along(1.0, at=5 + i), unit)
-    return found

@@ -10,7 +10,7 @@ from dataclasses import replace
 from enum import StrEnum
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import numpy as np
 import typer
@@ -23,6 +23,7 @@ from fem_models.presets import PRESETS, preset
 from fem_models.program import LoadProgram, SolverError, sine, triangle
 from fem_models.rig import Rig
 from fem_models.rig_file import read_rig
+from hysteresis.optimizers import METHODS, Method
 from hysteresis.record import RecordError, check_target, read_record, write_record
 from studies.engines import (
     ENGINES,
@@ -33,11 +34,12 @@ from studies.engines import (
     simulate_in_time,
 )
 from studies.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
-from studies.identification import identify_record, write_fit
+from studies.identification import identify_records, write_fit, written
 from studies.progress import status
 from studies.results import flat, loop_summary, require_unchanged, write_json
 
 Engine = StrEnum("Engine", {name: name for name in ENGINES})  # type: ignore[misc]
+Search = StrEnum("Search", {name: name for name in METHODS})  # type: ignore[misc]
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__
@@ -122,20 +124,34 @@ def validate(
 
 @app.command()
 def identify(
-    records: Annotated[list[Path], typer.Argument(help="The record to fit, a CSV.")],
+    records: Annotated[list[Path], typer.Argument(help="The records to fit, CSV; several are fitted jointly.")],
     out: Out,
+    method: Annotated[Search, typer.Option("--method", help="Of the global search.")] = Search.genetic,  # type: ignore[attr-defined]
+    seeds: Annotated[int, typer.Option("--seeds", min=1, help="Searches, from --seed on.")] = 1,
+    elements: Annotated[
+        int, typer.Option("--elements", min=0, max=2, help="Of h; 0 chooses 1 or 2 within the training data.")
+    ] = 1,
+    delay: Annotated[bool, typer.Option("--delay", help="The angle may be behind the drive in time.")] = False,
     seed: Seed = 0,
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the Bouc-Wen layer on a record, with the error on data that the fit has not seen."""
-    if len(records) > 1:
-        raise RecordError(f"{records[1]}: identify takes one record, expected a call for each")
-    if (out / "identify.csv").resolve() == records[0].resolve():
-        raise RecordError(f"{records[0]}: --out {out} would replace it: expected another folder")
-    record = read_record(records[0])
-    fit = identify_record(record, seed=seed, progress=not quiet and not as_json)
-    write_fit(fit, record, out, "identify")
+    """Identify the Bouc-Wen layer on records, with the error on data that the fit has not seen."""
+    targets = {path.resolve() for path in written(out, "identify", len(records))}
+    for path in records:
+        if path.resolve() in targets:
+            raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
+    loaded = [read_record(path) for path in records]
+    fit = identify_records(
+        loaded,
+        seed=seed,
+        progress=not quiet and not as_json,
+        method=cast("Method", method.value),
+        seeds=seeds,
+        elements=elements or None,
+        delay=delay,
+    )
+    write_fit(fit, loaded, out, "identify")
     _show(fit.to_dict(), quiet, as_json, str(fit), f"wrote {out / 'identify.json'}")
 
 

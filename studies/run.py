@@ -61,7 +61,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         for label, name, known in jobs:
             step(f"identifying {label}")
             fit = identify_record(records[name], seed=seed, use_rig=known)
-            write_fit(fit, records[name], out, f"identify-{label}")
+            write_fit(fit, [records[name]], out, f"identify-{label}")
             fits.append({"name": label, "record": name, "title": records[name].title})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]

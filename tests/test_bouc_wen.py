@@ -75,6 +75,33 @@ def test_monotonic_branch_is_the_hypergeometric_one(n, sign, start):
         assert h == pytest.approx(exact, rel=1e-8, abs=1e-10)
 
 
+@settings(max_examples=150, deadline=None)
+@given(admissible(), st.floats(1, 3), st.floats(-1, 1), st.floats(-5, 5))
+def test_branch_of_any_model_is_the_hypergeometric_one(model, n, start, way):
+    """Relative error of 1e-8 for n in 1..3, near h = 0 of the saturation; ``way`` is in paths to saturation."""
+    beta, gamma = (value / (model.beta + model.gamma) for value in (model.beta, model.gamma))
+    assume(gamma > -0.99 * beta)
+    saturation = 10 ** (10 * start % 1)
+    slope = abs(model.A)
+    scale = slope / saturation**n
+    unit = BoucWen(math.copysign(slope, model.A), scale * beta, scale * gamma, n)
+    h0, f1 = start * unit.saturation_deg, way * unit.saturation_deg / slope
+    exact = branch_closed_form(h0, 0.0, f1, unit)
+    h = hysteresis([0.0, f1], replace(unit, h0_deg=h0))[-1]
+    assert h == pytest.approx(exact, rel=1e-8, abs=1e-11 * unit.saturation_deg)
+
+
+def test_rate_does_not_matter():
+    """The same path at another pace (other samples of a sine) gives the same loop to 1e-8."""
+    places = np.linspace(-40, 40, 81)
+    fine = np.unique(np.concatenate([places, 40 * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 3001))]))
+    for model in (PAPER, replace(MIRRORED, n=2.7)):
+        slow = hysteresis(np.concatenate([[0.0], places, places[::-1]]), model)[1:]
+        path = np.concatenate([[0.0], fine, fine[::-1]])
+        at = np.concatenate([np.searchsorted(fine, places), 2 * len(fine) - 1 - np.searchsorted(fine, places[::-1])])
+        np.testing.assert_allclose(hysteresis(path, model)[1:][at], slow, atol=1e-8 * model.saturation_deg)
+
+
 def test_exponential_for_n_1():
     # dh/df = A - (beta + gamma) h from h = 0
     model = BoucWen(A=1.5, beta=0.4, gamma=0.2, n=1.0)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.record import Record, read_record, write_record
 from studies import cli, engines
 from studies.cli import call
@@ -227,6 +228,26 @@ def test_identify_writes_the_contract(tmp_path, capsys):
     assert {"records", "parameters", "train", "heldout", "evaluations", "seconds", "warnings"} <= set(stored)
     assert set(stored["heldout"]) == {"rmse_deg", "max_abs_deg", "max_rel_percent", "normalised"}
     assert set(stored["parameters"]["A"]) == {"value", "low", "high", "unit"}
+
+
+def test_identify_takes_several_records(tmp_path, capsys):
+    x = np.concatenate([np.linspace(-2, 2, 41), np.linspace(2, -2, 41)[1:]] * 2)
+    for name, zero in (("a", 0.0), ("b", 0.5)):
+        angle = 20 * x + hysteresis(20 * x, BoucWen(-0.9, 0.3, 0.1, 1.5)) + zero
+        write_record(Record(drive=x, angle_deg=angle), tmp_path / f"{name}.csv")
+    files = [str(tmp_path / f"{name}.csv") for name in "ab"]
+    assert call(["identify", *files, "--out", str(tmp_path / "fit"), "--method", "cma", "--json"]) == 0
+    stored = json.loads((tmp_path / "fit" / "identify.json").read_text())
+    assert stored["records"] == files
+    assert stored["method"] == "cma"
+    assert stored["parameters"]["zero_deg_record_2"]["value"] == pytest.approx(0.5, abs=0.01)
+    assert sorted(file.name for file in (tmp_path / "fit").iterdir()) == [
+        "identify-2.csv", "identify.csv", "identify.json"
+    ]  # fmt: skip
+    capsys.readouterr()
+    (tmp_path / "identify-2.csv").write_text((tmp_path / "b.csv").read_text())
+    error = complaint(capsys, "identify", files[0], tmp_path / "identify-2.csv", "--out", tmp_path)
+    assert "would replace it" in error
 
 
 def test_fetching_an_unknown_record_is_named(tmp_path, capsys):

@@ -15,7 +15,7 @@ from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.holdout import hold_out, validate_within
 from hysteresis.identify import identify
 from hysteresis.record import Record, RecordError, read_record
-from hysteresis.search import Point, Samples
+from hysteresis.search import Form, Point, Samples
 from hysteresis.uncertainty import parameters_of, uncertainty
 
 PAPER = {"A": 1.895, "beta": 0.315, "gamma": 0.2606, "n": 1.176}  # eq. 10
@@ -314,12 +314,12 @@ def test_what_the_samples_do_not_show_has_no_interval():
     """h saturates within one step of the path: any steep A, any n and any gamma / beta draw the same points."""
     point = Point(-1.0, np.array([np.log(20.0), 0.0, np.log(4.0), 0.0, 0.0]), np.zeros(1))
     drive = FOUR[::8]
-    record = loop(point.model, drive=drive, noise=0.01)
+    form = Form((given_backbone(analytic, drive, drive, "mm"),))
+    record = loop(point.models(form)[0], drive=drive, noise=0.01)
     samples = Samples(drive, record.angle_deg, np.ones(len(drive), dtype=bool))
-    backbone = given_backbone(analytic, drive, record.angle_deg, "mm")
-    spread = uncertainty(samples, backbone, point)
+    spread = uncertainty(samples, form, point)
     assert spread.blind.tolist() == [True, False, True, True, False, False]
-    found = parameters_of(samples, backbone, point, spread)
+    found = parameters_of(samples, form, point, spread)
     assert found["gamma"].low is None
     assert (found["n"].low, found["n"].high) == pytest.approx((1, 10))  # the bounds of the search
     assert found["saturation_deg"].low < 1 < found["saturation_deg"].high
