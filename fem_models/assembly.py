@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from fem_models.contact import closes_one_way, contact_angle_rad, ring_weight_N
 from fem_models.friction import jenkins_elements
 from fem_models.rig import Rig, Tendon
-from fem_models.snr import BENCH_GAP, bending_length_mm, flexure, moment_arms_mm, ring_stiffness
+from fem_models.snr import BENCH_GAP, flexure, force_scale_N, moment_arms_mm, ring_stiffness, turning_length_mm
 from fem_models.superelastic import flag_fibres
 
 COMPRESSION = 0.00025  # of the preload: a slack segment pushes with no more, which keeps the tangent regular
@@ -51,7 +52,8 @@ class Model:
 
     mbs: Any
     wheel: int
-    free_spans: list[int]  # one connector a tendon: wheel to base
+    free_spans: list[int]  # one connector a tendon: wheel to base; none where forces pull
+    pulls: list[int]  # those forces, one a tendon
     segments: list[int]  # tendon a then b, base to tip
     guides: list[int]  # friction connectors, the same order
     beams: list[int]  # flexures, base to tip
@@ -81,9 +83,12 @@ def _tension_only(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest
     return exu.symbolic.max(k * (u - rest), OPEN_STIFFNESS * k * (u - rest))
 
 
-def _flag(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest: Any, residual: Any, lower: Any, upper: Any,
-          ve: Any, span: Any, rv: Any) -> Any:  # fmt: skip
-    """Elastic line from the rest angle, between the loading and the unloading branch of the flag, on either side."""
+def _flag(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any, residual: Any, lower: Any,
+          upper: Any, ve: Any, span: Any, rv: Any) -> Any:  # fmt: skip
+    """Elastic line from the rest angle, between the loading and the unloading branch of the flag, on either side.
+
+    ``lower`` and ``upper`` are where the plateaus' lines would start at no angle; they climb by ``climb``.
+    """
     low, high = exu.symbolic.min, exu.symbolic.max
     x = u - residual
     ahead, back = high(x, 0.0), high(-x, 0.0)
@@ -91,7 +96,7 @@ def _flag(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest: Any, r
 
     def held(line: Any, x: Any) -> Any:
         full = k * (x - span)
-        return low(high(line, high(low(k * x, lower), full)), high(low(k * x, upper), full))
+        return low(high(line, high(low(k * x, climb * x + lower), full)), high(low(k * x, climb * x + upper), full))
 
     return high(held(line, ahead), 0.0) - high(held(-line, back), 0.0)
 
@@ -185,12 +190,12 @@ def _dashpot(mbs: Any, markers: list[int]) -> int:
 
 def _add_backbone(mbs: Any, rig: Rig, ground: int, inertia: RingInertia) -> _Backbone:
     joint = flexure(rig)
-    p, bend = rig.pitch_mm, bending_length_mm(rig)
+    p, bend = rig.pitch_mm, turning_length_mm(rig)
     length = p - bend
     ring_bending, ring_axial, ring_shear = ring_stiffness(rig)
     axial, shear = joint.axial_N_per_mm or ring_axial, joint.shear_N_per_mm or ring_shear
     elastic, stiffness, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
-    thrust = rig.preload_N * (taut(rig, rig.tendon_a) + taut(rig, rig.tendon_b))
+    thrust = rig.preload_N * sum(taut(rig, rope) for rope in rig.tendons)
     rings = [_ring(mbs, length / 2, 0.0, -length / 2, MASSLESS)]
     for axis in range(3):
         fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=rings[0].node, coordinate=axis))
@@ -246,7 +251,9 @@ def _add_segments(mbs: Any, rig: Rig, tendon: Tendon, y_mm: float, backbone: _Ba
     the markers of the rope's way past each guide towards the wheel, the anchor at the tip last.
     """
     half_hole = 0.5 * (rig.notch.spacing_mm if rig.notch else (1 - BENCH_GAP) * rig.pitch_mm)
-    stretched = taut(rig, tendon)
+    stretched, half_turn = taut(rig, tendon), 0.5 * math.radians(rig.precurvature_deg)
+    half_gap = 0.5 * (rig.pitch_mm - turning_length_mm(rig)) - half_hole  # rigid part of a notch, either end
+    shorter = 2 * (y_mm * math.sin(half_turn) + half_gap * (1 - math.cos(half_turn)))  # the path, at rest
     out = []
     for i, (near, far) in enumerate(pairwise(backbone.rings)):
         points = [(near, 0.0), (near, half_hole), (far, -half_hole), (far, 0.0)]
@@ -259,8 +266,8 @@ def _add_segments(mbs: Any, rig: Rig, tendon: Tendon, y_mm: float, backbone: _Ba
             hasCoordinateMarkers=True,
             coordinateFactors=[-1 / stretched, 1 / stretched],
             stiffnessPerLength=stretched * tendon.EA_N,
-            referenceLength=(rig.pitch_mm - backbone.shortening_mm[i]) / stretched,
-            regularizationForce=COMPRESSION * rig.preload_N,
+            referenceLength=(rig.pitch_mm - backbone.shortening_mm[i] - shorter) / stretched,
+            regularizationForce=COMPRESSION * force_scale_N(rig),
             sheavesAxes=exu.Vector3DList([[0, 0, 1]] * len(path)),
             sheavesRadii=[0.0] * len(path),
         )
@@ -289,23 +296,27 @@ def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> None:
         mbs.SetObjectParameter(stop, "springForceUserFunction", law)
 
 
-def assemble(rig: Rig, bristle_ratio: float, inertia: RingInertia = MASSLESS) -> Model:
+def assemble(rig: Rig, bristle_ratio: float, inertia: RingInertia = MASSLESS, *, pulled: bool = False) -> Model:
     """Build the system of a rig, straight and preloaded; ``bristle_ratio`` as in :func:`bristle_N_per_mm`.
 
-    ``inertia`` is that of every ring that moves; all other coordinates have no mass.
+    ``inertia`` is that of every ring that moves; all other coordinates have no mass. ``pulled``: forces pull the
+    tendons at the base, in place of the wheel.
     """
     mbs = exu.SystemContainer().AddSystem()
     ground = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
     backbone = _add_backbone(mbs, rig, ground, inertia)
     _, wheel_marker = _scalar_node(mbs)
     wheel = mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, wheel_marker]))
-    free_spans, segments, guides, slip_nodes, dashpots = [], [], [], [], []
-    for side, tendon, arm in zip((1, -1), (rig.tendon_a, rig.tendon_b), moment_arms_mm(rig), strict=True):
+    free_spans, pulls, segments, guides, slip_nodes, dashpots = [], [], [], [], [], []
+    for side, tendon, arm in zip((1, -1), rig.tendons, moment_arms_mm(rig), strict=False):
         slip = [_scalar_node(mbs) for _ in range(rig.joints)]
         markers = [m for _, m in slip]
-        free_spans.append(
-            _add_free_span(mbs, tendon, rig.preload_N, markers[0], wheel_marker, side * rig.wheel.radius_mm)
-        )
+        if pulled:
+            pulls.append(int(mbs.AddLoad(items.LoadCoordinate(markerNumber=markers[0], load=rig.preload_N))))
+        else:
+            free_spans.append(
+                _add_free_span(mbs, tendon, rig.preload_N, markers[0], wheel_marker, side * rig.wheel.radius_mm)
+            )
         segments += _add_segments(mbs, rig, tendon, side * arm, backbone, [*markers, ground])
         bristle = bristle_N_per_mm(rig, tendon, bristle_ratio)
         open_stiffness = OPEN_STIFFNESS * tendon.EA_N / rig.pitch_mm
@@ -322,6 +333,7 @@ def assemble(rig: Rig, bristle_ratio: float, inertia: RingInertia = MASSLESS) ->
         mbs=mbs,
         wheel=int(wheel),
         free_spans=free_spans,
+        pulls=pulls,
         segments=segments,
         guides=guides,
         beams=backbone.beams,

@@ -29,9 +29,18 @@ from fem_models.contact import closes_one_way, contact_angle_rad, require_open, 
 from fem_models.friction import jenkins_elements
 from fem_models.program import LoadProgram, SolverError
 from fem_models.rig import Rig
-from fem_models.schedule import largest_slide_mm, largest_turn_rad, schedule
+from fem_models.schedule import (
+    Schedule,
+    force_schedule,
+    largest_pulled_slide_mm,
+    largest_pulled_turn_rad,
+    largest_slide_mm,
+    largest_turn_rad,
+    schedule,
+)
 from fem_models.simulated import simulated_record
-from fem_models.snr import BENCH_GAP, bending_length_mm, flexure, moment_arms_mm, ring_stiffness
+from fem_models.snr import BENCH_GAP, flexure, force_scale_N, moment_arms_mm, ring_stiffness, turning_length_mm
+from fem_models.strain import peak_strain
 from fem_models.superelastic import flag_fibres
 from hysteresis.record import Record
 
@@ -40,10 +49,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ChainSettings:
-    """Numerical settings. ``tolerance`` is of the residual, over the preload; the rest as in the multibody model."""
+    """Numerical settings. ``tolerance`` is of the residual, over :func:`fem_models.snr.force_scale_N`.
+
+    ``max_pull`` bounds the step of a force, over the same; the rest as in the multibody model.
+    """
 
     bristle_ratio: float = 0.02
     max_step_mm: float = 0.1
+    max_pull: float = 0.25
     max_halvings: int = 20
     newton_iterations: int = 40
     tolerance: float = 1e-10
@@ -55,42 +68,51 @@ class ChainSolution:
 
     record: Record
     segment_tensions_N: Floats
+    peak_strain: Floats
     wheel_work_mJ: Floats
     friction_loss_mJ: Floats
     material_loss_mJ: Floats
     viscous_loss_mJ: Floats
 
 
-def constants(rig: Rig, settings: ChainSettings) -> Constants:
-    """Reduce a rig to what the kernels need."""
+def constants(rig: Rig, settings: ChainSettings, *, pulled: bool = False) -> Constants:
+    """Reduce a rig to what the kernels need; ``pulled`` by a force in place of the wheel."""
     joint, arms, dry = flexure(rig), moment_arms_mm(rig), rig.friction
     elastic, _, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
     gap = rig.notch.width_mm if rig.notch else BENCH_GAP * rig.pitch_mm
     bristle = settings.bristle_ratio
-    ropes = (rig.tendon_a, rig.tendon_b)
+    ropes, absent, scale = rig.tendons, [0.0] * (2 - len(rig.tendons)), force_scale_N(rig)
+    preload_a, preload_b = [float(rig.preload_N)] * len(ropes) + absent
+    rope_a, rope_b = [rope.EA_N / rig.pitch_mm for rope in ropes] + absent
+    free_a, free_b = [rope.EA_N / rope.free_length_mm for rope in ropes] + absent
+    toe_a, toe_b = [float(rope.toe_N) for rope in ropes] + absent
     stop, weight, ring = rig.tip_stop, ring_weight_N(rig), ring_stiffness(rig)[0]  # the ring is in series
     contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
-    creep = [rig.creep.fraction * rope.free_length_mm / rope.EA_N if rig.creep else 0.0 for rope in ropes]
+    creep = [rig.creep.fraction * rope.free_length_mm / rope.EA_N if rig.creep else 0.0 for rope in ropes] + absent
     return Constants(
-        preload=float(rig.preload_N),
+        preload_a=preload_a,
+        preload_b=preload_b,
+        pulled=float(pulled),
+        rest=math.radians(rig.precurvature_deg),
+        scale=scale,
         bending=joint.bending_Nmm_per_rad,
         elastic=0.0 if rig.superelastic else elastic * ring / (ring + elastic),
         arm_a=arms[0],
         arm_b=arms[1],
-        half_gap=0.5 * (gap - bending_length_mm(rig)),
-        rope_a=ropes[0].EA_N / rig.pitch_mm,
-        rope_b=ropes[1].EA_N / rig.pitch_mm,
-        free_a=ropes[0].EA_N / ropes[0].free_length_mm,
-        free_b=ropes[1].EA_N / ropes[1].free_length_mm,
-        toe_a=float(ropes[0].toe_N),
-        toe_b=float(ropes[1].toe_N),
+        half_gap=0.5 * (gap - turning_length_mm(rig)),
+        rope_a=rope_a,
+        rope_b=rope_b,
+        free_a=free_a,
+        free_b=free_b,
+        toe_a=toe_a,
+        toe_b=toe_b,
         axial=1 / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0,
         mu=float(dry.capstan_coefficient),
         guide=float(dry.guide_N),
         sheath=float(dry.sheath_N),
         rest_wrap=math.radians(dry.rest_wrap_deg),
-        bristle_a=bristle * ropes[0].EA_N / rig.pitch_mm,
-        bristle_b=bristle * ropes[1].EA_N / rig.pitch_mm,
+        bristle_a=bristle * rope_a,
+        bristle_b=bristle * rope_b,
         close_angle=contact_angle_rad(rig),
         close_stiffness=ring * contact / (ring + contact),
         close_both=0.0 if closes_one_way(rig) else 1.0,
@@ -104,7 +126,7 @@ def constants(rig: Rig, settings: ChainSettings) -> Constants:
         drag_sheath=float(rig.drag.sheath_N_s_per_mm) if rig.drag else 0.0,
         drag_joint=float(rig.drag.joint_Nmm_s_per_rad) if rig.drag else 0.0,
         # rounding of a slip times the stiffest segment is the least residual there can be
-        tolerance=max(settings.tolerance * rig.preload_N, 1e-14 * max(rope.EA_N for rope in ropes)),
+        tolerance=max(settings.tolerance * scale, 1e-14 * max(rope.EA_N for rope in ropes)),
     )
 
 
@@ -115,7 +137,7 @@ def _history(rig: Rig) -> History:
     share = 1 - rig.material.loop_share  # what the Jenkins elements leave
     return History(
         guides=np.zeros((2, n)),
-        jenkins=np.zeros((stiffness.size, n)),
+        jenkins=np.full((stiffness.size, n), math.radians(rig.precurvature_deg)),
         jenkins_stiffness=stiffness,
         slip_moment=slip_moment,
         flags=np.zeros((fibres.stiffness.size, n)),
@@ -123,6 +145,7 @@ def _history(rig: Rig) -> History:
         flag_upper=share * fibres.upper_Nmm,
         flag_lower=share * fibres.lower_Nmm,
         flag_span=fibres.span_rad,
+        flag_climb=share * fibres.slope,
     )
 
 
@@ -136,26 +159,64 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
     RigError
         From :func:`fem_models.schedule.schedule`.
     """
-    settings = settings or ChainSettings()
-    plan = schedule(rig, program)
-    c, n, m = constants(rig, settings), rig.joints, program.drive_mm.size
+    settings, plan = settings or ChainSettings(), schedule(rig, program)
+    turn, slide = largest_turn_rad, largest_slide_mm
+    angles, tensions, energies = _followed(
+        rig, plan, settings, settings.max_step_mm, pulled=False, turn=(turn(rig, 1.0) - turn(rig, 0.0), turn(rig, 0.0)),
+        slide=(slide(1.0) - slide(0.0), slide(0.0)),
+    )  # fmt: skip
+    return _solution(rig, program, angles, tensions, energies)
+
+
+def solve_pulled_chain(rig: Rig, force_N: Floats, settings: ChainSettings | None = None) -> ChainSolution:
+    """Run a rig of one tendon through tensions at the wheel, shape (m,), in order; the record's drive is in N.
+
+    Raises
+    ------
+    SolverError
+        As :func:`solve_chain`.
+    RigError
+        From :func:`fem_models.schedule.force_schedule`.
+    """
+    settings, plan = settings or ChainSettings(), force_schedule(rig, force_N)
+    turn, slide = largest_pulled_turn_rad(rig, 1.0), largest_pulled_slide_mm(rig, 1.0)
+    angles, tensions, energies = _followed(
+        rig, plan, settings, settings.max_pull * force_scale_N(rig), pulled=True, turn=(turn, 0.05), slide=(slide, 0.1)
+    )
+    return _solution(rig, plan.drive_mm, angles, tensions, energies)
+
+
+def _followed(
+    rig: Rig, plan: Schedule, settings: ChainSettings, step: float, *, pulled: bool, turn: tuple[float, float],
+    slide: tuple[float, float],
+) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+    """Angles (m, N), tensions (m, 2, N+1), energies (m, 4). ``turn``, ``slide``: bounds per unit of step, and at 0."""
+    n, m, unit = rig.joints, plan.drive_mm.size, "N" if pulled else "mm"
     angles, tensions, energies = np.empty((m, n)), np.empty((m, 2, n + 1)), np.empty((m, 4))
-    turn_per_mm = largest_turn_rad(rig, 1.0) - largest_turn_rad(rig, 0.0)
-    slide_per_mm = largest_slide_mm(1.0) - largest_slide_mm(0.0)
     failed, start, end = follow(
-        plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad, plan.time_s, plan.creep, c, _history(rig),
-        settings.max_step_mm, settings.max_halvings, settings.newton_iterations, turn_per_mm,
-        largest_turn_rad(rig, 0.0), slide_per_mm, largest_slide_mm(0.0), angles, tensions, energies,
+        plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad, plan.time_s, plan.creep,
+        constants(rig, settings, pulled=pulled), _history(rig), step, settings.max_halvings,
+        settings.newton_iterations, *turn, *slide, angles, tensions, energies,
     )  # fmt: skip
     if failed >= 0:
         raise SolverError(
-            f"rig {rig.name}, sample {failed} of {m}: no equilibrium between drives {start:.6g} and {end:.6g} mm"
+            f"rig {rig.name}, sample {failed} of {m}: no equilibrium between drives {start:.6g} and {end:.6g} {unit}"
         )
     require_open(rig, angles)
+    return angles, tensions, energies
+
+
+def _solution(
+    rig: Rig, program: LoadProgram | Floats, angles: Floats, tensions: Floats, energies: Floats
+) -> ChainSolution:
+    n = rig.joints
     heading = np.cumsum(angles, axis=1)
-    reach = rig.pitch_mm * np.append(np.ones(n - 1), 0.5)
-    shortening = c.axial * (tensions[:, :, 1:].sum(axis=(1, 2)) - 2 * n * rig.preload_N)
-    tip = np.column_stack([0.5 * rig.pitch_mm + np.cos(heading) @ reach - shortening, np.sin(heading) @ reach])
+    turning = turning_length_mm(rig)  # along the mean of the headings before and beyond; the rest goes with the rings
+    reach = (rig.pitch_mm - turning) * np.append(np.ones(n - 1), 0.5)
+    way = np.exp(1j * heading) @ reach + turning * np.exp(1j * (heading - 0.5 * angles)).sum(axis=1)
+    compliance = 1 / k if (k := flexure(rig).axial_N_per_mm) else 0.0
+    shortening = compliance * (tensions[:, :, 1:].sum(axis=(1, 2)) - len(rig.tendons) * n * rig.preload_N)
+    tip = np.column_stack([0.5 * (rig.pitch_mm - turning) + way.real - shortening, way.imag])
     record = simulated_record(
         "chain",
         rig,
@@ -165,7 +226,7 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
         tension_N=tensions[:, :, 0],
         tip_mm=tip,
     )
-    return ChainSolution(record, tensions, *energies.T)
+    return ChainSolution(record, tensions, peak_strain(rig, angles), *energies.T)
 
 
 @dataclass(frozen=True)
@@ -188,12 +249,10 @@ def solve_batch(
 
     def one(rig: Rig) -> tuple[Floats, Floats, str]:
         try:
-            record = solve_chain(rig, program, settings).record
+            solution = solve_chain(rig, program, settings)
         except (SolverError, RigError) as error:
             return np.full(m, np.nan), np.full((m, 2), np.nan), str(error)
-        assert record.tension_a_N is not None
-        assert record.tension_b_N is not None
-        return record.angle_deg, np.column_stack([record.tension_a_N, record.tension_b_N]), ""
+        return solution.record.angle_deg, solution.segment_tensions_N[:, :, 0], ""
 
     m = program.drive_mm.size
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:

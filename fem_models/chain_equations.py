@@ -17,9 +17,13 @@ OPEN_STIFFNESS = 1e-9  # of EA/pitch, in the tangent only: a slack rope past a s
 
 
 class Constants(NamedTuple):
-    """A rig as the kernels see it; N, mm, rad. Pairs are of tendons a and b."""
+    """A rig as the kernels see it; N, mm, rad. Pairs are of tendons a and b; one that is not there has zeros."""
 
-    preload: float
+    preload_a: float
+    preload_b: float
+    pulled: float  # 1: the drive is the tension of rope a at the wheel, in N; 0: rope wound in
+    rest: float  # angle of every joint without load
+    scale: float  # of the forces, N
     bending: float  # stiffness of a joint
     elastic: float  # of its spring part
     arm_a: float
@@ -65,6 +69,7 @@ class History(NamedTuple):
     flag_upper: Floats
     flag_lower: Floats
     flag_span: Floats
+    flag_climb: Floats
 
 
 class Work(NamedTuple):
@@ -101,14 +106,16 @@ def free_tension(stretch: float, k: float, toe: float, preload: float, guess: fl
 
 @njit(cache=True)
 def segment(
-    ea: float, eb: float, ca: float, cb: float, q: float, preload: float
+    ea: float, eb: float, ca: float, cb: float, q: float, preload_a: float, preload_b: float
 ) -> tuple[float, float, float, float, float, float]:
     """Tensions of both ropes over one pitch, and dTa/dea, dTa/deb, dTb/dea, dTb/deb.
 
-    The flexure shortens by q (Ta + Tb - 2 T0) and both ropes with it; a slack rope has no tension and no stiffness.
+    The flexure shortens by q (Ta + Tb - T0a - T0b) and both ropes with it; a slack rope has no tension and no
+    stiffness.
     """
-    target_a = preload + ca * (ea + 2.0 * q * preload)
-    target_b = preload + cb * (eb + 2.0 * q * preload)
+    thrust = preload_a + preload_b
+    target_a = preload_a + ca * (ea + q * thrust)
+    target_b = preload_b + cb * (eb + q * thrust)
     d = 1.0 + (ca + cb) * q
     ta = ((1.0 + cb * q) * target_a - ca * q * target_b) / d
     tb = ((1.0 + ca * q) * target_b - cb * q * target_a) / d
@@ -149,16 +156,19 @@ def friction(
 
 
 @njit(cache=True)
-def flag(theta: float, rest: float, k: float, upper: float, lower: float, span: float) -> tuple[float, float]:
+def flag(
+    theta: float, rest: float, k: float, upper: float, lower: float, span: float, climb: float
+) -> tuple[float, float]:
     """Moment and slope of a flag element; both branches are bounds of the elastic line from the rest angle."""
     sign = 1.0 if theta >= 0.0 else -1.0
     u, moment, slope = abs(theta), k * (theta - rest) * sign, k
     full = k * (u - span)
-    low, high = max(min(k * u, lower), full), max(min(k * u, upper), full)
+    back, ahead = climb * u + (1.0 - climb / k) * lower, climb * u + (1.0 - climb / k) * upper  # the plateaus
+    low, high = max(min(k * u, back), full), max(min(k * u, ahead), full)
     if moment < low:
-        moment, slope = low, k if (k * u < lower or full > lower) else 0.0
+        moment, slope = low, k if (k * u < back or full > back) else climb
     if moment > high:
-        moment, slope = high, k if (k * u < upper or full > upper) else 0.0
+        moment, slope = high, k if (k * u < ahead or full > ahead) else climb
     return sign * moment, slope
 
 
@@ -175,8 +185,9 @@ def joint_moment(theta: float, i: int, c: Constants, h: History, load: Load) -> 
             moment += math.copysign(top, part)
     for j in range(h.flag_stiffness.size):
         part, tangent = flag(
-            theta - load.residual, h.flags[j, i], h.flag_stiffness[j], h.flag_upper[j], h.flag_lower[j], h.flag_span[j]
-        )
+            theta - load.residual, h.flags[j, i], h.flag_stiffness[j], h.flag_upper[j], h.flag_lower[j],
+            h.flag_span[j], h.flag_climb[j],
+        )  # fmt: skip
         moment += part
         slope += tangent
     beyond = abs(theta) - c.close_angle
@@ -250,7 +261,7 @@ def guide_row(
         a[row, u - 2 - row + BAND] += into * before[2]
     a[row, u - row + BAND] += into * before[3]
     a[row, u + 1 - row + BAND] += into * before[4]
-    a[row, BAND] -= out * beyond[0] + by_slip + viscous + OPEN_STIFFNESS * rope
+    a[row, BAND] -= out * beyond[0] + by_slip + viscous + OPEN_STIFFNESS * (rope if rope > 0.0 else c.rope_a)
     a[row, across - row + BAND] -= out * beyond[1]
     a[row, 3 + BAND] += out * beyond[0]
     a[row, across + 3 - row + BAND] += out * beyond[1]
@@ -277,8 +288,13 @@ def assemble(
         a[row, BAND] = 1.0
         b[row] = 0.0
     stop = external_moments(x, c, w)
-    tp_a, k_a = free_tension(load.drive - x[1] - load.slack_a, c.free_a, c.toe_a, c.preload, w.guess[0])
-    tp_b, k_b = free_tension(-load.drive - x[2] - load.slack_b, c.free_b, c.toe_b, c.preload, w.guess[1])
+    tp_a, k_a, tp_b, k_b = load.drive, 0.0, 0.0, 0.0
+    if c.pulled == 0.0:
+        tp_a, k_a = free_tension(load.drive - x[1] - load.slack_a, c.free_a, c.toe_a, c.preload_a, w.guess[0])
+        tp_b, k_b = free_tension(-load.drive - x[2] - load.slack_b, c.free_b, c.toe_b, c.preload_b, w.guess[1])
+    start_sn, start_cs = math.sin(0.5 * c.rest), math.cos(0.5 * c.rest)
+    start_even = 2.0 * c.half_gap * (1.0 - start_cs)  # of the paths at rest, where the ropes have their lengths
+    start_a, start_b = start_even + 2.0 * c.arm_a * start_sn, start_even - 2.0 * c.arm_b * start_sn
     w.tension[0, 0], w.tension[1, 0] = tp_a, tp_b
     # slopes of the proximal tensions in (theta_i, slip a and b of the last guide, slip a and b of this guide)
     pa = (0.0, 0.0, 0.0, -k_a, 0.0)
@@ -293,8 +309,9 @@ def assemble(
         path_a, arm_a, bow_a = 2.0 * (gap * (1.0 - cs) + ra * sn), gap * sn + ra * cs, 0.5 * (gap * cs - ra * sn)
         path_b, arm_b, bow_b = 2.0 * (gap * (1.0 - cs) - rb * sn), gap * sn - rb * cs, 0.5 * (gap * cs + rb * sn)
         ta, tb, aa, ab, ba, bb = segment(
-            x[u] - x[v] - path_a, x[u + 1] - x[v + 1] - path_b, c.rope_a, c.rope_b, c.axial, c.preload
-        )
+            x[u] - x[v] - path_a + start_a, x[u + 1] - x[v + 1] - path_b + start_b, c.rope_a, c.rope_b, c.axial,
+            c.preload_a, c.preload_b,
+        )  # fmt: skip
         w.tension[0, i + 1], w.tension[1, i + 1] = ta, tb
         a_theta, b_theta = -(aa * arm_a + ab * arm_b), -(ba * arm_a + bb * arm_b)
         moment, slope = joint_moment(theta, i, c, h, load)

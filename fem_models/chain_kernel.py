@@ -74,7 +74,7 @@ def newton(
             return -1
         if worst <= c.tolerance:
             return turn
-        if not worst < 1e9 * c.preload:
+        if not worst < 1e9 * c.scale:
             return -1
         if stop > 0.0:
             z[:] = w.lever
@@ -106,8 +106,10 @@ def held_mm(c: Constants, w: Work, drag: Floats) -> float:
     held = 0.0
     for i in range(3, drag.size, 3):
         held = max(held, abs(drag[i]) / c.bending * max(c.arm_a, c.arm_b))
-    slack_a = abs(drag[1]) / c.free_a * (1.0 + c.toe_a / max(w.guess[0], 0.1 * c.preload))
-    slack_b = abs(drag[2]) / c.free_b * (1.0 + c.toe_b / max(w.guess[1], 0.1 * c.preload))
+    slack_a = abs(drag[1]) / c.free_a * (1.0 + c.toe_a / max(w.guess[0], 0.1 * c.scale))
+    slack_b = 0.0
+    if c.free_b > 0.0:
+        slack_b = abs(drag[2]) / c.free_b * (1.0 + c.toe_b / max(w.guess[1], 0.1 * c.scale))
     return held + max(slack_a, slack_b)
 
 
@@ -143,7 +145,7 @@ def accept(
                 material += top * abs(slid)
         for j in range(h.flag_stiffness.size):
             k, u = h.flag_stiffness[j], theta - load.residual
-            moment, _ = flag(u, h.flags[j, i], k, h.flag_upper[j], h.flag_lower[j], h.flag_span[j])
+            moment, _ = flag(u, h.flags[j, i], k, h.flag_upper[j], h.flag_lower[j], h.flag_span[j], h.flag_climb[j])
             rest = u - moment / k
             material += moment * (rest - h.flags[j, i])
             h.flags[j, i] = rest
@@ -177,6 +179,16 @@ def between(start: Load, end: Load, part: float) -> Load:
 
 
 @njit(cache=True)
+def wound_in(x: Floats, c: Constants, w: Work) -> float:
+    """Rope a that the wheel has wound in under a given tension, mm: its slip at the base and its stretch."""
+    tension = w.tension[0, 0]
+    stretch = (tension - c.preload_a) / c.free_a
+    if c.toe_a > 0.0:
+        stretch += c.toe_a / c.free_a * math.log(max(tension, 1e-300) / c.preload_a)
+    return x[1] + stretch
+
+
+@njit(cache=True)
 def front(state: Floats) -> int:
     """How many guides, from the wheel, are in the state of the first."""
     for i in range(state.size):
@@ -205,23 +217,28 @@ def follow(
 ) -> tuple[int, float, float]:  # fmt: skip
     """Visit the samples from rest; fill angles (m, N), tensions (m, 2, N+1), energies (m, 4).
 
-    The energies are the wheel's work and the losses by friction, material and drag. Between samples everything moves
-    in proportion. Returns (-1, 0, 0), or the sample that did not converge and the drives between which it did not.
+    A pulled rig takes forces for drives, in N. The energies are the wheel's work and the losses by friction, material
+    and drag. Between samples everything moves in proportion. Returns (-1, 0, 0), or the sample that did not converge
+    and the drives between which it did not.
     """
     n = angles.shape[1]
     size = 3 * (n + 1)
     x, trial = np.zeros(size), np.zeros(size)
+    for i in range(n):
+        x[3 * i + 3] = c.rest
     w = Work(
         np.zeros((size, 2 * BAND + 1)), np.zeros(size), np.zeros(size), np.zeros(n), np.zeros((2, n + 1)),
-        np.zeros((2, n)), np.zeros((2, n)), np.zeros(size), np.full(2, c.preload),
+        np.zeros((2, n)), np.zeros((2, n)), np.zeros(size), np.array([c.preload_a, c.preload_b]),
     )  # fmt: skip
-    here, at = Load(0.0, 0.0, 0.0, 1.0, 0.0, 0.0), Load(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+    here, at = Load(0.0, 0.0, 0.0, 1.0, c.rest, 0.0), Load(0.0, 0.0, 0.0, 1.0, c.rest, 0.0)
     drag, bound = np.zeros(size), 0.0
     crept_a = crept_b = work = lost = material = viscous = 0.0
     if newton(x, c, h, here, w, 0.0, 10 * iterations, w.state, True) < 0:
         return 0, 0.0, 0.0
     before, held, fronts, run = w.limit.copy(), w.state.copy(), np.zeros(2), np.zeros(2)
-    pull = w.tension[0, 0] - w.tension[1, 0]
+    pull, wound = w.tension[0, 0] - w.tension[1, 0], 0.0
+    if c.pulled > 0.0:
+        wound = wound_in(x, c, w)
     reach, heading, increment = max_step, 0.0, np.zeros(size)  # of the last step: its length, way and change per mm
     for k in range(drives.size):
         goal = Load(drives[k], slacks[k, 0] + crept_a, slacks[k, 1] + crept_b, loop_scales[k], residuals[k], times[k])
@@ -265,12 +282,13 @@ def follow(
             viscous += losses[2]
             w.guess[0], w.guess[1] = w.tension[0, 0], w.tension[1, 0]
             now = w.tension[0, 0] - w.tension[1, 0]
-            work += 0.5 * (pull + now) * (load.drive - at.drive)
-            pull, at, done = now, load, part
+            winding = wound_in(x, c, w) if c.pulled > 0.0 else load.drive
+            work += 0.5 * (pull + now) * (winding - wound)
+            pull, wound, at, done = now, winding, load, part
             reach = min(max_step, 2.0 * reach)
         here = goal
-        crept_a += creeps[k] * (c.creep_a * (w.tension[0, 0] - c.preload) - crept_a)
-        crept_b += creeps[k] * (c.creep_b * (w.tension[1, 0] - c.preload) - crept_b)
+        crept_a += creeps[k] * (c.creep_a * (w.tension[0, 0] - c.preload_a) - crept_a)
+        crept_b += creeps[k] * (c.creep_b * (w.tension[1, 0] - c.preload_b) - crept_b)
         for i in range(n):
             angles[k, i] = x[3 * i + 3]
         tensions[k] = w.tension

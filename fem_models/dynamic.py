@@ -141,7 +141,8 @@ class _Motion:
         self.work += 0.5 * (before + self.pull) * (stepper.load.drive - last[1])
         if self.stepper.rig.creep is not None:
             part = -math.expm1(-(time_s - last[0]) / self.stepper.rig.creep.time_s)
-            self.crept += part * (creep_goal_mm(stepper.rig, stepper.tensions()[:, 0]) - self.crept)
+            tension = np.resize(stepper.tensions()[:, 0], 2)  # of one tendon twice: the second has no say
+            self.crept += part * (creep_goal_mm(stepper.rig, tension) - self.crept)
         self._keep(time_s, q, velocities)
         return True
 
@@ -150,7 +151,8 @@ class _Motion:
         self.here, self.load = q, stepper.load
         energies = (self.work, *stepper.losses(), self._kinetic_mJ(q, velocities))
         self.rows.append((time_s, stepper.load.drive, *energies, *stepper.tip_mm().tolist()))
-        self.tensions.append(stepper.tensions())
+        tension = stepper.tensions()
+        self.tensions.append(np.vstack([tension, np.zeros((2 - len(tension), tension.shape[1]))]))
         self.rotations.append(q[stepper.model.rotation])
 
     def _kinetic_mJ(self, q: Floats, velocities: Floats) -> float:

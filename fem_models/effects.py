@@ -56,11 +56,14 @@ class Superelastic:
         Stress at which the austenite transforms, and at which it comes back.
     transformation_strain
         Strain of the whole transformation; beyond it the martensite is taken as stiff as the austenite.
+    plateau_modulus_GPa
+        Slope of both plateaus, which keep their distance; 0 is flat.
     """
 
     plateau_MPa: float
     unloading_plateau_MPa: float
     transformation_strain: float = 0.04
+    plateau_modulus_GPa: float = 0.0
 
     def __post_init__(self) -> None:
         require_numbers("superelastic", self)
@@ -73,6 +76,8 @@ class Superelastic:
         )
         strain = self.transformation_strain
         require(strain > 0, "superelastic.transformation_strain", strain, "above 0")
+        slope = self.plateau_modulus_GPa
+        require(slope >= 0, "superelastic.plateau_modulus_GPa", slope, "at least 0")
 
 
 @dataclass(frozen=True)

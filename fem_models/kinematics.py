@@ -189,6 +189,11 @@ def _limit_rad(rig: Rig) -> float:
     return rig.joints * min(closure_angle_rad(rig), math.pi)
 
 
+def _rest_rad(rig: Rig) -> float:
+    """Bending at rest."""
+    return rig.joints * math.radians(rig.precurvature_deg)
+
+
 def _chain_stiffness(rig: Rig) -> float:
     """Bending stiffness of the chain, Nmm/rad: the elastic part, to which the material loop is added as hysteresis."""
     return flexure(rig).bending_Nmm_per_rad * (1 - rig.material.loop_share) / rig.joints
@@ -270,11 +275,14 @@ def tendon_tension_N(tendon: Tendon, stretch_mm: ArrayLike, preload_N: float, le
 
 
 def _tensions(rig: Rig, drive: Array, theta: Array) -> tuple[Array, Array]:
-    inside, (arm_a, arm_b) = rig.joints * rig.pitch_mm, moment_arms_mm(rig)
-    return (
-        tendon_tension_N(rig.tendon_a, drive - _path(rig, theta, arm_a), rig.preload_N, inside),
-        tendon_tension_N(rig.tendon_b, -drive - _path(rig, -theta, arm_b), rig.preload_N, inside),
-    )
+    inside, rest = rig.joints * rig.pitch_mm, np.asarray(_rest_rad(rig))
+    pulls = [
+        tendon_tension_N(
+            rope, side * drive - _path(rig, side * theta, arm) + _path(rig, side * rest, arm), rig.preload_N, inside
+        )
+        for side, rope, arm in zip((1, -1), rig.tendons, moment_arms_mm(rig), strict=False)
+    ]
+    return pulls[0], pulls[1] if len(pulls) == 2 else np.zeros_like(pulls[0])
 
 
 def _imbalance(rig: Rig) -> Callable[[Array, Array], Array]:
@@ -287,7 +295,11 @@ def _imbalance(rig: Rig) -> Callable[[Array, Array], Array]:
 
     def moment(theta: Array, drive: Array) -> Array:
         pull_a, pull_b = _tensions(rig, drive, theta)
-        return _path_arm(rig, theta, arm_a) * pull_a - _path_arm(rig, -theta, arm_b) * pull_b - stiffness * theta
+        return (
+            _path_arm(rig, theta, arm_a) * pull_a
+            - _path_arm(rig, -theta, arm_b) * pull_b
+            - stiffness * (theta - _rest_rad(rig))
+        )
 
     return moment
 
@@ -307,19 +319,24 @@ def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Array:
     ValueError
         Beyond the angle at which the notches close.
     RigError
-        If a tendon has no arm about the neutral axis to bend the manipulator its way (one-sided notches).
+        If a tendon has no arm about the neutral axis to bend the manipulator its way (one-sided notches), or is not
+        there.
     """
+    if rig.tendon_b is None:
+        raise RigError(f"rig {rig.name}: one tendon: expected two, or there is no drive for every angle")
     theta = np.asarray(theta_sum_rad, dtype=float)
     _require_open(rig, theta)
     inside, preload, arms = rig.joints * rig.pitch_mm, rig.preload_N, moment_arms_mm(rig)
-    path_a, path_b = _path(rig, theta, arms[0]), _path(rig, -theta, arms[1])
+    rest = np.asarray(_rest_rad(rig))
+    path_a = _path(rig, theta, arms[0]) - _path(rig, rest, arms[0])
+    path_b = _path(rig, -theta, arms[1]) - _path(rig, -rest, arms[1])
     arm_a, arm_b = _path_arm(rig, theta, arms[0]), _path_arm(rig, -theta, arms[1])
     if not ((arm_a > 0).all() and (arm_b > 0).all()):
         raise RigError(
             f"rig {rig.name}: moment arms about the neutral axis {arms[0]:g} and {arms[1]:g} mm: expected both above "
             "0, or there is no drive for every angle"
         )
-    resistance = _chain_stiffness(rig) * np.abs(theta)
+    resistance = _chain_stiffness(rig) * np.abs(theta - rest)
 
     def bound(tendon: Tendon, path: Array, other: Array, arm: Array, other_arm: Array) -> Array:
         # a drive at which this tendon surely wins: the other one is at its preload at most

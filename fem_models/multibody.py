@@ -24,11 +24,26 @@ from numpy.typing import NDArray
 from fem_models.assembly import MASSLESS, RingInertia, assemble, bristle_N_per_mm, taut
 from fem_models.contact import require_open
 from fem_models.friction import friction_limits_N, guide_wrap_rad, jenkins_elements
+from fem_models.kinematics import tendon_stretch_mm
 from fem_models.program import LoadProgram, SolverError
 from fem_models.rig import Rig, Tendon
-from fem_models.schedule import REST, Load, between, largest_slide_mm, largest_turn_rad, part_of_way, schedule, way_mm
+from fem_models.schedule import (
+    REST,
+    Load,
+    Schedule,
+    between,
+    force_schedule,
+    largest_pulled_slide_mm,
+    largest_pulled_turn_rad,
+    largest_slide_mm,
+    largest_turn_rad,
+    part_of_way,
+    schedule,
+    way_mm,
+)
 from fem_models.simulated import simulated_record
-from fem_models.snr import bending_length_mm, flexure
+from fem_models.snr import flexure, force_scale_N, turning_length_mm
+from fem_models.strain import peak_strain
 from fem_models.superelastic import FlagFibres, flag_fibres, flag_moment
 from hysteresis.record import Record
 
@@ -38,15 +53,17 @@ class MultibodySettings:
     """Numerical settings; the defaults are those the tests verify.
 
     ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch; ``friction_tolerance`` ends the fixed
-    point between tensions and friction limits (relative to the preload); ``max_step_mm`` bounds the drive
-    increment whatever the sampling, ``max_halvings`` how often a step that fails is halved.
-    ``max_friction_iterations`` also bounds how often guides may change between sticking and sliding in a step.
+    point between tensions and friction limits (relative to :func:`fem_models.snr.force_scale_N`); ``max_step_mm``
+    bounds the drive increment whatever the sampling, ``max_pull`` that of a force (relative to the same),
+    ``max_halvings`` how often a step that fails is halved. ``max_friction_iterations`` also bounds how often guides may
+    change between sticking and sliding in a step.
     """
 
     bristle_ratio: float = 0.02
     friction_tolerance: float = 1e-6
     max_friction_iterations: int = 60
     max_step_mm: float = 0.1
+    max_pull: float = 0.25
     max_halvings: int = 12
     newton_relative_tolerance: float = 1e-7
     newton_absolute_tolerance_N: float = 1e-7
@@ -57,12 +74,14 @@ class MultibodySettings:
 class MultibodySolution:
     """A record with what only the model knows. Arrays follow the samples of the record, shape (m, ...).
 
-    ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. ``wheel_work_mJ`` and the
-    losses to friction, the material and drag are cumulative from the start of the program.
+    ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. ``peak_strain``, shape
+    (m, N), is that of :func:`fem_models.strain.peak_strain`. ``wheel_work_mJ`` and the losses to friction, the material
+    and drag are cumulative from the start of the program.
     """
 
     record: Record
     segment_tensions_N: NDArray[np.float64]
+    peak_strain: NDArray[np.float64]
     wheel_work_mJ: NDArray[np.float64]
     friction_loss_mJ: NDArray[np.float64]
     material_loss_mJ: NDArray[np.float64]
@@ -107,14 +126,16 @@ def quiet() -> Iterator[None]:
 class Stepper:
     """Moves an assembled rig along its load program; holds the history of the dry elements."""
 
-    def __init__(self, rig: Rig, settings: MultibodySettings, inertia: RingInertia = MASSLESS) -> None:
-        self.rig, self.settings = rig, settings
-        self.model = assemble(rig, settings.bristle_ratio, inertia)
-        ropes, n = (rig.tendon_a, rig.tendon_b), rig.joints
+    def __init__(
+        self, rig: Rig, settings: MultibodySettings, inertia: RingInertia = MASSLESS, *, pulled: bool = False
+    ) -> None:
+        self.rig, self.settings, self.pulled, self.scale = rig, settings, pulled, force_scale_N(rig)
+        self.max_step = settings.max_pull * self.scale if pulled else settings.max_step_mm
+        self.model = assemble(rig, settings.bristle_ratio, inertia, pulled=pulled)
+        ropes, n = rig.tendons, rig.joints
+        guides = len(ropes) * n
         self.taut = np.array([taut(rig, rope) for rope in ropes])
-        self.bristle = np.repeat(
-            [bristle_N_per_mm(rig, t, settings.bristle_ratio) for t in (rig.tendon_a, rig.tendon_b)], n
-        )
+        self.bristle = np.repeat([bristle_N_per_mm(rig, t, settings.bristle_ratio) for t in ropes], n)
         _, stiffness, slip_moment = jenkins_elements(rig.material, flexure(rig).bending_Nmm_per_rad)
         self.jenkins_stiffness, self.slip_moment = np.repeat(stiffness, n), np.repeat(slip_moment, n)
         fibres, share = flag_fibres(rig), 1 - rig.material.loop_share
@@ -123,10 +144,13 @@ class Stepper:
             upper_Nmm=np.repeat(share * fibres.upper_Nmm, n),
             lower_Nmm=np.repeat(share * fibres.lower_Nmm, n),
             span_rad=np.repeat(fibres.span_rad, n),
+            slope=np.repeat(share * fibres.slope, n),
         )
+        from_rest = 1 - self.fibres.slope / self.fibres.stiffness  # of a plateau's line, at no angle
         self._put(self.model.jenkins, "staticFrictionOffsetForce", self.slip_moment)
-        self._put(self.model.flags, "staticFrictionOffsetForce", self.fibres.upper_Nmm)
-        self._put(self.model.flags, "dynamicFrictionForce", self.fibres.lower_Nmm)
+        self._put(self.model.flags, "staticFrictionOffsetForce", from_rest * self.fibres.upper_Nmm)
+        self._put(self.model.flags, "dynamicFrictionForce", from_rest * self.fibres.lower_Nmm)
+        self._put(self.model.flags, "damping", self.fibres.slope)
         self._put(self.model.flags, "viscousFrictionFactor", self.fibres.span_rad)
         self.solver = exu.SimulationSettings()
         self.solver.solution.file.write = False
@@ -135,19 +159,24 @@ class Stepper:
         static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
         static.newton.relativeTolerance = settings.newton_relative_tolerance
         # Rounding of a coordinate times the stiffest segment is the least residual there can be.
-        stiffest = max(rig.tendon_a.EA_N, rig.tendon_b.EA_N) / rig.pitch_mm
+        stiffest = max(rope.EA_N for rope in ropes) / rig.pitch_mm
         static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)
         static.newton.maxIterations = settings.newton_iterations
         # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.
         static.newton.numericalDifferentiation.relativeEpsilon = 1e-9
         self.drag = _dashpot_constants(rig)
-        self.load, self.reach_mm = REST, settings.max_step_mm
+        rest = math.radians(rig.precurvature_deg)
+        self.load, self.reach_mm = REST, self.max_step
+        self._bend_at_rest(rest)
+        self.load = REST._replace(residual=rest)
         # of the last step: way of the drive, and changes of coordinates, friction limits and fronts per mm of it
-        self.heading, self.increment, self.climb, self.run = 0.0, 0.0 * self.coordinates(), np.zeros(2 * n), np.zeros(2)
+        self.heading, self.increment = 0.0, 0.0 * self.coordinates()
+        self.climb, self.run = np.zeros(guides), np.zeros(len(ropes))
         self.state = _State(
-            np.zeros(2 * n), np.zeros(2 * n), np.zeros(2 * n), np.zeros(len(self.model.jenkins)),
+            np.zeros(guides), np.zeros(guides), np.zeros(guides), np.full(len(self.model.jenkins), rest),
             np.zeros(len(self.model.flags)), 0.0 * self.drag, 0.0 * self.drag,
         )  # fmt: skip
+        self._put(self.model.jenkins, "offset", self.state.jenkins_rest)
         self.state.limit = self.limits()
         self.set_friction(self.state.limit)
 
@@ -156,10 +185,10 @@ class Stepper:
         return np.asarray(self.model.mbs.systemData.GetODE2Coordinates())
 
     def tensions(self) -> NDArray[np.float64]:
-        """Shape (2, N+1), wheel to tip."""
+        """Shape (sides, N+1), wheel to tip; one side for each tendon."""
         output, kind = self.model.mbs.GetObjectOutput, exu.OutputVariableType
-        free = [output(i, kind.Force) for i in self.model.free_spans]
-        rope = np.reshape([output(i, kind.ForceLocal) for i in self.model.segments], (2, -1))
+        free = [self.load.drive] if self.pulled else [output(i, kind.Force) for i in self.model.free_spans]
+        rope = np.reshape([output(i, kind.ForceLocal) for i in self.model.segments], (self.taut.size, -1))
         return np.column_stack([free, rope / self.taut[:, None]])
 
     def tip_mm(self) -> NDArray[np.float64]:
@@ -193,7 +222,7 @@ class Stepper:
     def _settled(self, sliding: NDArray[np.float64], limit: NDArray[np.float64]) -> NDArray[np.float64]:
         """Let guides stick or slide by the forces of their bristles; what slides sticks before it slides back."""
         force = self.bristle * (self.coordinates()[self.model.slip] - self.state.rest)
-        slack = 1e-9 * self.rig.preload_N
+        slack = 1e-9 * self.scale
         let_go = np.where(np.abs(force) > limit + slack, np.sign(force), 0.0)
         return np.where(sliding == 0, let_go, np.where(force * sliding < limit - slack, 0.0, sliding))
 
@@ -213,26 +242,33 @@ class Stepper:
 
     def _dashpots(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Where the dashpots stand at coordinates, or how fast they move at velocities; none without drag."""
-        at_base = q[self.model.slip[[0, self.rig.joints]]]
+        at_base = q[self.model.slip[:: self.rig.joints]]
         return np.concatenate([at_base, self._turns(q)])[: self.drag.size]
 
     def set_load(self, load: Load) -> None:
         """Bring wheel, free rope and material to a load; what has not changed is left."""
         put, rig, now = self.model.mbs.SetObjectParameter, self.rig, self.load
-        put(self.model.wheel, "offset", load.drive / rig.wheel.radius_mm)
-        if (load.slack_a, load.slack_b) != (now.slack_a, now.slack_b):
+        if self.pulled:
+            self.model.mbs.SetLoadParameter(self.model.pulls[0], "load", load.drive)
+        else:
+            put(self.model.wheel, "offset", load.drive / rig.wheel.radius_mm)
+        if not self.pulled and (load.slack_a, load.slack_b) != (now.slack_a, now.slack_b):
             rest = [s - rig.preload_N * r.free_length_mm / r.EA_N for s, r in self._ropes(load)]
             self._put(self.model.free_spans, "offset", rest)
         if load.loop_scale != now.loop_scale:
             self._put(self.model.jenkins, "staticFrictionOffsetForce", load.loop_scale * self.slip_moment)
         if load.residual != now.residual:
-            self._put(self.model.flags, "velocityOffset", [load.residual] * len(self.model.flags))
-            curvature = load.residual / bending_length_mm(rig)
-            self._put(self.model.beams, "referenceCurvature", [curvature] * len(self.model.beams))
+            self._bend_at_rest(load.residual)
         self.load = load
 
-    def _ropes(self, load: Load) -> tuple[tuple[float, Tendon], tuple[float, Tendon]]:
-        return (load.slack_a, self.rig.tendon_a), (load.slack_b, self.rig.tendon_b)
+    def _bend_at_rest(self, angle_rad: float) -> None:
+        """Give every joint the angle it has without load."""
+        self._put(self.model.flags, "velocityOffset", [angle_rad] * len(self.model.flags))
+        curvature = angle_rad / turning_length_mm(self.rig)
+        self._put(self.model.beams, "referenceCurvature", [curvature] * len(self.model.beams))
+
+    def _ropes(self, load: Load) -> list[tuple[float, Tendon]]:
+        return list(zip((load.slack_a, load.slack_b), self.rig.tendons, strict=False))
 
     def _solve(self, load: Load) -> bool:
         self.set_load(load)
@@ -248,7 +284,7 @@ class Stepper:
 
     def _foreseen(self, step_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Which guides slide after a step on the same way, the fronts carried on; and the limits of friction."""
-        sliding = self.state.sliding.reshape(2, -1).copy()
+        sliding = self.state.sliding.reshape(self.taut.size, -1).copy()
         for row, run in zip(sliding, self.run, strict=True):
             reached = _front(row)
             row[reached : reached + int(step_mm * run)] = row[0]
@@ -270,7 +306,7 @@ class Stepper:
             settled = self._settled(sliding, update)
             if not fine and self._base_let_go(settled):
                 return None
-            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.rig.preload_N
+            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.scale
             if near and np.array_equal(settled, sliding):
                 return sliding, limit
             sliding, limit = settled, update
@@ -314,20 +350,26 @@ class Stepper:
         if not self.drag.size:
             return 0.0
         force, rope = np.abs(self.state.dashpot_force), self.rig.tendon_a
-        tension = np.maximum(self.tensions()[:, 0], 0.1 * self.rig.preload_N)
-        stretch = force[:2] * rope.free_length_mm / rope.EA_N * (1 + rope.toe_N / tension)
-        turn = force[2:].max() / flexure(self.rig).bending_Nmm_per_rad
+        sides = self.taut.size
+        tension = np.maximum(self.tensions()[:, 0], 0.1 * self.scale)
+        stretch = force[:sides] * rope.free_length_mm / rope.EA_N * (1 + rope.toe_N / tension)
+        turn = force[sides:].max() / flexure(self.rig).bending_Nmm_per_rad
         return float(stretch.max() + turn * rope.moment_arm_mm)
 
     def _base_let_go(self, sliding: NDArray[np.float64]) -> bool:
-        first = [0, self.rig.joints]
-        return bool(np.any((sliding[first] != 0) & (sliding[first] != self.state.sliding[first])))
+        first, before = sliding[:: self.rig.joints], self.state.sliding[:: self.rig.joints]
+        return bool(np.any((first != 0) & (first != before)))
 
     def jumped(self, change: NDArray[np.float64], step_mm: float) -> bool:
         """Whether coordinates have changed by more than a step of the drive can explain."""
-        step_mm += self._held_mm()
         turn = np.abs(np.diff(change[self.model.rotation])).max()
         slide = np.abs(change[self.model.slip]).max()
+        if self.pulled:
+            return bool(
+                turn > largest_pulled_turn_rad(self.rig, step_mm) + 0.05
+                or slide > largest_pulled_slide_mm(self.rig, step_mm) + 0.1
+            )
+        step_mm += self._held_mm()
         return bool(turn > largest_turn_rad(self.rig, step_mm) or slide > largest_slide_mm(step_mm))
 
     def let_go(self) -> None:
@@ -344,17 +386,17 @@ class Stepper:
         A step starts from the last increment carried on. One that fails is halved, and the halved length is kept until
         steps succeed again.
         """
-        start, done, work, pull = self.load, 0.0, 0.0, self.pull()
+        start, done, work, pull, wound = self.load, 0.0, 0.0, self.pull(), self._wound_mm()
         way, ahead = way_mm(start, end), np.sign(end.drive - start.drive)
         if way == 0:  # a dwell, in which drag lets go: as one step that can be halved
-            way = self.settings.max_step_mm
+            way = self.max_step
         while done < 1:
-            part = part_of_way(done, self.reach_mm, way, self.settings.max_step_mm)
+            part = part_of_way(done, self.reach_mm, way, self.max_step)
             load, before = between(start, end, part), self.coordinates()
             time_s = (part - done) * (end.time - start.time)
             self._damp_over(time_s)
             step = (part - done) * way
-            fine = step <= FINE * self.settings.max_step_mm
+            fine = step <= FINE * self.max_step
             if ahead == self.heading:
                 self._start_from(before + step * self.increment)
                 found = self._equilibrium(load, *self._foreseen(step), fine=fine)
@@ -364,17 +406,18 @@ class Stepper:
             if found is None or self.jumped(self.coordinates() - before, step):
                 self.heading, self.reach_mm = self.heading if not fine else math.nan, 0.5 * step
                 self._start_from(before)
-                if self.reach_mm < self.settings.max_step_mm * 0.5**self.settings.max_halvings:
+                if self.reach_mm < self.max_step * 0.5**self.settings.max_halvings:
                     at = between(start, end, done)
-                    raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {load.drive:.6g} mm")
+                    unit = "N" if self.pulled else "mm"
+                    raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {load.drive:.6g} {unit}")
                 continue
             after = self.coordinates()
             self._learn(*found, (after - before), step, ahead)
             self.accept(after, found[1])
             self.book_drag(after, (after - before) / time_s if time_s > 0 else 0.0 * after)
-            last, pull = pull, self.pull()
-            work += 0.5 * (last + pull) * (part - done) * (end.drive - start.drive)
-            done, self.reach_mm = part, min(self.settings.max_step_mm, 2 * self.reach_mm)
+            last, pull, before_mm, wound = pull, self.pull(), wound, self._wound_mm()
+            work += 0.5 * (last + pull) * (wound - before_mm)
+            done, self.reach_mm = part, min(self.max_step, 2 * self.reach_mm)
         return work
 
     def _learn(
@@ -383,11 +426,12 @@ class Stepper:
     ) -> None:  # fmt: skip
         """Note what a step changed per mm, for the next one to start from."""
         step_mm = max(step_mm, 1e-12)
-        fronts = [np.array([_front(row) for row in rows.reshape(2, -1)]) for rows in (self.state.sliding, sliding)]
+        sides = self.taut.size
+        fronts = [np.array([_front(row) for row in rows.reshape(sides, -1)]) for rows in (self.state.sliding, sliding)]
         if ahead == self.heading:
             self.run = np.maximum(0, fronts[1] - fronts[0]) / step_mm
         else:  # what a way lets go at once comes on top in its first step; after a failure no guess is safe
-            self.run = 0.5 * fronts[1] / step_mm if ahead == -self.heading else np.zeros(2)
+            self.run = 0.5 * fronts[1] / step_mm if ahead == -self.heading else np.zeros(sides)
         self.increment, self.climb = change / step_mm, (limit - self.state.limit) / step_mm
         self.state.sliding, self.heading = sliding, ahead
 
@@ -397,8 +441,15 @@ class Stepper:
 
     def pull(self) -> float:
         """Torque of the wheel over its radius, N."""
-        tension = self.tensions()
-        return float(tension[0, 0] - tension[1, 0])
+        at_wheel = self.tensions()[:, 0]
+        return float(at_wheel[0] - at_wheel[1:].sum())
+
+    def _wound_mm(self) -> float:
+        """Rope a that the wheel has wound in: the drive or, under a given tension, slip at the base and stretch."""
+        if not self.pulled:
+            return self.load.drive
+        slip, rope = float(self.coordinates()[self.model.slip[0]]), self.rig.tendon_a
+        return slip + float(tendon_stretch_mm(rope, self.load.drive, self.rig.preload_N, 0.0))
 
 
 def _front(sliding: NDArray[np.float64]) -> int:
@@ -408,10 +459,10 @@ def _front(sliding: NDArray[np.float64]) -> int:
 
 
 def _dashpot_constants(rig: Rig) -> NDArray[np.float64]:
-    """Of both sheaths (N s/mm), then of the joints (Nmm s/rad), shape (2+N,); shape (0,) without drag."""
+    """Of the sheaths (N s/mm), then of the joints (Nmm s/rad), shape (sides+N,); shape (0,) without drag."""
     if rig.drag is None:
         return np.empty(0)
-    return np.repeat([rig.drag.sheath_N_s_per_mm, rig.drag.joint_Nmm_s_per_rad], [2, rig.joints])
+    return np.repeat([rig.drag.sheath_N_s_per_mm, rig.drag.joint_Nmm_s_per_rad], [len(rig.tendons), rig.joints])
 
 
 def _slipped(
@@ -435,12 +486,30 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
     RigError
         From :func:`fem_models.schedule.schedule`.
     """
-    plan = schedule(rig, program)
     stepper = Stepper(rig, settings or MultibodySettings())
-    drive, joints = program.drive_mm, rig.joints
-    m = drive.size
+    return _run(stepper, schedule(rig, program), program)
+
+
+def solve_pulled_multibody(
+    rig: Rig, force_N: NDArray[np.float64], settings: MultibodySettings | None = None
+) -> MultibodySolution:
+    """Run a rig of one tendon through tensions at the wheel, shape (m,), in order; the record's drive is in N.
+
+    Raises
+    ------
+    SolverError
+        As :func:`solve_multibody`.
+    RigError
+        From :func:`fem_models.schedule.force_schedule`.
+    """
+    plan = force_schedule(rig, force_N)
+    return _run(Stepper(rig, settings or MultibodySettings(), pulled=True), plan, plan.drive_mm)
+
+
+def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | NDArray[np.float64]) -> MultibodySolution:
+    rig, joints, m = stepper.rig, stepper.rig.joints, plan.drive_mm.size
     rotation, tip = np.empty((m, joints + 1)), np.empty((m, 2))
-    tension, energy = np.empty((m, 2, joints + 1)), np.empty((m, 4))
+    tension, energy = np.zeros((m, 2, joints + 1)), np.empty((m, 4))
     work, crept = 0.0, np.zeros(2)
     for k in range(m):
         slack = plan.slack_mm[k] + crept
@@ -451,11 +520,11 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
             work += stepper.move(load)
         except SolverError as error:
             raise SolverError(f"rig {rig.name}, sample {k} of {m}: {error}") from None
-        crept += plan.creep[k] * (creep_goal_mm(rig, stepper.tensions()[:, 0]) - crept)
+        tension[k, : len(rig.tendons)] = stepper.tensions()
+        crept += plan.creep[k] * (creep_goal_mm(rig, tension[k, :, 0]) - crept)
         q = stepper.coordinates()
         rotation[k] = q[stepper.model.rotation]
         tip[k] = stepper.tip_mm()
-        tension[k] = stepper.tensions()
         energy[k] = work, *stepper.losses()
     require_open(rig, np.diff(rotation, axis=1))
     record = simulated_record(
@@ -467,14 +536,15 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
         tension_N=tension[:, :, 0],
         tip_mm=tip,
     )
-    return MultibodySolution(record, tension, *energy.T)
+    return MultibodySolution(record, tension, peak_strain(rig, np.diff(rotation, axis=1)), *energy.T)
 
 
 def creep_goal_mm(rig: Rig, tension_N: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far the ropes creep in the end at tensions at the wheel, shape (2,)."""
-    fraction = rig.creep.fraction if rig.creep else 0.0
-    compliance = np.array([rope.free_length_mm / rope.EA_N for rope in (rig.tendon_a, rig.tendon_b)])
-    return fraction * compliance * (tension_N - rig.preload_N)
+    """How far the ropes creep in the end at tensions at the wheel, shape (2,); a rope that is not there does not."""
+    fraction, goal = rig.creep.fraction if rig.creep else 0.0, np.zeros(2)
+    for side, rope in enumerate(rig.tendons):
+        goal[side] = fraction * rope.free_length_mm / rope.EA_N * (tension_N[side] - rig.preload_N)
+    return goal
 
 
 def simulate_multibody(rig: Rig, program: LoadProgram) -> Record:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from fem_models.checks import RigError
+from fem_models.effects import Closure, Superelastic
 from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
 
 DU2018 = "Hysteresis analysis of a notched continuum manipulator driven by tendon, Mech. Sci. 9, 2018"
@@ -43,6 +44,7 @@ _DU2018 = Preset(
     ),
     sources={
         "notch.count": Source("stated", "14 single notched rings, section 3.3"),
+        "precurvature_deg": Source("assumed", "the paper's manipulator is straight at rest"),
         "preload_N": Source("stated", "10 and 20 N, section 3.1; 20 N is the one the paper studies further"),
         "tube.outer_diameter_mm": Source("assumed", "the paper bounds the moment arm only: x/theta <= 2.80 mm"),
         "tube.inner_diameter_mm": Source("assumed", "a rope of 0.36 mm along the inner wall has the moment arm below"),
@@ -80,7 +82,69 @@ _DU2018 = Preset(
     },
 )
 
-PRESETS: dict[str, Preset] = {"du2018": _DU2018}
+WRISTS = "GitHub nepacheco/MastersThesis 4f920c7"
+
+
+def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, fitted: dict[str, float]) -> Preset:
+    """One of the two measured NiTi wrists of five one-sided notches, pulled by one tendon."""
+    other = 240 - range_deg
+    stated = Source("stated", f"geometry of the {range_deg} deg tube, {WRISTS}")
+    fit = Source("taken", f"fitted to notch angles of the {other} deg tube, docs/wrists.md")
+    rig = Rig(
+        name=f"notched-wrist-{range_deg}",
+        tube=Tube(outer_diameter_mm=1.62, inner_diameter_mm=1.40),
+        notch=Notch("rectangular", count=5, depth_mm=1.40, width_mm=width_mm, spacing_mm=spacing_mm),
+        material=Material(youngs_modulus_GPa=fitted["E_GPa"], poissons_ratio=0.33),
+        tendon_a=Tendon(EA_N=5_000.0, moment_arm_mm=0.60, free_length_mm=200.0),
+        tendon_b=None,
+        wheel=Wheel(radius_mm=10.0),
+        preload_N=0.0,
+        precurvature_deg=rest_deg,
+        friction=Friction(capstan_coefficient=fitted["mu"]),
+        superelastic=Superelastic(
+            plateau_MPa=fitted["plateau_MPa"],
+            unloading_plateau_MPa=0.5 * fitted["plateau_MPa"],
+            transformation_strain=0.06,
+            plateau_modulus_GPa=fitted["plateau_modulus_GPa"],
+        ),
+        closure=Closure(stiffness_Nmm_per_rad=1_000.0),
+    )
+    sources = {
+        **{f"tube.{name}": stated for name in ("outer_diameter_mm", "inner_diameter_mm")},
+        **{f"notch.{name}": stated for name in ("count", "depth_mm", "width_mm", "spacing_mm")},
+        "precurvature_deg": Source("stated", "mean of the notches without load, training trials"),
+        "material.youngs_modulus_GPa": fit,
+        "material.poissons_ratio": Source("assumed", "usual for metals of this class; enters only the shear"),
+        "material.loop_share": Source("assumed", "no loop besides that of the superelastic law"),
+        "material.loop_angle_deg": Source("assumed", "without say at a loop_share of 0"),
+        "tendon_a.moment_arm_mm": Source("assumed", "a tendon of 0.2 mm along the inner wall: 0.70 - 0.10 mm"),
+        "tendon_a.EA_N": Source("assumed", "a steel wire of 0.2 mm; without say in a run by force"),
+        "tendon_a.free_length_mm": Source("assumed", "no dimension given; without say in a run by force"),
+        "tendon_a.toe_N": Source("assumed", "a wire; without say in a run by force"),
+        "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
+        "preload_N": Source("stated", "the unloaded wrist is the first sample of every trial"),
+        "friction.capstan_coefficient": fit,
+        "friction.guide_N": Source("assumed", "no friction without tension"),
+        "friction.sheath_N": Source("assumed", "none besides the capstan's: it would shift the force by a constant"),
+        "friction.rest_wrap_deg": Source("assumed", "the tendon runs straight into the wrist"),
+        "superelastic.plateau_MPa": fit,
+        "superelastic.plateau_modulus_GPa": fit,
+        "superelastic.unloading_plateau_MPa": Source("assumed", "half of the loading one: loading alone was measured"),
+        "superelastic.transformation_strain": Source("assumed", "not reached before the notches close"),
+        "closure.stiffness_Nmm_per_rad": Source("assumed", "stiff: closed notches yield less than 0.1 deg"),
+    }
+    return Preset(rig, sources)
+
+
+# each tube with the constants of the other: what stands in the preset has never seen the tube it is for
+_FROM_90 = {"E_GPa": 15.8, "plateau_MPa": 252.0, "plateau_modulus_GPa": 3.73, "mu": 0.125}
+_FROM_150 = {"E_GPa": 16.1, "plateau_MPa": 245.0, "plateau_modulus_GPa": 2.66, "mu": 0.176}
+
+PRESETS: dict[str, Preset] = {
+    "du2018": _DU2018,
+    "notched-wrist-90": _wrist(90, 0.5, 1.5, 1.57, _FROM_150),
+    "notched-wrist-150": _wrist(150, 0.8, 1.2, 2.21, _FROM_90),
+}
 
 
 def preset(name: str, *, preload_N: float | None = None) -> Rig:
@@ -98,8 +162,8 @@ def preset(name: str, *, preload_N: float | None = None) -> Rig:
 
 
 def sidecar_table(rig: Rig) -> dict[str, Any]:
-    """Return the ``[rig]`` table of a record made with this rig: the preset where it is one, and the preload."""
-    table: dict[str, Any] = {"preload_N": rig.preload_N}
+    """Return the ``[rig]`` table of a record made with this rig: the preset where it is one, and the preload if any."""
+    table: dict[str, Any] = {"preload_N": rig.preload_N} if rig.preload_N > 0 else {}
     known = PRESETS.get(rig.name)
     if known is not None and replace(known.rig, preload_N=rig.preload_N) == rig:
         table = {"preset": rig.name, **table}

@@ -246,19 +246,24 @@ EFFECT_TABLES = (
 
 @dataclass(frozen=True)
 class Rig:
-    """A manipulator with two antagonistic tendons on one wheel.
+    """A manipulator with two antagonistic tendons on one wheel, or with one tendon alone.
 
     The joints come either from ``tube`` and ``notch`` or, measured, from ``bench``; exactly one of the two.
     Tendon a pulls towards positive angles when the drive is positive. The optional parts from ``slack`` on are
     effects that are off by default, each in :mod:`fem_models.effects`.
+
+    A rig of one tendon (``tendon_b`` None) springs back by its flexures; its preload may be 0 unless the tendon has a
+    toe region. ``precurvature_deg`` is the angle that every joint has at rest, without load; the tendons have their
+    rest length, and the drive its zero, at that shape.
     """
 
     name: str
     material: Material
     tendon_a: Tendon
-    tendon_b: Tendon
+    tendon_b: Tendon | None
     wheel: Wheel
     preload_N: float
+    precurvature_deg: float = 0.0
     friction: Friction = field(default_factory=Friction)
     tube: Tube | None = None
     notch: Notch | None = None
@@ -276,14 +281,19 @@ class Rig:
     fatigue: Fatigue | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.preload_N, bool) or not isinstance(self.preload_N, int | float):
-            raise RigError(f"preload_N = {self.preload_N!r}: expected a number")
-        require(math.isfinite(self.preload_N) and self.preload_N > 0, "preload_N", self.preload_N, "above 0")
+        for name in ("preload_N", "precurvature_deg"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise RigError(f"{name} = {value!r}: expected a number")
+        single = self.tendon_b is None and self.tendon_a.toe_N == 0
+        taut = math.isfinite(self.preload_N) and (self.preload_N > 0 or (single and self.preload_N == 0))
+        require(taut, "preload_N", self.preload_N, "at least 0" if single else "above 0")
+        require(abs(self.precurvature_deg) < 90, "precurvature_deg", self.precurvature_deg, "within +-90")
         if (self.tube is None) != (self.notch is None) or (self.tube is None) == (self.bench is None):
             raise RigError(f"rig {self.name}: expected either [tube] and [notch], or measured joints")
         if self.tube is not None and self.notch is not None:
             check_cut(self.tube, self.notch)
-            for name, tendon in (("tendon_a", self.tendon_a), ("tendon_b", self.tendon_b)):
+            for name, tendon in zip(("tendon_a", "tendon_b"), self.tendons, strict=False):
                 require(
                     tendon.moment_arm_mm < self.tube.outer_diameter_mm,
                     f"{name}.moment_arm_mm",
@@ -296,6 +306,11 @@ class Rig:
             require(not needs_angle, "closure.angle_deg", None, "a number: measured joints have no notch")
 
     @property
+    def tendons(self) -> tuple[Tendon, ...]:
+        """Tendon a and, where there is one, tendon b."""
+        return (self.tendon_a,) if self.tendon_b is None else (self.tendon_a, self.tendon_b)
+
+    @property
     def joints(self) -> int:
         """Number of single notched rings."""
         return self.notch.count if self.notch is not None else self.bench.joints  # type: ignore[union-attr]
@@ -306,12 +321,12 @@ class Rig:
         return self.notch.pitch_mm if self.notch is not None else self.bench.pitch_mm  # type: ignore[union-attr]
 
     def to_dict(self) -> dict[str, Any]:
-        """Nested plain values, for TOML and JSON; absent parts left out."""
+        """Nested plain values, for TOML and JSON; absent parts left out, an absent tendon b as ``tendons`` = 1."""
 
         def prune(table: Mapping[str, Any]) -> dict[str, Any]:
             return {k: prune(v) if isinstance(v, Mapping) else v for k, v in table.items() if v is not None}
 
-        return prune(asdict(self))
+        return prune(asdict(self)) | ({"tendons": 1} if self.tendon_b is None else {})
 
 
 def numeric_fields(rig: Rig) -> dict[str, float]:

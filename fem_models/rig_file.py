@@ -69,7 +69,8 @@ def build(table_name: str, table: object, where: str) -> Any:
 def read_rig(path: Path) -> Rig:
     """Read a rig file (TOML): ``name``, ``preload_N`` and the tables of :class:`Rig`.
 
-    ``[tendon]`` stands for both tendons; ``[tendon_b]`` alone may override it for an unequal rig.
+    ``[tendon]`` stands for both tendons; ``[tendon_b]`` alone may override it for an unequal rig. ``tendons = 1`` is a
+    rig of one tendon, [tendon] or [tendon_a].
 
     Raises
     ------
@@ -85,15 +86,22 @@ def read_rig(path: Path) -> Rig:
     for key in ("tendon", "tendon_a", "tendon_b"):
         if not isinstance(data.get(key, {}), Mapping):
             raise RigError(f"{path}: [{key}] = {data[key]!r}: expected a table")
-    both = data.pop("tendon", {})
-    for side in ("tendon_a", "tendon_b"):
+    both, count = data.pop("tendon", {}), data.pop("tendons", 2)
+    if isinstance(count, bool) or count not in (1, 2):
+        raise RigError(f"{path}: tendons = {count!r}: expected 1 or 2")
+    if count == 1 and "tendon_b" in data:
+        raise RigError(f"{path}: [tendon_b]: expected absent with tendons = 1")
+    sides = ("tendon_a", "tendon_b")[:count]
+    for side in sides:
         if both or side in data:
             data[side] = {**both, **data.get(side, {})}
     known = {f.name for f in fields(Rig)}
     for key in data:
         if key not in known:
-            raise RigError(f"{path}: {key} = {data[key]!r}: expected one of {', '.join(sorted(known | {'tendon'}))}")
-    for key in ("material", "tendon_a", "tendon_b", "wheel", "preload_N"):
+            raise RigError(
+                f"{path}: {key} = {data[key]!r}: expected one of {', '.join(sorted(known | {'tendon', 'tendons'}))}"
+            )
+    for key in ("material", *sides, "wheel", "preload_N"):
         if key not in data:
             raise RigError(f"{path}: {key}: missing, expected in a rig file")
     _require_sane_integers(data, str(path))
@@ -101,7 +109,7 @@ def read_rig(path: Path) -> Rig:
         raise RigError(f"{path}: name = {data['name']!r}: expected text")
     parts = {k: build(k, v, str(path)) if k in _TABLES else v for k, v in data.items()}
     try:
-        return Rig(**{"name": path.stem, **parts})
+        return Rig(**{"name": path.stem, "tendon_b": None, **parts})
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
 

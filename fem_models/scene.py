@@ -112,7 +112,7 @@ class _Spine:
 def _outline(rig: Rig) -> _Outline:
     tube, notch = rig.tube, rig.notch
     if tube is None or notch is None:
-        outer = 1.15 * max(rig.tendon_a.moment_arm_mm, rig.tendon_b.moment_arm_mm)
+        outer = 1.15 * max(rope.moment_arm_mm for rope in rig.tendons)
         return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0)
     outer = tube.outer_diameter_mm / 2
     neutral = -snr.flexure(rig).neutral_offset_mm
@@ -260,7 +260,7 @@ def tube_mesh(rig: Rig, joint_angles_deg: ArrayLike) -> pv.PolyData:
 
 
 def tendon_lines(rig: Rig, joint_angles_deg: ArrayLike) -> dict[str, Floats]:
-    """Way of tendons ``a`` and ``b``: arrays (k, 3) in mm, along the rings and straight across the openings.
+    """Way of tendons ``a`` and, if any, ``b``: arrays (k, 3) in mm, along the rings and straight across the openings.
 
     They start one pitch before the base, at y = +-moment_arm_mm. Raises as :func:`tube_mesh`.
     """
@@ -270,7 +270,8 @@ def tendon_lines(rig: Rig, joint_angles_deg: ArrayLike) -> dict[str, Floats]:
     at_edge[[0, -1]] = True
     k = np.flatnonzero(at_edge)
     lines = {}
-    for name, y in (("a", rig.tendon_a.moment_arm_mm), ("b", -rig.tendon_b.moment_arm_mm)):
+    for name, side, rope in zip("ab", (1, -1), rig.tendons, strict=False):
+        y = side * rope.moment_arm_mm
         line = np.column_stack([*spine.place(k, np.full(k.size, y)), np.zeros(k.size)])
         lines[name] = np.concatenate([[[-rig.pitch_mm, y, 0.0]], line])
     return lines

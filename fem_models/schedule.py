@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fem_models.checks import RigError
 from fem_models.kinematics import tendon_stretch_mm
 from fem_models.program import LoadProgram
 from fem_models.rig import Rig
+from fem_models.snr import flexure, moment_arms_mm
 
 Floats = NDArray[np.float64]
 
@@ -81,7 +82,18 @@ def largest_turn_rad(rig: Rig, step_mm: float) -> float:
 
     All of the rope drawn in by one joint, five times over; some more for what moves without the drive.
     """
-    return 5 * step_mm / min(rig.tendon_a.moment_arm_mm, rig.tendon_b.moment_arm_mm) + 2e-3
+    return 5 * step_mm / min(rope.moment_arm_mm for rope in rig.tendons) + 2e-3
+
+
+def largest_pulled_turn_rad(rig: Rig, step_N: float) -> float:
+    """Turn of a joint beyond which a step of the force is not accepted: a joint a hundred times softer than elastic."""
+    return 100 * step_N * moment_arms_mm(rig)[0] / flexure(rig).bending_Nmm_per_rad
+
+
+def largest_pulled_slide_mm(rig: Rig, step_N: float) -> float:
+    """Slip at a guide that goes with it: of all joints together, and of the rope's stretch."""
+    turn = rig.joints * largest_pulled_turn_rad(rig, step_N) * moment_arms_mm(rig)[0]
+    return turn + 100 * step_N * rig.joints * rig.pitch_mm / rig.tendon_a.EA_N
 
 
 def largest_slide_mm(step_mm: float) -> float:
@@ -120,13 +132,13 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     if rig.preload_loss is not None:
         tension = rig.preload_N * (1 - rig.preload_loss.fraction * _settled(program, rig.preload_loss.cycles))
         length = rig.joints * rig.pitch_mm
-        for side, rope in enumerate((rig.tendon_a, rig.tendon_b)):
+        for side, rope in enumerate(rig.tendons):
             slack[:, side] -= tendon_stretch_mm(rope, tension, rig.preload_N, length)
-    loop_scale, residual = np.ones(m), np.zeros(m)
+    loop_scale, residual = np.ones(m), np.full(m, math.radians(rig.precurvature_deg))
     if rig.fatigue is not None:
         done = _settled(program, rig.fatigue.cycles)
         loop_scale = 1 - rig.fatigue.loop_loss * done
-        residual = np.radians(rig.fatigue.residual_deg) * done
+        residual = residual + np.radians(rig.fatigue.residual_deg) * done
     for name in ("creep", "drag"):
         if getattr(rig, name) is not None and program.time_s is None:
             raise RigError(f"rig {rig.name}: {name}: expected a load program with time_s")
@@ -135,6 +147,31 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     if rig.creep is not None:
         creep[1:] = -np.expm1(-np.diff(time) / rig.creep.time_s)
     return Schedule(drive, slack, loop_scale, residual, time, creep)
+
+
+def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
+    """Work out the inputs of a run under a given tension of tendon a at the wheel; the drives are in N.
+
+    Effects of the wheel and of the rope before it (slack, backlash, eccentricity, creep) have no say in the force.
+
+    Raises
+    ------
+    RigError
+        A rig of two tendons; an effect that needs times or cycles; forces that are not a row of numbers of at least 0.
+    """
+    force = np.array(force_N, dtype=float)
+    if rig.tendon_b is not None:
+        raise RigError(f"rig {rig.name}: two tendons: expected a rig of one, whose force alone decides")
+    for name in ("drag", "preload_loss", "fatigue"):
+        if getattr(rig, name) is not None:
+            raise RigError(f"rig {rig.name}: {name}: expected a rig without, for a run by force")
+    if force.ndim != 1 or force.size == 0:
+        raise RigError(f"force_N of shape {force.shape}: expected a row of forces")
+    if not (np.isfinite(force) & (force >= 0)).all():
+        raise RigError(f"force_N = {force[~(np.isfinite(force) & (force >= 0))][0]:g}: expected at least 0")
+    m = force.size
+    rest = np.full(m, math.radians(rig.precurvature_deg))
+    return Schedule(force, np.zeros((m, 2)), np.ones(m), rest, np.zeros(m), np.zeros(m))
 
 
 def _settled(program: LoadProgram, cycles: float) -> Floats:

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 def simulated_record(
     engine: str,
     rig: Rig,
-    program: LoadProgram,
+    program: LoadProgram | Floats,
     *,
     angle_deg: Floats,
     joint_angles_rad: Floats,
@@ -27,6 +27,8 @@ def simulated_record(
 
     Parameters
     ----------
+    program
+        What the wheel did; the tensions themselves, shape (m,), of a run by force.
     angle_deg
         Shape (m,), bending at the tip.
     joint_angles_rad
@@ -37,14 +39,15 @@ def simulated_record(
         Shape (m, 2), along the straight tube and across it.
     """
     return Record(
-        drive=program.drive_mm,
+        drive=program.drive_mm if isinstance(program, LoadProgram) else program,
+        drive_unit="mm" if isinstance(program, LoadProgram) else "N",
         angle_deg=angle_deg,
         title=f"{rig.name}, preload {rig.preload_N:g} N, {engine}",
         kind="simulated",
-        time_s=program.time_s,
-        cycle=program.cycle,
+        time_s=program.time_s if isinstance(program, LoadProgram) else None,
+        cycle=program.cycle if isinstance(program, LoadProgram) else None,
         tension_a_N=tension_N[:, 0],
-        tension_b_N=tension_N[:, 1],
+        tension_b_N=None if rig.tendon_b is None else tension_N[:, 1],
         notches_deg=np.degrees(joint_angles_rad),
         tip_mm=tip_mm,
         rig=sidecar_table(rig),

@@ -279,6 +279,17 @@ def bending_length_mm(rig: Rig) -> float:
     return min(root / beam(rig).bending_Nmm_per_rad, rig.notch.width_mm)
 
 
+def turning_length_mm(rig: Rig) -> float:
+    """Length of the part of a notch that both engines turn by half the joint's angle, the rest going with the rings.
+
+    A slot bends to a circular arc, with the chord w (1 - t^2/24 + ...) at the angle t. Rigid ends of w/6 and
+    two thirds of w along the mean direction have the same: w/3 cos(t/2) + 2 w/3. A V bends close to its root, over
+    :func:`bending_length_mm`, and so do measured joints.
+    """
+    length = bending_length_mm(rig)
+    return length if rig.notch is None or rig.notch.shape == "v_pair" else 2 / 3 * length
+
+
 def ring_stiffness(rig: Rig) -> tuple[float, float, float]:
     """Bending, axial and shear stiffness of the uncut tube between two flexures, at its middle: Nmm/rad, N/mm, N/mm.
 
@@ -286,7 +297,7 @@ def ring_stiffness(rig: Rig) -> tuple[float, float, float]:
     """
     length_mm = rig.pitch_mm - bending_length_mm(rig)
     if rig.tube is None:
-        rigid = 1e2 * max(rig.tendon_a.EA_N, rig.tendon_b.EA_N) / rig.pitch_mm
+        rigid = 1e2 * max(rope.EA_N for rope in rig.tendons) / rig.pitch_mm
         return rigid * rig.pitch_mm**2, rigid, rigid
     outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
     young = _moduli(rig)[0]
@@ -299,8 +310,10 @@ def ring_stiffness(rig: Rig) -> tuple[float, float, float]:
 def section_fibres(rig: Rig, count: int) -> tuple[Array, Array]:
     """Distances from the neutral axis (mm, above 0) and areas (mm^2) of fibres at the root, shapes (k,).
 
-    Gauss points over the arcs, ``count`` on either side of the neutral axis; a pair of notches has the two sides
-    alike, so their areas are added.
+    Of a pair of notches, Gauss points over the arcs at the mid-wall, ``count`` on either side of the neutral axis; the
+    two sides are alike, so their areas are added. What a one-sided notch leaves is a strip hardly higher than the wall
+    is thick: points over the wall, too, up to the flat face of the cut, gathered into ``count`` classes of distance,
+    either side alike. A class keeps the area's first and second moment, those of a flat plateau and of elasticity.
     """
     tube, notch = _cut(rig)
     outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
@@ -311,13 +324,17 @@ def section_fibres(rig: Rig, count: int) -> tuple[Array, Array]:
         angle = math.asin(min(ratio, 1.0))
         phi = 0.5 * angle * (1 + nodes)
         return radius * np.sin(phi), 4 * per_angle * 0.5 * angle * weights
-    angle, offset = math.acos(-ratio), float(section(rig, 0.0).neutral_offset_mm)
-    split = math.acos(min(1.0, offset / radius))  # where the arc crosses the neutral axis
-    sides = []
-    for low, high in ((0.0, split), (split, angle)):
-        phi = low + 0.5 * (high - low) * (1 + nodes)
-        sides.append((np.abs(radius * np.cos(phi) - offset), 2 * per_angle * 0.5 * (high - low) * weights))
-    return np.concatenate([s[0] for s in sides]), np.concatenate([s[1] for s in sides])
+    cells = 100 * count  # over the angle; the midpoint rule leaves 1e-5 of the moments
+    across, thick = np.polynomial.legendre.leggauss(6)
+    r = radius + 0.5 * (outer - inner) * across
+    open_to = np.arccos(np.clip(-float(cut_height_mm(rig, 0.0)) / r, -1.0, 1.0))  # to the cut face, which is flat
+    height = r[:, None] * np.cos(open_to[:, None] * (np.arange(cells) + 0.5) / cells)
+    area = np.broadcast_to((0.5 * thick * (outer - inner) * 2 * r * open_to / cells)[:, None], height.shape)
+    distance = np.abs(height - (area * height).sum() / area.sum())
+    kind = np.minimum((count * distance / distance.max()).astype(int), count - 1).ravel()
+    first = np.bincount(kind, (area * distance).ravel(), count)
+    second = np.bincount(kind, (area * distance**2).ravel(), count)
+    return second / first, first**2 / second
 
 
 def moment_arms_mm(rig: Rig) -> tuple[float, float]:
@@ -326,7 +343,7 @@ def moment_arms_mm(rig: Rig) -> tuple[float, float]:
     Pairs of notches and bench joints: ``moment_arm_mm`` as it stands. One-sided notches: ``moment_arm_mm`` counts
     from the tube axis; tendon a runs on the notched side and gains the neutral offset, tendon b loses it (York et
     al., ICRA 2015, "A wrist for needle-sized surgical robots"). The arm of tendon b may come out at or below 0: it
-    then cannot bend the manipulator its way.
+    then cannot bend the manipulator its way. A tendon b that is not there has the arm 0.
 
     Raises
     ------
@@ -334,13 +351,22 @@ def moment_arms_mm(rig: Rig) -> tuple[float, float]:
         As :func:`section`.
     """
     offset = 0.0 if rig.notch is None else float(section(rig, 0.0).neutral_offset_mm)
-    return rig.tendon_a.moment_arm_mm + offset, rig.tendon_b.moment_arm_mm - offset
+    arm_b = 0.0 if rig.tendon_b is None else rig.tendon_b.moment_arm_mm - offset
+    return rig.tendon_a.moment_arm_mm + offset, arm_b
+
+
+def force_scale_N(rig: Rig) -> float:
+    """Tension that small forces are measured by: the preload; of one tendon at least what bends a joint by a degree."""
+    if rig.tendon_b is not None:
+        return rig.preload_N
+    return max(rig.preload_N, math.radians(1.0) * flexure(rig).bending_Nmm_per_rad / moment_arms_mm(rig)[0])
 
 
 def closure_angle_rad(rig: Rig) -> float:
     """Angle of one joint at which the edges of its notch meet at the outer surface; inf for a bench rig.
 
-    2 atan(w/2 / (R_o + neutral offset)): the rings turn about the neutral axis at mid-notch.
+    Of a V 2 atan(w/2 / (R_o + neutral offset)): the rings turn about the neutral axis at mid-notch. A slot bends all
+    the way, to a circular arc whose chord its edges have to pass: w / (R_o + neutral offset).
 
     Raises
     ------
@@ -351,7 +377,7 @@ def closure_angle_rad(rig: Rig) -> float:
         return math.inf
     tube, notch = _cut(rig)
     lever = tube.outer_diameter_mm / 2 + float(section(rig, 0.0).neutral_offset_mm)
-    return 2 * math.atan2(notch.width_mm / 2, lever)
+    return 2 * math.atan2(notch.width_mm / 2, lever) if notch.shape == "v_pair" else notch.width_mm / lever
 
 
 def element_rotations(rig: Rig, moment_Nmm: float, shear_N: float = 0.0, n_elements: int = 2) -> ElementSolution:

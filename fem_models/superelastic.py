@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fem_models.checks import require
 from fem_models.rig import Rig
-from fem_models.snr import flexure, section_fibres
+from fem_models.snr import beam, flexure, section_fibres
 
 FIBRES = 8
 """Fibres from the neutral axis to the edge: the moment at the plateau is within 1 % of that of 200."""
@@ -21,36 +22,82 @@ class FlagFibres:
     """Parallel flag elements of one joint; arrays of shape (k,).
 
     An element with the stiffness k (Nmm/rad) transforms when its moment reaches ``upper_Nmm``, comes back when it
-    falls to ``lower_Nmm``, and is fully transformed when its rest angle has moved by ``span_rad``. At small angles
-    they add up to the bending stiffness of the joint.
+    falls to ``lower_Nmm``, and is fully transformed when its rest angle has moved by ``span_rad``. On the way its
+    moment climbs by ``slope`` (Nmm/rad). At small angles they add up to the bending stiffness of the joint.
     """
 
     stiffness: Floats
     upper_Nmm: Floats
     lower_Nmm: Floats
     span_rad: Floats
+    slope: Floats
 
 
 def flag_fibres(rig: Rig) -> FlagFibres:
     """Give the fibres of a rig; of none where the rig is not superelastic.
 
-    A fibre at the distance y from the neutral axis has the strain y theta/L, L being the length over which the root's
-    section would bend as much as the joint does, its roots in the rings included, and contributes the moment
-    sigma y dA, E y^2 dA/L per radian.
+    A fibre at the distance y from the neutral axis has the strain y theta/L over the bending length L of the beam and
+    contributes the moment sigma y dA, E y^2 dA/L per radian. The roots of the flexure in the rings stay elastic, in
+    series with all fibres.
     """
     law = rig.superelastic
     if law is None:
         none = np.empty(0)
-        return FlagFibres(none, none, none, none)
+        return FlagFibres(none, none, none, none, none)
     y, area = section_fibres(rig, FIBRES)
     young = rig.material.youngs_modulus_GPa * 1e3
-    length = young * float((y**2 * area).sum()) / flexure(rig).bending_Nmm_per_rad
+    require(
+        law.plateau_modulus_GPa < rig.material.youngs_modulus_GPa,
+        "superelastic.plateau_modulus_GPa",
+        law.plateau_modulus_GPa,
+        f"below material.youngs_modulus_GPa = {rig.material.youngs_modulus_GPa:g}",
+    )
+    elastic = beam(rig).bending_Nmm_per_rad
+    length = young * float((y**2 * area).sum()) / elastic
     stiffness = young * y**2 * area / length
-    return FlagFibres(
+    fibres = FlagFibres(
         stiffness=stiffness,
         upper_Nmm=stiffness * law.plateau_MPa / young * length / y,
         lower_Nmm=stiffness * law.unloading_plateau_MPa / young * length / y,
         span_rad=law.transformation_strain * length / y,
+        slope=stiffness * law.plateau_modulus_GPa / rig.material.youngs_modulus_GPa,
+    )
+    return in_series(fibres, 1 / (1 / flexure(rig).bending_Nmm_per_rad - 1 / elastic))
+
+
+def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
+    """Elements that together bend as the given ones in series with a spring, and may again stand in parallel.
+
+    A sum of flag elements loads along straight pieces, from one element's plateau to the next; the spring makes each
+    piece longer and softer, K' = K k/(K + k). What an element loses at its plateau is the step of K' there. Exact on the
+    way up; on the way back plateaus keep their ratio.
+    """
+    order = np.argsort(fibres.upper_Nmm / fibres.stiffness)
+    k, climb, upper, lower, span = (
+        x[order] for x in (fibres.stiffness, fibres.slope, fibres.upper_Nmm, fibres.lower_Nmm, fibres.span_rad)
+    )
+
+    def softer(stiffness: Floats) -> Floats:
+        return stiffness * root_Nmm_per_rad / (stiffness + root_Nmm_per_rad)
+
+    def moment(angle: Floats) -> Floats:  # on the way up
+        on_plateau = climb * angle[:, None] + (1 - climb / k) * upper
+        full = k * (angle[:, None] - span)
+        return np.maximum(np.minimum(k * angle[:, None], on_plateau), full).sum(axis=1)
+
+    tangent = np.concatenate([[k.sum()], k.sum() - np.cumsum(k - climb)])  # none at its plateau, one, two, ...
+    slope = climb * (softer(tangent[-1:])[0] / tangent[-1] if tangent[-1] > 0 else 1.0)
+    stiffness = slope - np.diff(softer(tangent))
+    starts = upper / k
+    ends = ((1 - climb / k) * upper + k * span) / (k - climb)
+    start, end = (angle + moment(angle) / root_Nmm_per_rad for angle in (starts, ends))
+    on_end = slope * end + (stiffness - slope) * start
+    return FlagFibres(
+        stiffness=stiffness,
+        upper_Nmm=stiffness * start,
+        lower_Nmm=stiffness * start * lower / upper,
+        span_rad=end - on_end / stiffness,
+        slope=slope,
     )
 
 
@@ -60,9 +107,9 @@ def flag_moment(angle_rad: Floats, rest_rad: Floats, fibres: FlagFibres) -> Floa
     The elastic line from the rest angle, held between the loading branch (up to the plateau, along it, and beyond the
     span of the transformation) and the unloading one, on either side alike.
     """
-    k, u = fibres.stiffness, np.abs(angle_rad)
+    k, s, u = fibres.stiffness, fibres.slope, np.abs(angle_rad)
     sign = np.where(angle_rad < 0, -1.0, 1.0)
     full = k * (u - fibres.span_rad)
-    low = np.maximum(np.minimum(k * u, fibres.lower_Nmm), full)
-    high = np.maximum(np.minimum(k * u, fibres.upper_Nmm), full)
+    low = np.maximum(np.minimum(k * u, s * u + (1 - s / k) * fibres.lower_Nmm), full)
+    high = np.maximum(np.minimum(k * u, s * u + (1 - s / k) * fibres.upper_Nmm), full)
     return sign * np.clip(sign * k * (angle_rad - rest_rad), low, high)

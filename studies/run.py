@@ -23,6 +23,7 @@ from fem_models.program import triangle
 from fem_models.rig import Rig, numeric_fields
 from fem_models.scene import SceneError, render
 from fem_models.snr import peak_strain_per_rad
+from fem_models.strain import limits_passed, strain_limits
 from hysteresis.record import Record, read_record, write_record
 from studies.identification import identify_record, write_fit
 from studies.progress import steps
@@ -97,10 +98,38 @@ def _simulated(
         write_record(solution.record, out / "records" / f"{name}.csv")
         theory = f"{name}-analytic"
         write_record(simulate_analytic(rig, triangle(AMPLITUDE_MM)), out / "records" / f"{theory}.csv")
-        loops.append({"record": name, "theory": theory, **loop_summary(solution.record), **energy_summary(solution)})
+        loops.append(
+            {
+                "record": name,
+                "theory": theory,
+                **loop_summary(solution.record),
+                **energy_summary(solution),
+                **strain_summary(rig, solution),
+            }
+        )
         step(f"cross-checking at {preload:g} N")
         checks.append(crosscheck(rig, amplitude_mm=AMPLITUDE_MM).to_dict())
     return records, loops, checks
+
+
+def strain_summary(rig: Rig, solution: MultibodySolution) -> dict[str, Any]:
+    """Peak strain of the run, and the drives at which limits of Nitinol are passed; null where they are not."""
+    passed = limits_passed(solution.record.drive, solution.peak_strain, strain_limits(rig))
+    return {
+        "peak_strain_percent": 100 * float(np.abs(solution.peak_strain).max()),
+        "strain_limits": [
+            {
+                "name": p.limit.name,
+                "kind": p.limit.kind,
+                "limit_percent": 100 * p.limit.strain,
+                "largest_percent": 100 * p.largest,
+                "passed_at_mm": p.drive,
+                "joint": p.joint,
+                "source": p.limit.source,
+            }
+            for p in passed
+        ],
+    }
 
 
 def crosschecks(rig: Rig, *, progress: bool = True) -> list[dict[str, Any]]:

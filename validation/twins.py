@@ -29,12 +29,13 @@ from fem_models.program import LoadProgram, triangle
 from fem_models.rig import Friction, Rig
 from hysteresis.metrics import loop_width
 
+_ROPE = replace(preset("du2018").tendon_a, toe_N=0.0)
 _BARE = replace(
     preset("du2018"),
     friction=Friction(),
     material=replace(preset("du2018").material, loop_share=0.0),
-    tendon_a=replace(preset("du2018").tendon_a, toe_N=0.0),
-    tendon_b=replace(preset("du2018").tendon_b, toe_N=0.0),
+    tendon_a=_ROPE,
+    tendon_b=_ROPE,
 )
 _FULL = preset("du2018")
 

@@ -28,6 +28,7 @@ def bench_like_record(seed: int = SEED) -> Record:
     """Three cycles at 20 N of a du2018 rig with unequal tendons, with noise on the angle."""
     rig = preset("du2018", preload_N=20.0)
     b = rig.tendon_b
+    assert b is not None
     unequal = replace(
         rig,
         tendon_b=replace(
