@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from fem_models.solid import Solid, end_nodes, factorize, free_unknowns, mass_matrix, plates_stiffness
@@ -76,3 +77,12 @@ def _held_modes(solid: Solid, mass: object, count: int) -> tuple[Floats, Floats]
     fields = np.zeros((size, count))
     fields[free] = shapes
     return squares, fields
+
+
+def free_frequencies_Hz(body: ReducedBody) -> Floats:
+    """Frequencies of a body that nothing holds, the six rigid motions left out, ascending, shape (6 + m,).
+
+    They lie above those of the mesh, the lower the closer.
+    """
+    squares = eigh(body.stiffness, body.mass, eigvals_only=True)
+    return np.sqrt(squares[6:]) / (2 * np.pi)

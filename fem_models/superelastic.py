@@ -69,8 +69,8 @@ def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
     """Elements that together bend as the given ones in series with a spring, and may again stand in parallel.
 
     A sum of flag elements loads along straight pieces, from one element's plateau to the next; the spring makes each
-    piece longer and softer, K' = K k/(K + k). What an element loses at its plateau is the step of K' there. Exact on the
-    way up; on the way back plateaus keep their ratio.
+    piece longer and softer, K' = K k/(K + k). What an element loses at its plateau is the step of K' there. Exact on
+    the way up; on the way back plateaus keep their ratio.
     """
     order = np.argsort(fibres.upper_Nmm / fibres.stiffness)
     k, climb, upper, lower, span = (

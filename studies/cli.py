@@ -31,6 +31,7 @@ from studies.engines import (
     MissingError,
     program_of_file,
     require_exudyn,
+    require_gmsh,
     simulate_in_time,
 )
 from studies.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
@@ -112,14 +113,18 @@ def validate(
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compare the analytic model, the chain and the multibody model."""
+    """Compare analytic model, solid, reduced bodies, beams, chain and multibody model side by side."""
     rig = preset(preset_name)
     require_exudyn()
-    from studies.run import crosschecks
+    require_gmsh()
+    from studies.run import crosschecks, model_comparison
 
-    summary = {"schema": 1, "rigs": crosschecks(rig, progress=not quiet and not as_json)}
-    write_json(out / "validate.json", summary)
-    _show(summary, quiet, as_json, _table(summary), f"wrote {out / 'validate.json'}")
+    progress = not quiet and not as_json
+    models = model_comparison(rig, progress=progress)
+    checks = {"schema": 1, "rigs": crosschecks(rig, progress=progress)}
+    write_json(out / "validate.json", checks | {"models": models})
+    parts = (_models_table(models), _table(checks), f"wrote {out / 'validate.json'}")
+    _show(checks | {"models": models}, quiet, as_json, *parts)
 
 
 @app.command()
@@ -254,6 +259,31 @@ def _table(result: Mapping[str, Any]) -> Table:
     for key, value in flat(result).items():
         table.add_row(key, f"{value:.6g}" if isinstance(value, float | np.floating) else escape(str(value)))
     return table
+
+
+def _models_table(models: Mapping[str, Any]) -> Table:
+    """One row a model, with what it differs by from the judge."""
+    judge = next(row for row in models["models"] if row["name"] == models["judge"])
+    at = [f"deg at {bent['tendon_N']:.3g} N" for bent in judge["bent"]]
+    table = Table("model", "bending, Nmm/rad", "axial, N/mm", "shear, N/mm", *at, "tip at the last, mm", "s")
+    for row in models["models"]:
+        last = row["bent"][-1]
+        table.add_row(
+            row["name"],
+            _against(row["bending_Nmm_per_rad"], row["bending_percent"]),
+            _against(row["axial_N_per_mm"], row["axial_percent"]),
+            _against(row["shear_N_per_mm"], row["shear_percent"]),
+            *(_against(bent["angle_deg"], bent["angle_percent"]) for bent in row["bent"]),
+            f"{last['tip_mm'][0]:.2f}, {last['tip_mm'][1]:.2f}",
+            f"{row['seconds']:.2g}",
+        )
+    return table
+
+
+def _against(value: float | None, percent: float | None) -> str:
+    if value is None or percent is None:
+        return "-"
+    return f"{value:.4g} ({percent:+.1f} %)"
 
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it

@@ -37,6 +37,21 @@ def require_exudyn() -> None:
         raise MissingError(f"exudyn cannot be imported: {missing}: expected for the multibody engine") from None
 
 
+def require_gmsh() -> None:
+    """Import gmsh, or say in one line what is missing.
+
+    Raises
+    ------
+    MissingError
+        gmsh, or a library of the system that it loads.
+    """
+    try:
+        import gmsh  # noqa: F401
+    except (ImportError, OSError) as error:
+        missing = " ".join(str(error).split())
+        raise MissingError(f"gmsh cannot be imported: {missing}: expected for the solid notch") from None
+
+
 def _simulate_multibody(rig: Rig, program: LoadProgram) -> Record:
     require_exudyn()
     from fem_models.multibody import simulate_multibody

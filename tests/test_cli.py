@@ -1,5 +1,7 @@
 """The command line: results where asked for; bad input ends with one line and exit 2, nothing half-written."""
 
+import functools
+import io
 import json
 import re
 import subprocess
@@ -8,12 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.record import Record, read_record, write_record
-from studies import cli, engines
+from studies import cli, engines, run
 from studies.cli import call
 from studies.fetch import CATALOGUE
+from validation import models
 
 SIDE = 'schema = 1\ntitle = "t"\nkind = "measured"\n[columns]\ndrive = "x"\nangle = "a"\n'
 LOOP = "x,a\n" + "".join(f"{x},{20 * x + s}\n" for s, way in ((-1, 1), (1, -1)) for x in np.arange(-2, 2.1, 0.2)[::way])
@@ -335,6 +339,39 @@ def test_every_command_takes_seed_quiet_and_json(capsys):
         assert all(option in text for option in ("--seed", "--quiet", "--json")), command
 
 
+def test_validate_puts_models_side_by_side(tmp_path, capsys, monkeypatch):
+    coarse = functools.partial(models.compare_models, angles_deg=(5.0, 10.0), refinement=0.4)
+    monkeypatch.setattr(models, "compare_models", coarse)
+    monkeypatch.setattr(run, "PRELOADS_N", (20.0,))
+    assert call(["validate", "--out", str(tmp_path), "--json", "--seed", "1"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown == json.loads((tmp_path / "validate.json").read_text())
+    assert shown["schema"] == 1
+    assert shown["rigs"][0]["preload_N"] == 20.0
+    names = ["solid", "beam", "beam with roots", "reduced bodies", "beams", "multibody", "chain"]
+    assert [row["name"] for row in shown["models"]["models"]] == names
+    for row in shown["models"]["models"]:
+        assert [bent["angle_deg"] > 0 for bent in row["bent"]] == [True, True]
+        assert row["seconds"] > 0
+    text = capture_table(shown["models"])
+    assert all(name in text for name in names)
+
+
+def capture_table(shown: dict) -> str:
+    console = Console(file=io.StringIO(), width=250)
+    console.print(cli._models_table(shown))
+    return console.file.getvalue()
+
+
+def test_a_missing_mesher_is_named(tmp_path, capsys, monkeypatch):
+    (tmp_path / "gmsh.py").write_text("raise OSError('libGLU.so.1: cannot open shared object file')")
+    monkeypatch.delitem(sys.modules, "gmsh", raising=False)
+    monkeypatch.syspath_prepend(tmp_path)
+    error = complaint(capsys, "validate", "--out", tmp_path / "out")
+    assert "gmsh cannot be imported: libGLU.so.1" in error
+    assert not (tmp_path / "out").exists()
+
+
 def test_data_list_as_json_and_as_names(capsys):
     assert call(["data", "list", "--json", "--seed", "1"]) == 0
     assert [entry["name"] for entry in json.loads(capsys.readouterr().out)["records"]] == list(CATALOGUE)
@@ -347,7 +384,7 @@ def test_only_the_multibody_engine_needs_exudyn(tmp_path):
     (tmp_path / "loop.csv").write_text(LOOP.replace("x,a", "drive_mm,angle_deg"))
     code = f"""
 import sys
-sys.modules["exudyn"] = sys.modules["pyvista"] = None
+sys.modules["exudyn"] = sys.modules["pyvista"] = sys.modules["gmsh"] = None
 from studies.cli import call
 assert call(["data", "list", "--quiet"]) == 0
 assert call(["identify", "loop.csv", "--out", "fit", "--quiet"]) == 0
