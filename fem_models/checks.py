@@ -20,7 +20,7 @@ def require_numbers(owner: str, item: object) -> None:
     """Raise a RigError where a field of a dataclass is neither None nor a finite number."""
     for f in fields(item):  # type: ignore[arg-type]
         value = getattr(item, f.name)
-        if value is None or f.name == "shape":  # of a notch: a word
+        if value is None or f.name in ("shape", "rigid_roots"):  # of a notch: a word, a switch
             continue
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise RigError(f"{owner}.{f.name} = {value!r}: expected a number")

@@ -93,7 +93,7 @@ def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, 
     rig = Rig(
         name=f"notched-wrist-{range_deg}",
         tube=Tube(outer_diameter_mm=1.62, inner_diameter_mm=1.40),
-        notch=Notch("rectangular", count=5, depth_mm=1.40, width_mm=width_mm, spacing_mm=spacing_mm),
+        notch=Notch("rectangular", count=5, depth_mm=1.40, width_mm=width_mm, spacing_mm=spacing_mm, rigid_roots=True),
         material=Material(youngs_modulus_GPa=fitted["E_GPa"], poissons_ratio=0.33),
         tendon_a=Tendon(EA_N=5_000.0, moment_arm_mm=0.60, free_length_mm=200.0),
         tendon_b=None,
@@ -137,8 +137,8 @@ def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, 
 
 
 # each tube with the constants of the other: what stands in the preset has never seen the tube it is for
-_FROM_90 = {"E_GPa": 15.8, "plateau_MPa": 252.0, "plateau_modulus_GPa": 3.73, "mu": 0.125}
-_FROM_150 = {"E_GPa": 16.1, "plateau_MPa": 245.0, "plateau_modulus_GPa": 2.66, "mu": 0.176}
+_FROM_90 = {"E_GPa": 15.8, "plateau_MPa": 273.0, "plateau_modulus_GPa": 3.73, "mu": 0.125}
+_FROM_150 = {"E_GPa": 16.1, "plateau_MPa": 265.0, "plateau_modulus_GPa": 2.66, "mu": 0.176}
 
 PRESETS: dict[str, Preset] = {
     "du2018": _DU2018,

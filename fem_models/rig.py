@@ -63,6 +63,9 @@ class Notch:
         Uncut tube between two notches; the pitch is ``width_mm + spacing_mm``.
     root_width_mm
         Width of the flat root of a V (wire kerf); slots have the same width all the way and take None.
+    rigid_roots
+        Whether rings are rigid where flexures are rooted in them, as in the paper's analytic model. Metal is not:
+        :mod:`fem_models.roots`.
     """
 
     shape: NotchShape
@@ -71,8 +74,10 @@ class Notch:
     width_mm: float
     spacing_mm: float
     root_width_mm: float | None = None
+    rigid_roots: bool = False
 
     def __post_init__(self) -> None:
+        require(isinstance(self.rigid_roots, bool), "notch.rigid_roots", self.rigid_roots, "true or false")
         require(self.shape in NOTCH_SHAPES, "notch.shape", self.shape, "one of " + ", ".join(NOTCH_SHAPES))
         require_numbers("notch", self)
         require(
@@ -337,7 +342,7 @@ def numeric_fields(rig: Rig) -> dict[str, float]:
         if is_dataclass(value):
             for g in fields(value):
                 number = getattr(value, g.name)
-                if isinstance(number, int | float):
+                if isinstance(number, int | float) and not isinstance(number, bool):
                     out[f"{f.name}.{g.name}"] = number
         elif isinstance(value, int | float):
             out[f.name] = value

@@ -240,6 +240,8 @@ def flexure(rig: Rig) -> Flexure:
     if rig.bench is not None:
         return Flexure(rig.bench.flexure_stiffness_Nmm_per_rad, None, None, 0.0)
     between = beam(rig)
+    if _cut(rig)[1].rigid_roots:
+        return between
     rigidity = _moduli(rig)[0] * float(section(rig, 0.0).second_moment_mm4)
     bending = 1 / (1 / between.bending_Nmm_per_rad + 2 * root_length_mm(rig) / rigidity)
     return replace(between, bending_Nmm_per_rad=bending)

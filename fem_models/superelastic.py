@@ -62,7 +62,8 @@ def flag_fibres(rig: Rig) -> FlagFibres:
         span_rad=law.transformation_strain * length / y,
         slope=stiffness * law.plateau_modulus_GPa / rig.material.youngs_modulus_GPa,
     )
-    return in_series(fibres, 1 / (1 / flexure(rig).bending_Nmm_per_rad - 1 / elastic))
+    roots = 1 / flexure(rig).bending_Nmm_per_rad - 1 / elastic
+    return in_series(fibres, 1 / roots) if roots > 0 else fibres
 
 
 def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
