@@ -210,7 +210,7 @@ it takes {peak:.1f} N where the rope is fastest, half of the dry friction there.
   its constant over k + k', k being the stiffness of the rope before the base and k' that of rope and joints behind
   it: 1 to 2 ms here. A delay that stays while the rate changes, and a loop that widens with the rate, are its marks.
 - **At 5 Hz without drag** the rig rings after each reversal: friction lets go suddenly, and nothing damps the 140 Hz
-  that follow but the integrator. Then halving the step shows, by about 1 % of the width; with a little drag it does
+  that follow but the integrator. Then halving the step shows, by 1 to 2 % of the width; with a little drag it does
   not.
 
 ## How it is done
