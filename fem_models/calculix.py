@@ -1,4 +1,4 @@
-"""CalculiX as a referee: the stiffness of one SNR from an independent code on the same mesh.
+"""CalculiX as a referee: stiffness and large bending of one SNR from an independent code on the same mesh.
 
 CalculiX (``ccx``) is a separate program, free software, https://www.calculix.de; Debian has it as ``calculix-ccx``.
 """
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from fem_models.solid import Solid, cells, end_nodes, rigid_motions
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 TIME_LIMIT_S = 600.0
 
@@ -40,48 +41,98 @@ def calculix_stiffness(solid: Solid, *, program: str = "ccx") -> Floats:
     CalculixError
         If the program is missing, fails, or leaves no reaction forces.
     """
-    found = shutil.which(program)
-    if found is None:
-        raise CalculixError(f"{program}: expected the program of CalculiX on the path")
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder) / "snr.inp"
         write_input(solid, job)
-        environment = {"OMP_NUM_THREADS": str(os.cpu_count() or 1), **os.environ}
-        command = [found, "-i", job.stem]
-        try:
-            done = subprocess.run(
-                command, cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False, env=environment
-            )
-        except subprocess.TimeoutExpired:
-            raise CalculixError(f"{program} did not end within {TIME_LIMIT_S:g} s") from None
-        results = job.with_suffix(".dat")
-        if done.returncode or not results.exists():
-            said = [line for line in done.stdout.splitlines() if "ERROR" in line] or ["no results"]
-            raise CalculixError(f"{program} failed with exit code {done.returncode}: {said[0].strip()[:200]}")
-        forces = read_reactions(results, steps=6)
+        forces = _reactions(job, program, steps=6)
     return np.asarray(np.einsum("nai,sna->is", _end_motions(solid), forces))
+
+
+def calculix_forces(
+    points_mm: Floats,
+    tetrahedra: Ints,
+    young_MPa: float,
+    poisson: float,
+    held_mm: Floats,
+    *,
+    plateau_MPa: tuple[tuple[float, float], ...] = (),
+    program: str = "ccx",
+) -> Floats:
+    """Nodal forces (k, 3), N, on the k nodes that a large displacement is prescribed to (NLGEOM).
+
+    Elastic metal is that of Saint Venant and Kirchhoff; with ``plateau_MPa``, pairs of stress and plastic strain, it
+    yields as von Mises has it, with isotropic hardening.
+
+    Parameters
+    ----------
+    held_mm
+        Prescribed displacements (n, 3), nan where free.
+
+    Raises
+    ------
+    CalculixError
+        As :func:`calculix_stiffness`.
+    """
+    nodes = np.flatnonzero(np.isfinite(held_mm).any(axis=1))
+    with tempfile.TemporaryDirectory() as folder:
+        job = Path(folder) / "large.inp"
+        lines = _head(points_mm, tetrahedra, nodes, young_MPa, poisson, job)
+        if plateau_MPa:
+            rows = [f"{stress:{_NUMBER}}, {strain:{_NUMBER}}" for stress, strain in plateau_MPa]
+            lines[-1:-1] = ["*PLASTIC", *rows]
+        lines += ["*STEP, NLGEOM, INC=400", "*STATIC", "0.1, 1.0, 1e-5, 0.1", "*BOUNDARY"]
+        for node in nodes:
+            values = enumerate(held_mm[node], start=1)
+            lines += [f"{node + 1}, {axis}, {axis}, {value:{_NUMBER}}" for axis, value in values if np.isfinite(value)]
+        lines += ["*NODE PRINT, NSET=ENDS, FREQUENCY=400", "RF", "*END STEP"]
+        job.write_text("\n".join(lines) + "\n")
+        return _reactions(job, program, steps=1)[0]
+
+
+def _reactions(job: Path, program: str, *, steps: int) -> Floats:
+    """Run CalculiX on an input file and read the forces that it printed."""
+    found = shutil.which(program)
+    if found is None:
+        raise CalculixError(f"{program}: expected the program of CalculiX on the path")
+    environment = {"OMP_NUM_THREADS": str(os.cpu_count() or 1), **os.environ}
+    command = [found, "-i", job.stem]
+    try:
+        done = subprocess.run(
+            command, cwd=job.parent, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False, env=environment
+        )
+    except subprocess.TimeoutExpired:
+        raise CalculixError(f"{program} did not end within {TIME_LIMIT_S:g} s") from None
+    results = job.with_suffix(".dat")
+    if done.returncode or not results.exists():
+        said = [line for line in done.stdout.splitlines() if "ERROR" in line] or ["no results"]
+        raise CalculixError(f"{program} failed with exit code {done.returncode}: {said[0].strip()[:200]}")
+    return read_reactions(results, steps=steps)
+
+
+def _head(points: Floats, tetrahedra: Ints, nodes: Ints, young_MPa: float, poisson: float, path: Path) -> list[str]:
+    """Lines before the steps; writes the mesh into a file of its own beside ``path``. ``nodes`` count from 0."""
+    mesh_file = path.with_name(f"{path.stem}-mesh.inp")
+    sets = {"METAL": [np.arange(len(tetrahedra), dtype=np.int64)]}
+    mesh = meshio.Mesh(points, [("tetra10", tetrahedra)], cell_sets=sets)
+    mesh.write(mesh_file, file_format="abaqus", float_fmt=_NUMBER)
+    # meshio knows several ten-node elements of this format and names the last of them, a hybrid that CalculiX lacks
+    mesh_file.write_text(re.sub(r"TYPE=C3D10\w*", "TYPE=C3D10", mesh_file.read_text()))
+    return [
+        f"*INCLUDE, INPUT={mesh_file.name}",
+        "*NSET, NSET=ENDS",
+        *(f"{node + 1}," for node in nodes),  # CalculiX counts from 1
+        "*MATERIAL, NAME=NITINOL",
+        "*ELASTIC",
+        f"{young_MPa:{_NUMBER}}, {poisson:{_NUMBER}}",
+        "*SOLID SECTION, ELSET=METAL, MATERIAL=NITINOL",
+    ]
 
 
 def write_input(solid: Solid, path: Path) -> None:
     """Write the input of :func:`calculix_stiffness` at ``path``, the mesh in a file of its own beside it."""
-    mesh_file = path.with_name(f"{path.stem}-mesh.inp")
-    tetrahedra = cells(solid.mesh)
-    mesh = meshio.Mesh(
-        solid.points_mm, [("tetra10", tetrahedra)], cell_sets={"METAL": [np.arange(len(tetrahedra), dtype=np.int64)]}
-    )
-    mesh.write(mesh_file, file_format="abaqus", float_fmt=_NUMBER)
-    # meshio knows several ten-node elements of this format and names the last of them, a hybrid that CalculiX lacks
-    mesh_file.write_text(re.sub(r"TYPE=C3D10\w*", "TYPE=C3D10", mesh_file.read_text()))
-    nodes = np.concatenate(end_nodes(solid)) + 1  # CalculiX counts from 1
-    lines = [
-        f"*INCLUDE, INPUT={mesh_file.name}",
-        "*NSET, NSET=ENDS",
-        *(f"{node}," for node in nodes),
-        "*MATERIAL, NAME=NITINOL",
-        "*ELASTIC",
-        f"{solid.young_MPa:{_NUMBER}}, {solid.poisson:{_NUMBER}}",
-        "*SOLID SECTION, ELSET=METAL, MATERIAL=NITINOL",
-    ]
+    ends = np.concatenate(end_nodes(solid))
+    lines = _head(solid.points_mm, cells(solid.mesh), ends, solid.young_MPa, solid.poisson, path)
+    nodes = ends + 1
     motions = _end_motions(solid)
     for step in range(6):
         lines += ["*STEP", "*STATIC", "*BOUNDARY"]

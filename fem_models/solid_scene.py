@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING
 import meshio
 import numpy as np
 from numpy.typing import NDArray
+from skfem import MeshTet2
 
 from fem_models.scene import SceneError
 from fem_models.solid import Solid, cells
 from fem_models.solid_strain import equivalent, nodal_strain, principal
+from fem_models.solid_superelastic import BentJoint, QuarterJoint, whole
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -44,6 +46,26 @@ def as_meshio(solid: Solid, field_mm: Floats) -> meshio.Mesh:
     return meshio.Mesh(solid.points_mm, [("tetra10", cells(solid.mesh))], point_data=data)
 
 
+def bent_mesh(joint: QuarterJoint, bent: BentJoint, mesh: MeshTet2) -> meshio.Mesh:
+    """Return the whole SNR bent as the nonlinear solution has it, with the fields of :func:`as_meshio`.
+
+    The principal strain is logarithmic, the equivalent one the transformation strain plus stress over E; ``mesh`` is
+    that of :func:`fem_models.solid_mesh.snr_mesh` with the settings of the joint.
+
+    Raises
+    ------
+    ValueError
+        Another mesh.
+    """
+    displacement, main, equal = whole(joint, bent.state, mesh.doflocs.T)
+    data = {
+        "displacement_mm": displacement,
+        "principal_strain_percent": 100 * main,
+        "equivalent_strain_percent": 100 * equal,
+    }
+    return meshio.Mesh(np.ascontiguousarray(mesh.doflocs.T), [("tetra10", cells(mesh))], point_data=data)
+
+
 def write_vtu(solid: Solid, field_mm: Floats, path: Path) -> None:
     """Write :func:`as_meshio` for ParaView (VTU).
 
@@ -52,8 +74,13 @@ def write_vtu(solid: Solid, field_mm: Floats, path: Path) -> None:
     SceneError
         A file that cannot be written.
     """
+    write_mesh(as_meshio(solid, field_mm), path)
+
+
+def write_mesh(mesh: meshio.Mesh, path: Path) -> None:
+    """Write a mesh with its fields for ParaView (VTU); errors as :func:`write_vtu`."""
     with _staged(path) as half:
-        as_meshio(solid, field_mm).write(half, file_format="vtu")
+        mesh.write(half, file_format="vtu")
 
 
 def draw_strain(
@@ -69,7 +96,11 @@ def draw_strain(
     SceneError
         The renderer crashed, or a file that cannot be written.
     """
-    mesh = as_meshio(solid, field_mm)
+    draw_mesh(as_meshio(solid, field_mm), path, limit=limit, window=window)
+
+
+def draw_mesh(mesh: meshio.Mesh, path: Path, *, limit: float, window: tuple[int, int] = (1800, 800)) -> None:
+    """Draw a mesh of :func:`as_meshio` or :func:`bent_mesh`; the rest as :func:`draw_strain`."""
     with _staged(path) as half, ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _headless) as child:
         try:
             child.submit(_draw, mesh, 100 * limit, half, window).result()
