@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from fem_models.checks import RigError
+from fem_models.checks import RigError, require
 from fem_models.presets import PRESETS, preset
 from fem_models.program import LoadProgram, SolverError, sine, triangle
 from fem_models.rig import Rig
@@ -40,6 +40,7 @@ from studies.progress import status
 from studies.results import flat, loop_summary, require_unchanged, write_json
 
 Engine = StrEnum("Engine", {name: name for name in ENGINES})  # type: ignore[misc]
+Mechanics = StrEnum("Mechanics", {"chain": "chain", "multibody": "multibody"})
 Search = StrEnum("Search", {name: name for name in METHODS})  # type: ignore[misc]
 
 app = typer.Typer(
@@ -161,6 +162,63 @@ def identify(
 
 
 @app.command()
+def separate(
+    out: Out,
+    records: Annotated[list[Path] | None, typer.Argument(help="Records of a known rig, in place of --preset.")] = None,
+    preset_name: Annotated[str | None, typer.Option("--preset", help=f"One of {', '.join(PRESETS)}.")] = None,
+    rig_file: Annotated[Path | None, typer.Option("--rig", help="A rig file, TOML.")] = None,
+    preload: Annotated[float | None, typer.Option("--preload", help="N; the rig's own if not given.")] = None,
+    amplitude: Annotated[float | None, typer.Option("--amplitude", help="Of the drive, mm; else 2.2.")] = None,
+    engine: Annotated[Mechanics, typer.Option("--engine", help="Model; records take the chain.")] = Mechanics.chain,
+    seed: Seed = 0,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Divide the loop among friction, elasticity of the tendons and material, by switching them in the mechanics."""
+    from studies.separation import separate_records, separate_rig, summary
+
+    given = {"--preset": preset_name, "--rig": rig_file, "--preload": preload, "--amplitude": amplitude}
+    target = out / "separate.json"
+    with status(not quiet and not as_json, "separating"):
+        if records:
+            clash = next((f"{name} {value}" for name, value in given.items() if value is not None), None)
+            if clash is not None or engine != "chain":
+                raise RigError(f"{clash or f'--engine {engine}'}: beside records: expected one of the two")
+            result = separate_records([read_record(path) for path in records], seed=seed)
+        else:
+            size = 2.2 if amplitude is None else amplitude
+            require(size > 0, "--amplitude", size, "above 0")
+            result = separate_rig(_rig(preset_name, rig_file, preload), size, engine=engine, seed=seed)
+    write_json(target, result)
+    _show(result, quiet, as_json, _parts_table(result), *summary(result), f"wrote {target}")
+
+
+@app.command()
+def compensate(
+    record: Annotated[Path, typer.Argument(help="The record to identify, CSV.")],
+    reference: Annotated[Path, typer.Option("--reference", help="CSV with angle_deg and, if wanted, time_s.")],
+    out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
+    elements: Annotated[
+        int, typer.Option("--elements", min=0, max=2, help="Of h; 0 chooses 1 or 2 within the training data.")
+    ] = 0,
+    seed: Seed = 0,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Find the drive that makes the angle follow a reference, from the record of a rig."""
+    from studies.compensation import compensated, read_reference, write_columns
+
+    check_target(out, [record, reference])
+    wanted = read_reference(reference)
+    columns, facts = compensated(
+        read_record(record), wanted, str(reference), elements=elements or None, seed=seed,
+        progress=not quiet and not as_json,
+    )  # fmt: skip
+    write_columns(columns, out)
+    _show(facts, quiet, as_json, _table(facts), f"drive: {out}")
+
+
+@app.command()
 def report(
     folder: Annotated[Path, typer.Argument(help="A folder written by `notchbend run`.")],
     seed: Seed = 0,
@@ -278,6 +336,27 @@ def _models_table(models: Mapping[str, Any]) -> Table:
             f"{row['seconds']:.2g}",
         )
     return table
+
+
+def _parts_table(result: Mapping[str, Any]) -> Table:
+    """One row a part of the loop; intervals where the rig is calibrated."""
+    table = Table("part", "share of energy", "mJ a cycle", "share of width", "deg")
+    for name, row in result["contributions"].items():
+        table.add_row(
+            name,
+            _interval(row, "share"),
+            f"{row['dissipated_mJ']:.4g}",
+            _interval(row, "width_share"),
+            f"{row['width_deg']:.4g}",
+        )
+    return table
+
+
+def _interval(row: Mapping[str, Any], key: str) -> str:
+    if row[key] is None:
+        return "-"
+    limits = row.get("intervals", {}).get(key)
+    return f"{row[key]:.3f}" + (f" ({limits[0]:.3f} to {limits[1]:.3f})" if limits else "")
 
 
 def _against(value: float | None, percent: float | None) -> str:
