@@ -116,6 +116,10 @@ def _stop(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, offset: Any)
     return [0.0 * u[0], k[1] * exu.symbolic.max(u[1], 0.0), 0.0 * u[2]]
 
 
+def _stop_below(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, offset: Any) -> Any:
+    return [0.0 * u[0], -k[1] * exu.symbolic.max(-u[1], 0.0), 0.0 * u[2]]
+
+
 def _nonlinear_spring(mbs: Any, law: Any, **fields: Any) -> int:
     spring = mbs.AddObject(items.ObjectConnectorCoordinateSpringDamperExt(**fields))
     symbolic = CreateSymbolicUserFunction(mbs, law, "springForceUserFunction", spring)
@@ -292,7 +296,8 @@ def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> None:
                 offset=[0, rig.tip_stop.y_mm, 0],
             )
         )
-        law = CreateSymbolicUserFunction(mbs, _stop, "springForceUserFunction", stop)
+        push = _stop if rig.tip_stop.y_mm >= 0 else _stop_below
+        law = CreateSymbolicUserFunction(mbs, push, "springForceUserFunction", stop)
         mbs.SetObjectParameter(stop, "springForceUserFunction", law)
 
 

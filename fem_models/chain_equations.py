@@ -214,7 +214,8 @@ def external_moments(x: Floats, c: Constants, w: Work) -> float:
         length = c.pitch if i < n - 1 else 0.5 * c.pitch
         tip_x += length * math.cos(heading)
         tip_y += length * math.sin(heading)
-    push = c.stop_stiffness * max(0.0, tip_y - c.stop_y)
+    side = 1.0 if c.stop_y >= 0.0 else -1.0
+    push = side * c.stop_stiffness * max(0.0, side * (tip_y - c.stop_y))
     rings, sum_x, sum_y = 0.0, 0.0, 0.0  # of the rings beyond, from their common joint
     reach = 0.0  # tip from the joint, along the straight tube
     for i in range(n - 1, -1, -1):
@@ -226,7 +227,7 @@ def external_moments(x: Floats, c: Constants, w: Work) -> float:
         w.external[i] = sum_x * c.weight_y - sum_y * c.weight_x - push * reach
         w.lever[3 * i + 3] = reach
         heading -= x[3 * i + 3]
-    return c.stop_stiffness if push > 0.0 else 0.0
+    return c.stop_stiffness if push != 0.0 else 0.0
 
 
 @njit(cache=True)

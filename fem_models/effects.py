@@ -115,7 +115,7 @@ class Gravity:
 
 @dataclass(frozen=True)
 class TipStop:
-    """A frictionless obstacle on the positive side: the tip is pushed back where its y exceeds ``y_mm``."""
+    """A frictionless obstacle: the tip is pushed back where its y is beyond ``y_mm``, on the side that has its sign."""
 
     y_mm: float
     stiffness_N_per_mm: float

@@ -1,0 +1,41 @@
+"""A camera that does not look at right angles."""
+
+from __future__ import annotations
+
+from fem_models.rig import Rig
+from validation.effect import Constant, Effect, Floats, RigForm, Scale, Sight, Values
+
+GAIN = Constant("gain", "-", -0.9, 5.0, 0.01)
+PERSPECTIVE = Constant("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4)
+
+
+def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
+    """Angle read: theta (1 + gain + perspective theta); the offset is a record's own zero, always free."""
+    return angle_deg * (1 + values.get("gain", 0.0) + values.get("perspective_per_deg", 0.0) * angle_deg)
+
+
+def _gain(scale: Scale, rig: Rig | None) -> list[Values]:
+    return [{"gain": 0.02}]
+
+
+def _perspective(scale: Scale, rig: Rig | None) -> list[Values]:
+    return [{"perspective_per_deg": 0.02 / scale.angle_deg}]
+
+
+def _both(scale: Scale, rig: Rig | None) -> list[Values]:
+    return [{"gain": 0.02, "perspective_per_deg": 0.02 / scale.angle_deg}]
+
+
+EFFECT = Effect(
+    name="camera_misalignment",
+    physics="A tilted or uncalibrated camera reads a wrong angle: gain, offset and, to first order of its tilt, a part "
+    "even in the angle. A function of the angle alone, without a loop (pinhole model; Hartley and Zisserman 2004, doi "
+    "10.1017/CBO9780511811685).",
+    tell_apart="Gravity is a smooth function of the angle, too, and unequal tendons have an even part, which changes "
+    "with preload. Turn the camera, or read a known angle.",
+    rig_forms=(
+        RigForm((GAIN,), _gain, seen=seen),
+        RigForm((PERSPECTIVE,), _perspective, seen=seen),
+        RigForm((GAIN, PERSPECTIVE), _both, seen=seen),
+    ),
+)

@@ -1,0 +1,37 @@
+"""Nitinol that changes with the cycles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fem_models.effects import Fatigue
+from fem_models.rig import Rig
+from validation.effect import Constant, Effect, RigForm, Scale, Values
+
+LOSS = Constant("loop_loss", "-", 0.0, 1.0, 0.05)
+RESIDUAL = Constant("residual_deg", "deg", -5.0, 5.0, 0.02)
+CYCLES = Constant("cycles", "-", 0.2, 200.0, 0.3, log=True)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    return replace(
+        rig, fatigue=Fatigue(values.get("loop_loss", 0.0), values.get("residual_deg", 0.0), values["cycles"])
+    )
+
+
+def _starts(scale: Scale, rig: Rig) -> list[Values]:
+    turn = 0.05 * scale.angle_deg / rig.joints
+    return [
+        {"loop_loss": 0.3, "residual_deg": side * turn, "cycles": part * scale.cycles}
+        for side in (-1, 1)
+        for part in (0.3, 1.0)
+    ]
+
+
+EFFECT = Effect(
+    name="functional_fatigue",
+    physics="Cycling trains Nitinol: its loop shrinks and a residual strain grows, both exponential in the number of "
+    "cycles (Eggeler et al. 2004, doi 10.1016/j.msea.2003.10.327).",
+    tell_apart="A loss of preload acts on tension and widens the loop; record tensions, or a second preload.",
+    rig_forms=(RigForm((LOSS, RESIDUAL, CYCLES), _starts, rig=_rig, needs=frozenset({"cycles"})),),
+)

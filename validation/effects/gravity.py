@@ -1,0 +1,34 @@
+"""Weight of the rings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from fem_models.effects import Gravity
+from fem_models.rig import Rig
+from validation.effect import Constant, Effect, RigForm, Scale, Values
+
+ALONG = Constant("ring_mass_along_g", "g", -200.0, 200.0, 0.05)
+ACROSS = Constant("ring_mass_across_g", "g", -200.0, 200.0, 0.05)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    along, across = values["ring_mass_along_g"], values["ring_mass_across_g"]
+    return replace(rig, gravity=Gravity(math.hypot(along, across), math.degrees(math.atan2(across, along))))
+
+
+def _starts(scale: Scale, rig: Rig) -> list[Values]:
+    return [
+        {"ring_mass_along_g": along, "ring_mass_across_g": across}
+        for along, across in ((0.0, 0.5), (0.0, -0.5), (0.5, 0.0), (-0.5, 0.0))
+    ]
+
+
+EFFECT = Effect(
+    name="gravity",
+    physics="Weight of rings and tool bends the tube: a moment that follows sine and cosine of the headings, given by "
+    "its parts along and across the straight tube. Smooth, no loop; odd or even by the way the rig is mounted.",
+    tell_apart="A misaligned camera gives a function of the angle, too. Mount the rig turned by 90 or 180 degrees.",
+    rig_forms=(RigForm((ALONG, ACROSS), _starts, rig=_rig),),
+)

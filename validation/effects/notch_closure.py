@@ -1,0 +1,30 @@
+"""Notches whose edges meet."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fem_models.effects import Closure
+from fem_models.rig import Rig
+from validation.effect import Constant, Effect, RigForm, Scale, Values
+
+ANGLE = Constant("angle_deg", "deg", 0.1, 90.0, 0.05)
+STIFFNESS = Constant("stiffness_Nmm_per_rad", "Nmm/rad", 1.0, 1e6, 0.3, log=True)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    return replace(rig, closure=Closure(values["stiffness_Nmm_per_rad"], values["angle_deg"]))
+
+
+def _starts(scale: Scale, rig: Rig) -> list[Values]:
+    parts = (0.6, 0.8, 0.92)
+    return [{"angle_deg": part * scale.joint_deg, "stiffness_Nmm_per_rad": k} for part in parts for k in (300.0, 3e3)]
+
+
+EFFECT = Effect(
+    name="notch_closure",
+    physics="The edges of a notch meet at an angle of the joint (width over lever, York et al., ICRA 2015, doi "
+    "10.1109/ICRA.2015.7139414) and carry load from then on: the tube stiffens past it, on both sides for pairs.",
+    tell_apart="A superelastic plateau curves the other way; an obstacle clips one end. Record a smaller amplitude.",
+    rig_forms=(RigForm((ANGLE, STIFFNESS), _starts, rig=_rig),),
+)

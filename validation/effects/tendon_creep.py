@@ -1,0 +1,31 @@
+"""Ropes that stretch with time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fem_models.effects import Creep
+from fem_models.rig import Rig
+from validation.effect import Constant, Effect, RigForm, Scale, Values
+
+FRACTION = Constant("fraction", "-", 0.0, 5.0, 0.05)
+TIME = Constant("time_s", "s", 1e-2, 1e5, 0.3, log=True)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    return replace(rig, creep=Creep(values["fraction"], values["time_s"]))
+
+
+def _starts(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"fraction": 0.15, "time_s": part * scale.duration_s} for part in (0.02, 0.1, 0.5, 2.0)]
+
+
+EFFECT = Effect(
+    name="tendon_creep",
+    physics="Polymer and laid ropes go on stretching under load and come back without it: Kelvin-Voigt creep of the "
+    "rope between wheel and base, exponential in time, in proportion to tension (Findley, Lai, Onaran 1976, ISBN "
+    "978-0-486-66016-5).",
+    tell_apart="Thermal drift keeps its sign when the load turns round; drag has no memory. Record a dwell at full "
+    "drive on either side.",
+    rig_forms=(RigForm((FRACTION, TIME), _starts, rig=_rig, needs=frozenset({"time"})),),
+)

@@ -1,0 +1,36 @@
+"""A zero that wanders."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fem_models.rig import Rig
+from validation.effect import Constant, Effect, Floats, RigForm, Scale, Sight, Values
+
+RATE = Constant("deg_per_s", "deg/s", -10.0, 10.0, 1e-5)
+SIZE = Constant("size_deg", "deg", -50.0, 50.0, 0.02)
+TIME = Constant("time_s", "s", 1e-2, 1e6, 0.3, log=True)
+
+
+def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
+    """Add an offset that grows with time, steadily or towards a limit."""
+    if "deg_per_s" in values:
+        return angle_deg + values["deg_per_s"] * sight.time_s
+    return angle_deg - values["size_deg"] * np.expm1(-sight.time_s / values["time_s"])
+
+
+def _steady(scale: Scale, rig: Rig | None) -> list[Values]:
+    return [{"deg_per_s": 0.01 * scale.angle_deg / scale.duration_s}]
+
+
+def _to_a_limit(scale: Scale, rig: Rig | None) -> list[Values]:
+    return [{"size_deg": 0.01 * scale.angle_deg, "time_s": part * scale.duration_s} for part in (0.1, 0.5, 2.0)]
+
+
+EFFECT = Effect(
+    name="thermal_drift",
+    physics="Sensor, motor and mounting warm up: a slow offset in time, steady or towards a limit, of one sign through "
+    "all cycles whatever the load.",
+    tell_apart="Creep turns round with the load. Record a dwell at full drive on either side.",
+    rig_forms=(RigForm((RATE,), _steady, seen=seen), RigForm((SIZE, TIME), _to_a_limit, seen=seen)),
+)

@@ -1,0 +1,29 @@
+"""An angle that is read late."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fem_models.rig import Rig
+from validation.effect import Constant, Effect, Floats, RigForm, Scale, Sight, Values
+
+DELAY = Constant("delay_s", "s", -1e3, 1e3, 0.001)
+
+
+def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
+    """Angle that was there ``delay_s`` ago; before the first sample it was the first one."""
+    return np.interp(sight.time_s - values["delay_s"], sight.time_s, angle_deg)
+
+
+def _starts(scale: Scale, rig: Rig | None) -> list[Values]:
+    swing = scale.drive / scale.speed
+    return [{"delay_s": part * swing} for part in (0.02, 0.1)]
+
+
+EFFECT = Effect(
+    name="time_delay",
+    physics="Sensor filters, transmission and logging: the angle logged is that of a moment ago, theta(t - tau).",
+    tell_apart="Viscous drag grows with the rate as well, but also at the ends of the stroke, where a delay shows "
+    "nothing. Record two rates, or a dwell.",
+    rig_forms=(RigForm((DELAY,), _starts, seen=seen, needs=frozenset({"time"})),),
+)

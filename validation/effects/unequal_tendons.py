@@ -1,0 +1,61 @@
+"""Tendons that differ from side to side."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fem_models.effects import Slack
+from fem_models.rig import Rig
+from validation.effect import Constant, Effect, RigForm, Scale, Values
+
+ARM = Constant("arm_ratio", "-", 0.5, 2.0, 0.02)
+STIFFNESS = Constant("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True)
+REST = Constant("rest_length_mm", "mm", -3.0, 3.0, 0.02)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    """Tendon b differs from tendon a: moment arm and stiffness of the free length by factors, rest length by mm."""
+    b = rig.tendon_b
+    assert b is not None  # the form needs two tendons
+    b = replace(
+        b,
+        moment_arm_mm=b.moment_arm_mm * values.get("arm_ratio", 1.0),
+        free_length_mm=b.free_length_mm / values.get("stiffness_ratio", 1.0),
+    )
+    here = rig.slack or Slack()
+    slack = Slack(here.tendon_a_mm, here.tendon_b_mm + values.get("rest_length_mm", 0.0))
+    return replace(rig, tendon_b=b, slack=slack if slack != Slack() else None)
+
+
+def _arm(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"arm_ratio": 0.96}, {"arm_ratio": 1.04}]
+
+
+def _stiffness(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"stiffness_ratio": 0.85}, {"stiffness_ratio": 1.18}]
+
+
+def _rest(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"rest_length_mm": part * scale.drive} for part in (-0.03, 0.03)]
+
+
+def _arm_stiffness(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"arm_ratio": a, "stiffness_ratio": s} for a in (0.97, 1.03) for s in (0.9, 1.1)]
+
+
+_TWO = frozenset({"two tendons"})
+
+EFFECT = Effect(
+    name="unequal_tendons",
+    physics="Assembly leaves the two sides unequal: moment arm, stiffness or rest length of one tendon. The angle gets "
+    "a part that is even in the drive: an offset, and slopes and widths that differ from side to side. The reference "
+    "rig's authors put their residual down to it (Mechanical Sciences 9, 2018, section 4.4).",
+    tell_apart="A misaligned camera gives an even part, too, but the same at every preload, and none in the loop's "
+    "width; one end stop clips one side only. Record a second preload.",
+    rig_forms=(
+        RigForm((ARM,), _arm, rig=_rig, needs=_TWO),
+        RigForm((STIFFNESS,), _stiffness, rig=_rig, needs=_TWO),
+        RigForm((REST,), _rest, rig=_rig, needs=_TWO),
+        RigForm((ARM, STIFFNESS), _arm_stiffness, rig=_rig, needs=_TWO),
+    ),
+)

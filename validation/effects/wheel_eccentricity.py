@@ -1,0 +1,50 @@
+"""A wheel that runs out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from fem_models.effects import Eccentricity
+from fem_models.rig import Rig, Wheel
+from validation.effect import Constant, Effect, RigForm, Scale, Values
+
+SINE = Constant("sine_mm", "mm", -20.0, 20.0, 0.02)
+COSINE = Constant("cosine_mm", "mm", -20.0, 20.0, 0.02)
+RADIUS = Constant("radius_mm", "mm", 0.02, 200.0, 0.02, log=True)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    """Give x + s sin(x/R) + c cos(x/R) as amplitude and phase."""
+    size = math.hypot(values["sine_mm"], values["cosine_mm"])
+    phase = math.degrees(math.atan2(values["cosine_mm"], values["sine_mm"]))
+    wheel = Wheel(values["radius_mm"]) if "radius_mm" in values else rig.wheel
+    return replace(rig, eccentricity=Eccentricity(size, phase), wheel=wheel)
+
+
+def _declared_wheel(scale: Scale, rig: Rig) -> list[Values]:
+    size = 0.02 * scale.drive
+    return [{"sine_mm": s * size, "cosine_mm": c * size} for s, c in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+
+
+def _any_wheel(scale: Scale, rig: Rig) -> list[Values]:
+    """Try some numbers of waves over the stroke: a sine has many optima in its period."""
+    size = 0.02 * scale.drive
+    return [
+        {"sine_mm": s * size, "cosine_mm": c * size, "radius_mm": scale.drive / (math.pi * waves)}
+        for waves in (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
+        for s, c in ((1, 0), (0, 1))
+    ]
+
+
+EFFECT = Effect(
+    name="wheel_eccentricity",
+    physics="A wheel whose bore is off its centre winds x + e sin(x/R + p) in place of x: an error that is periodic in "
+    "the drive, the same on the way up and down.",
+    tell_apart="Gravity and a misaligned camera are smooth over the whole stroke; this has the period of one turn. "
+    "Record a larger amplitude.",
+    rig_forms=(
+        RigForm((SINE, COSINE), _declared_wheel, rig=_rig),
+        RigForm((SINE, COSINE, RADIUS), _any_wheel, rig=_rig),
+    ),
+)

@@ -1,0 +1,60 @@
+"""What the tracer fits: records, the declared model of them, and the forms in which effects are added to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.effect import Constant, Effect, Sight, Values
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class Form(Protocol):
+    """One way in which an effect acts: :class:`validation.effect.RigForm` or ``CurveForm``."""
+
+    @property
+    def constants(self) -> tuple[Constant, ...]:
+        """What is fitted."""
+
+
+@dataclass(frozen=True)
+class Added:
+    """An effect in a model: which one, in what form."""
+
+    effect: Effect
+    form: Any
+
+
+class Problem(Protocol):
+    """Records and the declared model.
+
+    Every record has a zero of its angle that is free: errors are those of angles less their mean error.
+    """
+
+    observed: tuple[Floats, ...]
+    """Angles of each record, shapes (m_i,), deg."""
+    sights: tuple[Sight, ...]
+    constants: tuple[Constant, ...]
+    """Those of the declared model."""
+    start: Values
+
+    def forms(self, effect: Effect) -> tuple[Any, ...]:
+        """Forms of an effect that these records can have."""
+
+    def starts(self, form: Any) -> Sequence[Values]:
+        """Values to start the constants of a form from."""
+
+    def predict(self, values: Values, added: Sequence[tuple[Any, Values]]) -> list[Floats]:
+        """Angles of all records by the declared model with forms added, shapes (m_i,).
+
+        Raises
+        ------
+        SolverError, RigError
+            Constants that no rig can have, or that it cannot follow.
+        """
