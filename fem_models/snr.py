@@ -9,18 +9,21 @@ driven by tendon", section 2.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, wraps
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem_models.checks import RigError
-from fem_models.rig import Notch, Rig, Tube
+from fem_models.rig import Material, Notch, Rig, Tendon, Tube, Wheel
 from fem_models.roots import root_length
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 BENCH_GAP = 0.2
 """Assumed opening between the rings of measured joints, of the pitch: small, so that the path is nearly r theta."""
@@ -225,7 +228,25 @@ def root_length_mm(rig: Rig) -> float:
     return arc * float(root_length(notch.spacing_mm / 2 / arc))
 
 
-@lru_cache(maxsize=4096)  # asked for several times in a run; a rig is frozen
+def _of_metal(function: Callable[[Rig], T]) -> Callable[[Rig], T]:
+    """Remember a function of a rig that looks at the tube, the notch and the elastic constants alone."""
+
+    @lru_cache(maxsize=1024)
+    def known(tube: Tube, notch: Notch, young_GPa: float, poissons_ratio: float, /) -> T:
+        rope = Tendon(1.0, 0.5 * tube.inner_diameter_mm, 1.0)
+        metal = Material(young_GPa, poissons_ratio)
+        return function(Rig("", metal, rope, None, Wheel(1.0), preload_N=0.0, tube=tube, notch=notch))
+
+    @wraps(function)
+    def of(rig: Rig) -> T:
+        if rig.tube is None or rig.notch is None:
+            return function(rig)
+        return known(rig.tube, rig.notch, rig.material.youngs_modulus_GPa, rig.material.poissons_ratio)
+
+    return of
+
+
+@_of_metal
 def flexure(rig: Rig) -> Flexure:
     """Stiffness of one joint: the analytic beam of :func:`beam`, longer in bending by its root length at either end.
 
@@ -247,6 +268,7 @@ def flexure(rig: Rig) -> Flexure:
     return replace(between, bending_Nmm_per_rad=bending)
 
 
+@_of_metal
 def beam(rig: Rig) -> Flexure:
     """Stiffness of a notch between rigid rings by quadrature of the closed-form sections: the paper's analytic model.
 
@@ -270,6 +292,7 @@ def beam(rig: Rig) -> Flexure:
     return Flexure(bending, lateral, axial, float(section(rig, 0.0).neutral_offset_mm))
 
 
+@_of_metal
 def bending_length_mm(rig: Rig) -> float:
     """Length over which a notch bends: E I of its root over the beam's bending stiffness, the width for a slot.
 
@@ -292,6 +315,7 @@ def turning_length_mm(rig: Rig) -> float:
     return length if rig.notch is None or rig.notch.shape == "v_pair" else 2 / 3 * length
 
 
+@_of_metal
 def ring_stiffness(rig: Rig) -> tuple[float, float, float]:
     """Bending, axial and shear stiffness of the uncut tube between two flexures, at its middle: Nmm/rad, N/mm, N/mm.
 
@@ -478,6 +502,7 @@ def force_for_angle(rig: Rig, theta_sum_rad: ArrayLike, n_elements: int | None =
     return np.asarray(theta_sum_rad, dtype=float) / theta_sum(rig, 1.0, n_elements)
 
 
+@_of_metal
 def peak_strain_per_rad(rig: Rig) -> float:
     """Strain of the outermost fibre at the root of the notch per radian of one joint, linear elastic.
 

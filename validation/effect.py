@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fem_models.rig import Rig
 
 Floats = NDArray[np.float64]
-Need = Literal["time", "cycles", "two tendons", "section"]
+Need = Literal["time", "cycles", "two tendons", "section", "wheel"]
 Values = Mapping[str, float]
 
 

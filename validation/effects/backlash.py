@@ -25,5 +25,5 @@ EFFECT = Effect(
     "play after every reversal, as a play operator does (Krasnosel'skii and Pokrovskii 1989, ISBN 978-3-642-64782-6).",
     tell_apart="A Bouc-Wen loop or friction with a soft rope also stands still after a reversal. Play has a sharp "
     "corner and the same width at every amplitude and preload: record a second amplitude and a second preload.",
-    rig_forms=(RigForm((WIDTH,), _starts, rig=_rig),),
+    rig_forms=(RigForm((WIDTH,), _starts, rig=_rig, needs=frozenset({"wheel"})),),
 )

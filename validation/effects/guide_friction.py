@@ -38,5 +38,8 @@ EFFECT = Effect(
     "in the bends and a constant force at the base; this is what they lack: friction in proportion to tension on the "
     "way to the base, which does not wait for the bend, or a constant force at every guide.",
     tell_apart="It grows with tension, a Bouc-Wen loop and a constant force do not: record a second preload.",
-    rig_forms=(RigForm((BASE,), _base_starts, rig=_at_base), RigForm((GUIDE,), _guide_starts, rig=_at_guides)),
+    rig_forms=(
+        RigForm((BASE,), _base_starts, rig=_at_base, needs=frozenset({"wheel"})),
+        RigForm((GUIDE,), _guide_starts, rig=_at_guides),
+    ),
 )

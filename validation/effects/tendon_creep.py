@@ -27,5 +27,5 @@ EFFECT = Effect(
     "978-0-486-66016-5).",
     tell_apart="Thermal drift keeps its sign when the load turns round; drag has no memory. Record a dwell at full "
     "drive on either side.",
-    rig_forms=(RigForm((FRACTION, TIME), _starts, rig=_rig, needs=frozenset({"time"})),),
+    rig_forms=(RigForm((FRACTION, TIME), _starts, rig=_rig, needs=frozenset({"time", "wheel"})),),
 )

@@ -29,5 +29,5 @@ EFFECT = Effect(
     "Wire Rope, 1997, doi 10.1007/978-1-4612-1970-5). The sign is odd in the drive, strongest at low tension.",
     tell_apart="At one preload a wider loop passes for backlash or more friction; the effect falls with preload, they "
     "do not. Record a second preload.",
-    rig_forms=(RigForm((TOE,), _starts, rig=_rig),),
+    rig_forms=(RigForm((TOE,), _starts, rig=_rig, needs=frozenset({"wheel", "two tendons"})),),
 )

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from fem_models.effects import Slack
 from fem_models.rig import Rig
-from validation.effect import Constant, Effect, RigForm, Scale, Values
+from validation.effect import Constant, Effect, Need, RigForm, Scale, Values
 
 ARM = Constant("arm_ratio", "-", 0.5, 2.0, 0.02)
 STIFFNESS = Constant("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True)
@@ -43,7 +43,7 @@ def _arm_stiffness(scale: Scale, rig: Rig) -> list[Values]:
     return [{"arm_ratio": a, "stiffness_ratio": s} for a in (0.97, 1.03) for s in (0.9, 1.1)]
 
 
-_TWO = frozenset({"two tendons"})
+_TWO: frozenset[Need] = frozenset({"two tendons"})
 
 EFFECT = Effect(
     name="unequal_tendons",

@@ -35,7 +35,7 @@ EFFECT = Effect(
     "is gone round, and there is nothing of it in static data.",
     tell_apart="A delay keeps the loop's shape and vanishes at turning points. Record two rates.",
     rig_forms=(
-        RigForm((SHEATH,), _sheath_starts, rig=_sheath, needs=frozenset({"time"})),
-        RigForm((JOINT,), _joint_starts, rig=_joint, needs=frozenset({"time"})),
+        RigForm((SHEATH,), _sheath_starts, rig=_sheath, needs=frozenset({"time", "wheel"})),
+        RigForm((JOINT,), _joint_starts, rig=_joint, needs=frozenset({"time", "wheel"})),
     ),
 )

@@ -44,7 +44,7 @@ EFFECT = Effect(
     tell_apart="Gravity and a misaligned camera are smooth over the whole stroke; this has the period of one turn. "
     "Record a larger amplitude.",
     rig_forms=(
-        RigForm((SINE, COSINE), _declared_wheel, rig=_rig),
-        RigForm((SINE, COSINE, RADIUS), _any_wheel, rig=_rig),
+        RigForm((SINE, COSINE), _declared_wheel, rig=_rig, needs=frozenset({"wheel"})),
+        RigForm((SINE, COSINE, RADIUS), _any_wheel, rig=_rig, needs=frozenset({"wheel"})),
     ),
 )

@@ -1,0 +1,291 @@
+"""Records of a known rig as a problem for the tracer: the compiled chain, its constants, and effects added to the rig.
+
+Declared model (docs/trace.md): kinematics, elastic tendons, friction of the guides (capstan and constant) and the loop
+of the material. Its constants are identified from the data; the rest of the rig is as declared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.bench import rig_of
+from fem_models.chain import ChainSolution, solve_chain, solve_pulled_chain
+from fem_models.program import LoadProgram
+from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.snr import peak_strain_per_rad
+from hysteresis.path import branches, cycle_index
+from hysteresis.record import Record
+from validation.effect import Constant, Effect, RigForm, Scale, Sight, Values
+
+Floats = NDArray[np.float64]
+
+CONSTANTS = (
+    Constant("sheath_N", "N", 0.0, 50.0, 1.0),
+    Constant("capstan_coefficient", "-", 0.0, 1.5, 0.05),
+    Constant("loop_share", "-", 0.0, 0.9, 0.2),
+    Constant("loop_angle_deg", "deg", 0.1, 20.0, 0.4, log=True),
+    Constant("EA_N", "N", 200.0, 1e6, 0.2, log=True),
+)
+"""Of the declared model, under a drive in mm."""
+PULLED = (
+    Constant("youngs_modulus_GPa", "GPa", 1.0, 200.0, 0.1, log=True),
+    Constant("capstan_coefficient", "-", 0.0, 1.5, 0.05),
+)
+"""Of the declared model under tendon forces, loading only: a material's loop does not show."""
+SAMPLES, LEAST_OF_RECORD = 4000, 200
+"""Of all records together, and of one that is thinned."""
+AT_REST = 0.05  # of the drive's range: a record that begins so near to zero begins from rest
+_APPROACH = 24  # samples from one end of the drive to the other, for a record that begins elsewhere
+_YOUNG_GPA, _ROPE_WALL_MM = 50.0, 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A piece of a record as a run of its rig from rest; ``skip`` samples of the run are the approach."""
+
+    rig: Rig
+    program: LoadProgram | Floats  # forces, in N, where a force pulls
+    skip: int
+
+    def solve(self, rig: Rig) -> ChainSolution:
+        """Run a rig through it."""
+        if isinstance(self.program, LoadProgram):
+            return solve_chain(rig, self.program)
+        return solve_pulled_chain(rig, self.program)
+
+
+@dataclass(frozen=True, eq=False)
+class RigProblem:
+    """Satisfies :class:`validation.problem.Problem`; ``runs`` are those of each record, ``kept`` its samples in use."""
+
+    observed: tuple[Floats, ...]
+    sights: tuple[Sight, ...]
+    constants: tuple[Constant, ...]
+    start: Values
+    runs: tuple[tuple[Run, ...], ...]
+    kept: tuple[NDArray[np.int64], ...]
+    scale: Scale
+    has: frozenset[str]
+
+    def forms(self, effect: Effect) -> tuple[RigForm, ...]:
+        """Forms whose needs are met."""
+        return tuple(form for form in effect.rig_forms if form.needs <= self.has)
+
+    def starts(self, form: RigForm) -> Sequence[Values]:
+        """Values to start from."""
+        return form.starts(self.scale, self.runs[0][0].rig)
+
+    def rig(self, run: Run, values: Values, added: Sequence[tuple[RigForm, Values]]) -> Rig:
+        """Rig of a run with constants of the declared model, and with effects."""
+        rig = with_constants(run.rig, values)
+        for form, more in added:
+            if form.rig is not None:
+                rig = form.rig(rig, more)
+        return rig
+
+    def predict(self, values: Values, added: Sequence[tuple[RigForm, Values]]) -> list[Floats]:
+        """Angles of all records; see :meth:`validation.problem.Problem.predict`."""
+        out = []
+        for runs, sight in zip(self.runs, self.sights, strict=True):
+            parts = [run.solve(self.rig(run, values, added)).record.angle_deg[run.skip :] for run in runs]
+            out.append(observe(np.concatenate(parts), sight, added))
+        return out
+
+
+def observe(angle_deg: Floats, sight: Sight, added: Sequence[tuple[RigForm, Values]]) -> Floats:
+    """Angle that is seen, by the effects that act on the reading."""
+    for form, more in added:
+        if form.seen is not None:
+            angle_deg = form.seen(angle_deg, sight, more)
+    return angle_deg
+
+
+def with_constants(rig: Rig, values: Values) -> Rig:
+    """Give a rig constants of the declared model; the ratio of the ropes' stiffness stays."""
+    dry = replace(
+        rig.friction,
+        capstan_coefficient=values["capstan_coefficient"],
+        sheath_N=values.get("sheath_N", rig.friction.sheath_N),
+    )
+    if "youngs_modulus_GPa" in values:
+        return replace(
+            rig, friction=dry, material=replace(rig.material, youngs_modulus_GPa=values["youngs_modulus_GPa"])
+        )
+    material = replace(rig.material, loop_share=values["loop_share"], loop_angle_deg=values["loop_angle_deg"])
+    a, b = rig.tendon_a, rig.tendon_b
+    ratio = values["EA_N"] / a.EA_N
+    return replace(
+        rig,
+        friction=dry,
+        material=material,
+        tendon_a=replace(a, EA_N=values["EA_N"]),
+        tendon_b=None if b is None else replace(b, EA_N=b.EA_N * ratio),
+    )
+
+
+def rig_problem(records: Sequence[Record]) -> RigProblem | None:
+    """Make the problem of records whose rigs are all known; None where one is not.
+
+    Known is a rig with a drive in mm, or a tube and a notch under a tendon force.
+
+    Raises
+    ------
+    RigError
+        A rig that cannot be, or that its record breaks from the start.
+    """
+    rigs = [pulled_rig(record) if record.drive_unit == "N" else rig_of(record) for record in records]
+    if any(rig is None for rig in rigs) or any(r.drive_unit not in ("mm", "N") for r in records):
+        return None
+    if len({record.drive_unit for record in records}) > 1:
+        return None
+    most = max(LEAST_OF_RECORD, SAMPLES // len(records))
+    kept = tuple(thinned(record, most) for record in records)
+    runs = tuple(_runs(record, rig, keep) for record, rig, keep in zip(records, rigs, kept, strict=True) if rig)
+    sights = tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True))
+    pulled = records[0].drive_unit == "N"
+    first = runs[0][0].rig
+    return RigProblem(
+        observed=tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True)),
+        sights=sights,
+        constants=PULLED if pulled else CONSTANTS,
+        start=_start(first, pulled),
+        runs=runs,
+        kept=kept,
+        scale=_scale(records, runs, sights),
+        has=_has(first, sights, pulled),
+    )
+
+
+def _start(rig: Rig, pulled: bool) -> Values:
+    """Constants as declared; friction and loop not from zero, where they have no slope to go by."""
+    mu = max(rig.friction.capstan_coefficient, 0.02)
+    if pulled:
+        return {"youngs_modulus_GPa": rig.material.youngs_modulus_GPa, "capstan_coefficient": mu}
+    material = rig.material
+    return {
+        "sheath_N": max(rig.friction.sheath_N, 0.02 * rig.preload_N),
+        "capstan_coefficient": mu,
+        "loop_share": min(max(material.loop_share, 0.1), 0.85),
+        "loop_angle_deg": material.loop_angle_deg,
+        "EA_N": rig.tendon_a.EA_N,
+    }
+
+
+def pulled_rig(record: Record) -> Rig | None:
+    """Rig of one tendon from a record's tube and notch, under a tendon force; None where they are not given.
+
+    What the tables do not say is assumed: 50 GPa (40 to 60 GPa are fitted to such tubes, GitHub
+    nepacheco/MastersThesis 4f920c7; identified in any case), a rope along the wall opposite to the metal that is left,
+    rigid rings. The shape at rest is the angle without force.
+    """
+    if not record.tube or not record.notch:
+        return None
+    rig_of(record)  # checks the tables
+    tube = Tube(**record.tube)
+    root = {"root_width_mm": 0.0} if record.notch.get("shape") == "v_pair" else {}
+    notch = Notch(**{**root, **record.notch, "rigid_roots": True})
+    free = record.angle_deg[record.drive <= 0.05 * record.drive.max()]
+    rest = float(free.mean()) / notch.count if free.size else 0.0
+    rope = Tendon(EA_N=5_000.0, moment_arm_mm=tube.inner_diameter_mm / 2 - _ROPE_WALL_MM, free_length_mm=200.0)
+    return Rig(
+        name="wrist",
+        tube=tube,
+        notch=notch,
+        material=Material(_YOUNG_GPA, 0.33),
+        tendon_a=rope,
+        tendon_b=None,
+        wheel=Wheel(10.0),
+        preload_N=0.0,
+        precurvature_deg=rest,
+        friction=Friction(),
+    )
+
+
+def thinned(record: Record, most: int) -> NDArray[np.int64]:
+    """Choose samples of a record to work on, at most about ``most``: evenly, with all turning points."""
+    m = record.drive.size
+    keep = np.zeros(m, dtype=bool)
+    keep[:: max(1, math.ceil(m / most))] = True
+    keep[[0, *(branch.stop - 1 for branch in branches(record.drive))]] = True
+    return np.flatnonzero(keep)
+
+
+def sight_of(record: Record, keep: NDArray[np.int64]) -> Sight:
+    """Gather what is known of the samples of a record that are in use."""
+    time = np.arange(record.drive.size, dtype=float) if record.time_s is None else record.time_s - record.time_s[0]
+    return Sight(record.drive[keep], time[keep], cycle_index(record)[keep], timed=record.time_s is not None)
+
+
+def _runs(record: Record, rig: Rig, keep: NDArray[np.int64]) -> tuple[Run, ...]:
+    if record.drive_unit == "N":
+        trial = cycle_index(record)[keep]
+        force = np.maximum(record.drive[keep], 0.0)  # the zero of a load cell wanders
+        starts = np.flatnonzero(np.append(True, np.diff(trial) != 0))
+        return tuple(Run(rig, part, 0) for part in np.split(force, starts[1:]))
+    drive, sight = record.drive[keep], sight_of(record, keep)
+    way = _approach(drive)
+    step = np.diff(sight.time_s).mean()
+    time = np.concatenate([sight.time_s[0] - step * np.arange(way.size, 0, -1), sight.time_s])
+    cycle = np.concatenate([np.zeros(way.size, dtype=np.int64), np.maximum(sight.cycle, 0)])
+    program = LoadProgram(np.concatenate([way, drive]), time_s=time if sight.timed else None, cycle=cycle)
+    run = Run(rig, program, way.size)
+    return (run,)
+
+
+def _approach(drive: Floats) -> Floats:
+    """Way from rest to the first sample of a record that begins elsewhere: once through its range, as a guess."""
+    low, high, first = float(drive.min()), float(drive.max()), float(drive[0])
+    if abs(first) <= AT_REST * (high - low):
+        return np.empty(0)
+    ends = [0.0, high, low, first] if first < 0.5 * (low + high) else [0.0, low, high, first]
+    way = [
+        np.linspace(a, b, max(2, math.ceil(abs(b - a) / (high - low) * _APPROACH)))[:-1]
+        for a, b in pairwise(ends)
+        if a != b
+    ]
+    return np.concatenate(way)
+
+
+def _scale(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: Sequence[Sight]) -> Scale:
+    """Orders of magnitude, the mechanical ones by the rigs as they are declared."""
+    solved = [run.solve(run.rig).record for all_of in runs for run in all_of]
+    notches = [np.abs(r.notches_deg).max() for r in solved if r.notches_deg is not None]
+    tips = [np.abs(r.tip_mm[:, 1]).max() for r in solved if r.tip_mm is not None]
+    rig = runs[0][0].rig
+    young = rig.material.youngs_modulus_GPa * 1e3
+    joint = float(max(notches))
+    times = [s.time_s for s in sights]
+    speeds = [np.abs(np.diff(s.drive) / np.diff(s.time_s)).max() for s in sights]
+    return Scale(
+        drive=max(float(np.ptp(r.drive)) for r in records) / 2,
+        angle_deg=max(float(np.ptp(r.angle_deg)) for r in records) / 2,
+        joint_deg=joint,
+        tip_mm=float(max(tips)),
+        stress_MPa=young * peak_strain_per_rad(rig) * math.radians(joint) if rig.tube is not None else math.nan,
+        duration_s=min(float(t[-1] - t[0]) for t in times),
+        speed=float(max(speeds)),
+        cycles=max(1.0, float(max(s.cycle.max() for s in sights))),
+    )
+
+
+def _has(rig: Rig, sights: Sequence[Sight], pulled: bool) -> frozenset[Any]:
+    """Give the needs that are met."""
+    has = set()
+    if all(s.timed for s in sights):
+        has.add("time")
+    if not pulled:
+        has.add("wheel")
+        if max(int(s.cycle.max()) for s in sights) >= 2:
+            has.add("cycles")
+    if rig.tendon_b is not None:
+        has.add("two tendons")
+    if rig.tube is not None:
+        has.add("section")
+    return frozenset(has)

@@ -1,0 +1,187 @@
+"""What is left of records under a model: its noise floor, and what free functions make of it.
+
+A candidate effect must explain the residual better than smooth functions of what the residual may depend on (drive, way
+of the drive, rate, time, cycle, distance since the last reversal, preload): such functions fit much and name nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from hysteresis.metrics import noise_floor
+from hysteresis.path import branches
+from hysteresis.record import Record
+from validation.effect import Sight
+from validation.fitting import Fitted, bic, solve
+
+Floats = NDArray[np.float64]
+
+_FEWEST = 8  # samples of a branch that the local noise is read off
+_TO_SIGMA = 1.4826  # of a median absolute deviation
+_GAIN = 6.0  # BIC that a further free function must bring
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Noise of the angle, deg: from differences of neighbours, and from cycles that repeat (None without)."""
+
+    local_deg: float
+    repeats_deg: float | None
+
+    @property
+    def deg(self) -> float:
+        """The smaller one: cycles that change count as noise in the one, corners in the other."""
+        return self.local_deg if self.repeats_deg is None else min(self.local_deg, self.repeats_deg)
+
+
+def floor_of(records: Sequence[Record], kept: Sequence[NDArray[np.int64]], residuals: Sequence[Floats]) -> Floor:
+    """Noise floor of records, read off what a model leaves, which is flatter than the angle.
+
+    Locally: the third differences of neighbours along the path, over sqrt(20), by their median; at least what rounding
+    to the record's digits makes, 1/sqrt(12) of it.
+    """
+    local, repeats, weight = [], [], []
+    for record, keep, residual in zip(records, kept, residuals, strict=True):
+        third = [np.diff(residual[b], 3) for b in branches(record.drive[keep]) if b.stop - b.start >= _FEWEST]
+        size = _TO_SIGMA * float(np.median(np.abs(np.concatenate(third)))) / math.sqrt(20) if third else 0.0
+        local.append(max(size, _rounding(record.angle_deg)))
+        weight.append(residual.size)
+        if int(np.unique(record.cycle[record.cycle > 0]).size if record.cycle is not None else 0) >= 2:
+            repeats.append(noise_floor(_thin(record, keep, residual)))
+    mean = math.sqrt(float(np.average(np.square(local), weights=weight)))
+    return Floor(mean, math.sqrt(float(np.mean(np.square(repeats)))) if repeats else None)
+
+
+def _thin(record: Record, keep: NDArray[np.int64], residual: Floats) -> Record:
+    assert record.cycle is not None
+    return Record(drive=record.drive[keep], angle_deg=residual, drive_unit=record.drive_unit, cycle=record.cycle[keep])
+
+
+def _rounding(angle_deg: Floats) -> float:
+    steps = np.diff(np.unique(np.round(angle_deg, 9)))
+    return float(np.quantile(steps, 0.1)) / math.sqrt(12) if steps.size else 0.0
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """Free functions of the residual's regressors: their names in the order taken, and what they leave."""
+
+    names: tuple[str, ...]
+    square: float  # mean square over all samples
+    constants: int
+    gains: tuple[float, ...]  # part of the mean square, one after the other
+
+
+def smooth_functions(fitted: Fitted, records: Sequence[Record], sights: Sequence[Sight], samples: float) -> Smooth:
+    """Add free functions to a fitted model, the best first, as long as the criterion falls.
+
+    Each is linear in its constants and fitted together with those of the model, to the fitted samples.
+
+    Parameters
+    ----------
+    samples
+        How many samples count as independent.
+    """
+    left = _bases(records, sights)
+    seen, own = fitted.division.seen, fitted.jacobian
+    taken: list[str] = []
+    squares, columns, constants = [fitted.square], own, own.shape[1]
+    while left:
+        trials = {name: _remaining(fitted.row, np.column_stack([columns, b]), seen) for name, b in left.items()}
+        scores = {name: bic(s, constants + left[name].shape[1], samples) for name, s in trials.items()}
+        best = min(scores, key=lambda name: scores[name])
+        if scores[best] > bic(squares[-1], constants, samples) - _GAIN:
+            break
+        basis = left.pop(best)
+        taken.append(best)
+        columns, constants = np.column_stack([columns, basis]), constants + basis.shape[1]
+        squares.append(trials[best])
+    gains = tuple(1 - b / a for a, b in pairwise(squares))
+    return Smooth(tuple(taken), squares[-1], constants, gains)
+
+
+def _remaining(row: Floats, columns: Floats, seen: NDArray[np.bool_]) -> float:
+    """Mean square that linear columns leave, fitted to some of the samples."""
+    left = row + columns @ solve(columns[seen], -row[seen])
+    return float(left @ left) / left.size
+
+
+def _bases(records: Sequence[Record], sights: Sequence[Sight]) -> dict[str, Floats]:
+    """Columns of the free functions, by what they are functions of, shapes (m, k), centred in every record."""
+    reach = max(float(np.abs(s.drive).max()) for s in sights)
+    x = [s.drive / reach for s in sights]
+    way = [_way(s.drive) for s in sights]
+    since = [_since_reversal(s.drive) / reach for s in sights]
+    preload = [float(r.rig.get("preload_N", 0.0)) for r in records]
+    mean = float(np.mean(preload))
+    most = max(int(s.cycle.max()) for s in sights)
+    out = {
+        "odd in the drive": [_odd(v) for v in x],
+        "even in the drive": [_even(v) for v in x],
+        "the drive": [_spline(v, -1, 1, 10) for v in x],
+        "the drive, on the way up and down": [_spline(v, -1, 1, 8) * w[:, None] for v, w in zip(x, way, strict=True)],
+        "the way since the last reversal": [
+            _spline(np.minimum(d, 2.0), 0, 2, 8) * w[:, None] for d, w in zip(since, way, strict=True)
+        ],
+        "time": [_spline(s.time_s / max(float(s.time_s[-1]), 1e-9), 0, 1, 6) for s in sights],
+    }
+    if all(s.timed for s in sights):
+        fastest = max(float(np.abs(_rate(s)).max()) for s in sights)
+        out["the rate"] = [_spline(np.clip(_rate(s) / fastest, -1, 1), -1, 1, 5) for s in sights]
+    if most >= 2:
+        out["the cycle"] = [_spline(s.cycle / most, 0, 1, min(5, most + 1)) for s in sights]
+        out["the cycle, on the way up and down"] = [
+            _spline(s.cycle / most, 0, 1, min(5, most + 1)) * w[:, None] for s, w in zip(sights, way, strict=True)
+        ]
+    if mean > 0 and np.ptp(preload) > 0.05 * mean:
+        out["the drive, by preload"] = [_spline(v, -1, 1, 8) * (p / mean - 1) for v, p in zip(x, preload, strict=True)]
+        out["the drive's way, by preload"] = [
+            _spline(v, -1, 1, 6) * (w * (p / mean - 1))[:, None] for v, w, p in zip(x, way, preload, strict=True)
+        ]
+    return {name: np.concatenate([c - c.mean(axis=0) for c in columns]) for name, columns in out.items()}
+
+
+def _spline(x: Floats, low: float, high: float, count: int) -> Floats:
+    """Cubic B-splines on even knots, shape (m, count); of lower degree where there are few."""
+    degree = min(3, count - 1)
+    inner = np.linspace(low, high, count - degree + 1)
+    knots = np.concatenate([[low] * degree, inner, [high] * degree])
+    return np.asarray(BSpline.design_matrix(np.clip(x, low, high), knots, degree).toarray())
+
+
+def _odd(x: Floats) -> Floats:
+    return np.column_stack([x, x**3, x**5])
+
+
+def _even(x: Floats) -> Floats:
+    return np.column_stack([x**2, x**4])
+
+
+def _rate(sight: Sight) -> Floats:
+    return np.gradient(sight.drive, sight.time_s)
+
+
+def _way(drive: Floats) -> Floats:
+    """Give +1 on rising branches, -1 on falling ones."""
+    out = np.empty(drive.size)
+    for branch in branches(drive):
+        out[branch.start + 1 if branch.start else 0 : branch.stop] = np.sign(
+            drive[branch.stop - 1] - drive[branch.start]
+        )
+    return out
+
+
+def _since_reversal(drive: Floats) -> Floats:
+    """Way of the drive since the last turning point, without its sign."""
+    out = np.empty(drive.size)
+    for branch in branches(drive):
+        part = slice(branch.start + 1 if branch.start else 0, branch.stop)
+        out[part] = np.abs(drive[part] - drive[branch.start])
+    return out

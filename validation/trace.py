@@ -1,0 +1,310 @@
+"""Trace the residual of measured data to the physical effect that the model lacks.
+
+The declared model is fitted to all records together. Where its residual is above the noise, every effect of the
+catalogue is added in turn and fitted with it; the best one stays, if it is better than a free function of the same
+regressors and explains what is left; then again, for a second and a third effect. Scores are of all samples, those held
+out included, with a penalty for constants (:func:`validation.fitting.bic`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from fem_models.checks import RigError
+from fem_models.program import SolverError
+from hysteresis.metrics import Errors, errors
+from hysteresis.path import cycle_index, require_reversal
+from hysteresis.record import Record, RecordError
+from hysteresis.uncertainty import Parameter
+from validation.division import divide
+from validation.effect import Effect, catalogue
+from validation.fitting import Fitted, Model, Start, bic, correlation_of_neighbours, fit, independent, promise
+from validation.mechanics import rig_problem
+from validation.problem import Added
+from validation.residual import Floor, Smooth, floor_of, smooth_functions
+
+Floats = NDArray[np.float64]
+
+STRUCTURE = 1.3
+"""Residual over the noise floor from which there is something to explain."""
+PAYS = 0.9
+"""Of the residual before: an effect that leaves more is not worth naming."""
+EXPLAINED = 0.75
+"""Part of the residual's excess over the noise, as squares, that effects must explain together to be named."""
+AT_FLOOR = 1.5
+"""Residual over the noise floor that counts as explained in any case."""
+ALIKE = 10.0
+"""Difference of the criterion below which effects are not told apart: very strong evidence from there on
+(Kass, Raftery 1995, doi 10.1080/01621459.1995.10476572)."""
+MOST_EFFECTS = 3
+FOLLOWED, FOLLOWED_LATER = 7, 5
+"""Candidates that are fitted in full, of those that promise most: for the first effect, and for further ones."""
+_TRIED = 2  # models that a further effect is added to
+_FEW_CALLS = 5  # of a fit's steps, to see who is worth the rest
+_NEAR = 2.5  # of the least mean square after those: what is further off is not fitted to the end
+_PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A model with effects added, and how it compares with the declared model."""
+
+    fitted: Fitted
+    delta_bic: float  # how much lower than the declared model's
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects that are in it."""
+        return self.fitted.names
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What was found in records: the declared model, the grown one, and all that was tried."""
+
+    records: tuple[Record, ...]
+    known: bool
+    verdict: str
+    declared: Fitted
+    grown: Fitted
+    candidates: tuple[Candidate, ...]  # with one more effect than the model before, best first
+    confusable: tuple[tuple[str, ...], ...]  # of each effect in the grown model
+    floor: Floor
+    smooth: Smooth
+    samples: float  # that count as independent
+    words: tuple[str, ...]
+
+    @property
+    def effects(self) -> tuple[Added, ...]:
+        """Effects that are named; none where the verdict names none."""
+        return self.grown.model.added
+
+
+def trace_records(
+    records: Sequence[Record],
+    *,
+    threads: int = 2,
+    progress: Progress | None = None,
+    effects: Sequence[Effect] | None = None,
+) -> Trace:
+    """Trace the residual of records of one rig.
+
+    Parameters
+    ----------
+    records
+        At least one; they share the constants of the rig.
+    threads
+        For derivatives.
+    progress
+        Called with what is being done.
+    effects
+        The catalogue, by default all of it.
+
+    Raises
+    ------
+    RecordError, RigError, SolverError
+        Records that cannot be divided, or a rig that cannot be.
+    """
+    if not records:
+        raise RecordError("no record: expected at least one")
+    tell = progress or (lambda words: None)
+    known = [r if r.cycle is not None else replace(r, cycle=cycle_index(r)) for r in records]
+    for record in known:
+        if record.drive_unit != "N":
+            require_reversal(record)
+    problem, rig_known = problem_of(known)
+    division = divide(known, problem.sights, problem.kept)
+    tell("the declared model")
+    model = Model(problem)
+    declared = fit(model, division, model.row(problem.start, []), threads=threads)
+    search = _Search(tuple(known), problem, effects or catalogue(), threads, tell)
+    return _verdict(search, declared, rig_known)
+
+
+def problem_of(records: Sequence[Record]) -> tuple[Any, bool]:
+    """Problem of records, mechanical where all rigs are known; and whether they are."""
+    mechanical = rig_problem(records)
+    if mechanical is None:
+        raise RecordError("unknown geometry: not yet")
+    return mechanical, True
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    records: tuple[Record, ...]
+    problem: Any
+    effects: Sequence[Effect]
+    threads: int
+    tell: Progress
+
+    def floor(self, fitted: Fitted) -> Floor:
+        return floor_of(self.records, self.problem.kept, fitted.residuals)
+
+    def grow(self, fitted: Fitted, most: int) -> list[Fitted]:
+        """Add each effect that is not there yet: those that promise most, fitted in full."""
+        starts = []
+        for effect in self.effects:
+            if effect.name not in fitted.names:
+                starts += self._starts(fitted, effect)
+        starts.sort(key=lambda s: -s.gain)
+        few = [self._fit(fitted, start.added, start.x, _FEW_CALLS) for start in starts[:most]]
+        there = sorted((g for g in few if g is not None), key=lambda g: g.square)
+        grown = []
+        for g in there:  # those that fall behind after a few steps are left as they stand
+            near = len(grown) < 2 or g.square < _NEAR * there[0].square
+            more = self._fit(fitted, g.model.added[-1], g.x) if near else None
+            grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
+        return grown
+
+    def _fit(self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30) -> Fitted | None:
+        """Fit a model with one more effect; None where it cannot follow its records."""
+        self.tell(" + ".join([*fitted.names, added.effect.name]))
+        model = Model(self.problem, (*fitted.model.added, added))
+        try:
+            return fit(model, fitted.division, x, threads=self.threads, most_calls=most_calls)
+        except (SolverError, RigError):
+            return None
+
+    def _starts(self, fitted: Fitted, effect: Effect) -> list[Start]:
+        """Give the best start of an effect; of its other forms, those that promise a good part of that."""
+        best = []
+        for form in self.problem.forms(effect):
+            found = [promise(fitted, Added(effect, form), v) for v in self.problem.starts(form)]
+            there = [s for s in found if s is not None and s.gain > _PROMISE]
+            if there:
+                best.append(max(there, key=lambda s: s.gain))
+        return sorted(best, key=lambda s: -s.gain)[:2]
+
+
+def _samples(fitted: Fitted) -> float:
+    return independent(fitted.row.size, correlation_of_neighbours(fitted.errors))
+
+
+def _score(fitted: Fitted, samples: float) -> float:
+    return bic(fitted.square, fitted.x.size, samples)
+
+
+def _verdict(search: _Search, declared: Fitted, rig_known: bool) -> Trace:
+    """Add effects as long as they pay, then judge what they explain."""
+    floor = search.floor(declared)
+    before = math.sqrt(declared.square)
+    smooth = smooth_functions(declared, search.records, search.problem.sights, _samples(declared))
+    stages: list[list[Fitted]] = []
+    front, best = [declared], declared
+    while len(stages) < MOST_EFFECTS and math.sqrt(best.square) > STRUCTURE * search.floor(best).deg:
+        most = FOLLOWED if not stages else FOLLOWED_LATER
+        grown = _distinct([g for model in front for g in search.grow(model, most)])
+        if not grown:
+            break
+        stages.append(grown)
+        if not _pays(best, grown[0], len(search.effects)):
+            break
+        front, best = grown[:_TRIED], grown[0]
+    samples = _samples(best)
+    candidates = tuple(Candidate(g, _score(declared, samples) - _score(g, samples)) for stage in stages for g in stage)
+    floor = Floor(min(floor.local_deg, search.floor(best).local_deg), search.floor(best).repeats_deg)
+    after, excess = math.sqrt(best.square), max(declared.square - floor.deg**2, 1e-300)
+    explained = (declared.square - best.square) / excess
+    words = []
+    if before <= STRUCTURE * floor.deg:
+        verdict, best = "none", declared
+    elif best is declared:
+        verdict = "unexplained"
+    elif not _better_than_free(search, declared, best, smooth, samples):
+        verdict = "unexplained"
+        words.append(f"free functions of {', '.join(smooth.names)} do better than {' + '.join(best.names)}")
+    elif after > AT_FLOOR * floor.deg and explained < EXPLAINED:
+        verdict = "unexplained"
+        words.append(f"{' + '.join(best.names)} explains {100 * explained:.0f} % of what is above the noise")
+    else:
+        verdict = "effect"
+    confusable = _confusable(best, stages, samples) if verdict == "effect" else ()
+    if any(confusable):
+        verdict = "ambiguous"
+    if verdict == "unexplained":
+        words.append(f"the residual goes with {', '.join(smooth.names) or 'nothing that was looked at'}")
+        best = declared
+    return Trace(
+        search.records, rig_known, verdict, declared, best, candidates, confusable, floor, smooth, samples, tuple(words)
+    )
+
+
+def _distinct(grown: list[Fitted]) -> list[Fitted]:
+    """Sort by score, and keep the best form of each set of effects."""
+    if not grown:
+        return []
+    samples = _samples(min(grown, key=lambda g: g.square))
+    out: dict[frozenset[str], Fitted] = {}
+    for g in sorted(grown, key=lambda g: _score(g, samples)):
+        out.setdefault(frozenset(g.names), g)
+    return list(out.values())
+
+
+def _pays(before: Fitted, after: Fitted, tried: int) -> bool:
+    """Tell whether a further effect is worth its constants, after that many were tried, and matters."""
+    samples = _samples(after)
+    gain = _score(before, samples) - _score(after, samples)
+    return gain > ALIKE + 2 * math.log(tried) and after.square < PAYS**2 * before.square
+
+
+def _better_than_free(search: _Search, declared: Fitted, best: Fitted, smooth: Smooth, samples: float) -> bool:
+    return _score(best, samples) < bic(smooth.square, smooth.constants, samples)
+
+
+def _confusable(best: Fitted, stages: list[list[Fitted]], samples: float) -> tuple[tuple[str, ...], ...]:
+    """Give for each effect those that explain the records as well in its place."""
+    out: list[tuple[str, ...]] = []
+    alike = [
+        g for stage in stages for g in stage
+        if g is not best and len(g.names) <= len(best.names) and _score(g, samples) - _score(best, samples) < ALIKE
+    ]  # fmt: skip
+    for name in best.names:
+        others = set(best.names) - {name}
+        found = [n for g in alike if others <= set(g.names) for n in g.names if n not in best.names]
+        out.append(tuple(dict.fromkeys(found)))
+    return tuple(out)
+
+
+def parameters(fitted: Fitted, samples: float) -> list[dict[str, Parameter]]:
+    """Values of the declared model's constants and of each effect's, with 95 % intervals from the Jacobian."""
+    J, seen = fitted.jacobian[fitted.division.seen], int(fitted.division.seen.sum())
+    count = max(2.0, samples * seen / fitted.row.size)
+    variance = float(fitted.train @ fitted.train) / max(1, seen - J.shape[1]) * seen / count
+    scale = np.maximum(np.linalg.norm(J, axis=0), 1e-12)
+    _, singular, basis = np.linalg.svd(J / scale, full_matrices=False)
+    singular = np.maximum(singular, 1e-9 * singular[0])
+    deviation = np.sqrt(variance * ((basis.T / singular) ** 2).sum(axis=1)) / scale
+    half = float(student.ppf(0.975, max(1.0, count - J.shape[1]))) * deviation
+    shown = [
+        (
+            c.name,
+            Parameter(
+                c.outer(x),
+                max(c.low, c.outer(max(x - h, c.inner(c.low)))),
+                min(c.high, c.outer(min(x + h, c.inner(c.high)))),
+                c.unit,
+            ),
+        )
+        for c, x, h in zip(fitted.model.constants, fitted.x.tolist(), half.tolist(), strict=True)
+    ]
+    out, at = [dict(shown[: fitted.model.own])], fitted.model.own
+    for added in fitted.model.added:
+        out.append(dict(shown[at : at + len(added.form.constants)]))
+        at += len(added.form.constants)
+    return out
+
+
+def errors_of(fitted: Fitted) -> tuple[Errors, Errors]:
+    """Errors of the fitted samples, and of those held out."""
+    observed, seen = np.concatenate(fitted.model.problem.observed), fitted.division.seen
+    predicted = observed + fitted.row
+    return errors(observed[seen], predicted[seen]), errors(observed[~seen], predicted[~seen])
