@@ -25,6 +25,7 @@ _STEP = 1e-3  # of finite differences, in sizes of the constants
 _MOST_CALLS = 30
 _FAR = 1e3  # deg: error of constants that no rig can have; the step is made shorter
 _INSIDE = 1e-6  # sizes: a start at a bound is moved in
+_CLOSE = 1e-4  # relative change of the sum of squares, and of the coordinates, at which a fit ends
 _NOTHING = 1e-9  # deg: an effect that changes less is not there
 _FURTHEST = 2.0  # times the start's own size: how far the other constants are taken along
 
@@ -174,14 +175,17 @@ def fit(model: Model, division: Division, start: Floats, *, threads: int = 2, mo
     low, high = model.bounds()
     calls, seen, size = 0, division.seen, division.seen.size
     latest: list[Floats] = []  # whole Jacobian, of which the fit takes its rows
+    known: dict[bytes, Floats] = {}  # errors by coordinates: a Jacobian is asked for where errors have been
 
     def errors(x: Floats) -> Floats:
         nonlocal calls
-        calls += 1
-        try:
-            return division.row(model.errors(x))
-        except (SolverError, RigError):
-            return np.full(size, _FAR)
+        if (key := x.tobytes()) not in known:
+            calls += 1
+            try:
+                known[key] = division.row(model.errors(x))
+            except (SolverError, RigError):
+                known[key] = np.full(size, _FAR)
+        return known[key]
 
     def jacobian(x: Floats) -> Floats:
         nonlocal calls
@@ -192,9 +196,9 @@ def fit(model: Model, division: Division, start: Floats, *, threads: int = 2, mo
     start = np.clip(start, low + _INSIDE, high - _INSIDE)
     division.row(model.errors(start))  # raises where there is no way
     found = least_squares(
-        lambda x: errors(x)[seen], start, jacobian, bounds=(low, high), xtol=1e-4, ftol=1e-5, max_nfev=most_calls
+        lambda x: errors(x)[seen], start, jacobian, bounds=(low, high), xtol=_CLOSE, ftol=_CLOSE, max_nfev=most_calls
     )
-    at = division.centred(model.errors(found.x))
+    at = np.split(errors(found.x), np.cumsum([t.size for t in division.train])[:-1])
     return Fitted(model, division, found.x, tuple(at), latest[0], calls)
 
 

@@ -44,11 +44,11 @@ ALIKE = 10.0
 """Difference of the criterion below which effects are not told apart: very strong evidence from there on
 (Kass, Raftery 1995, doi 10.1080/01621459.1995.10476572)."""
 MOST_EFFECTS = 3
-FOLLOWED, FOLLOWED_LATER = 7, 5
+FOLLOWED, FOLLOWED_LATER = 6, 5
 """Candidates that are fitted in full, of those that promise most: for the first effect, and for further ones."""
 _TRIED = 2  # models that a further effect is added to
-_FEW_CALLS = 5  # of a fit's steps, to see who is worth the rest
-_NEAR = 2.5  # of the least mean square after those: what is further off is not fitted to the end
+_FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
+_NEAR = 1.8  # of the least mean square after those: what is further off is not fitted to the end
 _PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
 
 Progress = Callable[[str], None]
@@ -158,7 +158,7 @@ class _Search:
         starts.sort(key=lambda s: -s.gain)
         few = [self._fit(fitted, start.added, start.x, _FEW_CALLS) for start in starts[:most]]
         there = sorted((g for g in few if g is not None), key=lambda g: g.square)
-        grown = []
+        grown = list[Fitted]()
         for g in there:  # those that fall behind after a few steps are left as they stand
             near = len(grown) < 2 or g.square < _NEAR * there[0].square
             more = self._fit(fitted, g.model.added[-1], g.x) if near else None
