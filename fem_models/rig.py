@@ -306,7 +306,6 @@ class Rig:
                     f"below tube.outer_diameter_mm = {self.tube.outer_diameter_mm}",
                 )
         if self.bench is not None:
-            require(self.superelastic is None, "superelastic", self.superelastic, "absent: it needs [tube] and [notch]")
             needs_angle = self.closure is not None and self.closure.angle_deg is None
             require(not needs_angle, "closure.angle_deg", None, "a number: measured joints have no notch")
 

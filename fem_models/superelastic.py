@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fem_models.checks import require
 from fem_models.rig import Rig
-from fem_models.snr import beam, flexure, section_fibres
+from fem_models.snr import beam, flexure, peak_strain_per_rad, section_fibres
 
 FIBRES = 8
 """Fibres from the neutral axis to the edge: the moment at the plateau is within 1 % of that of 200."""
@@ -38,13 +38,12 @@ def flag_fibres(rig: Rig) -> FlagFibres:
 
     A fibre at the distance y from the neutral axis has the strain y theta/L over the bending length L of the beam and
     contributes the moment sigma y dA, E y^2 dA/L per radian. The roots of the flexure in the rings stay elastic, in
-    series with all fibres.
+    series with all fibres. Measured joints have no roots, and the section of :func:`_assumed_section`.
     """
     law = rig.superelastic
     if law is None:
         none = np.empty(0)
         return FlagFibres(none, none, none, none, none)
-    y, area = section_fibres(rig, FIBRES)
     young = rig.material.youngs_modulus_GPa * 1e3
     require(
         law.plateau_modulus_GPa < rig.material.youngs_modulus_GPa,
@@ -52,8 +51,12 @@ def flag_fibres(rig: Rig) -> FlagFibres:
         law.plateau_modulus_GPa,
         f"below material.youngs_modulus_GPa = {rig.material.youngs_modulus_GPa:g}",
     )
-    elastic = beam(rig).bending_Nmm_per_rad
-    length = young * float((y**2 * area).sum()) / elastic
+    elastic = beam(rig).bending_Nmm_per_rad if rig.bench is None else rig.bench.flexure_stiffness_Nmm_per_rad
+    if rig.bench is None:
+        y, area = section_fibres(rig, FIBRES)
+        length = young * float((y**2 * area).sum()) / elastic
+    else:
+        y, area, length = _assumed_section(rig, elastic / young)
     stiffness = young * y**2 * area / length
     fibres = FlagFibres(
         stiffness=stiffness,
@@ -64,6 +67,24 @@ def flag_fibres(rig: Rig) -> FlagFibres:
     )
     roots = 1 / flexure(rig).bending_Nmm_per_rad - 1 / elastic
     return in_series(fibres, 1 / roots) if roots > 0 else fibres
+
+
+def strain_per_rad(rig: Rig) -> float:
+    """Strain of the outermost fibre per radian of one joint, linear elastic; of measured joints that of the strip."""
+    if rig.bench is None:
+        return peak_strain_per_rad(rig)
+    return 0.5 * rig.tendon_a.moment_arm_mm / rig.pitch_mm
+
+
+def _assumed_section(rig: Rig, second_moment_per_length_mm3: float) -> tuple[Floats, Floats, float]:
+    """Fibres of measured joints, whose section is not known: a strip half as high as the tendons are apart.
+
+    It bends over the whole pitch. Stresses of such a joint are of this strip, not of the metal.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(FIBRES)
+    y = 0.25 * rig.tendon_a.moment_arm_mm * (1 + nodes)
+    area = weights * second_moment_per_length_mm3 * rig.pitch_mm / float((y**2 * weights).sum())
+    return y, area, rig.pitch_mm
 
 
 def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:

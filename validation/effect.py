@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fem_models.rig import Rig
 
 Floats = NDArray[np.float64]
-Need = Literal["time", "cycles", "two tendons", "section", "wheel"]
+Need = Literal["time", "cycles", "two tendons", "wheel"]
 Values = Mapping[str, float]
 
 
@@ -69,7 +69,7 @@ class Scale:
     angle_deg: float  # half the largest range
     joint_deg: float  # largest angle of a joint
     tip_mm: float  # largest way of the tip across
-    stress_MPa: float  # largest, at the root of a notch; NaN where the section is not known
+    stress_MPa: float  # largest, at the root of a notch; of measured joints that of an assumed strip
     duration_s: float  # shortest record
     speed: float  # largest of the drive, its unit per s
     cycles: float  # largest number

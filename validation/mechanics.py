@@ -19,7 +19,7 @@ from fem_models.bench import rig_of
 from fem_models.chain import ChainSolution, solve_chain, solve_pulled_chain
 from fem_models.program import LoadProgram
 from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
-from fem_models.snr import peak_strain_per_rad
+from fem_models.superelastic import strain_per_rad
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record
 from validation.effect import Constant, Effect, RigForm, Scale, Sight, Values
@@ -268,7 +268,7 @@ def _scale(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: Seq
         angle_deg=max(float(np.ptp(r.angle_deg)) for r in records) / 2,
         joint_deg=joint,
         tip_mm=float(max(tips)),
-        stress_MPa=young * peak_strain_per_rad(rig) * math.radians(joint) if rig.tube is not None else math.nan,
+        stress_MPa=young * strain_per_rad(rig) * math.radians(joint),
         duration_s=min(float(t[-1] - t[0]) for t in times),
         speed=float(max(speeds)),
         cycles=max(1.0, float(max(s.cycle.max() for s in sights))),
@@ -286,6 +286,4 @@ def _has(rig: Rig, sights: Sequence[Sight], pulled: bool) -> frozenset[Any]:
             has.add("cycles")
     if rig.tendon_b is not None:
         has.add("two tendons")
-    if rig.tube is not None:
-        has.add("section")
     return frozenset(has)

@@ -8,7 +8,7 @@ from fem_models.effects import Superelastic
 from fem_models.rig import Rig
 from validation.effect import Constant, Effect, RigForm, Scale, Values
 
-PLATEAU = Constant("plateau_MPa", "MPa", 20.0, 3000.0, 0.05, log=True)
+PLATEAU = Constant("plateau_MPa", "MPa", 20.0, 1e4, 0.05, log=True)
 UNLOADING = Constant("unloading_ratio", "-", 0.05, 1.0, 0.05)
 
 
@@ -27,5 +27,5 @@ EFFECT = Effect(
     "(flag; Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7): the slope changes past a strain, "
     "with a loop away from the centre.",
     tell_apart="Notches that close curve the other way; record a larger amplitude.",
-    rig_forms=(RigForm((PLATEAU, UNLOADING), _starts, rig=_rig, needs=frozenset({"section"})),),
+    rig_forms=(RigForm((PLATEAU, UNLOADING), _starts, rig=_rig),),
 )
