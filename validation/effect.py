@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fem_models.rig import Rig
 
 Floats = NDArray[np.float64]
-Need = Literal["time", "cycles", "two tendons", "wheel"]
+Need = Literal["time", "cycles", "two tendons", "wheel", "force"]
 Values = Mapping[str, float]
 
 

@@ -26,6 +26,7 @@ _MOST_CALLS = 30
 _FAR = 1e3  # deg: error of constants that no rig can have; the step is made shorter
 _INSIDE = 1e-6  # sizes: a start at a bound is moved in
 _CLOSE = 1e-4  # relative change of the sum of squares, and of the coordinates, at which a fit ends
+_OF_BRANCH = 8.0
 _NOTHING = 1e-9  # deg: an effect that changes less is not there
 _FURTHEST = 2.0  # times the start's own size: how far the other constants are taken along
 
@@ -238,12 +239,13 @@ class Start:
 def promise(fitted: Fitted, added: Added, values: Values) -> Start | None:
     """Judge a start of an effect by one run of the model with it; None where it cannot be run or changes nothing.
 
-    The change of the angle, and of all that is fitted already, linearly, is fitted to the residual. The start takes
-    the other constants along.
+    The change of the angle, as it is or in any size, and of all that is fitted already, linearly, is fitted to the
+    residual. The start takes the other constants along. Values may name constants of the declared model, too.
     """
     division, count = fitted.division, len(added.form.constants)
     model = Model(fitted.model.problem, (*fitted.model.added, added))
     declared, more = fitted.model.values(fitted.x)
+    declared = {name: values.get(name, value) for name, value in declared.items()}
     low, high = model.bounds()
     x = np.clip(model.row(declared, [*more, values]), low + _INSIDE, high - _INSIDE)
     try:
@@ -252,13 +254,16 @@ def promise(fitted: Fitted, added: Added, values: Values) -> Start | None:
         return None
     if not np.isfinite(change).all() or np.abs(change).max() < _NOTHING:
         return None
-    columns = np.column_stack([fitted.jacobian[division.seen], change])
-    moves = solve(columns, -fitted.train)
-    if moves[-1] <= 0:
-        return Start(added, x, 0.0, count)
-    left = fitted.train + columns @ moves
-    gain = 1 - float(left @ left) / float(fitted.train @ fitted.train)
-    others = moves[:-1] * min(1.0, _FURTHEST / moves[-1])
+    own = fitted.jacobian[division.seen]
+    as_it_is = solve(own, -(fitted.train + change))
+    sized = solve(np.column_stack([own, change]), -fitted.train)
+    whole = float(fitted.train @ fitted.train)
+    left = fitted.train + change + own @ as_it_is
+    gain, others = 1 - float(left @ left) / whole, as_it_is
+    if sized[-1] > 0:
+        left = fitted.train + np.column_stack([own, change]) @ sized
+        if (better := 1 - float(left @ left) / whole) > gain:
+            gain, others = better, sized[:-1] * min(1.0, _FURTHEST / sized[-1])
     x[: others.size] += np.clip(others, -1.0, 1.0)
     return Start(added, np.clip(x, low + _INSIDE, high - _INSIDE), gain, count)
 
@@ -276,9 +281,12 @@ def correlation_of_neighbours(errors: Sequence[Floats]) -> float:
     return min(max(over / under if under > 0 else 0.0, 0.0), 0.99)
 
 
-def independent(samples: int, correlation: float) -> float:
-    """Count the samples that are as good as independent: m (1 - r)/(1 + r) of a first-order autoregression."""
-    return max(2.0, samples * (1 - correlation) / (1 + correlation))
+def independent(samples: int, correlation: float, branches: int) -> float:
+    """Count the samples that are as good as independent: m (1 - r)/(1 + r) of a first-order autoregression.
+
+    A branch of the path counts for eight at least, about the constants of a smooth curve.
+    """
+    return max(min(samples, _OF_BRANCH * branches), samples * (1 - correlation) / (1 + correlation))
 
 
 def bic(square: float, constants: int, samples: float) -> float:

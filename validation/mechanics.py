@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fem_models.bench import rig_of
 from fem_models.chain import ChainSolution, solve_chain, solve_pulled_chain
+from fem_models.effects import Closure
 from fem_models.program import LoadProgram
 from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
 from fem_models.superelastic import strain_per_rad
@@ -43,6 +44,7 @@ SAMPLES, LEAST_OF_RECORD = 4000, 200
 """Of all records together, and of one that is thinned."""
 AT_REST = 0.05  # of the drive's range: a record that begins so near to zero begins from rest
 _APPROACH = 24  # samples from one end of the drive to the other, for a record that begins elsewhere
+_SOFT, _NEVER_DEG = 1.0, 1e3  # stiffness and angle of a closure that is not there
 _YOUNG_GPA, _ROPE_WALL_MM = 50.0, 0.1
 
 
@@ -146,6 +148,7 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
     if len({record.drive_unit for record in records}) > 1:
         return None
     most = max(LEAST_OF_RECORD, SAMPLES // len(records))
+    rigs = [rig and _open(rig) for rig in rigs]
     kept = tuple(thinned(record, most) for record in records)
     runs = tuple(_runs(record, rig, keep) for record, rig, keep in zip(records, rigs, kept, strict=True) if rig)
     sights = tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True))
@@ -161,6 +164,11 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
         scale=_scale(records, runs, sights),
         has=_has(first, sights, pulled),
     )
+
+
+def _open(rig: Rig) -> Rig:
+    """Let notches pass through each other where no closure is declared: it is for the data to say that they close."""
+    return rig if rig.closure is not None else replace(rig, closure=Closure(_SOFT, _NEVER_DEG))
 
 
 def _start(rig: Rig, pulled: bool) -> Values:
@@ -260,7 +268,8 @@ def _scale(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: Seq
     tips = [np.abs(r.tip_mm[:, 1]).max() for r in solved if r.tip_mm is not None]
     rig = runs[0][0].rig
     young = rig.material.youngs_modulus_GPa * 1e3
-    joint = float(max(notches))
+    seen = max(float(np.abs(r.angle_deg).max()) for r in records) / rig.joints
+    joint = max(seen, float(max(notches)))
     times = [s.time_s for s in sights]
     speeds = [np.abs(np.diff(s.drive) / np.diff(s.time_s)).max() for s in sights]
     return Scale(
@@ -280,7 +289,9 @@ def _has(rig: Rig, sights: Sequence[Sight], pulled: bool) -> frozenset[Any]:
     has = set()
     if all(s.timed for s in sights):
         has.add("time")
-    if not pulled:
+    if pulled:
+        has.add("force")
+    else:
         has.add("wheel")
         if max(int(s.cycle.max()) for s in sights) >= 2:
             has.add("cycles")

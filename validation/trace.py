@@ -20,7 +20,7 @@ from scipy.stats import t as student
 from fem_models.checks import RigError
 from fem_models.program import SolverError
 from hysteresis.metrics import Errors, errors
-from hysteresis.path import cycle_index, require_reversal
+from hysteresis.path import branches, cycle_index, require_reversal
 from hysteresis.record import Record, RecordError
 from hysteresis.uncertainty import Parameter
 from validation.division import divide
@@ -186,7 +186,15 @@ class _Search:
 
 
 def _samples(fitted: Fitted) -> float:
-    return independent(fitted.row.size, correlation_of_neighbours(fitted.errors))
+    sights = fitted.model.problem.sights
+    turns = sum(len(branches(part)) for s in sights for part in _loads(s.drive, s.cycle))
+    return independent(fitted.row.size, correlation_of_neighbours(fitted.errors), turns)
+
+
+def _loads(drive: Floats, cycle: NDArray[np.int64]) -> list[Floats]:
+    """Cut a record where its drive jumps back between trials."""
+    jumps = np.flatnonzero((np.diff(cycle) != 0) & (np.abs(np.diff(drive)) > 0.5 * np.ptp(drive))) + 1
+    return np.split(drive, jumps)
 
 
 def _score(fitted: Fitted, samples: float) -> float:

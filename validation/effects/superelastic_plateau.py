@@ -9,12 +9,31 @@ from fem_models.rig import Rig
 from validation.effect import Constant, Effect, RigForm, Scale, Values
 
 PLATEAU = Constant("plateau_MPa", "MPa", 20.0, 1e4, 0.05, log=True)
+SLOPE = Constant("plateau_modulus_GPa", "GPa", 0.0, 30.0, 0.5)
 UNLOADING = Constant("unloading_ratio", "-", 0.05, 1.0, 0.05)
+
+_UNSEEN = 0.5  # unloading plateau over the loading one, where nothing unloads
+_SPAN = 0.06  # strain of the whole transformation
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
     plateau = values["plateau_MPa"]
-    return replace(rig, superelastic=Superelastic(plateau, plateau * values["unloading_ratio"]))
+    slope = min(values.get("plateau_modulus_GPa", 0.0), 0.9 * rig.material.youngs_modulus_GPa)
+    ratio = values.get("unloading_ratio", _UNSEEN)
+    return replace(rig, superelastic=Superelastic(plateau, plateau * ratio, _SPAN, slope))
+
+
+def _loaded(scale: Scale, rig: Rig) -> list[Values]:
+    """Start from moduli below the declared one, too: a linear fit has lowered it, and says little of the metal's."""
+    return [
+        {
+            "plateau_MPa": strain * part * rig.material.youngs_modulus_GPa * 1e3,
+            "plateau_modulus_GPa": 0.1 * part * rig.material.youngs_modulus_GPa,
+            "youngs_modulus_GPa": part * rig.material.youngs_modulus_GPa,
+        }
+        for part in (0.3, 0.6, 1.0)
+        for strain in (0.01, 0.02)
+    ]
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
@@ -27,5 +46,8 @@ EFFECT = Effect(
     "(flag; Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7): the slope changes past a strain, "
     "with a loop away from the centre.",
     tell_apart="Notches that close curve the other way; record a larger amplitude.",
-    rig_forms=(RigForm((PLATEAU, UNLOADING), _starts, rig=_rig),),
+    rig_forms=(
+        RigForm((PLATEAU, UNLOADING), _starts, rig=_rig, needs=frozenset({"wheel"})),
+        RigForm((PLATEAU, SLOPE), _loaded, rig=_rig, needs=frozenset({"force"})),
+    ),
 )
