@@ -165,8 +165,27 @@ def rms(error: Floats) -> float:
     return math.sqrt(float(error @ error) / error.size) if error.size else 0.0
 
 
-def fit(model: Model, division: Division, start: Floats, *, threads: int = 2, most_calls: int = _MOST_CALLS) -> Fitted:
+def fit(
+    model: Model,
+    division: Division,
+    start: Floats,
+    *,
+    threads: int = 2,
+    most_calls: int = _MOST_CALLS,
+    known: Floats | None = None,
+) -> Fitted:
     """Fit all constants together by bounded least squares (trust region reflective, scipy).
+
+    Parameters
+    ----------
+    start
+        Coordinates, shape (p,).
+    threads
+        For derivatives.
+    most_calls
+        Steps at most.
+    known
+        Derivatives of the first coordinates where they are known well enough for a few steps, shape (m, k).
 
     Raises
     ------
@@ -176,22 +195,22 @@ def fit(model: Model, division: Division, start: Floats, *, threads: int = 2, mo
     low, high = model.bounds()
     calls, seen, size = 0, division.seen, division.seen.size
     latest: list[Floats] = []  # whole Jacobian, of which the fit takes its rows
-    known: dict[bytes, Floats] = {}  # errors by coordinates: a Jacobian is asked for where errors have been
+    visited: dict[bytes, Floats] = {}  # errors by coordinates: a Jacobian is asked for where errors have been
 
     def errors(x: Floats) -> Floats:
         nonlocal calls
-        if (key := x.tobytes()) not in known:
+        if (key := x.tobytes()) not in visited:
             calls += 1
             try:
-                known[key] = division.row(model.errors(x))
+                visited[key] = division.row(model.errors(x))
             except (SolverError, RigError):
-                known[key] = np.full(size, _FAR)
-        return known[key]
+                visited[key] = np.full(size, _FAR)
+        return visited[key]
 
     def jacobian(x: Floats) -> Floats:
         nonlocal calls
-        calls += x.size
-        latest[:] = [columns(model, division, x, errors(x), threads)]
+        calls += x.size - (0 if known is None else known.shape[1])
+        latest[:] = [columns(model, division, x, errors(x), threads, known)]
         return np.asarray(latest[0][seen])
 
     start = np.clip(start, low + _INSIDE, high - _INSIDE)
@@ -203,8 +222,14 @@ def fit(model: Model, division: Division, start: Floats, *, threads: int = 2, mo
     return Fitted(model, division, found.x, tuple(at), latest[0], calls)
 
 
-def columns(model: Model, division: Division, x: Floats, at: Floats, threads: int) -> Floats:
-    """Differentiate all errors, shape (m, p); one-sided, away from the nearer bound, columns in threads."""
+def columns(
+    model: Model, division: Division, x: Floats, at: Floats, threads: int, known: Floats | None = None
+) -> Floats:
+    """Differentiate all errors, shape (m, p); one-sided, away from the nearer bound, columns in threads.
+
+    ``known`` are the first columns where they need not be worked out again.
+    """
+    known = np.empty((at.size, 0)) if known is None else known
     low, high = model.bounds()
 
     def one(i: int) -> Floats:
@@ -216,7 +241,7 @@ def columns(model: Model, division: Division, x: Floats, at: Floats, threads: in
         except (SolverError, RigError):
             return np.zeros_like(at)
 
-    return np.column_stack(_in_threads(one, range(x.size), threads))
+    return np.column_stack([known, *_in_threads(one, range(known.shape[1], x.size), threads)])
 
 
 def _in_threads(one: Any, items: Iterable[int], threads: int) -> list[Any]:

@@ -44,23 +44,37 @@ SAMPLES, LEAST_OF_RECORD = 4000, 200
 """Of all records together, and of one that is thinned."""
 AT_REST = 0.05  # of the drive's range: a record that begins so near to zero begins from rest
 _APPROACH = 24  # samples from one end of the drive to the other, for a record that begins elsewhere
+_EXACTLY = 1e-9  # of the drive's range: cycles that repeat each other
 _SOFT, _NEVER_DEG = 1.0, 1e3  # stiffness and angle of a closure that is not there
 _YOUNG_GPA, _ROPE_WALL_MM = 50.0, 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A piece of a record as a run of its rig from rest; ``skip`` samples of the run are the approach."""
+    """A piece of a record as a run of its rig from rest; ``skip`` samples of the run are the approach.
+
+    Cycles that repeat each other exactly need not be gone through again by a rig without a memory for time and cycles:
+    ``short`` ends after the second one, and ``where`` says which of its samples stands for each sample of the run.
+    """
 
     rig: Rig
     program: LoadProgram | Floats  # forces, in N, where a force pulls
     skip: int
+    short: LoadProgram | None = None
+    where: NDArray[np.int64] | None = None
 
     def solve(self, rig: Rig) -> ChainSolution:
         """Run a rig through it."""
         if isinstance(self.program, LoadProgram):
             return solve_chain(rig, self.program)
         return solve_pulled_chain(rig, self.program)
+
+    def angle_deg(self, rig: Rig) -> Floats:
+        """Angle of a rig along the record, shape (m,)."""
+        forgets = rig.creep is None and rig.drag is None and rig.preload_loss is None and rig.fatigue is None
+        if self.short is None or not forgets:
+            return self.solve(rig).record.angle_deg[self.skip :]
+        return solve_chain(rig, self.short).record.angle_deg[self.where][self.skip :]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +110,7 @@ class RigProblem:
         """Angles of all records; see :meth:`validation.problem.Problem.predict`."""
         out = []
         for runs, sight in zip(self.runs, self.sights, strict=True):
-            parts = [run.solve(self.rig(run, values, added)).record.angle_deg[run.skip :] for run in runs]
+            parts = [run.angle_deg(self.rig(run, values, added)) for run in runs]
             out.append(observe(np.concatenate(parts), sight, added))
         return out
 
@@ -243,8 +257,23 @@ def _runs(record: Record, rig: Rig, keep: NDArray[np.int64]) -> tuple[Run, ...]:
     time = np.concatenate([sight.time_s[0] - step * np.arange(way.size, 0, -1), sight.time_s])
     cycle = np.concatenate([np.zeros(way.size, dtype=np.int64), np.maximum(sight.cycle, 0)])
     program = LoadProgram(np.concatenate([way, drive]), time_s=time if sight.timed else None, cycle=cycle)
-    run = Run(rig, program, way.size)
-    return (run,)
+    repeats = _repeats(program.drive_mm)
+    if repeats is None:
+        return (Run(rig, program, way.size),)
+    end, where = repeats
+    return (Run(rig, program, way.size, LoadProgram(program.drive_mm[:end]), where),)
+
+
+def _repeats(drive: Floats) -> tuple[int, NDArray[np.int64]] | None:
+    """Find cycles that repeat each other: samples up to the second one's end, and which of them each sample is like."""
+    ends = [branch.stop - 1 for branch in branches(drive)]
+    if len(ends) < 4:
+        return None
+    start, period = ends[0], ends[2] - ends[0]
+    if not np.allclose(drive[start + period :], drive[start:-period], rtol=0, atol=_EXACTLY * np.ptp(drive)):
+        return None
+    k = np.arange(drive.size)
+    return start + 2 * period + 1, np.where(k <= start + 2 * period, k, start + period + (k - start) % period)
 
 
 def _approach(drive: Floats) -> Floats:

@@ -156,21 +156,23 @@ class _Search:
             if effect.name not in fitted.names:
                 starts += self._starts(fitted, effect)
         starts.sort(key=lambda s: -s.gain)
-        few = [self._fit(fitted, start.added, start.x, _FEW_CALLS) for start in starts[:most]]
+        few = [self._fit(fitted, start.added, start.x, _FEW_CALLS, fitted.jacobian) for start in starts[:most]]
         there = sorted((g for g in few if g is not None), key=lambda g: g.square)
         grown = list[Fitted]()
         for g in there:  # those that fall behind after a few steps are left as they stand
-            near = len(grown) < 2 or g.square < _NEAR * there[0].square
+            near = not grown or g.square < _NEAR * grown[0].square
             more = self._fit(fitted, g.model.added[-1], g.x) if near else None
             grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
         return grown
 
-    def _fit(self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30) -> Fitted | None:
+    def _fit(
+        self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30, known: Floats | None = None
+    ) -> Fitted | None:
         """Fit a model with one more effect; None where it cannot follow its records."""
         self.tell(" + ".join([*fitted.names, added.effect.name]))
         model = Model(self.problem, (*fitted.model.added, added))
         try:
-            return fit(model, fitted.division, x, threads=self.threads, most_calls=most_calls)
+            return fit(model, fitted.division, x, threads=self.threads, most_calls=most_calls, known=known)
         except (SolverError, RigError):
             return None
 
