@@ -10,12 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from hysteresis.bouc_wen import BoucWen, hysteresis_batch
 from hysteresis.metrics import Errors
+from hysteresis.record import DriveUnit
 from hysteresis.search import Form, Point
 from hysteresis.uncertainty import Parameter
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Label = Literal["analytic", "chain", "fitted", "theory"]
+
+
+_PLACES = 257  # of f in identify.json: between them a curve of 17 slopes is met to 1e-5 of its range
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +53,8 @@ class Fit:
     plain_point: Point  # f without hysteresis
     heldout_masks: tuple[Mask, ...]
     drive_range: tuple[float, float]  # of all records
+    drive_unit: DriveUnit
+    first_drive: float  # of the first record
     method: str
     evaluations: int
     seconds: float
@@ -65,6 +71,11 @@ class Fit:
     def model(self) -> BoucWen:
         """First element of h in the first record."""
         return self.models[0]
+
+    @property
+    def delay_s(self) -> float:
+        """Delay of the angle behind the drive."""
+        return self.form.delay_s(self.point.q)
 
     @property
     def coefficients(self) -> Floats:
@@ -110,7 +121,7 @@ class Fit:
 
     def to_dict(self) -> dict[str, Any]:
         """Give the contents of identify.json (docs/identification.md)."""
-        places = np.linspace(*self.drive_range, 65)
+        places = np.linspace(*self.drive_range, _PLACES)
         return {
             "schema": 1,
             "records": list(self.records),
@@ -134,7 +145,13 @@ class Fit:
             },
             "bootstrap": {name: parameter.to_dict() for name, parameter in self.bootstrap.items()},
             "correlations": self.correlations,
-            "f": {"drive": places.tolist(), "angle_deg": self.f(places).tolist()},
+            "f": {
+                "drive": places.tolist(),
+                "angle_deg": self.f(places).tolist(),
+                "without_hysteresis_deg": self.plain(places).tolist(),
+            },
+            "drive_unit": self.drive_unit,
+            "first_drive": self.first_drive,
             "method": self.method,
             "seed": self.seed,
             "seeds": self.seeds,

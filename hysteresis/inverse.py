@@ -8,6 +8,7 @@ drive is that at which f stands there.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,13 +16,34 @@ from scipy.optimize import brentq
 from scipy.optimize.elementwise import find_root
 
 from hysteresis.bouc_wen import BoucWen, hysteresis_batch
-from hysteresis.fit import Fit
 
 Floats = NDArray[np.float64]
 
 _PRECISION = 1e-12  # of a root, over the range in which it is looked for
 _PLACES = 2001  # at which f is asked whether it is monotone
 _ROUNDING = 1e-9  # of a range: a reference so little beyond it ends where it ends
+
+
+class Layer(Protocol):
+    """What an inverse needs of an identified layer, be it a :class:`hysteresis.fit.Fit` or read from a file."""
+
+    @property
+    def models(self) -> Sequence[BoucWen]:
+        """Elements of h, in the state in which the record began."""
+
+    @property
+    def drive_range(self) -> tuple[float, float]:
+        """Ends of the drives of the records."""
+
+    @property
+    def delay_s(self) -> float:
+        """Delay of the angle behind the drive."""
+
+    def f(self, drive: Floats, /) -> Floats:
+        """Single-valued part of the angle, shape (m,) -> (m,), deg."""
+
+    def plain(self, drive: Floats, /) -> Floats:
+        """Angle of the best curve without hysteresis, shape (m,) -> (m,), deg."""
 
 
 class UnreachableError(ValueError):
@@ -131,7 +153,7 @@ def inverse_curve(f: Callable[[Floats], Floats], angle_deg: ArrayLike, drive_ran
     return np.asarray(found.x)
 
 
-def compensating_drive(fit: Fit, reference_deg: ArrayLike, start_drive: float) -> Floats:
+def compensating_drive(fit: Layer, reference_deg: ArrayLike, start_drive: float) -> Floats:
     """Find the drive that makes the angle follow a reference, by the first record of a fit.
 
     Parameters
@@ -153,13 +175,13 @@ def compensating_drive(fit: Fit, reference_deg: ArrayLike, start_drive: float) -
     ValueError
         A delay, an f that has no inverse, or a reference beyond the drives of the records.
     """
-    if fit.form.delay_s(fit.point.q) > 0:
+    if fit.delay_s > 0:
         raise ValueError("the fit has a delay: expected one without, a drive cannot act before its time")
     start = float(fit.f(np.array([start_drive]))[0])
     path = inverse_hysteresis(reference_deg, fit.models, start)
     return inverse_curve(fit.f, path, fit.drive_range)
 
 
-def uncompensated_drive(fit: Fit, reference_deg: ArrayLike) -> Floats:
+def uncompensated_drive(fit: Layer, reference_deg: ArrayLike) -> Floats:
     """Invert the best curve without hysteresis: what a drive without compensation would do; as above."""
     return inverse_curve(fit.plain, reference_deg, fit.drive_range)

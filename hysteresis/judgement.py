@@ -91,6 +91,8 @@ def judge(
         plain_point=plain,
         heldout_masks=tuple(split.heldout for split in splits),
         drive_range=(float(drives.min()), float(drives.max())),
+        drive_unit=records[0].drive_unit,
+        first_drive=float(records[0].drive[0]),
         seconds=0.0,
         seeds=seeds,
         seeds_agreeing=seeds_agreeing,

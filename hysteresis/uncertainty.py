@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 from scipy.stats import t as student
 
 from hysteresis.search import Form, Point, Samples, residual_of
@@ -20,6 +20,7 @@ _STEP = 1e-6  # of finite differences; the kernel of h is exact to about 1e-13
 _BLIND = 1e-9  # of the largest column of the Jacobian: smaller ones are rounding
 _WIDEST_LOG = 30.0  # half width of the interval of a logarithm beyond which there is no interval
 _DRAWS = 400
+_LEAST_LEFT = 0.01  # of a block's residual after a fit: below it the block alone sets a parameter
 
 
 @dataclass(frozen=True)
@@ -45,9 +46,11 @@ class Parameter:
 class Uncertainty:
     """Covariance of x = (q, c), shape (s + p, s + p), and what it rests on.
 
-    ``quantile`` times a standard deviation is half an interval. ``condition`` is that of the Jacobian with columns
-    of length 1: large where a change of one parameter can be made good by others. ``blind``, shape (s + p,), marks
-    what the samples do not show at all; ``effective`` is the number of independent samples that the residual is worth.
+    ``quantile`` times a standard deviation is half an interval; where there is a ``freedom``, the quantile is that of
+    Student's t with the degrees of freedom that it gives for a gradient. ``condition`` is that of the Jacobian with
+    columns of length 1: large where a change of one parameter can be made good by others. ``blind``, shape (s + p,),
+    marks what the samples do not show at all; ``effective`` is the number of independent samples that the residual is
+    worth.
     """
 
     covariance: Floats
@@ -55,12 +58,14 @@ class Uncertainty:
     condition: float
     blind: NDArray[np.bool_]
     effective: float
+    freedom: Callable[[Floats], float] | None = None
 
     def half(self, gradient: Floats) -> float:
         """Half width of the interval of a function of x with this gradient, shape (s + p,); may be infinite."""
         if (gradient[self.blind] != 0).any():
             return math.inf
-        return self.quantile * math.sqrt(max(0.0, float(gradient @ self.covariance @ gradient)))
+        quantile = self.quantile if self.freedom is None else _quantile(self.freedom(gradient))
+        return quantile * math.sqrt(max(0.0, float(gradient @ self.covariance @ gradient)))
 
     def correlation(self, i: int, j: int) -> float:
         """Correlation of two entries of x; 0 where one of them has no spread."""
@@ -130,7 +135,9 @@ def bootstrap(samples: Samples, form: Form, point: Point, seed: int) -> Uncertai
     """Covariance over draws of whole blocks of samples, with replacement; each draw refitted by one Gauss-Newton step.
 
     What the blocks have in common in their residual, however it is correlated within them, counts as it is (Kunsch
-    1989, doi 10.1214/aos/1176347265).
+    1989, doi 10.1214/aos/1176347265). A fit bends towards the blocks that a parameter hangs on, so that their residual
+    is too small: it is divided by the root of what the fit leaves of it, and since those blocks may be few the
+    quantiles are those of Student's t by Satterthwaite (both: Bell, McCaffrey 2002, Survey Methodology 28(2), 169-181).
 
     Parameters
     ----------
@@ -143,24 +150,75 @@ def bootstrap(samples: Samples, form: Form, point: Point, seed: int) -> Uncertai
     jacobian = line.columns[:, line.free]
     assert samples.blocks is not None
     names, which = np.unique(samples.blocks[samples.seen], return_inverse=True)
-    k, p = len(names), jacobian.shape[1]
-    normals, pulls = np.zeros((k, p, p)), np.zeros((k, p))
-    for i in range(k):
-        mine = jacobian[which == i]
-        normals[i], pulls[i] = mine.T @ mine, mine.T @ line.residual[which == i]
-    rng = np.random.default_rng(seed)
-    draws = rng.multinomial(k, np.full(k, 1 / k), _DRAWS).astype(float)
-    # One draw's normal matrix may be singular where few blocks show a parameter: the whole one takes a small part.
-    whole = normals.sum(axis=0)
-    size = np.sqrt(np.maximum(np.diag(whole), 1e-300))
-    steps = np.empty((_DRAWS, p))
-    for i, draw in enumerate(draws):
-        matrix = 0.9 * np.tensordot(draw, normals, 1) + 0.1 * whole
-        steps[i] = np.linalg.lstsq(matrix / np.outer(size, size), -(draw @ pulls) / size, rcond=1e-14)[0] / size
+    parts = [which == i for i in range(len(names))]
+    blocks = _Blocks.of([jacobian[part] for part in parts], [line.residual[part] for part in parts])
+    steps = blocks.steps(np.random.default_rng(seed))
+    k = len(names)
     centred = steps - steps.mean(axis=0)
-    covariance = centred.T @ centred / (_DRAWS - 1) * k / max(1, k - 1)
-    quantile = float(student.ppf(0.5 + 0.5 * _CONFIDENCE, k - 1)) if k < 30 else float(norm.ppf(0.975))
-    return Uncertainty(_spread_out(line, covariance), quantile, line.inverse()[1], line.blind, float(k))
+    covariance = centred.T @ centred / (_DRAWS - 1)
+    return Uncertainty(
+        _spread_out(line, covariance), _quantile(k - 1), line.inverse()[1], line.blind, float(k),
+        lambda gradient: blocks.freedom(gradient[line.free]),
+    )  # fmt: skip
+
+
+def _quantile(freedom: float) -> float:
+    return float(student.ppf(0.5 + 0.5 * _CONFIDENCE, max(1.0, freedom)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Blocks:
+    """What a bootstrap needs of k blocks with p free parameters, scaled to columns of length 1.
+
+    ``normals``, shape (k, p, p): J^T J; ``pulls``, (k, p): J^T W e, W = (1 - H)^-1/2 of the block, H its part of the
+    hat matrix; ``weighted``, (k, p, p): J^T W^2 J; ``crossed``, (k, p, p): J^T W J; ``inverse``, (p, p), of the sum of
+    the normals.
+    """
+
+    normals: Floats
+    pulls: Floats
+    weighted: Floats
+    crossed: Floats
+    inverse: Floats
+    size: Floats
+
+    @classmethod
+    def of(cls, jacobians: Sequence[Floats], residuals: Sequence[Floats]) -> _Blocks:
+        size = np.sqrt(np.maximum(sum((j**2).sum(axis=0) for j in jacobians), 1e-300))
+        scaled = [j / size for j in jacobians]
+        normals = np.array([j.T @ j for j in scaled])
+        inverse = np.linalg.pinv(normals.sum(axis=0), rcond=1e-14, hermitian=True)
+        values, vectors = np.linalg.eigh(inverse)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        pulls, weighted, crossed = (np.zeros_like(part) for part in (normals[:, 0], normals, normals))
+        for i, (j, e) in enumerate(zip(scaled, residuals, strict=True)):
+            basis, own, _ = np.linalg.svd(j @ root, full_matrices=False)
+            more = np.maximum(1.0 - own**2, _LEAST_LEFT) ** -0.5 - 1.0
+            once = j + basis @ (more[:, np.newaxis] * (basis.T @ j))  # W J
+            pulls[i], weighted[i], crossed[i] = once.T @ e, once.T @ once, j.T @ once
+        return cls(normals, pulls, weighted, crossed, inverse, size)
+
+    def steps(self, rng: np.random.Generator) -> Floats:
+        """Gauss-Newton steps of the draws, shape (draws, p)."""
+        k = len(self.pulls)
+        draws = rng.multinomial(k, np.full(k, 1 / k), _DRAWS).astype(float)
+        # One draw's normal matrix may be singular where few blocks show a parameter: the whole one takes a small part.
+        whole = self.normals.sum(axis=0)
+        pulls = self.pulls - self.pulls.mean(axis=0)
+        found = np.empty((_DRAWS, self.pulls.shape[1]))
+        for i, draw in enumerate(draws):
+            matrix = 0.9 * np.tensordot(draw, self.normals, 1) + 0.1 * whole
+            found[i] = np.linalg.lstsq(matrix, -(draw @ pulls), rcond=1e-14)[0]
+        return found / self.size
+
+    def freedom(self, gradient: Floats) -> float:
+        """Degrees of freedom of the variance of a combination of parameters, were the noise white."""
+        direction = self.inverse @ (gradient / self.size)
+        own = np.einsum("i,kij,j->k", direction, self.weighted, direction)
+        ends = np.einsum("kij,j->ki", self.crossed, direction)
+        gram = np.diag(own) - ends @ self.inverse @ ends.T
+        total = float((gram**2).sum())
+        return float(np.trace(gram)) ** 2 / total if total > 0 else math.inf
 
 
 def _spread_out(line: Linearised, covariance: Floats) -> Floats:

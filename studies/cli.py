@@ -195,7 +195,7 @@ def separate(
 
 @app.command()
 def compensate(
-    record: Annotated[Path, typer.Argument(help="The record to identify, CSV.")],
+    record: Annotated[Path, typer.Argument(help="The record to identify, CSV, or an identify.json.")],
     reference: Annotated[Path, typer.Option("--reference", help="CSV with angle_deg and, if wanted, time_s.")],
     out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
     elements: Annotated[
@@ -205,15 +205,13 @@ def compensate(
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> None:
-    """Find the drive that makes the angle follow a reference, from the record of a rig."""
-    from studies.compensation import compensated, read_reference, write_columns
+    """Find the drive that makes the angle follow a reference, from the record of a rig or its identify.json."""
+    from studies.compensation import compensated, known_layer, read_reference, write_columns
 
     check_target(out, [record, reference])
     wanted = read_reference(reference)
-    columns, facts = compensated(
-        read_record(record), wanted, str(reference), elements=elements or None, seed=seed,
-        progress=not quiet and not as_json,
-    )  # fmt: skip
+    layer = known_layer(record, elements=elements or None, seed=seed, progress=not quiet and not as_json)
+    columns, facts = compensated(layer, wanted, str(reference))
     write_columns(columns, out)
     _show(facts, quiet, as_json, _table(facts), f"drive: {out}")
 

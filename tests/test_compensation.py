@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from fem_models.chain import simulate_chain
 from fem_models.presets import preset
 from hysteresis.bouc_wen import BoucWen, hysteresis
+from hysteresis.identify import identify
 from hysteresis.inverse import compensating_drive, inverse_curve, inverse_hysteresis, uncompensated_drive
-from hysteresis.record import read_columns, write_record
+from hysteresis.record import read_columns, read_record, write_record
 from studies.cli import call
+from studies.identification import write_fit
 from validation.compensation import layer, references, shrinking_loops, track
 
 RIG = preset("du2018", preload_N=20.0)
@@ -83,6 +85,35 @@ def test_command_writes_the_drive(loops, tmp_path, capsys):
     angle = simulate_chain(RIG, shrinking_loops()).angle_deg  # the record's own: the drive must stay within it
     assert np.abs(columns["drive_mm"]).max() < 1.8
     assert np.abs(angle).max() > 25
+
+
+def test_an_identify_json_gives_the_drive_of_its_record(loops, tmp_path):
+    """The layer from the file has f as a table: the same drive, but for what lies between its places."""
+    reference = tmp_path / "wanted.csv"
+    reference.write_text("angle_deg\n" + "\n".join(map(repr, (20 * np.sin(np.linspace(0, 9, 60))).tolist())) + "\n")
+    fit = identify(read_record(loops), elements=1)
+    write_fit(fit, [read_record(loops)], tmp_path, "identify")
+    drives = []
+    for source in (loops, tmp_path / "identify.json"):
+        out = tmp_path / f"drive-{source.suffix[1:]}.csv"
+        given = ["compensate", str(source), "--reference", str(reference), "--out", str(out), "--elements", "1"]
+        assert call([*given, "--quiet"]) == 0
+        drives.append(read_columns(out, ["drive_mm"])["drive_mm"])
+    assert np.abs(drives[0] - drives[1]).max() < 1e-4 * np.ptp(drives[0])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [("{", ["layer.json", "expected"]), ('{"schema": 1}', ["layer.json", "parameters", "missing"])]
+)
+def test_other_json_is_refused_in_one_line(text, words, tmp_path, capsys):
+    layer, reference, out = (tmp_path / name for name in ("layer.json", "wanted.csv", "drive.csv"))
+    layer.write_text(text)
+    reference.write_text("angle_deg\n0\n1\n0\n")
+    assert call(["compensate", str(layer), "--reference", str(reference), "--out", str(out), "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert all(word in error for word in words), error
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(

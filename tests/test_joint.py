@@ -1,5 +1,7 @@
 """Joint fits of several records, other searches, bootstrap, two elements, and what play operators make of the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,9 +10,10 @@ from hysteresis.holdout import Split, hold_out
 from hysteresis.identify import identify
 from hysteresis.optimizers import METHODS
 from hysteresis.record import Record, RecordError, read_record
+from hysteresis.uncertainty import _Blocks
 from validation.comparators import fit_operator
 from validation.identification import largest_amplitudes, nested
-from validation.interpolation import between_fits
+from validation.interpolation import between_fits, within_fit
 from validation.trials import DRIVE, NAMES, PAPER, covered, kinematics, largest_error, loop
 
 LAGGING = BoucWen(**PAPER | {"A": -PAPER["A"]})
@@ -123,6 +126,42 @@ def test_model_between_two_loads():
     law[2.0] = BoucWen(-0.9, 0.6 / 2**1.5, 0.3 / 2**1.5, 1.5)
     low, high = (identify(loop(law[size]), kinematics) for size in (1.0, 4.0))
     np.testing.assert_allclose(between_fits(low, high, 0.5)(DRIVE), loop(law[2.0]).angle_deg, atol=1e-3)
+
+
+def test_load_between_two_of_one_fit():
+    """h of size 1 and 4, zeros of 0 and 2 deg: half-way between, h of size 2 and a zero of 1 deg."""
+
+    def of_size(a):
+        return BoucWen(-0.3 * a, 0.2 * a**-0.5, 0.1 * a**-0.5, 1.5)  # a z obeys eq. 7 with A a, beta a^(1 - n)
+
+    low, high = loop(of_size(1.0)), loop(of_size(4.0))
+    fit = identify([low, replace(high, angle_deg=high.angle_deg + 2.0)], kinematics, amplitude_by=[1, 4])
+    middle = within_fit(fit, 0.5)(DRIVE)
+    np.testing.assert_allclose(middle, loop(of_size(2.0)).angle_deg + 1.0, atol=1e-3)
+    with pytest.raises(ValueError, match="two of one size"):
+        within_fit(identify(low, kinematics), 0.5)
+
+
+def test_blocks_of_a_mean_are_worth_one_less_than_their_number():
+    """A mean of k blocks of m samples: variance of block means over k, k - 1 degrees of freedom, both exactly.
+
+    Bell and McCaffrey 2002, for a regression on a constant alone: their correction is the factor k / (k - 1).
+    """
+    rng, k, m = np.random.default_rng(0), 7, 5
+    noise = rng.standard_normal((k, m)) + rng.standard_normal((k, 1))
+    residual = noise - noise.mean()
+    blocks = _Blocks.of([np.ones((m, 1))] * k, list(residual))
+    assert blocks.freedom(np.ones(1)) == pytest.approx(k - 1)
+    of_blocks = float((blocks.inverse @ blocks.pulls.T @ blocks.pulls @ blocks.inverse)[0, 0]) / blocks.size[0] ** 2
+    assert of_blocks == pytest.approx(residual.mean(axis=1).var(ddof=1) / k)
+
+
+def test_one_block_that_sets_a_parameter_has_about_one_degree_of_freedom():
+    """A slope seen in two of ten blocks: no more than those two speak for it."""
+    rows = [np.column_stack([np.ones(6), np.full(6, x)]) for x in (1.0, -1.0, *[0.0] * 8)]
+    blocks = _Blocks.of(rows, [np.zeros(6)] * 10)
+    assert blocks.freedom(np.array([0.0, 1.0])) < 2.5
+    assert blocks.freedom(np.array([1.0, 0.0])) > 7
 
 
 def test_operators_meet_what_is_theirs():

@@ -1,4 +1,4 @@
-"""Operators that a Bouc-Wen fit is held against: one play, and Prandtl-Ishlinskii with ten elements.
+"""Operators that a fit is held against: a curve, one play, and Prandtl-Ishlinskii with ten elements.
 
 Each has the freedom of the fit beside it: a monotone f whose number of slopes is chosen by the same validation inside
 the training samples, a zero of the angle for each further record, a delay where the fit has one, and first states.
@@ -21,7 +21,7 @@ from hysteresis.prandtl_ishlinskii import plays
 from hysteresis.record import Record
 
 Floats = NDArray[np.float64]
-Kind = Literal["play", "pi", "pi-inside"]
+Kind = Literal["curve", "play", "pi", "pi-inside", "pi-leading"]
 
 KNOTS = (1, 2, 3, 5, 9, 17)
 ELEMENTS = 10
@@ -32,9 +32,11 @@ _AS_GOOD = 1.05
 
 @dataclass(frozen=True, eq=False)
 class Operator:
-    """A fitted operator: ``play`` f(P[x]), ``pi`` f(x) + sum w P[x], ``pi-inside`` f(sum w P[x]), w >= 0.
+    """A fitted operator.
 
-    ``start`` is the first state of all plays, from -1 to 1 of their radius above the first drive.
+    ``curve`` f(x), ``play`` f(P[x]), ``pi`` f(x) + sum w P[x], ``pi-inside`` f(sum w P[x]), ``pi-leading``
+    f(x) - sum w P[x], w >= 0. ``start`` is the first state of all plays, from -1 to 1 of their radius above the first
+    drive.
     """
 
     kind: Kind
@@ -51,7 +53,7 @@ class Operator:
         drive = delayed(record, self.delay_s)
         outputs = plays(drive, self.radii, drive[0] + self.start * self.radii)
         inner = self.weights @ outputs
-        if self.kind == "pi":
+        if self.kind in ("pi", "pi-leading"):
             return self.backbone.at(drive)(self.c) + inner + self.zeros_deg[number]
         return self.backbone.at(inner)(self.c) + self.zeros_deg[number]
 
@@ -115,7 +117,14 @@ def _fitted(
         rows = [plays(x, radii, x[0] + start * radii)[:, mask] for x, mask in zip(drives, masks, strict=True)]
         return np.concatenate(rows, axis=1)
 
-    solve = {"play": _one_play, "pi": _beside, "pi-inside": _inside}[kind]
+    solvers: dict[Kind, Callable[..., Found]] = {
+        "curve": _curve,
+        "play": _one_play,
+        "pi": _beside,
+        "pi-inside": _inside,
+        "pi-leading": partial(_beside, sense=-1.0),
+    }
+    solve = solvers[kind]
     found = [(*solve(backbone, seen, angle, zeros, half, partial(outputs, start=start)), start) for start in STARTS]
     _, radii, weights, c, shift, start = min(found, key=lambda entry: entry[0])
     return Operator(kind, backbone, radii, weights, c, np.concatenate([[0.0], shift]), start, delay_s)
@@ -151,14 +160,22 @@ def _one_play(backbone: Backbone, x: Floats, angle: Floats, zeros: Floats, half:
     return cost, np.array([radius]), np.ones(1), solution[:p], solution[p:]
 
 
+def _curve(backbone: Backbone, x: Floats, angle: Floats, zeros: Floats, half: float, outputs: Outputs) -> Found:
+    p, free = len(backbone.start), np.full(zeros.shape[1], -np.inf)
+    cost, solution = _linear(backbone, x, zeros, angle, free)
+    return cost, np.zeros(1), np.ones(1), solution[:p], solution[p:]
+
+
 def _radii(half: float) -> Floats:
     return half * np.arange(1, ELEMENTS + 1) / (ELEMENTS + 1)
 
 
-def _beside(backbone: Backbone, x: Floats, angle: Floats, zeros: Floats, half: float, outputs: Outputs) -> Found:
+def _beside(
+    backbone: Backbone, x: Floats, angle: Floats, zeros: Floats, half: float, outputs: Outputs, sense: float = 1.0
+) -> Found:
     p, radii = len(backbone.start), _radii(half)
     # Of an angle that falls with the drive the plays do, too.
-    sign = 1.0 if np.polyfit(x, angle, 1)[0] >= 0 else -1.0
+    sign = sense if np.polyfit(x, angle, 1)[0] >= 0 else -sense
     least = np.concatenate([np.zeros(ELEMENTS), np.full(zeros.shape[1], -np.inf)])
     cost, solution = _linear(backbone, x, np.column_stack([sign * outputs(radii).T, zeros]), angle, least)
     return cost, radii, sign * solution[p : p + ELEMENTS], solution[:p], solution[p + ELEMENTS :]

@@ -41,6 +41,42 @@ def between_fits(low: Fit, high: Fit, share: float) -> Callable[..., Floats]:
     return replace(low, form=replace(low.form, backbones=curves), point=point).predict
 
 
+def within_fit(fit: Fit, share: float) -> Callable[..., Floats]:
+    """Give ``predict(drive, time_s, record)`` at ``share`` of the way from one load to another, both in one fit.
+
+    The first half of its records is of the first load, the second half of the other, in the same order; f is shared,
+    the amplitude of h goes by its logarithm, the zeros and first states of the records linearly.
+
+    Raises
+    ------
+    ValueError
+        A fit whose records are not of two groups of one size.
+    """
+    form, half = fit.form, len(fit.form.groups) // 2
+    if form.groups != (0,) * half + (1,) * half:
+        raise ValueError(f"groups {form.groups}: expected two of one size, one after the other")
+    q = fit.point.q.copy()
+    q[form.amplitude(1)] *= share
+    zeros = np.concatenate([[0.0], fit.point.q[form.zeros]])
+    for i in range(half):
+        low, high = form.state(i), form.state(half + i)
+        q[high] = (1 - share) * fit.point.q[low] + share * fit.point.q[high]
+        q[form.zeros.start + half + i - 1] = (1 - share) * zeros[i] + share * zeros[half + i]
+    middle = replace(fit, point=replace(fit.point, q=q))
+
+    def predict(drive: ArrayLike, time_s: ArrayLike | None = None, record: int = 0) -> Floats:
+        return middle.predict(drive, time_s, half + record)
+
+    return predict
+
+
+def within_operator(operator: Operator, share: float) -> Operator:
+    """Operator of records of two loads, one load after the other, at ``share`` of the way: its zeros are linear."""
+    half = operator.zeros_deg.size // 2
+    zeros = (1 - share) * operator.zeros_deg[:half] + share * operator.zeros_deg[half:]
+    return replace(operator, zeros_deg=zeros)
+
+
 def between_operators(low: Operator, high: Operator, share: float) -> Operator:
     """Operator at ``share`` of the way from one to the other: radii, weights, zeros, first state and f are linear."""
     fields = ("radii", "weights", "zeros_deg", "start", "delay_s")
