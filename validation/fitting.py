@@ -185,7 +185,7 @@ def fit(
     most_calls
         Steps at most.
     known
-        Derivatives of the first coordinates where they are known well enough for a few steps, shape (m, k).
+        Derivatives of the first coordinates, known well enough for the first step, shape (m, k).
 
     Raises
     ------
@@ -209,8 +209,8 @@ def fit(
 
     def jacobian(x: Floats) -> Floats:
         nonlocal calls
-        calls += x.size - (0 if known is None else known.shape[1])
-        latest[:] = [columns(model, division, x, errors(x), threads, known)]
+        calls += x.size - (0 if known is None or latest else known.shape[1])
+        latest[:] = [columns(model, division, x, errors(x), threads, known if not latest else None)]
         return np.asarray(latest[0][seen])
 
     start = np.clip(start, low + _INSIDE, high - _INSIDE)

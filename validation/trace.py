@@ -48,7 +48,8 @@ FOLLOWED, FOLLOWED_LATER = 6, 5
 """Candidates that are fitted in full, of those that promise most: for the first effect, and for further ones."""
 _TRIED = 2  # models that a further effect is added to
 _FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
-_NEAR = 1.8  # of the least mean square after those: what is further off is not fitted to the end
+_NEAR = 2.5  # of the least mean square after those: what is further off is not fitted to the end
+_FINISHED = 4  # fits at most that are brought to their end
 _PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
 
 Progress = Callable[[str], None]
@@ -160,7 +161,7 @@ class _Search:
         there = sorted((g for g in few if g is not None), key=lambda g: g.square)
         grown = list[Fitted]()
         for g in there:  # those that fall behind after a few steps are left as they stand
-            near = not grown or g.square < _NEAR * grown[0].square
+            near = len(grown) < _FINISHED and g.square < _NEAR * there[0].square
             more = self._fit(fitted, g.model.added[-1], g.x) if near else None
             grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
         return grown
