@@ -1,7 +1,7 @@
 """What an effect is: a name, its physics, and how it changes a model that lacks it.
 
 An effect is a file in :mod:`validation.effects` with one value ``EFFECT``. It says what the effect does to a rig
-(:class:`RigForm`: the geometry is known) and to a curve (:class:`validation.curves.CurveForm`: it is not).
+(:class:`RigForm`: the geometry is known) and to a curve (:class:`CurveForm`: it is not).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fem_models.rig import Rig
 
 Floats = NDArray[np.float64]
-Need = Literal["time", "cycles", "two tendons", "wheel", "force"]
+Need = Literal["time", "cycles", "two tendons", "wheel", "force", "preloads"]
 Values = Mapping[str, float]
 
 
@@ -101,6 +101,81 @@ class RigForm:
 
 
 @dataclass(frozen=True)
+class Relative:
+    """A constant of a curve's operator, in units of the records: what fits a drive of mm fits one of motor steps.
+
+    ``unit`` is a product of ``drive`` and ``angle`` (half the largest range), ``time`` (duration of the shortest
+    record) and ``-``; bounds, and the size of one without ``log``, count in it. A constant in ``drive`` gets the unit's
+    name at its end.
+    """
+
+    name: str
+    unit: Literal["drive", "angle", "time", "-", "1/angle", "angle/time"]
+    low: float
+    high: float
+    size: float
+    log: bool = False
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One record as operators see it.
+
+    ``drive`` is measured from the middle of the stroke, or from zero where the stroke goes both ways about it.
+    """
+
+    sight: Sight
+    middle: float  # the drive's value at the middle
+    half: float  # half the stroke of all records, the drive's unit
+    angle: float  # half the largest range of the angle, deg
+    straight_deg: float  # f where the drive is zero; 0, as in the middle, where it never is
+    state: float  # where in its loop the record starts, -1..1; 0 is rest
+    preload: float  # over the largest one; 1 where it is not known
+    loop: float  # size of the declared loop over that at the largest preload
+    toe: float  # T_toe of the ropes over the largest preload, as the loops at several preloads tell; else 0
+    give: float  # what that costs the slope of f, per growth of the loop
+
+    def softness(self, tension: Floats) -> Floats:
+        """Compliance of the ropes at tensions over the largest preload, over that at the record's preload."""
+        return (1.0 + self.toe / tension) / (1.0 + self.toe / self.preload)
+
+
+CurveLaw = Callable[[Floats, Curve, Values], Floats]
+
+
+@dataclass(frozen=True)
+class CurveForm:
+    """One way in which an effect acts where the geometry is unknown: operators on theta = f(x) + h, shape (m,) each.
+
+    Parameters
+    ----------
+    constants, starts
+        What is fitted, and from where; relative to the scale of the records.
+    drive
+        x in place of x, in the drive's unit from the middle of the stroke.
+    bend
+        f in place of f, deg; h follows it.
+    loop
+        From f, the factor on the size of h.
+    turn
+        theta in place of theta, deg from the middle of the stroke.
+    seen
+        As in :class:`RigForm`.
+    needs
+        What the records must have.
+    """
+
+    constants: tuple[Relative, ...]
+    starts: tuple[Values, ...]
+    drive: CurveLaw | None = None
+    bend: CurveLaw | None = None
+    loop: CurveLaw | None = None
+    turn: CurveLaw | None = None
+    seen: Callable[[Floats, Sight, Values], Floats] | None = None
+    needs: frozenset[Need] = frozenset()
+
+
+@dataclass(frozen=True)
 class Effect:
     """An effect of the catalogue.
 
@@ -111,6 +186,7 @@ class Effect:
     physics: str
     tell_apart: str
     rig_forms: tuple[RigForm, ...]
+    curve_forms: tuple[CurveForm, ...] = ()
 
 
 @cache

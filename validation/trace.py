@@ -23,6 +23,7 @@ from hysteresis.metrics import Errors, errors
 from hysteresis.path import branches, cycle_index, require_reversal
 from hysteresis.record import Record, RecordError
 from hysteresis.uncertainty import Parameter
+from validation.curves import curve_problem
 from validation.division import divide
 from validation.effect import Effect, catalogue
 from validation.fitting import Fitted, Model, Start, bic, correlation_of_neighbours, fit, independent, promise
@@ -132,11 +133,9 @@ def trace_records(
 
 
 def problem_of(records: Sequence[Record]) -> tuple[Any, bool]:
-    """Problem of records, mechanical where all rigs are known; and whether they are."""
+    """Make the problem of records, mechanical where all rigs are known; and say whether they are."""
     mechanical = rig_problem(records)
-    if mechanical is None:
-        raise RecordError("unknown geometry: not yet")
-    return mechanical, True
+    return (mechanical, True) if mechanical is not None else (curve_problem(records), False)
 
 
 @dataclass(frozen=True, eq=False)

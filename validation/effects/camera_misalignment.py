@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fem_models.rig import Rig
-from validation.effect import Constant, Effect, Floats, RigForm, Scale, Sight, Values
+from validation.effect import Constant, CurveForm, Effect, Floats, Relative, RigForm, Scale, Sight, Values
 
 GAIN = Constant("gain", "-", -0.9, 5.0, 0.01)
 PERSPECTIVE = Constant("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4)
@@ -26,6 +26,12 @@ def _both(scale: Scale, rig: Rig | None) -> list[Values]:
     return [{"gain": 0.02, "perspective_per_deg": 0.02 / scale.angle_deg}]
 
 
+_CURVE = CurveForm(
+    (Relative("perspective_per_deg", "1/angle", -0.5, 0.5, 0.005),),
+    ({"perspective_per_deg": 0.02}, {"perspective_per_deg": -0.02}),
+    seen=seen,  # f takes the gain
+)
+
 EFFECT = Effect(
     name="camera_misalignment",
     physics="A tilted or uncalibrated camera reads a wrong angle: gain, offset and, to first order of its tilt, a part "
@@ -38,4 +44,5 @@ EFFECT = Effect(
         RigForm((PERSPECTIVE,), _perspective, seen=seen),
         RigForm((GAIN, PERSPECTIVE), _both, seen=seen),
     ),
+    curve_forms=(_CURVE,),
 )

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from fem_models.effects import Gravity
 from fem_models.rig import Rig
-from validation.effect import Constant, Effect, RigForm, Scale, Values
+from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
 ALONG = Constant("ring_mass_along_g", "g", -200.0, 200.0, 0.05)
 ACROSS = Constant("ring_mass_across_g", "g", -200.0, 200.0, 0.05)
@@ -25,10 +27,23 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     ]
 
 
+def _weight(theta: Floats, curve: Curve, values: Values) -> Floats:
+    """Moment of a weight at the heading: along the straight tube it goes with the sine, across with the cosine."""
+    turn = np.radians(theta - curve.straight_deg)
+    return theta + values["along_deg"] * np.sin(turn) + values["across_deg"] * (np.cos(turn) - 1.0)
+
+
+_CURVE = CurveForm(
+    (Relative("along_deg", "angle", -0.8, 0.8, 0.005), Relative("across_deg", "angle", -0.8, 0.8, 0.005)),
+    tuple({"along_deg": a, "across_deg": b} for a, b in ((0.02, 0.0), (-0.02, 0.0), (0.0, 0.02), (0.0, -0.02))),
+    turn=_weight,
+)
+
 EFFECT = Effect(
     name="gravity",
     physics="Weight of rings and tool bends the tube: a moment that follows sine and cosine of the headings, given by "
     "its parts along and across the straight tube. Smooth, no loop; odd or even by the way the rig is mounted.",
     tell_apart="A misaligned camera gives a function of the angle, too. Mount the rig turned by 90 or 180 degrees.",
     rig_forms=(RigForm((ALONG, ACROSS), _starts, rig=_rig),),
+    curve_forms=(_CURVE,),
 )

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from fem_models.rig import Rig
-from validation.effect import Constant, Effect, RigForm, Scale, Values
+from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
 BASE = Constant("base_capstan", "-", 0.0, 2.0, 0.01)
 GUIDE = Constant("guide_N", "N", 0.0, 5.0, 0.02)
@@ -32,6 +34,13 @@ def _guide_starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"guide_N": rig.friction.guide_N + value} for value in (0.03, 0.15)]
 
 
+def _wrap(f: Floats, curve: Curve, values: Values) -> Floats:
+    """Let the loop grow with the bend, by the capstan's law."""
+    return np.exp(values["capstan"] * np.radians(np.abs(f - curve.straight_deg)))
+
+
+_CURVE = CurveForm((Relative("capstan", "-", 0.0, 5.0, 0.05),), ({"capstan": 0.1}, {"capstan": 0.6}), loop=_wrap)
+
 EFFECT = Effect(
     name="guide_friction",
     physics="Ropes rub where they are led round: T2 = T1 exp(mu phi) (Euler 1769). The declared model has the capstan "
@@ -42,4 +51,5 @@ EFFECT = Effect(
         RigForm((BASE,), _base_starts, rig=_at_base, needs=frozenset({"wheel"})),
         RigForm((GUIDE,), _guide_starts, rig=_at_guides),
     ),
+    curve_forms=(_CURVE,),
 )

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from fem_models.effects import Superelastic
 from fem_models.rig import Rig
-from validation.effect import Constant, Effect, RigForm, Scale, Values
+from validation.curve_kernels import transformed
+from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
 PLATEAU = Constant("plateau_MPa", "MPa", 20.0, 1e4, 0.05, log=True)
 SLOPE = Constant("plateau_modulus_GPa", "GPa", 0.0, 30.0, 0.5)
@@ -40,6 +41,21 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"plateau_MPa": part * scale.stress_MPa, "unloading_ratio": r} for part in (0.5, 0.8) for r in (0.5, 0.9)]
 
 
+def _flag(f: Floats, curve: Curve, values: Values) -> Floats:
+    """Beyond an angle more or less slope, given back later than it was taken."""
+    return f + values["part"] * transformed(f, values["onset_deg"], values["loop_deg"])
+
+
+_CURVE = CurveForm(
+    (
+        Relative("onset_deg", "angle", 0.05, 1.0, 0.01),
+        Relative("loop_deg", "angle", 0.0, 0.4, 0.01),
+        Relative("part", "-", -0.95, 3.0, 0.01),
+    ),
+    tuple({"onset_deg": onset, "loop_deg": 0.1, "part": part} for onset in (0.3, 0.6) for part in (-0.1, 0.1)),
+    bend=_flag,
+)
+
 EFFECT = Effect(
     name="superelastic_plateau",
     physics="Beyond about 1 % of strain Nitinol transforms at a nearly constant stress and comes back at a lower one "
@@ -50,4 +66,5 @@ EFFECT = Effect(
         RigForm((PLATEAU, UNLOADING), _starts, rig=_rig, needs=frozenset({"wheel"})),
         RigForm((PLATEAU, SLOPE), _loaded, rig=_rig, needs=frozenset({"force"})),
     ),
+    curve_forms=(_CURVE,),
 )

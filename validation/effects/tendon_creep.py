@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from fem_models.effects import Creep
 from fem_models.rig import Rig
-from validation.effect import Constant, Effect, RigForm, Scale, Values
+from validation.curve_kernels import lagged
+from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
 FRACTION = Constant("fraction", "-", 0.0, 5.0, 0.05)
 TIME = Constant("time_s", "s", 1e-2, 1e5, 0.3, log=True)
@@ -20,6 +21,18 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"fraction": 0.15, "time_s": part * scale.duration_s} for part in (0.02, 0.1, 0.5, 2.0)]
 
 
+def _stretch(x: Floats, curve: Curve, values: Values) -> Floats:
+    """Take from the drive a part that follows it with time; the tension goes as the drive."""
+    return x - values["fraction"] * lagged(x, curve.sight.time_s, values["time_s"])
+
+
+_CURVE = CurveForm(
+    (Relative("fraction", "-", 0.0, 0.95, 0.01), Relative("time_s", "time", 3e-3, 1e2, 0.3, log=True)),
+    tuple({"fraction": 0.03, "time_s": part} for part in (0.02, 0.1, 0.5, 2.0)),
+    drive=_stretch,
+    needs=frozenset({"time"}),
+)
+
 EFFECT = Effect(
     name="tendon_creep",
     physics="Polymer and laid ropes go on stretching under load and come back without it: Kelvin-Voigt creep of the "
@@ -28,4 +41,5 @@ EFFECT = Effect(
     tell_apart="Thermal drift keeps its sign when the load turns round; drag has no memory. Record a dwell at full "
     "drive on either side.",
     rig_forms=(RigForm((FRACTION, TIME), _starts, rig=_rig, needs=frozenset({"time", "wheel"})),),
+    curve_forms=(_CURVE,),
 )

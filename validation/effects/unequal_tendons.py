@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from fem_models.effects import Slack
 from fem_models.rig import Rig
-from validation.effect import Constant, Effect, Need, RigForm, Scale, Values
+from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, RigForm, Scale, Values
 
 ARM = Constant("arm_ratio", "-", 0.5, 2.0, 0.02)
 STIFFNESS = Constant("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True)
@@ -45,6 +47,40 @@ def _arm_stiffness(scale: Scale, rig: Rig) -> list[Values]:
 
 _TWO: frozenset[Need] = frozenset({"two tendons"})
 
+
+def _sides(x: Floats, curve: Curve, values: Values) -> Floats:
+    """Slopes that differ from side to side."""
+    return x + values.get("kink", 0.0) * np.abs(x)
+
+
+def _even(f: Floats, curve: Curve, values: Values) -> Floats:
+    """Add an even part to f, which a low preload makes larger; f takes that of the largest preload."""
+    return f + values.get("even_deg", 0.0) * (1.0 / curve.preload - 1.0) * (f / curve.angle) ** 2
+
+
+def _skew(f: Floats, curve: Curve, values: Values) -> Floats:
+    """Make the loop wider on one side than on the other."""
+    return np.exp(values["skew"] * f / curve.angle)
+
+
+_SKEW = Relative("skew", "-", -2.0, 2.0, 0.02)
+_CURVES = (
+    CurveForm((_SKEW,), ({"skew": 0.1}, {"skew": -0.1}), loop=_skew),
+    CurveForm(
+        (_SKEW, Relative("kink", "-", -0.6, 0.6, 0.01)),
+        tuple({"skew": skew, "kink": kink} for skew in (-0.1, 0.1) for kink in (-0.03, 0.03)),
+        drive=_sides,
+        loop=_skew,
+    ),
+    CurveForm(
+        (_SKEW, Relative("even_deg", "angle", -1.0, 1.0, 0.005)),
+        tuple({"skew": skew, "even_deg": even} for skew in (-0.1, 0.1) for even in (-0.01, 0.01)),
+        bend=_even,
+        loop=_skew,
+        needs=frozenset({"preloads"}),
+    ),
+)
+
 EFFECT = Effect(
     name="unequal_tendons",
     physics="Assembly leaves the two sides unequal: moment arm, stiffness or rest length of one tendon. The angle gets "
@@ -58,4 +94,5 @@ EFFECT = Effect(
         RigForm((REST,), _rest, rig=_rig, needs=_TWO),
         RigForm((ARM, STIFFNESS), _arm_stiffness, rig=_rig, needs=_TWO),
     ),
+    curve_forms=(*_CURVES,),
 )

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from fem_models.effects import Eccentricity
 from fem_models.rig import Rig, Wheel
-from validation.effect import Constant, Effect, RigForm, Scale, Values
+from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
 SINE = Constant("sine_mm", "mm", -20.0, 20.0, 0.02)
 COSINE = Constant("cosine_mm", "mm", -20.0, 20.0, 0.02)
@@ -37,6 +39,25 @@ def _any_wheel(scale: Scale, rig: Rig) -> list[Values]:
     ]
 
 
+def _uneven(x: Floats, curve: Curve, values: Values) -> Floats:
+    angle = (x + curve.middle) / values["radius"]
+    return x + values["sine"] * np.sin(angle) + values["cosine"] * np.cos(angle)
+
+
+_CURVE = CurveForm(
+    (
+        Relative("sine", "drive", -1.0, 1.0, 0.005),
+        Relative("cosine", "drive", -1.0, 1.0, 0.005),
+        Relative("radius", "drive", 0.02, 0.7, 0.02, log=True),
+    ),
+    tuple(
+        {"sine": 0.01 * s, "cosine": 0.01 * c, "radius": 1.0 / (math.pi * waves)}
+        for waves in (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+        for s, c in ((1, 0), (0, 1))
+    ),
+    drive=_uneven,
+)
+
 EFFECT = Effect(
     name="wheel_eccentricity",
     physics="A wheel whose bore is off its centre winds x + e sin(x/R + p) in place of x: an error that is periodic in "
@@ -47,4 +68,5 @@ EFFECT = Effect(
         RigForm((SINE, COSINE), _declared_wheel, rig=_rig, needs=frozenset({"wheel"})),
         RigForm((SINE, COSINE, RADIUS), _any_wheel, rig=_rig, needs=frozenset({"wheel"})),
     ),
+    curve_forms=(_CURVE,),
 )
