@@ -49,8 +49,9 @@ FOLLOWED, FOLLOWED_LATER = 6, 5
 """Candidates that are fitted in full, of those that promise most: for the first effect, and for further ones."""
 _TRIED = 2  # models that a further effect is added to
 _FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
-_NEAR = 2.5  # of the least mean square after those: what is further off is not fitted to the end
-_FINISHED = 4  # fits at most that are brought to their end
+_NEAR = 6.0  # of the least mean square after those: what is further off is not fitted to the end
+_OTHER_FORM = 1.5  # of that of the effect's best form
+_FINISHED = 3  # effects at most that are brought to their end
 _PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
 
 Progress = Callable[[str], None]
@@ -159,8 +160,12 @@ class _Search:
         few = [self._fit(fitted, start.added, start.x, _FEW_CALLS, fitted.jacobian) for start in starts[:most]]
         there = sorted((g for g in few if g is not None), key=lambda g: g.square)
         grown = list[Fitted]()
+        best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
         for g in there:  # those that fall behind after a few steps are left as they stand
-            near = len(grown) < _FINISHED and g.square < _NEAR * there[0].square
+            name = g.names[-1]
+            if name not in best and len(best) < _FINISHED and g.square < _NEAR * there[0].square:
+                best[name] = g.square
+            near = name in best and g.square <= _OTHER_FORM * best[name]
             more = self._fit(fitted, g.model.added[-1], g.x) if near else None
             grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
         return grown
