@@ -47,6 +47,17 @@ _TABLES: dict[str, type] = {
 }
 
 
+def numbers_of_a_rig() -> dict[str, bool]:
+    """Every number that a rig file may give, by its dotted name; True for a whole one. ``tendon`` stands for both."""
+    tables = {"": Rig, "tendon": Tendon, **_TABLES}
+    return {
+        f"{table}.{f.name}".lstrip("."): f.type == "int"
+        for table, cls in tables.items()
+        for f in fields(cls)
+        if str(f.type).split(" | ")[0] in ("int", "float")
+    }
+
+
 def build(table_name: str, table: object, where: str) -> Any:
     """Make the dataclass of a TOML table; unknown and missing keys raise a RigError that names them."""
     cls = _TABLES[table_name]
@@ -83,14 +94,26 @@ def read_rig(path: Path) -> Rig:
         raise RigError(f"{path}: {error.strerror}: expected a rig file in TOML") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise RigError(f"{path}: not TOML: {error}") from None
+    return rig_of_tables(data, str(path), path.stem)
+
+
+def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> Rig:
+    """Make a rig of the tables of a rig file, or of :meth:`fem_models.rig.Rig.to_dict`; ``name`` where they have none.
+
+    Raises
+    ------
+    RigError
+        One line with ``where``, field, value and what was expected.
+    """
+    data = dict(tables)
     for key in ("tendon", "tendon_a", "tendon_b"):
         if not isinstance(data.get(key, {}), Mapping):
-            raise RigError(f"{path}: [{key}] = {data[key]!r}: expected a table")
+            raise RigError(f"{where}: [{key}] = {data[key]!r}: expected a table")
     both, count = data.pop("tendon", {}), data.pop("tendons", 2)
     if isinstance(count, bool) or count not in (1, 2):
-        raise RigError(f"{path}: tendons = {count!r}: expected 1 or 2")
+        raise RigError(f"{where}: tendons = {count!r}: expected 1 or 2")
     if count == 1 and "tendon_b" in data:
-        raise RigError(f"{path}: [tendon_b]: expected absent with tendons = 1")
+        raise RigError(f"{where}: [tendon_b]: expected absent with tendons = 1")
     sides = ("tendon_a", "tendon_b")[:count]
     for side in sides:
         if both or side in data:
@@ -99,19 +122,19 @@ def read_rig(path: Path) -> Rig:
     for key in data:
         if key not in known:
             raise RigError(
-                f"{path}: {key} = {data[key]!r}: expected one of {', '.join(sorted(known | {'tendon', 'tendons'}))}"
+                f"{where}: {key} = {data[key]!r}: expected one of {', '.join(sorted(known | {'tendon', 'tendons'}))}"
             )
     for key in ("material", *sides, "wheel", "preload_N"):
         if key not in data:
-            raise RigError(f"{path}: {key}: missing, expected in a rig file")
-    _require_sane_integers(data, str(path))
+            raise RigError(f"{where}: {key}: missing, expected in a rig file")
+    _require_sane_integers(data, where)
     if not isinstance(data.get("name", ""), str):
-        raise RigError(f"{path}: name = {data['name']!r}: expected text")
-    parts = {k: build(k, v, str(path)) if k in _TABLES else v for k, v in data.items()}
+        raise RigError(f"{where}: name = {data['name']!r}: expected text")
+    parts = {k: build(k, v, where) if k in _TABLES else v for k, v in data.items()}
     try:
-        return Rig(**{"name": path.stem, "tendon_b": None, **parts})
+        return Rig(**{"name": name, "tendon_b": None, **parts})
     except RigError as error:
-        raise RigError(f"{path}: {error}") from None
+        raise RigError(f"{where}: {error}") from None
 
 
 def _require_sane_integers(table: Mapping[str, Any], where: str, prefix: str = "") -> None:

@@ -25,6 +25,7 @@ from fem_models.rig import Rig
 from fem_models.rig_file import read_rig
 from hysteresis.optimizers import METHODS, Method
 from hysteresis.record import RecordError, check_target, read_record, write_record
+from studies.cases import StudyError
 from studies.engines import (
     ENGINES,
     QUASI_STATIC,
@@ -38,6 +39,7 @@ from studies.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
 from studies.identification import identify_records, write_fit, written
 from studies.progress import status
 from studies.results import flat, loop_summary, require_unchanged, write_json
+from studies.study_file import read_study
 
 Engine = StrEnum("Engine", {name: name for name in ENGINES})  # type: ignore[misc]
 Mechanics = StrEnum("Mechanics", {"chain": "chain", "multibody": "multibody"})
@@ -217,6 +219,28 @@ def compensate(
 
 
 @app.command()
+def study(
+    file: Annotated[Path, typer.Argument(help="A study file, TOML, or the name of a ready study.")],
+    out: Out,
+    workers: Annotated[
+        int | None, typer.Option("--workers", help="Processes of this machine; else one a core.")
+    ] = None,
+    scheduler: Annotated[str | None, typer.Option("--scheduler", help="Of a Dask cluster, tcp://...")] = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Run cases again that failed.")] = False,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="In place of the seeds of the file.")] = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run a parametric study; one that was stopped goes on where it was, a widened one runs what is new."""
+    asked = read_study(file, seed=seed)
+    from studies.sweep import run_study
+
+    progress = not quiet and not as_json
+    summary = run_study(asked, out, workers=workers, scheduler=scheduler, retry=retry, progress=progress)
+    _show(summary, quiet, as_json, _study_table(summary), f"wrote {out / summary['dataset']}")
+
+
+@app.command()
 def report(
     folder: Annotated[Path, typer.Argument(help="A folder written by `notchbend run`.")],
     seed: Seed = 0,
@@ -350,6 +374,21 @@ def _parts_table(result: Mapping[str, Any]) -> Table:
     return table
 
 
+def _study_table(summary: Mapping[str, Any]) -> Table:
+    """One row a quantity: where it is least and largest."""
+    failed, cases = summary["failures"]["count"], summary["cases"]
+    title = f"{summary['title']}: {cases} cases, {summary['computed']} computed now, {failed} failed"
+    table = Table("quantity", "unit", "least", "at", "largest", "at", title=title)
+    for name, row in summary["quantities"].items():
+        ends = [(f"{row[end]['value']:.4g}", _place(row[end]["at"])) for end in ("min", "max")]
+        table.add_row(name, row["units"], *(cell for pair in ends for cell in pair))
+    return table
+
+
+def _place(point: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {value:.4g}" for name, value in point.items())
+
+
 def _interval(row: Mapping[str, Any], key: str) -> str:
     if row[key] is None:
         return "-"
@@ -364,7 +403,7 @@ def _against(value: float | None, percent: float | None) -> str:
 
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
-BAD_INPUT = (RecordError, RigError, SolverError, FetchError, MissingError, OSError)
+BAD_INPUT = (RecordError, StudyError, RigError, SolverError, FetchError, MissingError, OSError)
 
 
 def call(arguments: Sequence[str]) -> int:

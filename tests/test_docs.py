@@ -25,7 +25,7 @@ def test_example_runs(page, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, text in re.findall(r"^`(\S+)`\n```\w+\n(.*?)```", page.read_text(), re.S | re.M):  # files shown beside it
         Path(name).write_text(text)
-    exec(compile(code, "example", "exec"), {})  # an example that fails raises
+    exec(compile(code, "example", "exec"), {"__name__": "__main__"})  # as a script; an example that fails raises
 
 
 def test_rig_file_of_the_first_steps(tmp_path):
