@@ -242,17 +242,49 @@ def study(
 
 @app.command()
 def report(
-    folder: Annotated[Path, typer.Argument(help="A folder written by `notchbend run`.")],
+    folder: Annotated[Path, typer.Argument(help="A folder of results: of run, study, separate or trace.")],
+    pdf: Annotated[bool, typer.Option("--pdf", help="On paper, too: by a headless Chromium, else WeasyPrint.")] = False,
     seed: Seed = 0,
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> None:
     """Write the report again from stored results."""
-    from studies.report.page import write_report
+    from studies.report.page import stands_alone, write_report
+    from studies.report.pdf import write_pdf
 
-    require_unchanged(folder)
-    page = write_report(folder)
-    _show({"schema": 1, "report": str(page)}, quiet, as_json, f"report: {page}")
+    if not stands_alone(folder):
+        require_unchanged(folder)
+    written = {"report": write_report(folder)}
+    if pdf:
+        with status(not quiet and not as_json, "printing"):
+            written["pdf"] = write_pdf(written["report"])
+    result = {"schema": 1, **{name: str(path) for name, path in written.items()}}
+    _show(result, quiet, as_json, *(f"{name}: {path}" for name, path in written.items()))
+
+
+@app.command("app")
+def app_command(
+    preset_name: Annotated[str | None, typer.Option("--preset", help="Rig to play with; else du2018.")] = None,
+    rig_file: Annotated[Path | None, typer.Option("--rig", help="A rig file, TOML.")] = None,
+    preload: Annotated[float | None, typer.Option("--preload", help="N; the rig's own if not given.")] = None,
+    amplitude: Annotated[float, typer.Option("--amplitude", help="Of the drive to begin with, mm.")] = 2.2,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Of 127.0.0.1; 0 is any that is free.")] = 8765,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
+    seed: Seed = 0,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Serve a local page with sliders: the loop and the tube follow at once, by the compiled chain. Ctrl-C ends it."""
+    from studies.app import serve
+
+    require(amplitude > 0, "--amplitude", amplitude, "above 0")
+    rig = _rig(preset_name or (None if rig_file else "du2018"), rig_file, preload)
+
+    def ready(address: str) -> None:
+        _show({"schema": 1, "address": address}, quiet, as_json, f"{rig.name}: {address}")
+        sys.stdout.flush()
+
+    serve(rig, amplitude, port=port, browser=not no_browser, ready=ready)
 
 
 @data_app.command("list")

@@ -1,7 +1,7 @@
-"""The main job: simulate at both preloads of the paper, cross-check, identify, and store what the report shows.
+"""The main job: simulate at both preloads of the paper, cross-check, identify, separate, and store it all.
 
 Everything the report needs goes into the folder: records (CSV and sidecar), one JSON a fit, ``run.json``, the
-picture of the tube. ``notchbend report`` makes the page again from these alone.
+tube, as a picture and as a mesh. ``notchbend report`` makes the page again from these alone.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ from fem_models.strain import limits_passed, strain_limits
 from hysteresis.record import Record, read_record, write_record
 from studies.identification import identify_record, write_fit
 from studies.progress import steps
+from studies.report.tube import write_tube
 from studies.results import checksums, loop_summary, write_json
+from studies.separation import separate_rig
 from validation.crosscheck import crosscheck
 from validation.practice.bench_record import SHIPPED
 
@@ -35,7 +37,7 @@ PRESET = "du2018"
 PRELOADS_N = (10.0, 20.0)
 AMPLITUDE_MM = 2.2
 CYCLES = 3
-PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista")
+PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista", "plotly")
 
 
 def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str, Any]:
@@ -51,7 +53,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
     """
     for name in ("run.json", "report.html"):
         (out / name).unlink(missing_ok=True)
-    with steps(progress, total=2 * len(PRELOADS_N) + 3 + len(PRELOADS_N)) as step:
+    with steps(progress, total=3 * len(PRELOADS_N) + 4) as step:
         records, loops, checks = _simulated(out, step)
         shipped = read_record(SHIPPED)
         records[SHIPPED.stem] = shipped
@@ -64,9 +66,11 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
             fit = identify_record(records[name], seed=seed, use_rig=known)
             write_fit(fit, [records[name]], out, f"identify-{label}")
             fits.append({"name": label, "record": name, "title": records[name].title})
+        step(f"separating {PRESET} at {PRELOADS_N[-1]:g} N")
+        separations = [_separate(out, PRELOADS_N[-1], seed)]
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
-        picture = _picture(preset(PRESET), last, out / "tube.png")
+        picture = _picture(preset(PRESET), last, out)
     largest_joint_rad = math.radians(float(np.abs(_joints_deg(last)).max()))
     summary = {
         "schema": 1,
@@ -77,6 +81,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         "loops": loops,
         "crosscheck": checks,
         "fits": fits,
+        "separations": separations,
         "picture": picture,
         "sha256": checksums(out, [*records, *(loop["theory"] for loop in loops)]),
     }
@@ -180,14 +185,34 @@ def rig_table(name: str) -> list[dict[str, Any]]:
     ]
 
 
-def _picture(rig: Rig, record: Record, path: Path) -> dict[str, str]:
+def _separate(out: Path, preload_N: float, seed: int) -> dict[str, str]:
+    """Divide the loop of the preset by the chain; what was written, and the command that makes it again."""
+    name = f"{PRESET}-{preload_N:g}N"
+    write_json(
+        out / f"separate-{name}.json", separate_rig(preset(PRESET, preload_N=preload_N), AMPLITUDE_MM, seed=seed)
+    )
+    options = f"--preset {PRESET} --preload {preload_N:g} --amplitude {AMPLITUDE_MM:g} --seed {seed}"
+    return {
+        "file": f"separate-{name}.json",
+        "label": f"{PRESET}, {preload_N:g} N, {AMPLITUDE_MM:g} mm",
+        "command": f"notchbend separate {options} --out DIR",
+    }
+
+
+def _picture(rig: Rig, record: Record, out: Path) -> dict[str, str]:
     """Draw the tube at full drive, or say why there is no picture: a machine without OpenGL can still report."""
     full = int(np.argmax(record.angle_deg))
+    joints = _joints_deg(record)[full]
+    words = {
+        "tube": "tube.json",
+        "caption": f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg",
+    }
+    write_tube(rig, joints, out / words["tube"])
     try:
-        render(rig, _joints_deg(record)[full], path)
+        render(rig, joints, out / "tube.png")
     except SceneError as error:
-        return {"missing": str(error)}
-    return {"file": path.name, "caption": f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"}
+        return {**words, "missing": str(error)}
+    return {**words, "file": "tube.png"}
 
 
 def _joints_deg(record: Record) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import pytest
 from hysteresis.record import read_record
 from studies import run
 from studies.cli import call
-from studies.report.page import significant
+from studies.report.summary import significant
 from validation.practice.bench_record import SHIPPED, bench_like_record
 
 
@@ -28,6 +28,9 @@ def test_run_stores_what_the_page_shows(folder):
     assert [loop["record"] for loop in stored["loops"]] == ["du2018-10N", "du2018-20N"]
     for name in ("du2018-10N", "du2018-20N", "bench-like-20N", "du2018-20N-analytic"):
         assert read_record(folder / "records" / f"{name}.csv").kind == "simulated"
+    parts = json.loads((folder / "separate-du2018-20N.json").read_text())["contributions"]
+    assert sum(part["share"] for part in parts.values()) == pytest.approx(1, abs=1e-9)
+    assert [item["file"] for item in stored["separations"]] == ["separate-du2018-20N.json"]
     for item in stored["fits"]:
         fit = json.loads((folder / f"identify-{item['name']}.json").read_text())
         assert fit["heldout"]["rmse_deg"] < fit["baseline"]["heldout"]["rmse_deg"]
@@ -35,8 +38,10 @@ def test_run_stores_what_the_page_shows(folder):
 
 def test_page_is_self_contained(folder):
     html = (folder / "report.html").read_text()
-    assert not re.search(r'(src|href)="(?!data:|#)', html)
-    assert html.count("<svg") == 1 + 4
+    assert not re.search(r'(src|href)="(?!data:|#)', re.sub(r"<script\b.*?</script>", "", html, flags=re.S))
+    assert not re.search(r"<script [^>]*src", html)
+    # three charts of the loops, one of the parts, two a fit; plotly.js has "<svg" of its own
+    assert re.sub(r"<script\b.*?</script>", "", html, flags=re.S).count("<svg") == 3 + 1 + 2 * 4
     assert "data:image/png;base64," in html
     assert "stated" in html
     assert "assumed" in html

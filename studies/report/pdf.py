@@ -1,0 +1,83 @@
+"""The report on paper: printed by a headless Chromium where there is one, else by WeasyPrint."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from studies.engines import MissingError
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+TIME_LIMIT_S = 120.0
+_SCRIPT = re.compile(r"<script\b.*?</script>", re.DOTALL)
+
+
+class PdfError(MissingError):
+    """No PDF can be had; one line with the reason."""
+
+
+def browser() -> str | None:
+    """Find a Chromium on the path; None where there is none."""
+    return next((found for name in BROWSERS if (found := shutil.which(name))), None)
+
+
+def has_weasyprint() -> bool:
+    """Whether WeasyPrint is installed."""
+    return importlib.util.find_spec("weasyprint") is not None
+
+
+def write_pdf(page: Path) -> Path:
+    """Print ``report.html`` into a PDF of the same stem beside it; return its path.
+
+    Raises
+    ------
+    PdfError
+        One line: nothing to print with, or it failed; what stood in the place of the PDF stays.
+    """
+    target, program = page.with_suffix(".pdf"), browser()
+    try:
+        with tempfile.TemporaryDirectory(prefix=".pdf-", dir=page.parent, ignore_cleanup_errors=True) as folder:
+            part, still = Path(folder).resolve() / "report.pdf", Path(folder) / "still.html"
+            # still pictures are what is printed: without scripts it takes a few seconds less
+            still.write_text(_SCRIPT.sub("", page.read_text(encoding="utf-8")), encoding="utf-8")
+            if program is not None:
+                _by_browser(program, still, part)
+            elif has_weasyprint():
+                _by_weasyprint(still, part)
+            else:
+                names = ", ".join(BROWSERS)
+                raise PdfError(f"--pdf: none of {names} on the path, and no WeasyPrint: expected one to print with")
+            part.replace(target)
+    except OSError as error:
+        raise PdfError(f"{target}: {error.strerror}: expected a folder that can be written to") from None
+    return target
+
+
+def _by_browser(program: str, page: Path, part: Path) -> None:
+    command = [
+        program, "--headless", "--disable-gpu", "--no-pdf-header-footer", f"--user-data-dir={part.parent / 'profile'}",
+        f"--print-to-pdf={part}", *(["--no-sandbox"] if _is_root() else []), page.resolve().as_uri(),
+    ]  # fmt: skip
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=TIME_LIMIT_S, check=False)
+    except subprocess.TimeoutExpired:
+        raise PdfError(f"{program}: no PDF within {TIME_LIMIT_S:g} s") from None
+    if done.returncode or not part.exists():
+        said = done.stderr.decode(errors="replace").strip().splitlines() or ["nothing said"]
+        raise PdfError(f"{program}: exit code {done.returncode}: {said[-1].strip()[:200]}")
+
+
+def _is_root() -> bool:
+    """Chromium has no sandbox for root; its own page is all that it opens here."""
+    return hasattr(os, "geteuid") and os.geteuid() == 0
+
+
+def _by_weasyprint(page: Path, part: Path) -> None:
+    import weasyprint
+
+    weasyprint.HTML(filename=str(page)).write_pdf(part)

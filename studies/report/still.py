@@ -1,0 +1,88 @@
+"""Charts as SVG text: for paper, and for readers without scripts."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from studies.report.charts import Bars, Chart, Dots, Heat, Line
+
+INK = {"blue": "#1f5fa8", "orange": "#c8641e", "green": "#1b8070", "purple": "#7a4fa3", "grey": "#8a8f98"}
+STYLE: dict[Any, Any] = {
+    "font.size": 8.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#8a8f98",
+    "axes.labelcolor": "#3a4352",
+    "xtick.color": "#596273",
+    "ytick.color": "#596273",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e8eaee",
+    "lines.linewidth": 1.3,
+    "legend.frameon": False,
+    "svg.hashsalt": "notchbend",  # the same figure gives the same text
+    "svg.fonttype": "path",
+}
+_DASHES = {"solid": "-", "dash": "--", "dot": ":"}
+HEIGHT = 2.9
+
+
+def chart_svg(chart: Chart, width: float) -> str:
+    """Draw a chart ``width`` inches wide."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(width, HEIGHT), layout="constrained")
+        axes = figure.subplots()
+        lines = [mark for mark in chart.marks if isinstance(mark, Line)]
+        bars = [mark for mark in chart.marks if isinstance(mark, Bars)]
+        for line in lines:
+            _line(axes, line)
+        for i, bar in enumerate(bars):
+            _bar(axes, bar, i, len(bars))
+        for mark in chart.marks:
+            if isinstance(mark, Heat):
+                _heat(figure, axes, mark)
+            elif isinstance(mark, Dots):
+                shown = axes.scatter(mark.x, mark.y, c=mark.value, cmap="cividis", s=14, lw=0)
+                figure.colorbar(shown, ax=axes, label=mark.label)
+        axes.set_xlabel(chart.x_label)
+        axes.set_ylabel(chart.y_label)
+        if len(lines) + len(bars) > 1:
+            axes.legend(loc="best", fontsize=7.5)
+        return _text(figure)
+
+
+def _line(axes: Axes, line: Line) -> None:
+    if line.style == "points":
+        axes.plot(line.x, line.y, ".", ms=3, color=INK[line.tone], label=line.name)
+    else:
+        axes.plot(line.x, line.y, ls=_DASHES[line.style], color=INK[line.tone], label=line.name)
+
+
+def _bar(axes: Axes, bar: Bars, index: int, count: int) -> None:
+    height = 0.8 / count
+    y = np.arange(len(bar.categories))[::-1] + (count - 1) * height / 2 - index * height
+    ends = None if bar.low is None or bar.high is None else np.abs([bar.values - bar.low, bar.high - bar.values])
+    axes.barh(y, bar.values, 0.9 * height, color=INK[bar.tone], label=bar.name, xerr=ends, ecolor="#1c2330")
+    axes.set_yticks(np.arange(len(bar.categories))[::-1], bar.categories)
+    axes.axvline(0, color="#8a8f98", lw=0.8)
+    axes.grid(False, axis="y")
+
+
+def _heat(figure: Figure, axes: Axes, heat: Heat) -> None:
+    shown = axes.pcolormesh(heat.x, heat.y, np.ma.masked_invalid(heat.z), cmap="cividis", shading="nearest")
+    shown.set_rasterized(True)
+    figure.colorbar(shown, ax=axes, label=heat.label)
+    axes.grid(False)
+
+
+def _text(figure: Figure) -> str:
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
+    text = stream.getvalue()
+    return text[text.index("<svg") :]  # without the XML head, which has no place inside a page
