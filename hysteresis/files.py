@@ -13,8 +13,8 @@ class RecordError(ValueError):
     """A record that cannot be read or used; one line naming file, line or field, value and what was expected."""
 
 
-def write_files(files: Mapping[Path, str]) -> None:
-    """Write texts as UTF-8, all or none: all are staged beside their places before any is replaced.
+def write_files(files: Mapping[Path, str | bytes]) -> None:
+    """Write texts, as UTF-8, and bytes, all or none: all are staged beside their places before any is replaced.
 
     Folders are made where they are missing.
 
@@ -28,11 +28,14 @@ def write_files(files: Mapping[Path, str]) -> None:
             raise RecordError(f"{path}: is a folder: expected the name of a file")
     staged: dict[Path, Path] = {}
     try:
-        for path, text in files.items():
+        for path, content in files.items():
             part = path.with_name(f".{path.name}.{os.getpid()}.part")
             path.parent.mkdir(parents=True, exist_ok=True)
             staged[part] = path
-            part.write_text(text, encoding="utf-8", newline="\n")
+            if isinstance(content, str):
+                part.write_text(content, encoding="utf-8", newline="\n")
+            else:
+                part.write_bytes(content)
         with _put_back(staged.values()):
             for part, path in staged.items():
                 part.replace(path)

@@ -196,6 +196,39 @@ def separate(
 
 
 @app.command()
+def trace(
+    records: Annotated[list[Path], typer.Argument(help="Records of one rig, CSV; they share its constants.")],
+    out: Out,
+    threads: Annotated[int, typer.Option("--threads", min=1, help="Of the derivatives.")] = 2,
+    seed: Seed = 0,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Trace what the model leaves of records to the effect that it lacks, with the error before and after."""
+    from studies.tracing import require_kept, summary, trace_files, write_trace
+
+    require_kept(out, records)
+    found = trace_files(records, seed=seed, threads=threads, progress=not quiet and not as_json)
+    write_trace(found, out)
+    _show(found.result, quiet, as_json, *summary(found.result), f"report: {out / 'report.html'}")
+
+
+@app.command()
+def effects(seed: Seed = 0, quiet: Quiet = False, as_json: AsJson = False) -> None:
+    """List the effects that `trace` knows: what they are, and what tells them apart; with --quiet the names alone."""
+    from validation.effect import catalogue
+
+    if quiet and not as_json:
+        typer.echo("\n".join(effect.name for effect in catalogue()))
+        return
+    table = Table("effect", "physics", "told apart by", show_lines=True)
+    for effect in catalogue():
+        table.add_row(effect.name, escape(effect.physics), escape(effect.tell_apart))
+    rows = [{"name": e.name, "physics": e.physics, "tell_apart": e.tell_apart} for e in catalogue()]
+    _show({"schema": 1, "effects": rows}, quiet, as_json, table)
+
+
+@app.command()
 def compensate(
     record: Annotated[Path, typer.Argument(help="The record to identify, CSV, or an identify.json.")],
     reference: Annotated[Path, typer.Option("--reference", help="CSV with angle_deg and, if wanted, time_s.")],

@@ -41,3 +41,14 @@ def status(show: bool, text: str) -> Iterator[None]:
             yield
     else:
         yield
+
+
+@contextmanager
+def told(show: bool, text: str) -> Iterator[Callable[[str], None]]:
+    """Say what is being done, step by step, for work whose number of steps is not known; the yielded call says it."""
+    console = Console(stderr=True)
+    if show and console.is_terminal:
+        with console.status(text) as line:
+            yield lambda step: line.update(f"{text}: {step}")
+    else:
+        yield lambda step: None

@@ -14,6 +14,7 @@ from hysteresis.record import Record
 from validation.effect import Sight
 from validation.fitting import Division
 
+_START = 0.05  # of a record held out: where it comes from is no secret
 _SAME = 0.1  # protocols are the same within this part of their size
 
 
@@ -48,8 +49,14 @@ def divide(records: Sequence[Record], sights: Sequence[Sight], kept: Sequence[ND
     if len(records) >= 3:
         out = _most_covered([protocol(r, s) for r, s in zip(records, sights, strict=True)])
         name = Path(records[out].source).name or f"record {out + 1}"
-        masks = tuple(np.full(sight.drive.size, i != out) for i, sight in enumerate(sights))
-        return Division(masks, f"{name}, another protocol than those fitted; its zero alone is its own")
+        masks = tuple(
+            np.ones(sight.drive.size, dtype=bool)
+            if i != out
+            else np.arange(sight.drive.size) < _START * sight.drive.size
+            for i, sight in enumerate(sights)
+        )
+        begins = f"its first {100 * _START:.0f} %, which tell the state it starts in, and its zero are its own"
+        return Division(masks, f"{name}, another protocol than those fitted; {begins}")
     parts = [_within(r, s, k) for r, s, k in zip(records, sights, kept, strict=True)]
     return Division(tuple(mask for mask, _ in parts), "; ".join(dict.fromkeys(by for _, by in parts)))
 

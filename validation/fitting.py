@@ -27,6 +27,7 @@ _FAR = 1e3  # deg: error of constants that no rig can have; the step is made sho
 _INSIDE = 1e-6  # sizes: a start at a bound is moved in
 _CLOSE = 1e-4  # relative change of the sum of squares, and of the coordinates, at which a fit ends
 _OF_BRANCH = 8.0
+_MOSTLY = 0.3  # of a record: less is only its start
 _NOTHING = 1e-9  # deg: an effect that changes less is not there
 _FURTHEST = 2.0  # times the start's own size: how far the other constants are taken along
 
@@ -91,8 +92,8 @@ class Division:
     by: str
 
     def centred(self, errors: Sequence[Floats]) -> list[Floats]:
-        """Take the zero of each record out: the mean over its fitted samples, else over all of them."""
-        return [e - e[t if t.any() else slice(None)].mean() for e, t in zip(errors, self.train, strict=True)]
+        """Take the zero of each record out: the mean over its fitted samples, over all where they are few."""
+        return [e - e[t if t.mean() > _MOSTLY else slice(None)].mean() for e, t in zip(errors, self.train, strict=True)]
 
     def row(self, errors: Sequence[Floats]) -> Floats:
         """Errors of all records in one row, shape (m,), with zeros taken out."""

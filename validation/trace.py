@@ -52,6 +52,8 @@ _FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
 _NEAR = 6.0  # of the least mean square after those: what is further off is not fitted to the end
 _OTHER_FORM = 1.5  # of that of the effect's best form
 _FINISHED = 3  # effects at most that are brought to their end
+_LESSER_FORM = 0.8  # of the promise of an effect's best form: forms that promise less are not fitted
+_ALL_CALLS = 40
 _PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
 
 Progress = Callable[[str], None]
@@ -129,7 +131,7 @@ def trace_records(
     tell("the declared model")
     model = Model(problem)
     declared = fit(model, division, model.row(problem.start, []), threads=threads)
-    search = _Search(tuple(known), problem, effects or catalogue(), threads, tell)
+    search = _Search(tuple(known), problem, effects or catalogue(), threads, tell, rig_known)
     return _verdict(search, declared, rig_known)
 
 
@@ -146,18 +148,19 @@ class _Search:
     effects: Sequence[Effect]
     threads: int
     tell: Progress
+    costly: bool  # a run of the model takes milliseconds
 
     def floor(self, fitted: Fitted) -> Floor:
         return floor_of(self.records, self.problem.kept, fitted.residuals)
 
     def grow(self, fitted: Fitted, most: int) -> list[Fitted]:
         """Add each effect that is not there yet: those that promise most, fitted in full."""
-        starts = []
-        for effect in self.effects:
-            if effect.name not in fitted.names:
-                starts += self._starts(fitted, effect)
-        starts.sort(key=lambda s: -s.gain)
-        few = [self._fit(fitted, start.added, start.x, _FEW_CALLS, fitted.jacobian) for start in starts[:most]]
+        found = [starts for e in self.effects if e.name not in fitted.names and (starts := self._starts(fitted, e))]
+        found.sort(key=lambda starts: -starts[0].gain)
+        most = most if self.costly else len(found)
+        calls = _FEW_CALLS if self.costly else _ALL_CALLS
+        known = fitted.jacobian if self.costly else None
+        few = [self._fit(fitted, s.added, s.x, calls, known) for starts in found[:most] for s in starts]
         there = sorted((g for g in few if g is not None), key=lambda g: g.square)
         grown = list[Fitted]()
         best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
@@ -165,7 +168,7 @@ class _Search:
             name = g.names[-1]
             if name not in best and len(best) < _FINISHED and g.square < _NEAR * there[0].square:
                 best[name] = g.square
-            near = name in best and g.square <= _OTHER_FORM * best[name]
+            near = self.costly and name in best and g.square <= _OTHER_FORM * best[name]
             more = self._fit(fitted, g.model.added[-1], g.x) if near else None
             grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
         return grown
@@ -189,7 +192,8 @@ class _Search:
             there = [s for s in found if s is not None and s.gain > _PROMISE]
             if there:
                 best.append(max(there, key=lambda s: s.gain))
-        return sorted(best, key=lambda s: -s.gain)[:2]
+        best.sort(key=lambda s: -s.gain)
+        return [s for s in best[:3] if s.gain > _LESSER_FORM * best[0].gain]
 
 
 def _samples(fitted: Fitted) -> float:

@@ -15,15 +15,15 @@ def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
 
 
 def _gain(scale: Scale, rig: Rig | None) -> list[Values]:
-    return [{"gain": 0.02}]
+    return [{"gain": side * 0.02} for side in (-1, 1)]
 
 
 def _perspective(scale: Scale, rig: Rig | None) -> list[Values]:
-    return [{"perspective_per_deg": 0.02 / scale.angle_deg}]
+    return [{"perspective_per_deg": side * 0.02 / scale.angle_deg} for side in (-1, 1)]
 
 
 def _both(scale: Scale, rig: Rig | None) -> list[Values]:
-    return [{"gain": 0.02, "perspective_per_deg": 0.02 / scale.angle_deg}]
+    return [{"gain": a * 0.02, "perspective_per_deg": b * 0.02 / scale.angle_deg} for a in (-1, 1) for b in (-1, 1)]
 
 
 _CURVE = CurveForm(

@@ -37,6 +37,15 @@ def _loaded(scale: Scale, rig: Rig) -> list[Values]:
     ]
 
 
+def _climbing(scale: Scale, rig: Rig) -> list[Values]:
+    slope = 0.08 * rig.material.youngs_modulus_GPa
+    return [{**start, "plateau_modulus_GPa": slope} for start in (*_starts(scale, rig), *_early(scale))]
+
+
+def _early(scale: Scale) -> list[Values]:
+    return [{"plateau_MPa": part * scale.stress_MPa, "unloading_ratio": 0.6} for part in (0.15, 0.3)]
+
+
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"plateau_MPa": part * scale.stress_MPa, "unloading_ratio": r} for part in (0.5, 0.8) for r in (0.5, 0.9)]
 
@@ -64,6 +73,7 @@ EFFECT = Effect(
     tell_apart="Notches that close curve the other way; record a larger amplitude.",
     rig_forms=(
         RigForm((PLATEAU, UNLOADING), _starts, rig=_rig, needs=frozenset({"wheel"})),
+        RigForm((PLATEAU, UNLOADING, SLOPE), _climbing, rig=_rig, needs=frozenset({"wheel"})),
         RigForm((PLATEAU, SLOPE), _loaded, rig=_rig, needs=frozenset({"force"})),
     ),
     curve_forms=(_CURVE,),

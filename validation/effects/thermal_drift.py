@@ -20,11 +20,15 @@ def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
 
 
 def _steady(scale: Scale, rig: Rig | None) -> list[Values]:
-    return [{"deg_per_s": 0.01 * scale.angle_deg / scale.duration_s}]
+    return [{"deg_per_s": side * 0.01 * scale.angle_deg / scale.duration_s} for side in (-1, 1)]
 
 
 def _to_a_limit(scale: Scale, rig: Rig | None) -> list[Values]:
-    return [{"size_deg": 0.01 * scale.angle_deg, "time_s": part * scale.duration_s} for part in (0.1, 0.5, 2.0)]
+    return [
+        {"size_deg": side * 0.01 * scale.angle_deg, "time_s": part * scale.duration_s}
+        for part in (0.1, 0.5, 2.0)
+        for side in (-1, 1)
+    ]
 
 
 _CURVES = (

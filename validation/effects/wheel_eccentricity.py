@@ -34,8 +34,8 @@ def _any_wheel(scale: Scale, rig: Rig) -> list[Values]:
     size = 0.02 * scale.drive
     return [
         {"sine_mm": s * size, "cosine_mm": c * size, "radius_mm": scale.drive / (math.pi * waves)}
-        for waves in (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
-        for s, c in ((1, 0), (0, 1))
+        for waves in np.geomspace(0.5, 5.0, 16).tolist()
+        for s, c in ((1, 0), (-1, 0), (0, 1), (0, -1))
     ]
 
 

@@ -1,0 +1,88 @@
+"""The page of one trace: one HTML file with everything in it."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from validation.effect import catalogue
+from validation.trace import ALIKE
+from validation.trace_result import in_words
+
+TEMPLATE = "trace.html"
+
+
+def trace_page(result: Mapping[str, Any], figures: Mapping[str, bytes]) -> str:
+    """HTML of a trace.
+
+    Parameters
+    ----------
+    result
+        As in trace.json, with ``figures``: their files and captions.
+    figures
+        PNG of each of those files.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["sig"] = _significant
+    names = {name for effect in result["effects"] for name in (effect["name"], *effect["confusable_with"])}
+    pictures = [
+        {
+            "data": base64.b64encode(figures[item["file"]]).decode(),
+            "caption": item["caption"],
+            "alt": item["caption"].split(".")[0],
+        }
+        for item in result["figures"]
+    ]
+    return environment.get_template(TEMPLATE).render(
+        t=result,
+        words=in_words(result),
+        errors=_error_rows(result),
+        parameters=_parameter_rows(result),
+        effects=[effect for effect in catalogue() if effect.name in names],
+        figures=pictures,
+        named=" + ".join(effect["name"] for effect in result["effects"]),
+        alike=f"{ALIKE:g}",
+    )
+
+
+def _error_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Rows of the table of errors; one for both models where nothing was added."""
+    grown = " + ".join(effect["name"] for effect in result["effects"])
+    rows = []
+    stages = [("declared model", "before"), *([(f"with {grown}", "after")] if grown else [])]
+    for model, key in stages:
+        for part, words in (("heldout", "held out"), ("train", "fitted")):
+            rows.append((f"{model}, {words}", result[key][part]))
+    if result["multibody"]:
+        rows += [(f"{model}, multibody", result["multibody"][key]) for model, key in stages]
+    floor = result["noise_floor_deg"]
+    return [{"name": n, **e, "over_noise": e["rmse_deg"] / floor if floor else None} for n, e in rows]
+
+
+def _parameter_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
+    tables: Sequence[tuple[str, Mapping[str, Any]]] = [
+        *((effect["name"], effect["parameters"]) for effect in result["effects"]),
+        ("declared model", result["declared"]),
+    ]
+    return [{"of": of, "name": name, **p} for of, table in tables for name, p in table.items()]
+
+
+def _significant(value: float | None, digits: int = 3) -> str:
+    """Format a number with a few significant digits, everyday sizes without exponent; None as nothing."""
+    if value is None:
+        return ""
+    if value == 0 or isinstance(value, int):
+        return str(value)
+    size = math.floor(math.log10(abs(value)))
+    return f"{value:.{max(0, digits - 1 - size)}f}" if -4 <= size < 6 else f"{value:.{digits - 1}e}"
