@@ -270,7 +270,10 @@ def study(
 
     progress = not quiet and not as_json
     summary = run_study(asked, out, workers=workers, scheduler=scheduler, retry=retry, progress=progress)
-    _show(summary, quiet, as_json, _study_table(summary), f"wrote {out / summary['dataset']}")
+    from studies.report.page import write_report
+
+    page = write_report(out)
+    _show(summary, quiet, as_json, _study_table(summary), f"wrote {out / summary['dataset']}", f"report: {page}")
 
 
 @app.command()

@@ -24,12 +24,14 @@ from fem_models.rig import Rig, numeric_fields
 from fem_models.scene import SceneError, render
 from fem_models.snr import peak_strain_per_rad
 from fem_models.strain import limits_passed, strain_limits
+from hysteresis.files import write_files
 from hysteresis.record import Record, read_record, write_record
 from studies.identification import identify_record, write_fit
 from studies.progress import steps
 from studies.report.tube import write_tube
 from studies.results import checksums, loop_summary, write_json
 from studies.separation import separate_rig
+from studies.tracing import trace_loaded
 from validation.crosscheck import crosscheck
 from validation.practice.bench_record import SHIPPED
 
@@ -53,7 +55,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
     """
     for name in ("run.json", "report.html"):
         (out / name).unlink(missing_ok=True)
-    with steps(progress, total=3 * len(PRELOADS_N) + 4) as step:
+    with steps(progress, total=3 * len(PRELOADS_N) + 5) as step:
         records, loops, checks = _simulated(out, step)
         shipped = read_record(SHIPPED)
         records[SHIPPED.stem] = shipped
@@ -68,6 +70,10 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
             fits.append({"name": label, "record": name, "title": records[name].title})
         step(f"separating {PRESET} at {PRELOADS_N[-1]:g} N")
         separations = [_separate(out, PRELOADS_N[-1], seed)]
+        step(f"tracing {SHIPPED.stem}")
+        traced = trace_loaded([records[SHIPPED.stem]], seed=seed)
+        write_json(out / "trace.json", traced.result)
+        write_files({out / name: png for name, png in traced.figures.items()})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
         picture = _picture(preset(PRESET), last, out)
@@ -82,6 +88,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         "crosscheck": checks,
         "fits": fits,
         "separations": separations,
+        "trace": {"verdict": traced.result["verdict"], "effects": [e["name"] for e in traced.result["effects"]]},
         "picture": picture,
         "sha256": checksums(out, [*records, *(loop["theory"] for loop in loops)]),
     }
