@@ -193,11 +193,14 @@ def _followed(
     """Angles (m, N), tensions (m, 2, N+1), energies (m, 4). ``turn``, ``slide``: bounds per unit of step, and at 0."""
     n, m, unit = rig.joints, plan.drive_mm.size, "N" if pulled else "mm"
     angles, tensions, energies = np.empty((m, n)), np.empty((m, 2, n + 1)), np.empty((m, 4))
-    failed, start, end = follow(
-        plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad, plan.time_s, plan.creep,
-        constants(rig, settings, pulled=pulled), _history(rig), step, settings.max_halvings,
-        settings.newton_iterations, *turn, *slide, angles, tensions, energies,
-    )  # fmt: skip
+    try:
+        failed, start, end = follow(
+            plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad, plan.time_s, plan.creep,
+            constants(rig, settings, pulled=pulled), _history(rig), step, settings.max_halvings,
+            settings.newton_iterations, *turn, *slide, angles, tensions, energies,
+        )  # fmt: skip
+    except ZeroDivisionError:
+        raise SolverError(f"rig {rig.name}: a tangent without stiffness on the way through {m} samples") from None
     if failed >= 0:
         raise SolverError(
             f"rig {rig.name}, sample {failed} of {m}: no equilibrium between drives {start:.6g} and {end:.6g} {unit}"

@@ -28,6 +28,7 @@ SAMPLES = 600
 _SHAPE = 0.45  # largest even and odd part of f, which keeps f monotone
 _BEND_LOOP = 0.3  # the declared loop changes with the bend a little, as friction and ropes of any rig make it
 _STANDSTILL = -0.85  # least A: at -1 the angle stands still after a reversal, which is play
+_ONE_ELEMENT = {"far_A": 0.0, "far_reach": 10.0, "bend_loop": 0.0}
 _NO_TOE = 1e-3
 _GIVE_WAY = 12  # steps of the declared model towards a start of an effect
 _STARTS = 3  # of a form that are worth a fit
@@ -133,6 +134,7 @@ class CurveProblem:
         Each record is an independent run of the operators: drive, f, bend, h, turn, seen.
         """
         acting = [(placed.form, placed.values_of(mine)) for placed, mine in added]
+        values = {**_ONE_ELEMENT, **values}
         return [self._record(i, values, acting) for i in range(len(self.observed))]
 
     def _record(self, i: int, values: Values, acting: Sequence[tuple[CurveForm, Values]]) -> Floats:
@@ -199,7 +201,7 @@ class CurveProblem:
         )
 
 
-def curve_problem(records: Sequence[Record], samples: int = SAMPLES) -> CurveProblem:
+def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements: int = 2) -> CurveProblem:
     """Make a problem of records of one rig, with the declared model's constants from a fit of them.
 
     Parameters
@@ -208,6 +210,8 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES) -> CurvePro
         All with one unit of the drive. Their ``rig["preload_N"]`` makes the groups; without it they are one group.
     samples
         Of a record at most, about.
+    elements
+        Of h, 1 or 2: with one, whose size does not change with the bend, play shows beside it; two may take it over.
 
     Raises
     ------
@@ -240,7 +244,11 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES) -> CurvePro
     problem = CurveProblem(
         observed=observed,
         sights=sights,
-        constants=_constants(scale, slope, len(preloads), len(records)),
+        constants=tuple(
+            constant
+            for constant in _constants(scale, slope, len(preloads), len(records))
+            if elements == 2 or constant.name not in _ONE_ELEMENT
+        ),
         start={},
         groups=groups,
         preloads=preloads,

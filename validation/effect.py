@@ -29,7 +29,8 @@ class Constant:
     """A number that is fitted.
 
     ``size`` is a change that matters, which makes constants comparable. A constant with ``log`` is positive and fitted
-    by its logarithm; its size is a part of it.
+    by its logarithm; its size is a part of it. A constant that is ``linear`` is nothing at 0 and acts in proportion to
+    its size, nearly.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Constant:
     high: float
     size: float
     log: bool = False
+    linear: bool = False
 
     def inner(self, value: float) -> float:
         """Coordinate of the fit."""

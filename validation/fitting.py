@@ -29,6 +29,8 @@ _CLOSE = 1e-4  # relative change of the sum of squares, and of the coordinates, 
 _OF_BRANCH = 8.0
 _MOSTLY = 0.3  # of a record: less is only its start
 _NOTHING = 1e-9  # deg: an effect that changes less is not there
+_MOST_TIMES = 100.0  # a start is made larger by
+_AS_PROMISED = 0.5  # of the linear promise that a larger start must keep
 _FURTHEST = 2.0  # times the start's own size: how far the other constants are taken along
 
 
@@ -262,11 +264,12 @@ class Start:
     extra: int  # constants
 
 
-def promise(fitted: Fitted, added: Added, values: Values) -> Start | None:
+def promise(fitted: Fitted, added: Added, values: Values, *, sized: bool = False) -> Start | None:
     """Judge a start of an effect by one run of the model with it; None where it cannot be run or changes nothing.
 
     The change of the angle, as it is or in any size, and of all that is fitted already, linearly, is fitted to the
-    residual. The start takes the other constants along. Values may name constants of the declared model, too.
+    residual. The start takes the other constants along. Values may name constants of the declared model, too. Where
+    another size promises more, constants that are linear get it, once (``sized``).
     """
     division, count = fitted.division, len(added.form.constants)
     model = Model(fitted.model.problem, (*fitted.model.added, added))
@@ -281,17 +284,31 @@ def promise(fitted: Fitted, added: Added, values: Values) -> Start | None:
     if not np.isfinite(change).all() or np.abs(change).max() < _NOTHING:
         return None
     own = fitted.jacobian[division.seen]
-    as_it_is = solve(own, -(fitted.train + change))
-    sized = solve(np.column_stack([own, change]), -fitted.train)
     whole = float(fitted.train @ fitted.train)
-    left = fitted.train + change + own @ as_it_is
-    gain, others = 1 - float(left @ left) / whole, as_it_is
-    if sized[-1] > 0:
-        left = fitted.train + np.column_stack([own, change]) @ sized
-        if (better := 1 - float(left @ left) / whole) > gain:
-            gain, others = better, sized[:-1] * min(1.0, _FURTHEST / sized[-1])
+    others = solve(own, -(fitted.train + change))
+    left = fitted.train + change + own @ others
+    gain = 1 - float(left @ left) / whole
+    best = Start(added, _moved(x, others, low, high), gain, count)
+    moves = solve(np.column_stack([own, change]), -fitted.train)
+    size = float(moves[-1])
+    if size <= 0:
+        return best
+    left = fitted.train + np.column_stack([own, change]) @ moves
+    if (linear := 1 - float(left @ left) / whole) <= gain:
+        return best
+    best = Start(added, _moved(x, moves[:-1] * min(1.0, _FURTHEST / size), low, high), linear, count)
+    if sized or not any(c.linear for c in added.form.constants) or 1 / _FURTHEST < size < _FURTHEST:
+        return best
+    by = {c.name: min(size, _MOST_TIMES) if c.linear else 1.0 for c in added.form.constants}
+    other = promise(fitted, added, {name: v * by.get(name, 1.0) for name, v in values.items()}, sized=True)
+    return other if other is not None and other.gain > _AS_PROMISED * linear else best
+
+
+def _moved(x: Floats, others: Floats, low: Floats, high: Floats) -> Floats:
+    """Take the constants that were there along, by no more than their size each."""
+    x = x.copy()
     x[: others.size] += np.clip(others, -1.0, 1.0)
-    return Start(added, np.clip(x, low + _INSIDE, high - _INSIDE), gain, count)
+    return np.clip(x, low + _INSIDE, high - _INSIDE)
 
 
 def solve(columns: Floats, target: Floats) -> Floats:

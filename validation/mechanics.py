@@ -7,7 +7,7 @@ of the material. Its constants are identified from the data; the rest of the rig
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -27,14 +27,6 @@ from validation.effect import Constant, Effect, RigForm, Scale, Sight, Values
 
 Floats = NDArray[np.float64]
 
-CONSTANTS = (
-    Constant("sheath_N", "N", 0.0, 50.0, 1.0),
-    Constant("capstan_coefficient", "-", 0.0, 1.5, 0.05),
-    Constant("loop_share", "-", 0.0, 0.9, 0.2),
-    Constant("loop_angle_deg", "deg", 0.1, 20.0, 0.4, log=True),
-    Constant("EA_N", "N", 200.0, 1e6, 0.2, log=True),
-)
-"""Of the declared model, under a drive in mm."""
 PULLED = (
     Constant("youngs_modulus_GPa", "GPa", 1.0, 200.0, 0.1, log=True),
     Constant("capstan_coefficient", "-", 0.0, 1.5, 0.05),
@@ -171,12 +163,31 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
     return RigProblem(
         observed=tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True)),
         sights=sights,
-        constants=PULLED if pulled else CONSTANTS,
+        constants=PULLED if pulled else _constants(rig for rig in rigs if rig),
         start=_start(first, pulled),
         runs=runs,
         kept=kept,
         scale=_scale(records, runs, sights),
         has=_has(first, sights, pulled),
+    )
+
+
+def _constants(rigs: Iterable[Rig]) -> tuple[Constant, ...]:
+    """Constants of the declared model under a drive in mm, within what a rig that was declared so can be.
+
+    Friction and stretch make good for each other: without bounds, an effect that is missing drives both to where no
+    rig is, and no effect added there finds back.
+    """
+    all_rigs = tuple(rigs)
+    rig = all_rigs[0]
+    preload = max(r.preload_N for r in all_rigs)
+    turn, EA = rig.material.loop_angle_deg, rig.tendon_a.EA_N
+    return (
+        Constant("sheath_N", "N", 0.0, max(4 * rig.friction.sheath_N, 0.3 * preload, 1.0), 1.0),
+        Constant("capstan_coefficient", "-", 0.0, 0.5, 0.05),
+        Constant("loop_share", "-", 0.0, 0.9, 0.2),
+        Constant("loop_angle_deg", "deg", turn / 4, 4 * turn, 0.4, log=True),
+        Constant("EA_N", "N", EA / 4, 4 * EA, 0.2, log=True),
     )
 
 

@@ -37,12 +37,21 @@ class Problem(Protocol):
     Every record has a zero of its angle that is free: errors are those of angles less their mean error.
     """
 
-    observed: tuple[Floats, ...]
-    """Angles of each record, shapes (m_i,), deg."""
-    sights: tuple[Sight, ...]
-    constants: tuple[Constant, ...]
-    """Those of the declared model."""
-    start: Values
+    @property
+    def observed(self) -> tuple[Floats, ...]:
+        """Angles of each record, shapes (m_i,), deg."""
+
+    @property
+    def sights(self) -> tuple[Sight, ...]:
+        """What else is known of their samples."""
+
+    @property
+    def constants(self) -> tuple[Constant, ...]:
+        """Those of the declared model."""
+
+    @property
+    def start(self) -> Values:
+        """Values of those to start from."""
 
     def forms(self, effect: Effect) -> tuple[Any, ...]:
         """Forms of an effect that these records can have."""

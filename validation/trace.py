@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -25,8 +25,8 @@ from hysteresis.record import Record, RecordError
 from hysteresis.uncertainty import Parameter
 from validation.curves import curve_problem
 from validation.division import divide
-from validation.effect import Effect, catalogue
-from validation.fitting import Fitted, Model, Start, bic, correlation_of_neighbours, fit, independent, promise
+from validation.effect import Effect, Values, catalogue
+from validation.fitting import Division, Fitted, Model, Start, bic, correlation_of_neighbours, fit, independent, promise
 from validation.mechanics import rig_problem
 from validation.problem import Added
 from validation.residual import Floor, Smooth, floor_of, smooth_functions
@@ -44,6 +44,8 @@ AT_FLOOR = 1.5
 ALIKE = 10.0
 """Difference of the criterion below which effects are not told apart: very strong evidence from there on
 (Kass, Raftery 1995, doi 10.1080/01621459.1995.10476572)."""
+OF_GAIN = 0.03
+"""Of the whole gain, the same where the geometry is unknown: a free curve and loop meet no rig exactly."""
 MOST_EFFECTS = 3
 FOLLOWED, FOLLOWED_LATER = 6, 5
 """Candidates that are fitted in full, of those that promise most: for the first effect, and for further ones."""
@@ -126,19 +128,49 @@ def trace_records(
     for record in known:
         if record.drive_unit != "N":
             require_reversal(record)
-    problem, rig_known = problem_of(known)
-    division = divide(known, problem.sights, problem.kept)
-    tell("the declared model")
+    mechanical = rig_problem(known)
+    chosen = effects or catalogue()
+    if mechanical is not None:
+        search = _Search(tuple(known), mechanical, chosen, threads, tell, costly=True)
+        division = divide(known, mechanical.sights, mechanical.kept)
+        tell("the declared model")
+        model = Model(mechanical)
+        return _verdict(search, fit(model, division, model.row(mechanical.start, []), threads=threads))
+    return min((_of_curves(known, chosen, tell, elements) for elements in (1, 2)), key=lambda found: found[0])[1]
+
+
+def _of_curves(
+    records: Sequence[Record], effects: Sequence[Effect], tell: Progress, elements: int
+) -> tuple[float, Trace]:
+    """Trace records of unknown geometry by a loop of one or two elements; and the criterion of what was found."""
+    problem = curve_problem(records, elements=elements)
+    division = divide(records, problem.sights, problem.kept)
+    search = _Search(tuple(records), problem, effects, 1, tell, costly=False)  # a run takes less than its handing over
     model = Model(problem)
-    declared = fit(model, division, model.row(problem.start, []), threads=threads)
-    search = _Search(tuple(known), problem, effects or catalogue(), threads, tell, rig_known)
-    return _verdict(search, declared, rig_known)
+    tell("the declared model")
+    declared = fit(model, division, model.row(problem.start, []), threads=1)
+    everything = Division(tuple(np.ones_like(mask) for mask in division.train), division.by)
+    whole = _verdict(search, fit(model, everything, declared.x, threads=1))
+    return _score(whole.grown, _samples(whole.grown)), _held_out(whole, declared, search)
 
 
-def problem_of(records: Sequence[Record]) -> tuple[Any, bool]:
-    """Make the problem of records, mechanical where all rigs are known; and say whether they are."""
-    mechanical = rig_problem(records)
-    return (mechanical, True) if mechanical is not None else (curve_problem(records), False)
+def _held_out(whole: Trace, declared: Fitted, search: _Search) -> Trace:
+    """Fit again what was found, without the samples that are held out.
+
+    A curve and a loop that are free take what one amplitude shows for their own; all records together tell effects
+    apart, so the search has all of them. Errors are of fits that have not seen what is held out.
+    """
+
+    def again(fitted: Fitted) -> Fitted:
+        if not fitted.names:
+            return declared
+        search.tell(f"{' + '.join(fitted.names)}, held out")
+        return fit(fitted.model, declared.division, fitted.x, threads=search.threads)
+
+    refitted = {id(c.fitted): again(c.fitted) for c in whole.candidates}
+    refitted[id(whole.declared)] = declared
+    candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in whole.candidates)
+    return replace(whole, declared=declared, grown=refitted[id(whole.grown)], candidates=candidates)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +181,7 @@ class _Search:
     threads: int
     tell: Progress
     costly: bool  # a run of the model takes milliseconds
+    starts: dict[str, list[tuple[Any, Sequence[Values]]]] = field(default_factory=dict)
 
     def floor(self, fitted: Fitted) -> Floor:
         return floor_of(self.records, self.problem.kept, fitted.residuals)
@@ -184,11 +217,34 @@ class _Search:
         except (SolverError, RigError):
             return None
 
+    def pruned(self, fitted: Fitted) -> Fitted:
+        """Leave out effects that the later ones made needless."""
+        for name in fitted.names[:-1]:
+            kept = tuple(a for a in fitted.model.added if a.effect.name != name)
+            declared, more = fitted.model.values(fitted.x)
+            values = [v for a, v in zip(fitted.model.added, more, strict=True) if a.effect.name != name]
+            model = Model(self.problem, kept)
+            self.tell(" + ".join(a.effect.name for a in kept))
+            try:
+                without = fit(model, fitted.division, model.row(declared, values), threads=self.threads)
+            except (SolverError, RigError):
+                continue
+            samples = _samples(fitted)
+            if _score(without, samples) - _score(fitted, samples) < ALIKE:
+                fitted = without
+        return fitted
+
+    def _known_starts(self, effect: Effect) -> list[tuple[Any, Sequence[Values]]]:
+        """Forms of an effect with their starts, which are worked out once."""
+        if effect.name not in self.starts:
+            self.starts[effect.name] = [(form, self.problem.starts(form)) for form in self.problem.forms(effect)]
+        return self.starts[effect.name]
+
     def _starts(self, fitted: Fitted, effect: Effect) -> list[Start]:
         """Give the best start of an effect; of its other forms, those that promise a good part of that."""
         best = []
-        for form in self.problem.forms(effect):
-            found = [promise(fitted, Added(effect, form), v) for v in self.problem.starts(form)]
+        for form, values in self._known_starts(effect):
+            found = [promise(fitted, Added(effect, form), v) for v in values]
             there = [s for s in found if s is not None and s.gain > _PROMISE]
             if there:
                 best.append(max(there, key=lambda s: s.gain))
@@ -212,7 +268,7 @@ def _score(fitted: Fitted, samples: float) -> float:
     return bic(fitted.square, fitted.x.size, samples)
 
 
-def _verdict(search: _Search, declared: Fitted, rig_known: bool) -> Trace:
+def _verdict(search: _Search, declared: Fitted) -> Trace:
     """Add effects as long as they pay, then judge what they explain."""
     floor = search.floor(declared)
     before = math.sqrt(declared.square)
@@ -228,7 +284,10 @@ def _verdict(search: _Search, declared: Fitted, rig_known: bool) -> Trace:
         if not _pays(best, grown[0], len(search.effects)):
             break
         front, best = grown[:_TRIED], grown[0]
+    best = search.pruned(best)
     samples = _samples(best)
+    if all(best is not g for stage in stages for g in stage) and best is not declared:
+        stages.append([best])
     candidates = tuple(Candidate(g, _score(declared, samples) - _score(g, samples)) for stage in stages for g in stage)
     floor = Floor(min(floor.local_deg, search.floor(best).local_deg), search.floor(best).repeats_deg)
     after, excess = math.sqrt(best.square), max(declared.square - floor.deg**2, 1e-300)
@@ -246,14 +305,25 @@ def _verdict(search: _Search, declared: Fitted, rig_known: bool) -> Trace:
         words.append(f"{' + '.join(best.names)} explains {100 * explained:.0f} % of what is above the noise")
     else:
         verdict = "effect"
-    confusable = _confusable(best, stages, samples) if verdict == "effect" else ()
+    alike = ALIKE if search.costly else max(ALIKE, OF_GAIN * (_score(declared, samples) - _score(best, samples)))
+    confusable = _confusable(best, stages, samples, alike) if verdict == "effect" else ()
     if any(confusable):
         verdict = "ambiguous"
     if verdict == "unexplained":
         words.append(f"the residual goes with {', '.join(smooth.names) or 'nothing that was looked at'}")
         best = declared
     return Trace(
-        search.records, rig_known, verdict, declared, best, candidates, confusable, floor, smooth, samples, tuple(words)
+        search.records,
+        search.costly,
+        verdict,
+        declared,
+        best,
+        candidates,
+        confusable,
+        floor,
+        smooth,
+        samples,
+        tuple(words),
     )
 
 
@@ -279,12 +349,12 @@ def _better_than_free(search: _Search, declared: Fitted, best: Fitted, smooth: S
     return _score(best, samples) < bic(smooth.square, smooth.constants, samples)
 
 
-def _confusable(best: Fitted, stages: list[list[Fitted]], samples: float) -> tuple[tuple[str, ...], ...]:
+def _confusable(best: Fitted, stages: list[list[Fitted]], samples: float, near: float) -> tuple[tuple[str, ...], ...]:
     """Give for each effect those that explain the records as well in its place."""
     out: list[tuple[str, ...]] = []
     alike = [
         g for stage in stages for g in stage
-        if g is not best and len(g.names) <= len(best.names) and _score(g, samples) - _score(best, samples) < ALIKE
+        if g is not best and len(g.names) <= len(best.names) and _score(g, samples) - _score(best, samples) < near
     ]  # fmt: skip
     for name in best.names:
         others = set(best.names) - {name}

@@ -9,7 +9,7 @@ from fem_models.rig import Rig
 from validation.curve_kernels import play
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
-WIDTH = Constant("width_mm", "mm", 0.0, 5.0, 0.05)
+WIDTH = Constant("width_mm", "mm", 0.0, 5.0, 0.05, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from fem_models.rig import Rig
 from validation.effect import Constant, CurveForm, Effect, Floats, Relative, RigForm, Scale, Sight, Values
 
-GAIN = Constant("gain", "-", -0.9, 5.0, 0.01)
-PERSPECTIVE = Constant("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4)
+GAIN = Constant("gain", "-", -0.9, 5.0, 0.01, linear=True)
+PERSPECTIVE = Constant("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4, linear=True)
 
 
 def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:

@@ -10,8 +10,8 @@ from fem_models.effects import Fatigue
 from fem_models.rig import Rig
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
-LOSS = Constant("loop_loss", "-", 0.0, 1.0, 0.05)
-RESIDUAL = Constant("residual_deg", "deg", -5.0, 5.0, 0.02)
+LOSS = Constant("loop_loss", "-", 0.0, 1.0, 0.05, linear=True)
+RESIDUAL = Constant("residual_deg", "deg", -5.0, 5.0, 0.02, linear=True)
 CYCLES = Constant("cycles", "-", 0.2, 200.0, 0.3, log=True)
 
 

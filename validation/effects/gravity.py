@@ -11,8 +11,8 @@ from fem_models.effects import Gravity
 from fem_models.rig import Rig
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
-ALONG = Constant("ring_mass_along_g", "g", -200.0, 200.0, 0.05)
-ACROSS = Constant("ring_mass_across_g", "g", -200.0, 200.0, 0.05)
+ALONG = Constant("ring_mass_along_g", "g", -200.0, 200.0, 0.2, linear=True)
+ACROSS = Constant("ring_mass_across_g", "g", -200.0, 200.0, 0.2, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:

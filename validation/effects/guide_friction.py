@@ -10,8 +10,8 @@ import numpy as np
 from fem_models.rig import Rig
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
-BASE = Constant("base_capstan", "-", 0.0, 2.0, 0.01)
-GUIDE = Constant("guide_N", "N", 0.0, 5.0, 0.02)
+BASE = Constant("base_capstan", "-", 0.0, 2.0, 0.01, linear=True)
+GUIDE = Constant("guide_N", "N", 0.0, 5.0, 0.02, linear=True)
 LEAST_MU = 1e-3
 
 

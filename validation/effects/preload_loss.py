@@ -10,7 +10,7 @@ from fem_models.effects import PreloadLoss
 from fem_models.rig import Rig
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
-FRACTION = Constant("fraction", "-", 0.0, 0.95, 0.05)
+FRACTION = Constant("fraction", "-", 0.0, 0.95, 0.05, linear=True)
 CYCLES = Constant("cycles", "-", 0.2, 200.0, 0.3, log=True)
 
 

@@ -9,7 +9,7 @@ from fem_models.rig import Rig
 from validation.curve_kernels import lagged
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
-FRACTION = Constant("fraction", "-", 0.0, 5.0, 0.05)
+FRACTION = Constant("fraction", "-", 0.0, 5.0, 0.05, linear=True)
 TIME = Constant("time_s", "s", 1e-2, 1e5, 0.3, log=True)
 
 

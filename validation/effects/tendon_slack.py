@@ -11,8 +11,8 @@ from fem_models.rig import Rig
 from validation.curve_kernels import two_ropes
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, RigForm, Scale, Values
 
-SLACK = Constant("slack_mm", "mm", 0.0, 5.0, 0.05)
-CENTRE = Constant("centre_mm", "mm", -5.0, 5.0, 0.05)
+SLACK = Constant("slack_mm", "mm", 0.0, 5.0, 0.05, linear=True)
+CENTRE = Constant("centre_mm", "mm", -5.0, 5.0, 0.05, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:

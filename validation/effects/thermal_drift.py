@@ -7,8 +7,8 @@ import numpy as np
 from fem_models.rig import Rig
 from validation.effect import Constant, CurveForm, Effect, Floats, Relative, RigForm, Scale, Sight, Values
 
-RATE = Constant("deg_per_s", "deg/s", -10.0, 10.0, 1e-5)
-SIZE = Constant("size_deg", "deg", -50.0, 50.0, 0.02)
+RATE = Constant("deg_per_s", "deg/s", -10.0, 10.0, 1e-5, linear=True)
+SIZE = Constant("size_deg", "deg", -50.0, 50.0, 0.02, linear=True)
 TIME = Constant("time_s", "s", 1e-2, 1e6, 0.3, log=True)
 
 

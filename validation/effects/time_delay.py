@@ -7,7 +7,7 @@ import numpy as np
 from fem_models.rig import Rig
 from validation.effect import Constant, CurveForm, Effect, Floats, Relative, RigForm, Scale, Sight, Values
 
-DELAY = Constant("delay_s", "s", -1e3, 1e3, 0.001)
+DELAY = Constant("delay_s", "s", -1e3, 1e3, 0.001, linear=True)
 
 
 def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:

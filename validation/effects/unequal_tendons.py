@@ -12,7 +12,7 @@ from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Need, 
 
 ARM = Constant("arm_ratio", "-", 0.5, 2.0, 0.02)
 STIFFNESS = Constant("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True)
-REST = Constant("rest_length_mm", "mm", -3.0, 3.0, 0.02)
+REST = Constant("rest_length_mm", "mm", -3.0, 3.0, 0.02, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:

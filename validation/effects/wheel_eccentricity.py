@@ -11,8 +11,8 @@ from fem_models.effects import Eccentricity
 from fem_models.rig import Rig, Wheel
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
-SINE = Constant("sine_mm", "mm", -20.0, 20.0, 0.02)
-COSINE = Constant("cosine_mm", "mm", -20.0, 20.0, 0.02)
+SINE = Constant("sine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
+COSINE = Constant("cosine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
 RADIUS = Constant("radius_mm", "mm", 0.02, 200.0, 0.02, log=True)
 
 
