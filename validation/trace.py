@@ -33,8 +33,10 @@ from validation.residual import Floor, Smooth, floor_of, smooth_functions
 
 Floats = NDArray[np.float64]
 
-STRUCTURE = 1.3
-"""Residual over the noise floor from which there is something to explain."""
+STRUCTURE = 1.15
+"""Residual over the noise floor from which there is something to explain, where the rig is known."""
+STILL = 1.3
+"""The same for what a first effect leaves, and where the geometry is unknown: no curve and loop meet a rig exactly."""
 PAYS = 0.9
 """Of the residual before: an effect that leaves more is not worth naming."""
 EXPLAINED = 0.75
@@ -275,7 +277,10 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
     smooth = smooth_functions(declared, search.records, search.problem.sights, _samples(declared))
     stages: list[list[Fitted]] = []
     front, best = [declared], declared
-    while len(stages) < MOST_EFFECTS and math.sqrt(best.square) > STRUCTURE * search.floor(best).deg:
+    structure = STRUCTURE if search.costly else STILL
+    while len(stages) < MOST_EFFECTS and (
+        math.sqrt(best.square) > (STILL if stages else structure) * search.floor(best).deg
+    ):
         most = FOLLOWED if not stages else FOLLOWED_LATER
         grown = _distinct([g for model in front for g in search.grow(model, most)])
         if not grown:
@@ -293,7 +298,7 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
     after, excess = math.sqrt(best.square), max(declared.square - floor.deg**2, 1e-300)
     explained = (declared.square - best.square) / excess
     words = []
-    if before <= STRUCTURE * floor.deg:
+    if before <= structure * floor.deg:
         verdict, best = "none", declared
     elif best is declared:
         verdict = "unexplained"

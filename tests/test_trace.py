@@ -1,0 +1,173 @@
+"""The tracer on records whose truth is known: made here, by the chain or by the law itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.chain import simulate_chain
+from fem_models.effects import Gravity, TipStop
+from fem_models.multibody import simulate_multibody
+from fem_models.presets import preset
+from fem_models.program import sine, triangle
+from hysteresis.bouc_wen import BoucWen, hysteresis
+from hysteresis.record import Record, RecordError, read_record
+from validation.division import Protocol, _most_covered
+from validation.effect import Constant, catalogue
+from validation.fitting import Division, Model, bic, columns, fit, independent
+from validation.mechanics import rig_problem
+from validation.practice.bench_record import SHIPPED
+from validation.practice.cases import draw_case
+from validation.residual import floor_of, smooth_functions
+from validation.trace import trace_records
+
+NOISE_DEG = 0.05
+
+
+def measured(rig, program, seed, **known):
+    run = simulate_chain(rig, program)
+    noise = np.random.default_rng(seed).normal(0, NOISE_DEG, run.angle_deg.size)
+    return Record(
+        drive=run.drive, angle_deg=run.angle_deg + noise, time_s=run.time_s, cycle=run.cycle,
+        rig={"preset": "du2018", "preload_N": rig.preload_N}, source=f"{rig.preload_N:g}N.csv", **known,
+    )  # fmt: skip
+
+
+def two_preloads(change, program=None):
+    program = program or triangle(2.2, cycles=2)
+    return [measured(change(preset("du2018", preload_N=T)), program, int(T)) for T in (20.0, 10.0)]
+
+
+def test_unequal_tendons_of_five_percent_are_named():
+    """The paper puts its own residual down to them."""
+
+    def unequal(rig):
+        return replace(rig, tendon_b=replace(rig.tendon_b, moment_arm_mm=0.95 * rig.tendon_b.moment_arm_mm))
+
+    trace = trace_records(two_preloads(unequal))
+    assert trace.verdict == "effect"
+    assert trace.grown.names == ("unequal_tendons",)
+    assert trace.grown.model.values(trace.grown.x)[1][0]["arm_ratio"] == pytest.approx(0.95, abs=0.005)
+    assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
+    assert trace.declared.heldout_rmse_deg > 2 * trace.grown.heldout_rmse_deg
+
+
+def test_shipped_record_is_traced_to_what_was_hidden_in_it():
+    """validation/practice/bench_record.py: tendon b has another arm and free length, in the multibody model."""
+    trace = trace_records([read_record(SHIPPED)])
+    assert trace.grown.names == ("unequal_tendons",)
+    assert trace.verdict in ("effect", "ambiguous")  # one preload, one amplitude
+
+
+def test_nothing_is_missing_where_nothing_is():
+    assert trace_records(two_preloads(lambda rig: rig)).verdict == "none"
+
+
+def test_stop_on_the_negative_side_is_the_mirror_of_one_on_the_positive():
+    program = triangle(1.5, step_mm=0.25)
+    rig = preset("du2018", preload_N=20.0)
+    above, below = (replace(rig, tip_stop=TipStop(side * 5.0, 1.0)) for side in (1, -1))
+    mirrored = replace(program, drive_mm=-program.drive_mm)
+    for simulate in (simulate_chain, simulate_multibody):
+        a, b = simulate(above, program).angle_deg, simulate(below, mirrored).angle_deg
+        assert np.abs(a + b).max() < 1e-3
+        assert np.abs(a - simulate(rig, program).angle_deg).max() > 1.0
+
+
+def hidden_loop(amplitude, seed, law):
+    """A curve with a Bouc-Wen loop on it, geometry unknown."""
+    drive = amplitude * np.sin(2 * np.pi * np.linspace(0, 3.25, 400))
+    angle = 18.0 * drive + hysteresis(18.0 * drive, law)
+    angle = angle + np.random.default_rng(seed).normal(0, NOISE_DEG, drive.size)
+    return Record(drive=drive, angle_deg=angle, time_s=np.linspace(0, 30, 400))
+
+
+@pytest.mark.parametrize("saturation_deg", [1.5, 0.3])
+def test_hidden_hysteresis_is_not_taken_for_smooth_terms(saturation_deg):
+    """Traps seen on a sparse-regression tool: a hidden state became six smooth terms with a held-out R2 of 0.87, and a
+    quarter of the amplitude showed it (0.25). With a small yield, too, the loop must carry over to that amplitude."""
+    law = BoucWen(A=-0.6, beta=0.4 / saturation_deg, gamma=0.2 / saturation_deg, n=1.0)
+    records = [hidden_loop(amplitude, i, law) for i, amplitude in enumerate((2.0, 1.0, 0.5))]
+    trace = trace_records(records)
+    assert trace.verdict == "none"
+    assert not trace.declared.division.train[2][50:].any()  # the smallest is held out
+    assert trace.declared.heldout_rmse_deg < 1.3 * NOISE_DEG
+
+
+def test_lost_counts_have_no_word_in_the_catalogue():
+    case = draw_case("work", "known", "lost_counts", 0)
+    trace = trace_records(case.records)
+    assert trace.verdict == "unexplained"
+    assert trace.effects == ()
+
+
+def test_same_records_same_trace():
+    records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
+    one, other = (trace_records(records, threads=n) for n in (1, 2))
+    assert one.verdict == other.verdict
+    assert one.grown.names == other.grown.names
+    assert np.array_equal(one.grown.x, other.grown.x)
+
+
+def test_held_out_is_the_protocol_that_the_others_cover():
+    slow, fast = 0.1, 1.0
+    protocols = [Protocol(20, 2.2, slow), Protocol(10, 2.2, slow), Protocol(20, 2.2, fast), Protocol(20, 1.1, slow)]
+    assert _most_covered(protocols) == 3
+    loads = [Protocol(load, 1.0, rate) for load in (10, 50, 100) for rate in (slow, fast)]
+    assert _most_covered(loads) in range(6)
+
+
+def test_derivatives_fall_with_the_step_and_repeats_are_exact():
+    """Columns against central differences of the model; repeated cycles against the whole run."""
+    records = two_preloads(lambda rig: rig, sine(2.2, 0.1, cycles=3, samples_per_cycle=40))
+    problem = rig_problem(records)
+    (run,) = problem.runs[0]
+    assert run.short is not None
+    whole = run.solve(run.rig).record.angle_deg[run.skip :]
+    assert np.abs(run.angle_deg(run.rig) - whole).max() < 1e-9
+    model, division = Model(problem), Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    x = model.row(problem.start, [])
+    J = columns(model, division, x, division.row(model.errors(x)), 1)
+    ahead, behind = (division.row(model.errors(x + s * np.eye(x.size)[0])) for s in (1e-3, -1e-3))
+    central = (ahead - behind) / 2e-3
+    assert np.linalg.norm(J[:, 0] - central) < 0.02 * np.linalg.norm(central)
+
+
+def test_noise_floor_and_free_functions_on_a_known_residual():
+    records = two_preloads(lambda rig: rig)
+    problem = rig_problem(records)
+    rng = np.random.default_rng(3)
+    noise = [rng.normal(0, 0.04, o.size) for o in problem.observed]
+    floor = floor_of(records, problem.kept, noise)
+    assert floor.deg == pytest.approx(0.04, rel=0.12)
+    model, division = Model(problem), Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    fitted = fit(model, division, model.row(problem.start, []), threads=1, most_calls=3)
+    even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.sights, strict=True))
+    smooth = smooth_functions(replace(fitted, errors=even), records, problem.sights, 400.0)
+    assert smooth.names[0] == "even in the drive"
+
+
+def test_criterion_and_coordinates():
+    assert bic(1.0, 2, np.e) == pytest.approx(2.0)  # m log 1 + p log m
+    assert independent(1000, 0.0, 10) == 1000
+    assert independent(1000, 0.99, 10) == 80  # eight a branch
+    for constant in (Constant("a", "-", 0, 1, 0.1), Constant("b", "-", 1e-3, 10, 0.3, log=True)):
+        assert constant.outer(constant.inner(0.25)) == pytest.approx(0.25)
+
+
+def test_catalogue_is_complete():
+    """The names of the table in docs/effects-catalogue.md, seventeen; each says what it is, and acts somewhere."""
+    names = [effect.name for effect in catalogue()]
+    assert len(names) == len(set(names)) == 17
+    for effect in catalogue():
+        assert effect.rig_forms
+        assert effect.curve_forms
+        assert len(effect.physics) > 80
+        assert len(effect.tell_apart) > 40
+
+
+def test_no_record_and_a_record_without_a_reversal_are_refused():
+    with pytest.raises(RecordError, match="no record"):
+        trace_records([])
+    with pytest.raises(RecordError, match="expected"):
+        trace_records([Record(drive=np.linspace(0, 1, 40), angle_deg=np.linspace(0, 20, 40))])
