@@ -239,7 +239,10 @@ class _Search:
     def _known_starts(self, effect: Effect) -> list[tuple[Any, Sequence[Values]]]:
         """Forms of an effect with their starts, which are worked out once."""
         if effect.name not in self.starts:
-            self.starts[effect.name] = [(form, self.problem.starts(form)) for form in self.problem.forms(effect)]
+            forms = [(form, self.problem.starts(form)) for form in self.problem.forms(effect)]
+            if self.costly:  # the declared constants may have taken the effect for their own: from where they were, too
+                forms = [(form, [*values, *({**self.problem.start, **v} for v in values)]) for form, values in forms]
+            self.starts[effect.name] = forms
         return self.starts[effect.name]
 
     def _starts(self, fitted: Fitted, effect: Effect) -> list[Start]:
