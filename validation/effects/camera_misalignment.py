@@ -23,7 +23,9 @@ def _perspective(scale: Scale, rig: Rig | None) -> list[Values]:
 
 
 def _both(scale: Scale, rig: Rig | None) -> list[Values]:
-    return [{"gain": a * 0.02, "perspective_per_deg": b * 0.02 / scale.angle_deg} for a in (-1, 1) for b in (-1, 1)]
+    """Start next to a gain alone: a part even in the angle is the smaller one."""
+    even = 0.001 / scale.angle_deg
+    return [{"gain": a * 0.02, "perspective_per_deg": b * even} for a in (-1, 1) for b in (-1, 1)]
 
 
 _CURVE = CurveForm(
