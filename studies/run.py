@@ -72,7 +72,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         separations = [_separate(out, PRELOADS_N[-1], seed)]
         step(f"tracing {SHIPPED.stem}")
         traced = trace_loaded([records[SHIPPED.stem]], seed=seed)
-        write_json(out / "trace.json", traced.result)
+        write_json(out / f"trace-{SHIPPED.stem}.json", traced.result)
         write_files({out / name: png for name, png in traced.figures.items()})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]

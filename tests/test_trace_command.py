@@ -197,7 +197,8 @@ def test_unexplained_names_nothing_and_says_what_to_measure():
 
 def test_alike_candidates_are_named_together():
     found = traced(WIDTH_MM)
-    best, second = sorted(found.candidates, key=lambda c: -c.delta_bic)[:2]
+    ranked = sorted((c for c in found.candidates if len(c.names) == 1), key=lambda c: -c.delta_bic)
+    best, second = ranked[:2]
     near = replace(second, delta_bic=best.delta_bic - 1.0)
     rest = tuple(c for c in found.candidates if c not in (best, second))
     torn = replace(found, verdict="ambiguous", confusable=(second.names,), candidates=(best, near, *rest))

@@ -220,8 +220,10 @@ class _Search:
             return None
 
     def pruned(self, fitted: Fitted) -> Fitted:
-        """Leave out effects that the later ones made needless."""
-        for name in fitted.names[:-1]:
+        """Leave out effects that are needless, the first one's fit having found its way only beside the second."""
+        for name in fitted.names[::-1]:
+            if len(fitted.names) < 2:
+                break
             kept = tuple(a for a in fitted.model.added if a.effect.name != name)
             declared, more = fitted.model.values(fitted.x)
             values = [v for a, v in zip(fitted.model.added, more, strict=True) if a.effect.name != name]
@@ -295,6 +297,7 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
     best = search.pruned(best)
     samples = _samples(best)
     if all(best is not g for stage in stages for g in stage) and best is not declared:
+        stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
         stages.append([best])
     candidates = tuple(Candidate(g, _score(declared, samples) - _score(g, samples)) for stage in stages for g in stage)
     floor = Floor(min(floor.local_deg, search.floor(best).local_deg), search.floor(best).repeats_deg)
