@@ -127,8 +127,10 @@ def _stage(trace: Trace, k: int) -> tuple[Fitted, float]:
     """Model with the first k effects, and how much lower its criterion is than the declared model's."""
     if k == 0:
         return trace.declared, 0.0
-    there = [c for c in trace.candidates if c.names == trace.grown.names[:k]]
-    best = max(there, key=lambda c: c.delta_bic)  # there: models grow one effect at a time from candidates
+    there = [c for c in trace.candidates if set(c.names) == set(trace.grown.names[:k])]
+    if not there:  # an effect between was left out as needless
+        return _stage(trace, k - 1)
+    best = max(there, key=lambda c: c.delta_bic)
     return best.fitted, best.delta_bic
 
 
