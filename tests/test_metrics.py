@@ -70,7 +70,8 @@ def test_rmse_is_below_the_largest_error_and_shift_does_not_matter(row: list, sh
     assert e.rmse_deg <= e.max_abs_deg * (1 + 1e-12)
     moved = errors(measured + shift, predicted + shift)
     assert moved.normalised == pytest.approx(e.normalised, rel=1e-6, abs=1e-9)
-    assert abs(signed_mean_fitness(measured, predicted)) <= e.normalised * (1 + 1e-9)
+    # squares of errors below 1e-154 are nothing to a computer
+    assert abs(signed_mean_fitness(measured, predicted)) <= e.normalised * (1 + 1e-9) + 1e-150
 
 
 @pytest.mark.parametrize(
