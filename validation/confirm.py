@@ -48,7 +48,7 @@ def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
         Of drive, over all records that are run: whole records, the smallest first, at least one.
     """
     problem = trace.declared.model.problem
-    if not isinstance(problem, RigProblem):
+    if not trace.known or not isinstance(problem, RigProblem):
         return Confirmation(None, None, "not run: the geometry is unknown")
     try:
         from fem_models.multibody import quiet, solve_multibody, solve_pulled_multibody

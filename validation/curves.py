@@ -103,6 +103,11 @@ class CurveProblem:
     kept: tuple[NDArray[np.intp], ...]
     """Which samples of each record these are."""
 
+    @property
+    def hold_deg(self) -> float:
+        """See :class:`validation.problem.Problem`."""
+        return 0.0
+
     def forms(self, effect: Effect) -> tuple[Placed, ...]:
         """Forms of an effect that these records can have."""
         has: set[Need] = set()
@@ -227,9 +232,7 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements
     observed = tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True))
     sights = tuple(_sight(record, keep) for record, keep in zip(records, kept, strict=True))
     low, high = min(float(d.min()) for d in drives), max(float(d.max()) for d in drives)
-    middle = 0.5 * (low + high)
-    if abs(middle) < 0.1 * (high - low):  # both ways about zero, which is the middle then
-        middle = 0.0
+    middle = middle_of(drives)
     loads = [float(record.rig["preload_N"]) if "preload_N" in record.rig else None for record in records]
     known = sorted({load for load in loads if load is not None}, reverse=True)
     groups = tuple(0 if load is None else known.index(load) for load in loads)
@@ -240,7 +243,7 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements
         unit=records[0].drive_unit,
     )
     preloads = tuple(load / known[0] for load in known) or (1.0,)
-    slope = _mean_slope(drives, observed)
+    slope = mean_slope(drives, observed)
     problem = CurveProblem(
         observed=observed,
         sights=sights,
@@ -271,7 +274,14 @@ def _sight(record: Record, keep: NDArray[np.intp]) -> Sight:
     return Sight(record.drive[keep], time[keep] - time[0], cycle_index(record)[keep], record.time_s is not None)
 
 
-def _mean_slope(drives: Sequence[Floats], angles: Sequence[Floats]) -> float:
+def middle_of(drives: Sequence[Floats]) -> float:
+    """Middle of the stroke of all records; zero where they go both ways about it."""
+    low, high = min(float(d.min()) for d in drives), max(float(d.max()) for d in drives)
+    middle = 0.5 * (low + high)
+    return 0.0 if abs(middle) < 0.1 * (high - low) else middle
+
+
+def mean_slope(drives: Sequence[Floats], angles: Sequence[Floats]) -> float:
     """Slope of the regression of all records with a zero each."""
     x = np.concatenate([drive - drive.mean() for drive in drives])
     y = np.concatenate([angle - angle.mean() for angle in angles])

@@ -164,8 +164,8 @@ def _angle_of_rig(
 ) -> Floats:
     rig = run.rig if math.isnan(trial.preload_N) else replace(run.rig, preload_N=trial.preload_N)
     pulled = not isinstance(run.program, LoadProgram)
-    program = np.maximum(trial.drive, 0.0) if pulled else LoadProgram(trial.drive, trial.time_s, trial.cycle)
-    moved = Run(rig, program, 0)
+    program = np.maximum(trial.drive, 0.0) if pulled else problem.program(trial.drive, trial.time_s, trial.cycle)
+    moved = problem.driven(Run(rig, program, 0), declared)
     angle = moved.angle_deg(problem.rig(moved, declared, added))
     return observe(angle, trial.sight, added)
 

@@ -218,9 +218,15 @@ def fit(
 
     start = np.clip(start, low + _INSIDE, high - _INSIDE)
     division.row(model.errors(start))  # raises where there is no way
-    found = least_squares(
-        lambda x: errors(x)[seen], start, jacobian, bounds=(low, high), xtol=_CLOSE, ftol=_CLOSE, max_nfev=most_calls
-    )
+    hold = model.problem.hold_deg
+
+    def held(x: Floats) -> Floats:
+        return np.concatenate([errors(x)[seen], hold * (x - start)]) if hold else errors(x)[seen]
+
+    def slope(x: Floats) -> Floats:
+        return np.vstack([jacobian(x), hold * np.eye(x.size)]) if hold else jacobian(x)
+
+    found = least_squares(held, start, slope, bounds=(low, high), xtol=_CLOSE, ftol=_CLOSE, max_nfev=most_calls)
     at = np.split(errors(found.x), np.cumsum([t.size for t in division.train])[:-1])
     return Fitted(model, division, found.x, tuple(at), latest[0], calls)
 

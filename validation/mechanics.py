@@ -37,7 +37,8 @@ SAMPLES, LEAST_OF_RECORD = 4000, 200
 AT_REST = 0.05  # of the drive's range: a record that begins so near to zero begins from rest
 _APPROACH = 24  # samples from one end of the drive to the other, for a record that begins elsewhere
 _EXACTLY = 1e-9  # of the drive's range: cycles that repeat each other
-_SOFT, _NEVER_DEG = 1.0, 1e3  # stiffness and angle of a closure that is not there
+SOFT, NEVER_DEG = 1.0, 1e3
+"""Stiffness and angle of a closure that is not there."""
 _YOUNG_GPA, _ROPE_WALL_MM = 50.0, 0.1
 
 
@@ -82,6 +83,11 @@ class RigProblem:
     scale: Scale
     has: frozenset[str]
 
+    @property
+    def hold_deg(self) -> float:
+        """See :class:`validation.problem.Problem`: the few constants of a known rig need no hold."""
+        return 0.0
+
     def forms(self, effect: Effect) -> tuple[RigForm, ...]:
         """Forms whose needs are met."""
         return tuple(form for form in effect.rig_forms if form.needs <= self.has)
@@ -90,9 +96,21 @@ class RigProblem:
         """Values to start from."""
         return form.starts(self.scale, self.runs[0][0].rig)
 
+    def declared(self, rig: Rig, values: Values) -> Rig:
+        """Give a rig constants of the declared model."""
+        return with_constants(rig, values)
+
+    def driven(self, run: Run, values: Values) -> Run:
+        """Run as the wheel sees it: as it is, for a rig that is known."""
+        return run
+
+    def program(self, drive: Floats, time_s: Floats | None, cycle: NDArray[np.int64]) -> LoadProgram:
+        """Make a load program of a drive in the records' unit."""
+        return LoadProgram(drive, time_s, cycle)
+
     def rig(self, run: Run, values: Values, added: Sequence[tuple[RigForm, Values]]) -> Rig:
         """Rig of a run with constants of the declared model, and with effects."""
-        rig = with_constants(run.rig, values)
+        rig = self.declared(run.rig, values)
         for form, more in added:
             if form.rig is not None:
                 rig = form.rig(rig, more)
@@ -102,7 +120,7 @@ class RigProblem:
         """Angles of all records; see :meth:`validation.problem.Problem.predict`."""
         out = []
         for runs, sight in zip(self.runs, self.sights, strict=True):
-            parts = [run.angle_deg(self.rig(run, values, added)) for run in runs]
+            parts = [self.driven(run, values).angle_deg(self.rig(run, values, added)) for run in runs]
             out.append(observe(np.concatenate(parts), sight, added))
         return out
 
@@ -156,7 +174,7 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
     most = max(LEAST_OF_RECORD, SAMPLES // len(records))
     rigs = [rig and _open(rig) for rig in rigs]
     kept = tuple(thinned(record, most) for record in records)
-    runs = tuple(_runs(record, rig, keep) for record, rig, keep in zip(records, rigs, kept, strict=True) if rig)
+    runs = tuple(runs_of(record, rig, keep) for record, rig, keep in zip(records, rigs, kept, strict=True) if rig)
     sights = tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True))
     pulled = records[0].drive_unit == "N"
     first = runs[0][0].rig
@@ -167,8 +185,8 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
         start=_start(first, pulled),
         runs=runs,
         kept=kept,
-        scale=_scale(records, runs, sights),
-        has=_has(first, sights, pulled),
+        scale=scale_of(records, runs, sights),
+        has=has(first, sights, pulled=pulled),
     )
 
 
@@ -193,7 +211,7 @@ def _constants(rigs: Iterable[Rig]) -> tuple[Constant, ...]:
 
 def _open(rig: Rig) -> Rig:
     """Let notches pass through each other where no closure is declared: it is for the data to say that they close."""
-    return rig if rig.closure is not None else replace(rig, closure=Closure(_SOFT, _NEVER_DEG))
+    return rig if rig.closure is not None else replace(rig, closure=Closure(SOFT, NEVER_DEG))
 
 
 def _start(rig: Rig, pulled: bool) -> Values:
@@ -256,7 +274,8 @@ def sight_of(record: Record, keep: NDArray[np.int64]) -> Sight:
     return Sight(record.drive[keep], time[keep], cycle_index(record)[keep], timed=record.time_s is not None)
 
 
-def _runs(record: Record, rig: Rig, keep: NDArray[np.int64]) -> tuple[Run, ...]:
+def runs_of(record: Record, rig: Rig, keep: NDArray[np.int64]) -> tuple[Run, ...]:
+    """Cut a record into runs from rest; under a force every trial is one."""
     if record.drive_unit == "N":
         trial = cycle_index(record)[keep]
         force = np.maximum(record.drive[keep], 0.0)  # the zero of a load cell wanders
@@ -301,7 +320,7 @@ def _approach(drive: Floats) -> Floats:
     return np.concatenate(way)
 
 
-def _scale(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: Sequence[Sight]) -> Scale:
+def scale_of(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: Sequence[Sight]) -> Scale:
     """Orders of magnitude, the mechanical ones by the rigs as they are declared."""
     solved = [run.solve(run.rig).record for all_of in runs for run in all_of]
     notches = [np.abs(r.notches_deg).max() for r in solved if r.notches_deg is not None]
@@ -324,17 +343,17 @@ def _scale(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: Seq
     )
 
 
-def _has(rig: Rig, sights: Sequence[Sight], pulled: bool) -> frozenset[Any]:
+def has(rig: Rig, sights: Sequence[Sight], *, pulled: bool) -> frozenset[Any]:
     """Give the needs that are met."""
-    has = set()
+    there = set()
     if all(s.timed for s in sights):
-        has.add("time")
+        there.add("time")
     if pulled:
-        has.add("force")
+        there.add("force")
     else:
-        has.add("wheel")
+        there.add("wheel")
         if max(int(s.cycle.max()) for s in sights) >= 2:
-            has.add("cycles")
+            there.add("cycles")
     if rig.tendon_b is not None:
-        has.add("two tendons")
-    return frozenset(has)
+        there.add("two tendons")
+    return frozenset(there)

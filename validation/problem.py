@@ -46,6 +46,18 @@ class Problem(Protocol):
         """What else is known of their samples."""
 
     @property
+    def kept(self) -> tuple[NDArray[np.intp], ...]:
+        """Which samples of each record these are."""
+
+    @property
+    def hold_deg(self) -> float:
+        """Error that a constant counts as which is one size away from where a fit began; 0 leaves all free.
+
+        Constants that make good for each other, as all forces of a rig in proportion nearly do, then stay where they
+        were, in place of wandering (Levenberg 1944, doi 10.1090/qam/10666).
+        """
+
+    @property
     def constants(self) -> tuple[Constant, ...]:
         """Those of the declared model."""
 

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
+from threadpoolctl import threadpool_limits
 
 from fem_models.checks import RigError
 from fem_models.program import SolverError
@@ -26,6 +28,7 @@ from hysteresis.uncertainty import Parameter
 from validation.curves import curve_problem
 from validation.division import divide
 from validation.effect import Effect, Values, catalogue
+from validation.equivalent import equivalent_problem
 from validation.fitting import Division, Fitted, Model, Start, bic, correlation_of_neighbours, fit, independent, promise
 from validation.mechanics import rig_problem
 from validation.problem import Added
@@ -58,9 +61,14 @@ _OTHER_FORM = 1.5  # of that of the effect's best form
 _FINISHED = 3  # effects at most that are brought to their end
 _LESSER_FORM = 0.8  # of the promise of an effect's best form: forms that promise less are not fitted
 _ALL_CALLS = 40
+_EARLY = 4  # steps of a declared model of which all is free
 _PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
 
 Progress = Callable[[str], None]
+ModelName = Literal["rig", "equivalent rig", "curve"]
+RIG: ModelName = "rig"
+EQUIVALENT: ModelName = "equivalent rig"
+CURVE: ModelName = "curve"
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +89,7 @@ class Trace:
     """What was found in records: the declared model, the grown one, and all that was tried."""
 
     records: tuple[Record, ...]
-    known: bool
+    model: ModelName
     verdict: str
     declared: Fitted
     grown: Fitted
@@ -91,6 +99,11 @@ class Trace:
     smooth: Smooth
     samples: float  # that count as independent
     words: tuple[str, ...]
+
+    @property
+    def known(self) -> bool:
+        """Whether the geometry is."""
+        return self.model == RIG
 
     @property
     def effects(self) -> tuple[Added, ...]:
@@ -132,79 +145,127 @@ def trace_records(
             require_reversal(record)
     mechanical = rig_problem(known)
     chosen = effects or catalogue()
-    if mechanical is not None:
-        search = _Search(tuple(known), mechanical, chosen, threads, tell, costly=True)
-        division = divide(known, mechanical.sights, mechanical.kept)
-        tell("the declared model")
-        model = Model(mechanical)
-        return _verdict(search, fit(model, division, model.row(mechanical.start, []), threads=threads))
-    return min((_of_curves(known, chosen, tell, elements) for elements in (1, 2)), key=lambda found: found[0])[1]
+    with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
+        if mechanical is None:
+            return _of_unknown(known, chosen, threads, tell)
+        return _of_known(_Search(tuple(known), mechanical, RIG, chosen, threads, tell))
 
 
-def _of_curves(
-    records: Sequence[Record], effects: Sequence[Effect], tell: Progress, elements: int
-) -> tuple[float, Trace]:
-    """Trace records of unknown geometry by a loop of one or two elements; and the criterion of what was found."""
-    problem = curve_problem(records, elements=elements)
-    division = divide(records, problem.sights, problem.kept)
-    search = _Search(tuple(records), problem, effects, 1, tell, costly=False)  # a run takes less than its handing over
-    model = Model(problem)
-    tell("the declared model")
-    declared = fit(model, division, model.row(problem.start, []), threads=1)
-    everything = Division(tuple(np.ones_like(mask) for mask in division.train), division.by)
-    whole = _verdict(search, fit(model, everything, declared.x, threads=1))
-    return _score(whole.grown, _samples(whole.grown)), _held_out(whole, declared, search)
+def _of_known(search: _Search) -> Trace:
+    """Trace records of a rig that is declared."""
+    division = divide(search.records, search.problem.sights, search.problem.kept)
+    search.tell("the declared model")
+    model = Model(search.problem)
+    return _verdict(search, fit(model, division, model.row(search.problem.start, []), threads=search.threads))
 
 
-def _held_out(whole: Trace, declared: Fitted, search: _Search) -> Trace:
-    """Fit again what was found, without the samples that are held out.
+def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: int, tell: Progress) -> Trace:
+    """Trace records of unknown geometry: by the simplest rig where one explains them, else by a curve and a loop."""
+    found = []
+    if records[0].drive_unit != "N":
+        with suppress(SolverError, RigError):  # records that no such rig follows
+            rig = _Search(tuple(records), equivalent_problem(records), EQUIVALENT, effects, threads, tell)
+            found.append(_whole(rig))
+    if not (found and _explained(found[0])):
+        # a run of a curve takes less time than handing it over to a thread
+        curves = [_Search(tuple(records), curve_problem(records, elements=k), CURVE, effects, 1, tell) for k in (1, 2)]
+        found += map(_whole, curves)
+    samples = _samples(min((trace.grown for trace in found), key=lambda fitted: fitted.square))
+    best = min(found, key=lambda trace: _score(trace.grown, samples))
+    return _held_out(best, threads, tell)
 
-    A curve and a loop that are free take what one amplitude shows for their own; all records together tell effects
-    apart, so the search has all of them. Errors are of fits that have not seen what is held out.
+
+def _explained(trace: Trace) -> bool:
+    return trace.verdict != "unexplained" and math.sqrt(trace.grown.square) <= STILL * trace.floor.deg
+
+
+def _whole(search: _Search) -> Trace:
+    """Trace records of unknown geometry, all samples being fitted.
+
+    What is free takes what one amplitude shows for its own; all records together tell effects apart.
     """
+    division = divide(search.records, search.problem.sights, search.problem.kept)
+    everything = Division(tuple(np.ones_like(mask) for mask in division.train), division.by)
+    search.tell(f"the declared model ({search.model})")
+    model = Model(search.problem)
+    start = model.row(search.problem.start, [])
+    if search.costly:
+        early = fit(model, everything, start, threads=search.threads, most_calls=_EARLY)
+        search, start = replace(search, early=early), early.x
+    return _verdict(search, fit(model, everything, start, threads=search.threads))
+
+
+def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
+    """Fit again what was found, without the samples that are held out: errors are of fits that have not seen them."""
+    problem = whole.declared.model.problem
+    division = divide(whole.records, problem.sights, problem.kept)
+    named = (whole.declared, whole.grown)
 
     def again(fitted: Fitted) -> Fitted:
-        if not fitted.names:
-            return declared
-        search.tell(f"{' + '.join(fitted.names)}, held out")
-        return fit(fitted.model, declared.division, fitted.x, threads=search.threads)
+        """Fit again; those that are not named by a step from where they were, whose derivatives are known."""
+        tell(f"{' + '.join(fitted.names) or 'the declared model'}, held out")
+        brief = whole.model != CURVE and fitted not in named
+        calls, known = (2, fitted.jacobian) if brief else (_ALL_CALLS, None)
+        return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known)
 
-    refitted = {id(c.fitted): again(c.fitted) for c in whole.candidates}
-    refitted[id(whole.declared)] = declared
+    refitted = {id(fitted): again(fitted) for fitted in (whole.declared, *(c.fitted for c in whole.candidates))}
     candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in whole.candidates)
-    return replace(whole, declared=declared, grown=refitted[id(whole.grown)], candidates=candidates)
+    return replace(
+        whole,
+        declared=refitted[id(whole.declared)],
+        grown=refitted[id(whole.grown)],
+        candidates=candidates,
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class _Search:
     records: tuple[Record, ...]
     problem: Any
+    model: ModelName
     effects: Sequence[Effect]
     threads: int
     tell: Progress
-    costly: bool  # a run of the model takes milliseconds
+    early: Fitted | None = None  # the declared model after a few steps, before it takes an effect for its own
     starts: dict[str, list[tuple[Any, Sequence[Values]]]] = field(default_factory=dict)
+
+    @property
+    def costly(self) -> bool:
+        """Whether a run of the model takes milliseconds."""
+        return self.model != CURVE
 
     def floor(self, fitted: Fitted) -> Floor:
         return floor_of(self.records, self.problem.kept, fitted.residuals)
 
     def grow(self, fitted: Fitted, most: int) -> list[Fitted]:
         """Add each effect that is not there yet: those that promise most, fitted in full."""
-        found = [starts for e in self.effects if e.name not in fitted.names and (starts := self._starts(fitted, e))]
-        found.sort(key=lambda starts: -starts[0].gain)
-        most = most if self.costly else len(found)
         calls = _FEW_CALLS if self.costly else _ALL_CALLS
-        known = fitted.jacobian if self.costly else None
-        few = [self._fit(fitted, s.added, s.x, calls, known) for starts in found[:most] for s in starts]
-        there = sorted((g for g in few if g is not None), key=lambda g: g.square)
+        bases = [fitted] if fitted.names or self.early is None else [fitted, self.early]
+        few: list[tuple[int, Fitted]] = []  # with the number of the base that it started from
+        for number, base in enumerate(bases):
+            found = [starts for e in self.effects if e.name not in fitted.names and (starts := self._starts(base, e))]
+            found.sort(key=lambda starts: -starts[0].gain)
+            known = base.jacobian if self.costly else None
+            for start in [s for starts in found[: most if self.costly else None] for s in starts]:
+                if (there := self._fit(fitted, start.added, start.x, calls, known)) is not None:
+                    few.append((number, there))
+        few.sort(key=lambda one: one[1].square)
+        return self._finished(fitted, few) if self.costly else [g for _, g in few]
+
+    def _finished(self, fitted: Fitted, few: Sequence[tuple[int, Fitted]]) -> list[Fitted]:
+        """Fit the best after a few steps to the end; those that have fallen behind are left as they stand."""
         grown = list[Fitted]()
         best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
-        for g in there:  # those that fall behind after a few steps are left as they stand
+        followed = set[tuple[str, int]]()  # with the bases that they have been followed from
+        for number, g in few:
             name = g.names[-1]
-            if name not in best and len(best) < _FINISHED and g.square < _NEAR * there[0].square:
+            if name not in best and len(best) < _FINISHED and g.square < _NEAR * few[0][1].square:
                 best[name] = g.square
-            near = self.costly and name in best and g.square <= _OTHER_FORM * best[name]
+            first = (name, number) not in followed
+            near = name in best and (first or g.square <= _OTHER_FORM * best[name])
             more = self._fit(fitted, g.model.added[-1], g.x) if near else None
+            if near:
+                followed.add((name, number))
             grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
         return grown
 
@@ -242,7 +303,7 @@ class _Search:
         """Forms of an effect with their starts, which are worked out once."""
         if effect.name not in self.starts:
             forms = [(form, self.problem.starts(form)) for form in self.problem.forms(effect)]
-            if self.costly:  # the declared constants may have taken the effect for their own: from where they were, too
+            if self.model == RIG:  # its constants may have taken the effect for their own: from where they were, too
                 forms = [(form, [*values, *({**self.problem.start, **v} for v in values)]) for form, values in forms]
             self.starts[effect.name] = forms
         return self.starts[effect.name]
@@ -325,7 +386,7 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
         best = declared
     return Trace(
         search.records,
-        search.costly,
+        search.model,
         verdict,
         declared,
         best,

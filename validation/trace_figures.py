@@ -72,7 +72,7 @@ def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
     return out
 
 
-def residual_figure(trace: Trace) -> bytes:
+def residual_figure(trace: Trace, dpi: int = _DPI) -> bytes:
     """Residual over drive, time, cycle and angle: the declared model above, the grown one below, on one scale."""
     named = trace.verdict not in UNNAMED
     rows = [(trace.declared, "declared model")]
@@ -92,7 +92,7 @@ def residual_figure(trace: Trace) -> bytes:
         for axis, name in zip(panels[-1], names, strict=True):
             axis.set_xlabel(name)
         _record_legend(figure, panels[0][0], trace)
-        return _png(figure)
+        return _png(figure, dpi)
 
 
 def _residual_row(axes: Sequence[Axes], trace: Trace, fitted: Fitted) -> None:
@@ -236,7 +236,7 @@ def _colour(i: int, count: int) -> str:
     return MEASURED if count > len(RECORDS) else RECORDS[i]
 
 
-def _png(figure: Figure) -> bytes:
+def _png(figure: Figure, dpi: int = _DPI) -> bytes:
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=_DPI, metadata={"Software": None})
     return stream.getvalue()

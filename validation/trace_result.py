@@ -49,6 +49,7 @@ def to_dict(
         "candidates": [_candidate(candidate) for candidate in ranked(trace.candidates)],
         "next_experiment": experiment.words if experiment else "",
         "rig_known": trace.known,
+        "model": trace.model,
         "heldout_by": trace.declared.division.by,
         "declared": {name: p.to_dict() for name, p in found[0].items()},
         "words": list(trace.words),

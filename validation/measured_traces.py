@@ -1,0 +1,115 @@
+"""Traces of all measured records, with no help: the page docs/measured-traces.md and its figures.
+
+``python -m validation.measured_traces --out DIR`` traces every group of records in one call, as the command does,
+keeps what it found in DIR, and puts table and figures into the page; groups that are in DIR are not traced again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.progress import track
+
+from hysteresis.files import write_files
+from hysteresis.record import read_record
+from validation.experiment import next_experiment
+from validation.trace import trace_records
+from validation.trace_figures import residual_figure
+from validation.trace_result import in_words, to_dict
+from validation.wrists import measured_folder
+
+GROUPS: Mapping[str, str] = {
+    "tee-probe": "tee-probe-antero-posterior.csv",
+    "surgical-manipulator": "surgical-manipulator-0-80.csv",
+    "surgical-manipulator-feedforward": "surgical-manipulator-feedforward.csv",
+    "notched-wrist-90": "notched-wrist-90.csv",
+    "notched-wrist-150": "notched-wrist-150.csv",
+    "catheter-taut": "catheter-taut-*.csv",
+    "catheter-slack": "catheter-slack-*.csv",
+    "tendon-robot": "tendon-robot-*.csv",
+    "davinci-tool": "davinci-tool-*.csv",
+}
+"""Records of one rig each, by name; those of a group are traced in one call."""
+HEADING = "## What was found"
+_DPI = 80
+
+
+def trace_group(paths: Sequence[Path], threads: int) -> tuple[dict[str, Any], bytes]:
+    """Trace records: plain values as in trace.json, with ``seconds``; and the figure of the residuals."""
+    start = time.perf_counter()
+    trace = trace_records([read_record(path) for path in paths], threads=threads)
+    result = to_dict(trace, experiment=next_experiment(trace), seconds=time.perf_counter() - start)
+    return result, residual_figure(trace, dpi=_DPI)
+
+
+def page(results: Mapping[str, Mapping[str, Any]]) -> str:
+    """Markdown of all groups: a table, then each with its words, constants and figure."""
+    head = ["records", "model", "verdict", "noise, deg", "before, deg", "after, deg", "after / before", "s"]
+    rows = [head, ["---"] * len(head), *(_row(name, result) for name, result in results.items())]
+    parts = ["\n".join("| " + " | ".join(row) + " |" for row in rows)]
+    parts += [_section(name, result) for name, result in results.items()]
+    return "\n\n".join(parts) + "\n"
+
+
+def _row(name: str, result: Mapping[str, Any]) -> list[str]:
+    before, after = (result[when]["heldout"]["rmse_deg"] for when in ("before", "after"))
+    named = " + ".join(_alike(effect) for effect in result["effects"])
+    numbers = [f"{value:.3g}" for value in (result["noise_floor_deg"], before, after)]
+    verdict = f"{result['verdict']}: {named}" if named else result["verdict"]
+    return [f"`{name}`", result["model"], verdict, *numbers, f"{after / before:.2f}", f"{result['seconds']:.0f}"]
+
+
+def _alike(effect: Mapping[str, Any]) -> str:
+    return " or ".join(f"`{name}`" for name in (effect["name"], *effect["confusable_with"]))
+
+
+def _section(name: str, result: Mapping[str, Any]) -> str:
+    constants = [
+        f"`{effect['name']}`: {key} = {p['value']:.3g} {p['unit']}{_interval(p)}"
+        for effect in result["effects"]
+        for key, p in effect["parameters"].items()
+    ]
+    lines = [
+        f"### {name}",
+        " ".join(in_words(result)),
+        f"Held out: {result['heldout_by']}.",
+        *(["Constants: " + "; ".join(constants) + "."] if constants else []),
+        f"Measure next: {result['next_experiment']}.",
+        f"![Residual of {name} over drive, time, cycle and angle](images/trace-{name}.png)",
+    ]
+    return "\n\n".join(lines)
+
+
+def _interval(parameter: Mapping[str, Any]) -> str:
+    low, high = parameter["low"], parameter["high"]
+    return "" if low is None or high is None else f" ({low:.3g} to {high:.3g})"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Trace, keep, and write the page."""
+    parser = argparse.ArgumentParser(prog="python -m validation.measured_traces", description="Trace measured records.")
+    parser.add_argument("--out", type=Path, required=True, help="folder for what is found")
+    parser.add_argument("--threads", type=int, default=2, help="for derivatives")
+    parser.add_argument("--docs", type=Path, default=Path(__file__).parents[1] / "docs", help="folder of the page")
+    options = parser.parse_args(arguments)
+    for name, pattern in track(GROUPS.items(), description="records"):
+        kept = options.out / f"{name}.json"
+        if not kept.exists():
+            result, figure = trace_group(sorted(measured_folder().glob(pattern)), options.threads)
+            write_files({kept: json.dumps(result, indent=2) + "\n", options.out / f"trace-{name}.png": figure})
+    results = {name: json.loads((options.out / f"{name}.json").read_text(encoding="utf-8")) for name in GROUPS}
+    text = options.docs / "measured-traces.md"
+    prose = text.read_text(encoding="utf-8").split(HEADING)[0]
+    figures = {
+        options.docs / "images" / f"trace-{n}.png": (options.out / f"trace-{n}.png").read_bytes() for n in GROUPS
+    }
+    write_files({**figures, text: f"{prose}{HEADING}\n\n{page(results)}"})
+
+
+if __name__ == "__main__":
+    main()
