@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record, RecordError
 from validation.curve_kernels import loops
-from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, Sight, Values
+from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, Sight, Values, cycles_repeat
 
 SAMPLES = 600
 """Of a record at most, about: the rest is left out, turning points never."""
@@ -113,7 +113,7 @@ class CurveProblem:
         has: set[Need] = set()
         if all(sight.timed for sight in self.sights):
             has.add("time")
-        if max(int(sight.cycle.max()) for sight in self.sights) >= 2:
+        if cycles_repeat(self.sights):
             has.add("cycles")
         if len(self.preloads) > 1:
             has.add("preloads")

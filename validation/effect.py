@@ -22,6 +22,7 @@ from fem_models.rig import Rig
 Floats = NDArray[np.float64]
 Need = Literal["time", "cycles", "two tendons", "wheel", "force", "preloads"]
 Values = Mapping[str, float]
+_SAME = 0.03  # amplitudes of cycles that repeat each other
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,16 @@ class Sight:
     time_s: Floats
     cycle: NDArray[np.int64]
     timed: bool
+
+
+def cycles_repeat(sights: Sequence[Sight]) -> bool:
+    """Tell whether a record has cycles of one amplitude: where all shrink, what goes with the cycle goes with that."""
+    for sight in sights:
+        numbers = np.unique(sight.cycle[sight.cycle >= 1])
+        ranges = np.sort([float(np.ptp(sight.drive[sight.cycle == number])) for number in numbers])
+        if (ranges[1:] * (1 - _SAME) <= ranges[:-1]).any():
+            return True
+    return False
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
 from fem_models.superelastic import strain_per_rad
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record
-from validation.effect import Constant, Effect, RigForm, Scale, Sight, Values
+from validation.effect import Constant, Effect, RigForm, Scale, Sight, Values, cycles_repeat
 
 Floats = NDArray[np.float64]
 
@@ -352,7 +352,7 @@ def has(rig: Rig, sights: Sequence[Sight], *, pulled: bool) -> frozenset[Any]:
         there.add("force")
     else:
         there.add("wheel")
-        if max(int(s.cycle.max()) for s in sights) >= 2:
+        if cycles_repeat(sights):
             there.add("cycles")
     if rig.tendon_b is not None:
         there.add("two tendons")

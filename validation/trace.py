@@ -62,6 +62,7 @@ _FINISHED = 3  # effects at most that are brought to their end
 _LESSER_FORM = 0.8  # of the promise of an effect's best form: forms that promise less are not fitted
 _ALL_CALLS = 40
 _EARLY = 4  # steps of a declared model of which all is free
+_UNLIKE = 0.08  # of half the largest range: a rig that is so far off is not what made the records
 _PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
 
 Progress = Callable[[str], None]
@@ -165,22 +166,34 @@ def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: i
     if records[0].drive_unit != "N":
         with suppress(SolverError, RigError):  # records that no such rig follows
             rig = _Search(tuple(records), equivalent_problem(records), EQUIVALENT, effects, threads, tell)
-            found.append(_whole(rig))
+            rig = replace(rig, early=_declared(rig, _EARLY))
+            declared = _declared(rig)
+            if math.sqrt(declared.square) < _UNLIKE * rig.problem.scale.angle_deg:
+                found.append(_verdict(rig, declared))
     if not (found and _explained(found[0])):
-        # a run of a curve takes less time than handing it over to a thread
-        curves = [_Search(tuple(records), curve_problem(records, elements=k), CURVE, effects, 1, tell) for k in (1, 2)]
-        found += map(_whole, curves)
+        for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
+            curve = _Search(tuple(records), curve_problem(records, elements=elements), CURVE, effects, 1, tell)
+            found.append(_verdict(curve, _declared(curve)))
     samples = _samples(min((trace.grown for trace in found), key=lambda fitted: fitted.square))
-    best = min(found, key=lambda trace: _score(trace.grown, samples))
-    return _held_out(best, threads, tell)
+    return _held_out(min(found, key=lambda trace: _worth(trace, samples)), threads, tell)
+
+
+def _worth(trace: Trace, samples: float) -> float:
+    """Criterion of what a trace says; of one without a word for it, that of its free functions, which a name must beat.
+
+    A declared model that needs an effect less than another one does not win by it.
+    """
+    if trace.verdict == "unexplained":
+        return bic(trace.smooth.square, trace.smooth.constants, samples)
+    return _score(trace.grown, samples)
 
 
 def _explained(trace: Trace) -> bool:
     return trace.verdict != "unexplained" and math.sqrt(trace.grown.square) <= STILL * trace.floor.deg
 
 
-def _whole(search: _Search) -> Trace:
-    """Trace records of unknown geometry, all samples being fitted.
+def _declared(search: _Search, most_calls: int = _ALL_CALLS) -> Fitted:
+    """Fit the declared model of records of unknown geometry to all samples.
 
     What is free takes what one amplitude shows for its own; all records together tell effects apart.
     """
@@ -188,11 +201,8 @@ def _whole(search: _Search) -> Trace:
     everything = Division(tuple(np.ones_like(mask) for mask in division.train), division.by)
     search.tell(f"the declared model ({search.model})")
     model = Model(search.problem)
-    start = model.row(search.problem.start, [])
-    if search.costly:
-        early = fit(model, everything, start, threads=search.threads, most_calls=_EARLY)
-        search, start = replace(search, early=early), early.x
-    return _verdict(search, fit(model, everything, start, threads=search.threads))
+    start = model.row(search.problem.start, []) if search.early is None else search.early.x
+    return fit(model, everything, start, threads=search.threads, most_calls=most_calls)
 
 
 def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
@@ -382,8 +392,11 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
     if any(confusable):
         verdict = "ambiguous"
     if verdict == "unexplained":
-        words.append(f"the residual goes with {', '.join(smooth.names) or 'nothing that was looked at'}")
+        words.append(f"the residual goes with {_names(smooth)}")
         best = declared
+    elif best is not declared and after > AT_FLOOR * floor.deg:
+        rest = smooth_functions(best, search.records, search.problem.sights, samples)
+        words.append(f"{after:.2g} deg is left, {after / floor.deg:.2g} times the noise; it goes with {_names(rest)}")
     return Trace(
         search.records,
         search.model,
@@ -397,6 +410,10 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
         samples,
         tuple(words),
     )
+
+
+def _names(smooth: Smooth) -> str:
+    return ", ".join(smooth.names) or "nothing that was looked at"
 
 
 def _distinct(grown: list[Fitted]) -> list[Fitted]:

@@ -86,18 +86,18 @@ def in_words(result: Mapping[str, Any]) -> list[str]:
     error = f"{before['rmse_deg']:.3g} deg rms on data that no fit has seen, the noise is {floor:.3g} deg"
     names = " and ".join(effect["name"] for effect in result["effects"])
     left = f"With {names} in the model {after['rmse_deg']:.3g} deg is left in place of {error}."
+    reasons = [text[:1].upper() + text[1:] + "." for text in result["words"]]
     match result["verdict"]:
         case "none":
             return [f"No effect is missing: the declared model leaves {error}."]
         case "effect":
-            return [f"The residual is traced to {names}.", left]
+            return [f"The residual is traced to {names}.", left, *reasons]
         case "ambiguous":
             others = [
                 f"{e['name']} or {' or '.join(e['confusable_with'])}" for e in result["effects"] if e["confusable_with"]
             ]
             alike = f"These records do not tell them apart (criterion within {ALIKE:g})."
-            return [f"The residual is traced to one of several: {'; '.join(others)}.", alike, left]
-    reasons = [text[:1].upper() + text[1:] + "." for text in result["words"]]
+            return [f"The residual is traced to one of several: {'; '.join(others)}.", alike, left, *reasons]
     return [
         "Something is left that no effect of the catalogue explains.",
         f"The declared model leaves {error}.",
