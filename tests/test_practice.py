@@ -243,6 +243,8 @@ def breaks(records, seed):
 
 def test_jobs_are_run_stored_and_read(tmp_path: Path) -> None:
     todo = score.jobs("work", "known", 1, ["backlash", "clean"], tmp_path)
+    fewer = score.jobs("work", "known", 3, ["backlash", "clean", "pair", "lost_counts"], tmp_path, others=1)
+    assert [job.label for job in fewer] == ["backlash"] * 3 + ["clean"] * 6 + ["pair"] * 2 + ["lost_counts"]
     assert [(job.label, job.number) for job in todo] == [("backlash", 0), ("clean", 0), ("clean", 1)]
     for job in todo[:2]:
         score.run_job(job, names_backlash)

@@ -18,7 +18,7 @@ from validation.fitting import Division, Model, bic, columns, fit, independent
 from validation.mechanics import rig_problem
 from validation.practice.bench_record import SHIPPED
 from validation.practice.cases import draw_case
-from validation.residual import floor_of, smooth_functions
+from validation.residual import dependences, floor_of, smooth_functions
 from validation.trace import trace_records
 
 NOISE_DEG = 0.05
@@ -145,6 +145,27 @@ def test_noise_floor_and_free_functions_on_a_known_residual():
     even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.sights, strict=True))
     smooth = smooth_functions(replace(fitted, errors=even), records, problem.sights, 400.0)
     assert smooth.names[0] == "even in the drive"
+
+
+def test_dependence_of_white_noise_and_of_a_known_residual():
+    """White noise goes with nothing (p is uniform); a square of the drive goes with the drive, and is not white."""
+    records = two_preloads(lambda rig: rig)
+    problem = rig_problem(records)
+    model, division = Model(problem), Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    fitted = fit(model, division, model.row(problem.start, []), threads=1, most_calls=2)
+    rng, chances = np.random.default_rng(5), []
+    for _ in range(200):
+        white = tuple(rng.normal(0.0, 0.1, e.size) for e in fitted.errors)
+        noise = replace(fitted, errors=tuple(e - e.mean() for e in white))
+        chances.append([one.p for one in dependences(noise, records)])
+    assert np.all(np.mean(np.array(chances) < 0.05, axis=0) < 0.12)
+    assert np.all(np.mean(np.array(chances) < 0.5, axis=0) > 0.35)
+    square = [s.drive**2 + 0.01 * rng.normal(size=s.drive.size) for s in problem.sights]
+    found = {one.on: one for one in dependences(replace(fitted, errors=tuple(e - e.mean() for e in square)), records)}
+    assert found["drive"].part > 0.95
+    assert found["drive"].p < 1e-6
+    assert found["neighbours"].p < 1e-6
+    assert found["direction"].part < 0.05
 
 
 def test_criterion_and_coordinates():

@@ -14,18 +14,22 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from scipy.stats import chi2
+from scipy.stats import f as f_law
 
 from hysteresis.metrics import noise_floor
 from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.effect import Sight
-from validation.fitting import Fitted, bic, solve
+from validation.fitting import Fitted, bic, correlation_of_neighbours, solve
 
 Floats = NDArray[np.float64]
 
 _FEWEST = 8  # samples of a branch that the local noise is read off
 _TO_SIGMA = 1.4826  # of a median absolute deviation
 _GAIN = 6.0  # BIC that a further free function must bring
+_KNOTS = 6  # columns of a smooth function that dependence is tested with
+_LAGS = 10
 
 
 @dataclass(frozen=True)
@@ -111,6 +115,93 @@ def _remaining(row: Floats, columns: Floats, seen: NDArray[np.bool_]) -> float:
     """Mean square that linear columns leave, fitted to some of the samples."""
     left = row + columns @ solve(columns[seen], -row[seen])
     return float(left @ left) / left.size
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """How a residual goes with something: the part of its variance that a smooth function of that has, 0 to 1.
+
+    ``p`` is the probability of such a part, or more, were there nothing: of the F test of the function's columns, where
+    as many samples count as what the function leaves has independent ones (an autoregression of first order). Of
+    whiteness ``part`` is the correlation of neighbours, and ``p`` that of the portmanteau test (Ljung, Box 1978, doi
+    10.1093/biomet/65.2.297).
+    """
+
+    on: str
+    part: float
+    p: float
+
+
+def dependences(fitted: Fitted, records: Sequence[Record]) -> tuple[Dependence, ...]:
+    """Test the residuals of a fit for whiteness, and on drive, angle, rate, tension, preload, cycle, time and way.
+
+    Parameters
+    ----------
+    records
+        All samples of them; the problem of the fit says which are in use.
+
+    Returns
+    -------
+    tuple
+        Whiteness first; what no record tells is left out.
+    """
+    problem = fitted.model.problem
+    out = [Dependence("neighbours", correlation_of_neighbours(fitted.errors), _portmanteau(fitted.errors))]
+    whole, cuts = float(fitted.row @ fitted.row), np.cumsum([e.size for e in fitted.errors])[:-1]
+    for name, values in _regressors(fitted, records, problem.kept, problem.sights).items():
+        low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+        if high - low <= 0 or whole == 0:
+            continue
+        columns = [_spline(v, low, high, _KNOTS) for v in values]
+        basis = np.concatenate([c - c.mean(axis=0) for c in columns])
+        left = fitted.row - basis @ solve(basis, fitted.row)
+        rank = int(np.linalg.matrix_rank(basis))
+        part = min(max(1.0 - float(left @ left) / whole, 0.0), 1.0)
+        r = correlation_of_neighbours(np.split(left, cuts))
+        spare = left.size * (1 - r) / (1 + r) - rank - 1
+        p = float(f_law.sf(part / rank / ((1 - part) / spare), rank, spare)) if spare > 0 and part < 1 else 1.0
+        out.append(Dependence(name, part, p))
+    return tuple(out)
+
+
+def _portmanteau(errors: Sequence[Floats]) -> float:
+    """Probability of the first autocorrelations of all records together, were the errors white."""
+    total, lags = 0.0, 0
+    for error in errors:
+        m, power = error.size, float(error @ error)
+        if m < 4 * _LAGS or power == 0:
+            continue
+        r = np.array([float(error[k:] @ error[:-k]) / power for k in range(1, _LAGS + 1)])
+        total += m * (m + 2) * float(np.sum(r**2 / (m - np.arange(1, _LAGS + 1))))
+        lags += _LAGS
+    return float(chi2.sf(total, lags)) if lags else 1.0
+
+
+def _regressors(
+    fitted: Fitted, records: Sequence[Record], kept: Sequence[NDArray[np.int64]], sights: Sequence[Sight]
+) -> dict[str, list[Floats]]:
+    """Values of what a residual may go with, one array a record."""
+    observed = fitted.model.problem.observed
+    out = {
+        "drive": [s.drive for s in sights],
+        "angle": [angle + error for angle, error in zip(observed, fitted.errors, strict=True)],
+        "direction": [_way(s.drive) for s in sights],
+        "way since reversal": [_way(s.drive) * _since_reversal(s.drive) for s in sights],
+        "cycle": [s.cycle.astype(float) for s in sights],
+        "time": [s.time_s for s in sights],
+    }
+    if all(s.timed for s in sights):
+        out["rate"] = [_rate(s) for s in sights]
+    tensions = [(r.tension_a_N, keep) for r, keep in zip(records, kept, strict=True)]
+    if all(tension is not None for tension, _ in tensions):
+        out["tension"] = [tension[keep] for tension, keep in tensions if tension is not None]
+    preloads = [float(r.rig.get("preload_N", 0.0)) for r in records]
+    if np.ptp(preloads) > 0:  # every record has its own zero, so that only a slope by the preload can show
+        scale = max(float(np.abs(s.drive).max()) for s in sights)
+        out["drive by preload"] = [
+            s.drive / scale * (p - np.mean(preloads)) for s, p in zip(sights, preloads, strict=True)
+        ]
+    return out
 
 
 def _bases(records: Sequence[Record], sights: Sequence[Sight]) -> dict[str, Floats]:

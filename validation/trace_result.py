@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from hysteresis.uncertainty import Parameter
 from validation.confirm import Confirmation
 from validation.experiment import Experiment
 from validation.fitting import Fitted
+from validation.residual import dependences
 from validation.trace import ALIKE, Candidate, Trace, errors_of, parameters
 
 UNNAMED = ("none", "unexplained")
@@ -54,6 +56,10 @@ def to_dict(
         "declared": {name: p.to_dict() for name, p in found[0].items()},
         "words": list(trace.words),
         "smooth": {"names": list(trace.smooth.names), "rmse_deg": math.sqrt(trace.smooth.square)},
+        "residual": {
+            "before": _dependences(trace, trace.declared),
+            "after": _dependences(trace, trace.grown) if named else None,
+        },
         "samples": {"all": int(trace.declared.row.size), "independent": trace.samples},
         "multibody_words": confirmation.words if confirmation else "not run",
         "seconds": seconds,
@@ -122,6 +128,11 @@ def _effects(trace: Trace, found: Sequence[Mapping[str, Parameter]]) -> list[dic
         }
         for k, (added, values, confusable) in enumerate(zip(trace.effects, found, trace.confusable, strict=True))
     ]
+
+
+def _dependences(trace: Trace, fitted: Fitted) -> list[dict[str, Any]]:
+    """Give what the residual goes with, as plain values."""
+    return [asdict(one) for one in dependences(fitted, trace.records)]
 
 
 def _stage(trace: Trace, k: int) -> tuple[Fitted, float]:

@@ -35,6 +35,7 @@ Tracer = Callable[[Sequence[Record], int], Mapping[str, Any]]
 """Records and a seed to what ``trace.json`` holds."""
 
 TWICE = frozenset({CLEAN, PAIR})  # of these there are two times as many cases
+SLOW = frozenset({PAIR, *OUTSIDE})  # all effects are searched three times over before nothing, or two, are found
 
 
 @dataclass(frozen=True)
@@ -56,12 +57,22 @@ def trace(records: Sequence[Record], seed: int) -> Mapping[str, Any]:
     return to_dict(trace_records(records, threads=1))
 
 
-def jobs(set_name: SetName, kind: Kind, count: int, labels: Sequence[str], folder: Path) -> list[Job]:
-    """All cases of a score: ``count`` of each label, twice as many clean ones and pairs."""
+def jobs(
+    set_name: SetName, kind: Kind, count: int, labels: Sequence[str], folder: Path, others: int | None = None
+) -> list[Job]:
+    """All cases of a score: ``count`` of each label, twice as many clean ones and pairs.
+
+    ``others`` is the count for pairs and what is outside the catalogue, where it is another one.
+    """
+
+    def count_of(label: str) -> int:
+        number = count if others is None or label not in SLOW else others
+        return 2 * number if label in TWICE else number
+
     return [
         Job(set_name, kind, label, number, folder / "cases" / f"{set_name}-{kind}-{label}-{number:02d}.json")
         for label in labels
-        for number in range(2 * count if label in TWICE else count)
+        for number in range(count_of(label))
     ]
 
 
@@ -142,6 +153,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--set", choices=[*SETS], default="work", help="tune on work, report score")
     parser.add_argument("--kind", choices=KINDS, default="known", help="whether the sidecar tells the rig")
     parser.add_argument("--count", type=int, default=10, help="cases of each effect; twice as many clean and pairs")
+    parser.add_argument("--others", type=int, help="the same of pairs and of effects outside the catalogue")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--effects", default=",".join(LABELS), help=f"comma between, of {', '.join(LABELS)}")
     parser.add_argument("--out", type=Path, default=Path("practice"), help="folder of the outcomes")
@@ -157,7 +169,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trace, count and write."""
     options = parse(arguments)
-    todo = jobs(options.set, options.kind, options.count, options.effects, options.out)
+    todo = jobs(options.set, options.kind, options.count, options.effects, options.out, options.others)
     run_all(todo, options.workers, quiet=options.quiet)
     result = {
         "schema": 1,
