@@ -13,6 +13,10 @@ from fem_models.schedule import Load
 
 Floats = NDArray[np.float64]
 BAND = 4  # half width of the tangent; it is stored as a[i, j - i + BAND]
+SLACK_STIFFNESS = 1e-6
+"""Of a slack piece of rope over that of a taut one, in the tangent only, so that its guides go with the joints as they
+turn: left where they are, a stiff rope with next to no slack pulls taut here and there at random, and Newton's steps
+find no end. No more than it takes, for the steps are no longer Newton's own."""
 OPEN_STIFFNESS = 1e-9  # of EA/pitch, in the tangent only: a slack rope past a sliding guide leaves the slip open
 
 
@@ -110,8 +114,8 @@ def segment(
 ) -> tuple[float, float, float, float, float, float]:
     """Tensions of both ropes over one pitch, and dTa/dea, dTa/deb, dTb/dea, dTb/deb.
 
-    The flexure shortens by q (Ta + Tb - T0a - T0b) and both ropes with it; a slack rope has no tension and no
-    stiffness.
+    The flexure shortens by q (Ta + Tb - T0a - T0b) and both ropes with it; a slack rope has no tension, and no
+    stiffness but :data:`SLACK_STIFFNESS`.
     """
     thrust = preload_a + preload_b
     target_a = preload_a + ca * (ea + q * thrust)
@@ -124,10 +128,10 @@ def segment(
         return ta, tb, (1.0 + cb * q) * ca / d, cross, cross, (1.0 + ca * q) * cb / d
     ta, tb = target_a / (1.0 + ca * q), target_b / (1.0 + cb * q)
     if ta > 0.0 and ta >= tb:
-        return ta, 0.0, ca / (1.0 + ca * q), 0.0, 0.0, 0.0
+        return ta, 0.0, ca / (1.0 + ca * q), 0.0, 0.0, SLACK_STIFFNESS * cb
     if tb > 0.0:
-        return 0.0, tb, 0.0, 0.0, 0.0, cb / (1.0 + cb * q)
-    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0, tb, SLACK_STIFFNESS * ca, 0.0, 0.0, cb / (1.0 + cb * q)
+    return 0.0, 0.0, SLACK_STIFFNESS * ca, 0.0, 0.0, SLACK_STIFFNESS * cb
 
 
 @njit(cache=True)
@@ -250,6 +254,8 @@ def guide_row(
     bristle, rope = (c.bristle_a, c.rope_a) if side == 0 else (c.bristle_b, c.rope_b)
     total, pull = proximal + distal, bristle * (x[row] - h.guides[side, i])
     limit, viscous = grip[0] + total * grip[1], grip[2]
+    if c.mu == 0.0 and grip[0] == 0.0:  # nothing rubs: it neither sticks nor slides
+        bristle = pull = 0.0
     if settle:
         w.state[side, i] = settled(w.state[side, i], pull, limit, c.tolerance)
     w.limit[side, i] = limit

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+# numba keeps compiled code by this file's date and size: with a change of chain_equations alone it would run the old
 from fem_models.chain_equations import BAND, Constants, History, Work, assemble, flag
 from fem_models.schedule import Load, part_of_way, way_mm
 

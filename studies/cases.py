@@ -21,7 +21,7 @@ from fem_models.rig_file import rig_of_tables
 from fem_models.strain import SUPERELASTIC, limits_passed, peak_strain, strain_limits
 from hysteresis.metrics import loop_width
 from hysteresis.record import Record
-from studies.engines import require_exudyn
+from studies.engines import mechanics
 from studies.inputs import code_version, with_values
 from validation.contributions import PARTS, contributions, loop_program
 
@@ -200,18 +200,9 @@ def _named(group: str) -> Iterator[None]:
         raise RuntimeError(f"{group}: {error}") from error
 
 
-def _mechanics(engine: str) -> Callable[[Rig, LoadProgram], Any]:
-    if engine == "chain":
-        return solve_chain
-    require_exudyn()
-    from fem_models.multibody import solve_multibody
-
-    return solve_multibody
-
-
 def _run_mechanics(engine: str) -> Callable[[Rig, LoadProgram], Run]:
     def run(rig: Rig, program: LoadProgram) -> Run:
-        solution = _mechanics(engine)(rig, program)
+        solution = mechanics(engine)(rig, program)
         segments = solution.segment_tensions_N[:, : len(rig.tendons)]
         return Run(solution.record, segments, solution.wheel_work_mJ, solution.peak_strain)
 
@@ -266,7 +257,7 @@ def _strain(rig: Rig, drive: Floats, strain: Floats) -> Quantities:
 
 def _contributions(rig: Rig, program: LoadProgram, engine: str) -> Quantities:
     high = float(program.drive_mm.max())
-    shares = contributions(rig, loop_program(float(program.drive_mm.min()), high), _mechanics(engine)).shares(
+    shares = contributions(rig, loop_program(float(program.drive_mm.min()), high), mechanics(engine)).shares(
         "dissipated_mJ"
     )
     return {} if shares is None else {f"{part}_share": value for part, value in shares.items()}

@@ -8,13 +8,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from fem_models.chain import simulate_chain
+from fem_models.chain import ChainSolution, simulate_chain, solve_chain
 from fem_models.checks import RigError
 from fem_models.kinematics import simulate_analytic
 from fem_models.program import LoadProgram
 from fem_models.rig import Rig
 from hysteresis.record import Record, read_columns
+
+if TYPE_CHECKING:
+    from fem_models.multibody import MultibodySolution
 
 
 class MissingError(RuntimeError):
@@ -57,6 +61,16 @@ def _simulate_multibody(rig: Rig, program: LoadProgram) -> Record:
     from fem_models.multibody import simulate_multibody
 
     return simulate_multibody(rig, program)
+
+
+def mechanics(engine: str) -> Callable[[Rig, LoadProgram], ChainSolution | MultibodySolution]:
+    """Give the solver of an engine, chain or multibody, with tensions, strains and its book-keeping of energy."""
+    if engine == "chain":
+        return solve_chain
+    require_exudyn()
+    from fem_models.multibody import solve_multibody
+
+    return solve_multibody
 
 
 def simulate_in_time(rig: Rig, program: LoadProgram) -> Record:

@@ -10,19 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.bench import rig_of
-from fem_models.chain import solve_chain
 from fem_models.program import LoadProgram
 from fem_models.rig import Rig
 from hysteresis.identify import identify
 from hysteresis.metrics import dissipated_area, loop_width
 from hysteresis.record import Record
-from studies.engines import require_exudyn
+from studies.engines import mechanics
 from validation.contributions import (
     PARTS,
     SETS,
     Contributions,
     Loop,
-    Solver,
     contributions,
     divide,
     loop_program,
@@ -46,16 +44,6 @@ SEEN_WITH_ROPES = {
 """Loops that Bouc-Wen parameters are given for: each source on the rig's own ropes, which let it be seen."""
 
 
-def solver(engine: str) -> Solver:
-    """Give the solver of an engine, chain or multibody, with its book-keeping of energy."""
-    if engine == "chain":
-        return solve_chain
-    require_exudyn()
-    from fem_models.multibody import solve_multibody
-
-    return solve_multibody
-
-
 def separate_rig(rig: Rig, amplitude_mm: float, *, engine: str = "chain", seed: int = 0) -> dict[str, Any]:
     """Divide the loop of a rig: the contents of separate.json. A rig of one tendon goes from 0 to the amplitude.
 
@@ -65,7 +53,7 @@ def separate_rig(rig: Rig, amplitude_mm: float, *, engine: str = "chain", seed: 
         A rig that cannot be divided or cannot follow.
     """
     program = loop_program(0.0 if rig.tendon_b is None else -amplitude_mm, amplitude_mm)
-    found = contributions(rig, program, solver(engine))
+    found = contributions(rig, program, mechanics(engine))
     return _result(rig, program, found, engine, seed)
 
 
@@ -159,7 +147,7 @@ def _warnings(found: Contributions) -> list[str]:
     if residual is not None and residual > RIGID_PERCENT:
         words.append(
             f"{residual:.2g} % of the width is left with ropes that do not stretch: joints bend unevenly, "
-            "or the rig's own ropes are nearly as stiff"
+            "such a rope goes slack at this preload, or the rig's own ropes are nearly as stiff"
         )
     return words
 

@@ -8,14 +8,16 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from distributed import Client, Future, KilledWorker, as_completed
 
+from hysteresis.record import RecordError
 from studies.cases import OPTIONAL_GROUPS, Outcome, StudyError, evaluate_all, quantity_names
-from studies.dataset import assemble, ranges, write_dataset
+from studies.dataset import ZARR, Overview, write_dataset
 from studies.engines import require_exudyn, require_gmsh
 from studies.inputs import code_version, versions
 from studies.plan import Case, Plan, cases, plan_of
@@ -23,8 +25,10 @@ from studies.progress import bar
 from studies.results import write_json
 from studies.store import DiskFullError, Store, open_store
 from studies.study_file import Study
-from studies.workers import Team
+from studies.workers import Team, interrupts_wait
 
+SUMMARY = "study.json"
+FURTHER = {"sensitivity": "sensitivity.json", "pareto": "pareto.json"}
 IN_FLIGHT = 2  # batches a worker: one that runs, one that waits for it, so that no worker waits for us
 _BATCH = {"chain": 16, "analytic": 32}
 """Cases a batch, about a tenth of a second; slower cases go one by one."""
@@ -32,7 +36,7 @@ _BATCH = {"chain": 16, "analytic": 32}
 
 @dataclass
 class Tally:
-    """What was done in a run: cases computed, and taken from the store."""
+    """What was done in a run till now: cases computed, and taken from the store."""
 
     computed: int = 0
     stored: int = 0
@@ -41,8 +45,8 @@ class Tally:
 Done = Callable[[int], None]
 
 
-def run_cases(todo: Iterable[Case], total: int, study: Study, store: Store, team: Team, *,
-              retry: bool = False, done: Done = lambda _: None) -> Tally:  # fmt: skip
+def run_cases(todo: Iterable[Case], total: int, study: Study, store: Store, team: Team, tally: Tally, *,
+              retry: bool = False, done: Done = lambda _: None) -> None:  # fmt: skip
     """Run what the store does not have yet; ``retry`` also what failed. ``done`` hears how many cases are through.
 
     At most :data:`IN_FLIGHT` batches a worker are out at a time, whatever the number of cases. A batch whose worker
@@ -53,30 +57,28 @@ def run_cases(todo: Iterable[Case], total: int, study: Study, store: Store, team
     StudyError
         A full disk, a scheduler that is lost; what was stored before stays.
     """
-    tally, flying, suspects = Tally(), set[str](), list[Case]()
+    flying, suspects = set[str](), list[Case]()
     missing = _missing(todo, store, flying, tally, retry=retry, done=done)
     first = next(missing, None)
     if first is None:
-        return tally
+        return
     client = team.client()
     size = min(_batch_size(study), max(1, math.ceil(total / (2 * IN_FLIGHT * team.size))))
-    for batch, outcomes in _flow(_batches(missing, size, first), IN_FLIGHT * team.size, client, store):
+    for batch, outcomes in _flow(_batches(missing, size, first), IN_FLIGHT * team.size, client, store, tally):
         flying.difference_update(o.key for o in outcomes)
-        tally.computed += len(outcomes)
         done(len(outcomes))
         if not outcomes:
             suspects += batch
-    for (case,), outcomes in _flow(([case] for case in suspects), 1, client, store):
+    for (case,), outcomes in _flow(([case] for case in suspects), 1, client, store, tally):
         if not outcomes:
             with store.transaction():
                 store.keep([_died(case)])
-        tally.computed += 1
+            tally.computed += 1
         done(1)
-    return tally
 
 
 def _flow(
-    batches: Iterator[list[Case]], width: int, client: Client, store: Store
+    batches: Iterator[list[Case]], width: int, client: Client, store: Store, tally: Tally
 ) -> Iterator[tuple[list[Case], list[Outcome]]]:
     """Keep ``width`` batches out and give each as it comes back, its outcomes stored; none where its worker died."""
     answers, held = as_completed(), dict[Future, list[Case]]()
@@ -97,9 +99,11 @@ def _flow(
     while held:
         future = next(answers)
         batch, outcomes = held.pop(future), _answer(future)
-        with store.transaction():
-            store.keep(outcomes)
-            new = hand_out(list(islice(batches, 1)))
+        with interrupts_wait():
+            with store.transaction():
+                store.keep(outcomes)
+                new = hand_out(list(islice(batches, 1)))
+            tally.computed += len(outcomes)
         future.release()  # the scheduler forgets it
         submit(new)
         yield batch, outcomes
@@ -153,53 +157,56 @@ def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler:
               retry: bool = False, progress: bool = False) -> dict[str, Any]:  # fmt: skip
     """Run a study and write its folder: the store, the dataset, the summary that is returned, and what it asks besides.
 
-    Ctrl-C writes the dataset of what is there before it goes on its way.
+    Ctrl-C and a full disk write the dataset and the summary of what is there before they go on their way.
 
     Raises
     ------
     StudyError, MissingError
         One line: a disk without room, a scheduler that does not answer, an engine that is not installed.
     """
-    start, plan = time.perf_counter(), plan_of(study)
+    start, plan, tally = time.perf_counter(), plan_of(study), Tally()
     {"multibody": require_exudyn, "solid": require_gmsh}.get(study.engine, lambda: None)()
+
+    def write() -> dict[str, Any]:
+        """Write the dataset and its summary: interrupted, till all that the study asks for is there."""
+        summary = _summary(study, tally, write_dataset(study, plan, store, out))
+        return _write_summary(out, summary, "interrupted", start)
+
     with open_store(out) as store, Team(study.engine, workers, scheduler) as team:
-        _keep_inputs(study, out)
         try:
-            tally = _run_plan(study, plan, store, team, "cases", retry=retry, progress=progress)
+            _keep_inputs(study, out)
+            _run_plan(study, plan, store, team, "cases", tally, retry=retry, progress=progress)
+            summary = write()
         except (KeyboardInterrupt, DiskFullError):
-            with suppress(DiskFullError):
-                write_dataset(assemble(study, plan, store), out)
+            with suppress(DiskFullError, RecordError):  # what stops the study is said, and not this
+                write()
             raise
-        dataset = assemble(study, plan, store)
-        path = write_dataset(dataset, out)
-        summary = _summary(study, plan, tally) | {"dataset": path.name}
-        summary["failures"] = _failures(dataset)
-        summary["quantities"] = ranges(dataset, quantity_names(study.engine, study.groups))
-        _further(study, out, store, team, summary, progress=progress)
-        summary["seconds"] = time.perf_counter() - start
-        write_json(out / "study.json", summary)
-    return summary
+        further = _further(study, out, store, team, progress=progress)
+        return _write_summary(out, summary | further, "finished", start)
 
 
-def _run_plan(study: Study, plan: Plan, store: Store, team: Team, words: str, *, retry: bool, progress: bool) -> Tally:
+def _run_plan(
+    study: Study, plan: Plan, store: Store, team: Team, words: str, tally: Tally, *, retry: bool, progress: bool
+) -> None:
     with bar(progress) as shown:
         task = shown.add_task(words, total=len(plan))
-        return run_cases(
-            cases(study, plan.points()), len(plan), study, store, team, retry=retry,
+        run_cases(
+            cases(study, plan.points()), len(plan), study, store, team, tally, retry=retry,
             done=lambda n: shown.update(task, advance=n),
         )  # fmt: skip
 
 
-def _further(study: Study, out: Path, store: Store, team: Team, summary: dict[str, Any], *, progress: bool) -> None:
+def _further(study: Study, out: Path, store: Store, team: Team, *, progress: bool) -> dict[str, str]:
     """Sensitivity and Pareto search, where the study asks for them, through the same store and workers."""
+    written = {}
     if study.sensitivity is not None:
         from studies.sensitivity import saltelli_plan, sensitivity
 
-        plan = saltelli_plan(study.axes, study.sensitivity)
-        tally = _run_plan(study, plan, store, team, "sensitivity", retry=False, progress=progress)
+        plan, tally = saltelli_plan(study.axes, study.sensitivity), Tally()
+        _run_plan(study, plan, store, team, "sensitivity", tally, retry=False, progress=progress)
         result = sensitivity(study, plan, store) | {"computed": tally.computed, "from_store": tally.stored}
-        write_json(out / "sensitivity.json", result)
-        summary["sensitivity"] = "sensitivity.json"
+        write_json(out / FURTHER["sensitivity"], result)
+        written["sensitivity"] = FURTHER["sensitivity"]
     if study.pareto is not None:
         from studies.pareto import pareto
 
@@ -208,12 +215,13 @@ def _further(study: Study, out: Path, store: Store, team: Team, summary: dict[st
             task = shown.add_task("Pareto search", total=asked.population * asked.generations)
 
             def outcomes(points: list[Mapping[str, float]]) -> list[Outcome | None]:
-                wanted = list(cases(study, points))
-                run_cases(wanted, len(wanted), study, store, team, done=lambda n: shown.update(task, advance=n))
+                wanted, done = list(cases(study, points)), partial(shown.advance, task)
+                run_cases(wanted, len(wanted), study, store, team, Tally(), done=done)
                 return [store.find(case.key) for case in wanted]
 
-            write_json(out / "pareto.json", pareto(study, outcomes))
-        summary["pareto"] = "pareto.json"
+            write_json(out / FURTHER["pareto"], pareto(study, outcomes))
+        written["pareto"] = FURTHER["pareto"]
+    return written
 
 
 def _keep_inputs(study: Study, out: Path) -> None:
@@ -228,12 +236,15 @@ def _keep_inputs(study: Study, out: Path) -> None:
         raise DiskFullError(f"{folder}: {error.strerror}: expected a folder that can be written to") from None
 
 
-def _summary(study: Study, plan: Plan, tally: Tally) -> dict[str, Any]:
+def _summary(study: Study, tally: Tally, overview: Overview) -> dict[str, Any]:
+    """Say what was asked, and what is in the dataset."""
+    names = quantity_names(study.engine, study.groups)
     return {
         "schema": 1,
         "title": study.title,
         "engine": study.engine,
-        "cases": len(plan),
+        "cases": sum(overview.status.values()),
+        "status": overview.status,
         "computed": tally.computed,
         "from_store": tally.stored,
         "axes": {a.name: {"from": a.low, "to": a.high, "values": len(a.values) or None} for a in study.axes},
@@ -242,10 +253,17 @@ def _summary(study: Study, plan: Plan, tally: Tally) -> dict[str, Any]:
         "versions": versions(study.engine),
         "code_sha256": code_version(study.engine),
         "inputs_sha256": {path.name: digest for path, digest in study.inputs.items()},
+        "dataset": ZARR,
+        "failures": {"count": overview.status["failed"], "messages": overview.messages},
+        "quantities": {name: overview.ends[name] for name in names if name in overview.ends},
     }
 
 
-def _failures(dataset: Any) -> dict[str, Any]:
-    """Count the failed cases, by message."""
-    messages = dataset.message.values[dataset.status.values == "failed"].tolist()
-    return {"count": len(messages), "messages": {m: messages.count(m) for m in sorted(set(messages))[:20]}}
+def _write_summary(out: Path, summary: dict[str, Any], state: str, start: float) -> dict[str, Any]:
+    """Write ``study.json``; results of an earlier run that it does not name would be taken for its own: they go."""
+    for kind, name in FURTHER.items():
+        if kind not in summary:
+            (out / name).unlink(missing_ok=True)
+    whole = summary | {"state": state, "seconds": time.perf_counter() - start}
+    write_json(out / SUMMARY, whole)
+    return whole

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import logging
 import signal
-from contextlib import ExitStack
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from multiprocessing import forkserver
 
 import dask
 from dask.system import CPU_COUNT
@@ -16,6 +19,13 @@ from studies.inputs import code_version
 
 CONNECT_S = 10
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), 1)
+
+_SHORT_DIARIES = {
+    "distributed.admin.low-level-log-length": 1,
+    "distributed.admin.system-monitor.log-length": 60,
+    "distributed.diagnostics.computations.max-history": 1,
+}
+"""Dask remembers its last 1000 messages and 100 graphs, with the inputs of all their cases: not a study's to hold."""
 
 
 class Team:
@@ -42,7 +52,11 @@ class Team:
         """Give the client, connected."""
         if self._client is None:
             logging.getLogger("distributed").setLevel(logging.CRITICAL)
-            self._client = self._checked(self._local() if self._scheduler is None else self._remote(self._scheduler))
+            self._open.enter_context(dask.config.set(_SHORT_DIARIES))
+            with interrupts_wait():
+                self._client = self._checked(
+                    self._local() if self._scheduler is None else self._remote(self._scheduler)
+                )
         return self._client
 
     @property
@@ -58,11 +72,12 @@ class Team:
             "nanny.pre-spawn-environ": _ONE_THREAD,
             "worker.multiprocessing-method": "forkserver",
             "scheduler.allowed-failures": 0,  # we look ourselves which case took a worker down
-            "admin.low-level-log-length": 1000,  # of the scheduler's diary, which grows with the cases till there
         }
         self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
         # one process reads the modules, and the workers are its copies: they start in no time, however many
         get_mp_context().set_forkserver_preload(["distributed", "studies.cases"])
+        with interrupts_wait(signal.SIG_IGN):  # what a process ignores, those that it starts ignore, too
+            forkserver.ensure_running()
         cluster = LocalCluster(
             n_workers=self._count, threads_per_worker=1, processes=True, memory_limit=0, silence_logs=logging.CRITICAL,
             dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},  # heard on this machine alone
@@ -85,8 +100,6 @@ class Team:
         expected = "expected notchbend there, and the same versions of it and its libraries as here"
         try:
             found = client.run(code_of, self._engine)
-            if self._scheduler is None:
-                client.run(_leave_interrupts_to_us)
         except Exception as error:  # Dask wraps what a worker cannot import in a plain one
             words = " ".join(str(error).split())
             raise StudyError(f"{where}: {words}: {expected}") from None
@@ -96,6 +109,20 @@ class Team:
         return client
 
 
-def _leave_interrupts_to_us() -> None:
-    """Let a worker not hear of Ctrl-C, which a terminal sends to all processes of a command."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+@contextmanager
+def interrupts_wait(handler: signal.Handlers | None = None) -> Iterator[None]:
+    """Let Ctrl-C, which a terminal sends to all processes of a command, wait till the block ends, or be ignored.
+
+    Dask's processes complain at length where they are interrupted while they start.
+    """
+    if threading.current_thread() is not threading.main_thread():  # others hear of no signals
+        yield
+        return
+    heard = []
+    before = signal.signal(signal.SIGINT, handler or (lambda *_: heard.append(True)))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if heard:
+            raise KeyboardInterrupt

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from fem_models.chain import ChainSettings, simulate_chain, solve_batch, solve_chain
 from fem_models.checks import RigError
@@ -12,7 +13,7 @@ from fem_models.multibody import simulate_multibody, solve_multibody
 from fem_models.presets import preset
 from fem_models.program import LoadProgram, SolverError, triangle
 from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
-from fem_models.snr import flexure
+from fem_models.snr import flexure, moment_arms_mm, ring_stiffness, turning_length_mm
 from hysteresis.metrics import loop_width
 from validation.twins import EFFECTS, compare, program, switches
 
@@ -285,3 +286,34 @@ def test_batch_is_the_same_rig_by_rig_whatever_the_threads():
     assert "creep" in batches[0].messages[2]
     assert np.isnan(batches[0].angle_deg[2]).all()
     assert np.isfinite(batches[0].angle_deg[[0, 1, 3, 4]]).all()
+
+
+@pytest.mark.parametrize("preload", [2.0, 5.0, 6.0])
+def test_a_rope_that_hardly_stretches_goes_slack_and_the_other_bends_alone(preload):
+    """Bending shortens both ropes, so that one that cannot stretch loses its preload; then, with n equal joints, the
+    other alone has T arm(theta) = k theta, and its way in is its path, what the joints are less compressed by, and what
+    it stretches: drive = n path(theta) + n (T - 2 T0) / k_axial + (T - T0) L / EA."""
+    rig = preset("du2018", preload_N=preload)
+    rope = replace(rig.tendon_a, EA_N=5e7, toe_N=0.0)
+    linear = replace(rig.material, loop_share=0.0)
+    rig = replace(rig, tendon_a=rope, tendon_b=rope, friction=Friction(), material=linear)
+    drive = 2.2
+    solution = solve_chain(rig, triangle(drive, cycles=1))
+    assert solution.segment_tensions_N[:, 1].min() == 0
+    joint, arm = flexure(rig), moment_arms_mm(rig)[0]
+    half_gap = 0.5 * (rig.notch.width_mm - turning_length_mm(rig))
+
+    def tension(theta: float) -> float:
+        slope = half_gap * np.sin(theta / 2) + arm * np.cos(theta / 2)
+        return theta / (1 / joint.bending_Nmm_per_rad + 1 / ring_stiffness(rig)[0]) / slope
+
+    def left(theta: float) -> float:
+        path = 2 * (half_gap * (1 - np.cos(theta / 2)) + arm * np.sin(theta / 2))
+        stretch = (tension(theta) - preload) * (rope.free_length_mm + rig.joints * rig.pitch_mm) / rope.EA_N
+        longer = (tension(theta) - 2 * preload) / joint.axial_N_per_mm
+        return drive - rig.joints * (path + longer) - stretch
+
+    theta = brentq(left, 0.01, 0.2)
+    k = int(np.argmax(solution.record.drive))
+    assert solution.record.angle_deg[k] == pytest.approx(rig.joints * np.degrees(theta), rel=1e-8)
+    assert solution.segment_tensions_N[k, 0] == pytest.approx(tension(theta), rel=1e-6)

@@ -13,13 +13,14 @@ from fem_models.chain import simulate_chain
 from fem_models.checks import RigError
 from fem_models.effects import Backlash
 from fem_models.presets import preset
-from fem_models.program import triangle
+from fem_models.program import SolverError, triangle
 from fem_models.rig import Friction
 from hysteresis.record import Record, write_record
 from studies.cli import call
 from validation.contributions import (
     SETS,
     SOURCES,
+    closed_loop,
     contributions,
     divide,
     loop_program,
@@ -85,6 +86,34 @@ def test_a_rope_that_is_off_makes_no_loop_worth_the_name(found):
     twice = [replace(rope, EA_N=2 * rope.EA_N) for rope in stiff.tendons]
     stiffer = simulate_chain(replace(stiff, tendon_a=twice[0], tendon_b=twice[1]), other)
     assert simulate_chain(stiff, other).angle_deg == pytest.approx(stiffer.angle_deg, abs=0.01)  # the limit is reached
+
+
+@pytest.mark.parametrize("preload", [5.0, 6.0])
+def test_a_rope_that_is_off_may_go_slack(preload):
+    # bending to 45 deg takes more than that from a rope that cannot stretch; the rig's own keep 2 N
+    rig = replace(RIG, preload_N=preload)
+    found = contributions(rig, PROGRAM)
+    assert min(rope.min() for rope in tensions(found.loops[frozenset()])) == 0
+    assert min(rope.min() for rope in tensions(found.whole)) > 2
+    assert abs(found.closure_percent) < 1
+    # half as stiff, the ropes that are off give the same: the limit is reached
+    stiff = switched(rig, frozenset())
+    half = [replace(rope, EA_N=0.5 * rope.EA_N) for rope in stiff.tendons]
+    softer = closed_loop(replace(stiff, tendon_a=half[0], tendon_b=half[1]), PROGRAM)
+    angle = found.loops[frozenset()].record.angle_deg
+    assert softer.record.angle_deg == pytest.approx(angle, abs=0.01)
+
+
+def tensions(loop):
+    return loop.record.tension_a_N, loop.record.tension_b_N
+
+
+def test_what_cannot_be_solved_names_what_was_off():
+    def fails(rig, program):
+        raise SolverError("no equilibrium")
+
+    with pytest.raises(SolverError, match=r"no equilibrium \(with friction, tendon elasticity, material switched off"):
+        contributions(RIG, PROGRAM, fails)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from hysteresis.record import read_record
 from studies import run
 from studies.cli import call
-from studies.report.summary import significant
+from studies.report.templates import significant
 from validation.practice.bench_record import SHIPPED, bench_like_record
 
 

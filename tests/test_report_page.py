@@ -3,15 +3,21 @@
 import json
 import re
 import shutil
+import sys
+from pathlib import Path
 
 import browser
+import numpy as np
 import pytest
+import xarray as xr
+import zarr
 from browser import chromium, ink, listen, screenshots, tints
 from results_folder import write_run, write_study, write_trace
 
 from studies.cli import call
 from studies.report import pdf
 from studies.report.page import write_report
+from studies.report.study import read_study
 
 SECTIONS = {
     "run": {"summary", "rig", "crosschecks", "loops", "contributions", "layer", "versions"},
@@ -102,6 +108,60 @@ def test_pictures_have_words_and_tables_have_headers(whole):
     assert all('<th scope="col"' in table for table in tables)
 
 
+def test_an_interrupted_study_is_shown_as_one(parts, tmp_path):
+    folder = tmp_path / "study"
+    shutil.copytree(parts["study"], folder)
+    status = zarr.open_group(folder / "study.zarr", mode="r+")["status"]
+    status[1, :] = np.full(4, "pending", dtype=np.dtypes.StringDType())
+    html = words(write_report(folder).read_text())
+    assert "24 cases, 1 of them failed." in html
+    assert "4 of 24 cases have not been run" in html
+    assert "1 failed, for the reasons below, 4 not run yet" in html
+
+
+def test_of_many_samples_a_part_is_drawn(tmp_path):
+    """The pictures are of the first 1,024 cases, and say so; the numbers of all of them."""
+    count = 3000
+    values = np.arange(count, dtype=float)
+    data = xr.Dataset(
+        {
+            "tension_max_N": ("case", values, {"units": "N", "long_name": "largest tension"}),
+            "status": ("case", np.full(count, "ok", dtype=np.dtypes.StringDType())),
+            "message": ("case", np.full(count, "", dtype=np.dtypes.StringDType())),
+        },
+        {"case": np.arange(count), "preload_N": ("case", values), "notch.depth_mm": ("case", values[::-1].copy())},
+    )
+    data.to_zarr(tmp_path / "study.zarr", mode="w", zarr_format=3, consolidated=False)
+    (tmp_path / "study.json").write_text('{"axes": {"preload_N": {}, "notch.depth_mm": {}}}')
+    section = read_study(tmp_path)
+    (plate,) = section.plates
+    assert plate.charts[0].marks[0].x.tolist() == values[:1024].tolist()
+    assert "the first 1,024 samples" in plate.caption
+    assert (section.cases, section.rows[0]["high"]) == (count, count - 1)
+
+
+def test_of_a_fine_grid_a_part_is_drawn(tmp_path):
+    """At most 200 values of the two axes in the pictures, the third in its middle; the numbers of all cases."""
+    sizes = {"preload_N": 450, "notch.depth_mm": 3, "notch.count": 5}
+    shape = tuple(sizes.values())
+    angle = np.arange(np.prod(shape), dtype=float).reshape(shape)
+    data = xr.Dataset(
+        {"full_scale_angle_deg": (tuple(sizes), angle, {"units": "deg", "long_name": "angle"})}
+        | {
+            name: (tuple(sizes), np.full(shape, text, dtype=np.dtypes.StringDType()))
+            for name, text in (("status", "ok"), ("message", ""))
+        },
+        {name: np.arange(size, dtype=float) for name, size in sizes.items()},
+    )
+    data.to_zarr(tmp_path / "study.zarr", mode="w", zarr_format=3, consolidated=False)
+    section = read_study(tmp_path)
+    heat = section.plates[0].charts[0].marks[0]
+    assert np.array_equal(heat.z, angle[::3, :, 2].T)
+    assert "notch count at 2" in section.plates[0].caption
+    assert "at most 200 values of an axis" in section.plates[0].caption
+    assert section.rows[0]["high"] == angle.max()
+
+
 def test_same_results_give_the_same_page(whole):
     before = whole.read_bytes()
     assert write_report(whole.parent).read_bytes() == before
@@ -185,12 +245,15 @@ def test_theme_can_be_changed(opened, tmp_path):
     tick = "getComputedStyle(document.querySelector('.xtick text')).fill"
     light = page.evaluate(f"[{back}, {tick}]")
     page.get_by_role("button", name="Dark").click()
-    page.wait_for_timeout(3000)
+    # the charts are drawn again one after the other
+    ticks = "[...document.querySelectorAll('.xtick text')].map(text => getComputedStyle(text).fill)"
+    page.wait_for_function(f"{ticks}.every(fill => fill !== '{light[1]}')")
     dark = page.evaluate(f"[{back}, {tick}]")
     assert dark[0] != light[0]
     assert dark[1] != light[1]
     page.screenshot(path=screenshots(tmp_path) / "report-dark.png")
     page.get_by_role("button", name="Light").click()
+    page.wait_for_function(f"{ticks}.every(fill => fill === '{light[1]}')")
     assert heard.errors == []
 
 
@@ -218,6 +281,24 @@ def test_pdf_is_printed(parts, tmp_path, capsys):
     assert (folder / "report.pdf").read_bytes().startswith(b"%PDF-")
     assert (folder / "report.pdf").stat().st_size > 20_000
     assert not list(folder.glob(".pdf-*"))
+
+
+def test_pdf_is_printed_by_weasyprint(parts, tmp_path, monkeypatch):
+    pytest.importorskip("weasyprint", reason="WeasyPrint is not installed")
+    monkeypatch.setattr(pdf, "BROWSERS", ("no-such-browser",))
+    page = Path(shutil.copy(write_report(parts["study"]), tmp_path))
+    assert pdf.write_pdf(page).read_bytes().startswith(b"%PDF-")
+
+
+def test_weasyprint_without_its_libraries_is_one_line(parts, tmp_path, monkeypatch):
+    (tmp_path / "weasyprint.py").write_text("raise OSError('cannot load library pango-1.0\\nsee the manual')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "weasyprint", raising=False)
+    monkeypatch.setattr(pdf, "BROWSERS", ("no-such-browser",))
+    page = Path(shutil.copy(write_report(parts["study"]), tmp_path))
+    with pytest.raises(pdf.PdfError, match=r"^WeasyPrint: cannot load library pango-1\.0 see the manual: expected P"):
+        pdf.write_pdf(page)
+    assert not page.with_suffix(".pdf").exists()
 
 
 def test_without_anything_to_print_with_there_is_one_line(parts, tmp_path, capsys, monkeypatch):

@@ -13,6 +13,7 @@ from scipy.integrate import quad, solve_ivp
 from fem_models import scene, snr
 from fem_models.rig import Bench, Material, Notch, Rig, Tendon, Tube, Wheel
 from fem_models.scene import SceneError, render, tendon_lines, tube_mesh, write_vtu
+from studies.report.tube import DETAIL, surface_to_turn
 
 MATERIAL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.3)
 
@@ -114,14 +115,26 @@ def test_volume_is_that_of_the_cut_tube_straight_and_bent(name):
     assert tube_mesh(bent, even(bent, 30.0)).volume == pytest.approx(straight.volume, rel=1e-3)
 
 
+@pytest.mark.parametrize("detail", [1.0, DETAIL])
 @pytest.mark.parametrize("bent", [*NOTCHED.values(), BENCH], ids=[*NOTCHED, "bench"])
-def test_surface_has_no_holes(bent):
-    mesh = tube_mesh(bent, even(bent, 30.0))
+def test_surface_has_no_holes(bent, detail):
+    mesh = tube_mesh(bent, even(bent, 30.0), detail=detail)
     holes = mesh.extract_feature_edges(
         boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
     )
     assert holes.n_cells == 0
-    assert mesh.n_cells > 1000
+    assert mesh.n_cells > 1000 * detail
+
+
+def test_surface_to_turn_has_no_holes():
+    """It is cut at its sharp edges, where each side has points of its own: with those put together, it is closed."""
+    mesh = surface_to_turn(V_PAIR, even(V_PAIR, 30.0))
+    assert mesh.n_open_edges > 0
+    whole = mesh.clean()
+    assert not whole.extract_feature_edges(
+        boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
+    ).n_cells
+    assert whole.volume == pytest.approx(tube_mesh(V_PAIR, even(V_PAIR, 30.0)).volume, rel=0.01)
 
 
 @pytest.mark.parametrize("name", NOTCHED)

@@ -1,6 +1,7 @@
 """Studies: the same numbers however they are run, kept when the run dies, and a file that is refused in one line."""
 
 import dataclasses
+import gc
 import json
 import math
 import os
@@ -9,27 +10,33 @@ import sqlite3
 import subprocess
 import sys
 import time
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from dask._task_spec import Task
 from distributed import Client, LocalCluster
+from distributed.protocol import Serialize, Serialized, ToPickle
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fem_models.chain import solve_chain
 from fem_models.checks import RigError
 from fem_models.presets import preset
 from fem_models.program import triangle
 from hysteresis.metrics import loop_width
-from studies import sweep, workers
-from studies.cases import StudyError, evaluate, program_of_table
+from studies import dataset, sweep, workers
+from studies.cases import Outcome, StudyError, evaluate, program_of_table, quantity_names
 from studies.cli import call
 from studies.dataset import open_study
 from studies.inputs import FIELDS, key_of, with_values
-from studies.plan import Grid, cases, plan_of, unit_points
+from studies.plan import Case, Grid, cases, plan_of, unit_points
 from studies.store import open_store
 from studies.study_file import Sample, read_study, ready_studies
 from studies.sweep import run_study
+from studies.workers import Team
 
 ROOT = Path(__file__).parents[1]
 HEAD = 'schema = 1\ntitle = "t"\nengine = "chain"\n[rig]\npreset = "du2018"\n'
@@ -172,46 +179,80 @@ def stored(out: Path) -> int:
         return 0
 
 
-def test_killed_three_times_then_finished(tmp_path):
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """The 240 cases of KILLED, run in one go."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    run_study(read_study(study_file(folder, KILLED)), folder / "out", workers=2)
+    return open_study(folder / "out")
+
+
+def begun(file: Path, out: Path) -> subprocess.Popen:
+    command = [sys.executable, "-c", RUN, "study", str(file), "--out", str(out), "--workers", "2", "--quiet"]
+    return subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, start_new_session=True)
+
+
+def test_killed_three_times_then_finished(tmp_path, undisturbed):
     """240 cases; the process gets SIGKILL as soon as some of them are stored, three times over."""
     file, out = study_file(tmp_path, KILLED), tmp_path / "out"
-    command = [sys.executable, "-c", RUN, "study", str(file), "--out", str(out), "--workers", "2", "--quiet"]
     at_kill = []
     for _ in range(3):
-        before = stored(out)
-        process = subprocess.Popen(command, env=ENVIRONMENT, cwd=tmp_path)
+        before, process = stored(out), begun(file, out)
         while process.poll() is None and stored(out) < before + 32:  # more than a batch, so that one is there for good
             time.sleep(0.002)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+        process.kill()
+        process.communicate()
         with open_store(out) as store:  # takes back what was half written
             at_kill.append(store.counts()["by_status"].get("ok", 0) + store.counts()["by_status"].get("failed", 0))
     assert 0 < at_kill[0] < at_kill[1] < at_kill[2] < 240  # each run was killed in its middle
-    finished = subprocess.run(command, env=ENVIRONMENT, cwd=tmp_path, check=False, capture_output=True, text=True)
-    assert (finished.returncode, finished.stderr) == (0, "")
-    undisturbed = tmp_path / "undisturbed"
-    run_study(read_study(file), undisturbed, workers=2)
-    same(open_study(out), open_study(undisturbed))
+    finished = run_study(read_study(file), out, workers=2)
+    assert (finished["state"], finished["from_store"]) == ("finished", at_kill[2])
+    same(open_study(out), undisturbed)
     with open_store(out) as store:
         in_flight = sweep.IN_FLIGHT * 2 * 16  # batches a worker, workers, cases a batch of the chain
         assert store.counts()["attempts"] - 240 <= 3 * in_flight
         assert store.counts()["by_status"] == {"ok": 160, "failed": 80}
-    assert json.loads((out / "study.json").read_text())["from_store"] == at_kill[2]
 
 
-def test_interrupted_study_leaves_its_dataset(tmp_path):
-    """Ctrl-C goes to all processes of the command: one line, exit 130, and the dataset of what was there."""
+@pytest.mark.parametrize("when", ["while the workers start", "in the middle"])
+def test_interrupted_study_says_how_far_it_came(when, tmp_path, undisturbed):
+    """Ctrl-C goes to all processes of the command: one line, exit 130, dataset and summary of what was there."""
     file, out = study_file(tmp_path, KILLED), tmp_path / "out"
-    command = [sys.executable, "-c", RUN, "study", str(file), "--out", str(out), "--workers", "2", "--quiet"]
-    process = subprocess.Popen(command, env=ENVIRONMENT, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True)
-    while process.poll() is None and not stored(out):
+    process = begun(file, out)
+    while process.poll() is None and not (stored(out) if when == "in the middle" else (out / "inputs").exists()):
         time.sleep(0.002)
     os.killpg(process.pid, signal.SIGINT)
     assert process.communicate()[1] == b"notchbend: interrupted\n"
     assert process.returncode == 130
     status = open_study(out).status.values.ravel().tolist()
-    assert 0 < status.count("pending") < 240
-    assert run_study(read_study(file), out, workers=1)["from_store"] == 240 - status.count("pending")
+    summary = json.loads((out / "study.json").read_text())
+    assert summary["state"] == "interrupted"
+    assert summary["status"] == {name: status.count(name) for name in ("ok", "failed", "pending")}
+    done = 240 - status.count("pending")
+    assert (done == 0) if when != "in the middle" else (0 < done < 240)
+    assert summary["computed"] == done
+    if done:
+        again = run_study(read_study(file), out, workers=2)
+        assert (again["state"], again["from_store"]) == ("finished", done)
+        same(open_study(out), undisturbed)
+
+
+def test_results_of_another_study_do_not_stay(tmp_path, monkeypatch):
+    """A study that is stopped before its sensitivities leaves none of an earlier run, whose ranges may be others."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "sensitivity.json").write_text("{}")
+    text = HEAD + PROGRAM + "[vary]\npreload_N = [10, 20]\n[sensitivity]\ncount = 4\n"
+
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("studies.sensitivity.sensitivity", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(read_study(study_file(tmp_path, text)), out, workers=1)
+    summary = json.loads((out / "study.json").read_text())
+    assert (summary["state"], summary["status"]["ok"]) == ("interrupted", 2)
+    assert not (out / "sensitivity.json").exists()
 
 
 def test_two_studies_in_one_folder_are_refused(tmp_path):
@@ -219,7 +260,7 @@ def test_two_studies_in_one_folder_are_refused(tmp_path):
         pass
 
 
-def test_full_disk(tmp_path, capfd):
+def test_full_disk(tmp_path, capfd, undisturbed):
     """A disk of 96 KB takes the store for a while, then one line and exit 2; what was stored is read, and goes on."""
     disk, file = tmp_path / "disk", study_file(tmp_path, KILLED)
     disk.mkdir()
@@ -239,12 +280,82 @@ def test_full_disk(tmp_path, capfd):
             found = [store.find(c.key) for c in cases(asked, plan_of(asked).points())]
         assert sum(f is not None for f in found) == done.get("ok", 0) + done.get("failed", 0) > 0
         subprocess.run(["mount", "-o", "remount,size=8m", disk], check=True)
-        run_study(asked, disk / "out", workers=1)
-        undisturbed = tmp_path / "undisturbed"
-        run_study(asked, undisturbed, workers=1)
-        same(open_study(disk / "out"), open_study(undisturbed))
+        run_study(asked, disk / "out", workers=2)
+        same(open_study(disk / "out"), undisturbed)
     finally:
         subprocess.run(["umount", disk], check=True)
+
+
+# --- memory ------------------------------------------------------------------------------------------------------
+
+
+def at_once(batch):
+    """Cases without mechanics."""
+    return [
+        Outcome(key, "ok", "", 0.0, dict.fromkeys(quantity_names(inputs["engine"], inputs["groups"]), 1.0))
+        for key, inputs in batch
+    ]
+
+
+def living(*kinds: type) -> int:
+    gc.collect()
+    return sum(type(thing) in kinds for thing in gc.get_objects())
+
+
+def test_what_is_held_does_not_grow_with_the_cases(tmp_path, monkeypatch):
+    """Cases, and the tasks that Dask makes of them: at the end of 20 batches no more than are out at a time."""
+    text = GRID.replace("[10, 15, 20, 30]", "{ from = 10, to = 40, count = 105 }")
+    asked = read_study(study_file(tmp_path, text))
+    held, through = [], 0
+
+    def look(count: int) -> None:
+        nonlocal through
+        through += count
+        if through >= 280:
+            held.append((living(Case), living(Task, Serialize, Serialized, ToPickle)))
+
+    monkeypatch.setattr(sweep, "evaluate_all", at_once)
+    with open_store(tmp_path / "out") as store, Team("chain", 1) as team:
+        sweep.run_cases(cases(asked, plan_of(asked).points()), 315, asked, store, team, sweep.Tally(), done=look)
+    assert through == 315
+    batches = sweep.IN_FLIGHT + 1  # and the one that has just come back
+    assert max(cases for cases, _ in held) <= batches * 16 + 1  # and the first of all
+    assert max(tasks for _, tasks in held) <= 10 * batches
+
+
+def test_the_dataset_is_written_block_by_block(finished, tmp_path, monkeypatch):
+    """Of any block size the same, and memory goes with the block, not with the cases."""
+    folder, _ = finished
+    asked = read_study(folder / "s.toml")
+    monkeypatch.setattr(dataset, "BLOCK", 5)
+    (tmp_path / "out").mkdir()
+    with open_store(folder / "out") as store:
+        overview = dataset.write_dataset(asked, plan_of(asked), store, tmp_path / "out")
+    same(open_study(tmp_path / "out"), open_study(folder / "out"))
+    assert overview.status == {"ok": 8, "failed": 4, "pending": 0}
+    angle = open_study(tmp_path / "out").full_scale_angle_deg
+    assert overview.ends["full_scale_angle_deg"]["max"]["value"] == angle.max()
+    assert angle.sel(overview.ends["full_scale_angle_deg"]["min"]["at"]) == angle.min()
+
+    monkeypatch.setattr(dataset, "BLOCK", 100)
+    peaks = []
+    for count in (300, 1500):
+        text = HEAD + PROGRAM + f"[vary]\npreload_N = {{ from = 5, to = 40, count = {count} }}\n"
+        wide = read_study(study_file(tmp_path, text))
+        with open_store(tmp_path / "empty") as store:
+            tracemalloc.start()
+            dataset.write_dataset(wide, plan_of(wide), store, tmp_path / "empty")
+            peaks.append(tracemalloc.get_traced_memory()[1])
+            tracemalloc.stop()
+    assert peaks[1] < peaks[0] + 1200 * 40  # the values of the axis; whole it would be 13 numbers and 2 texts a case
+
+
+@given(st.lists(st.integers(1, 9), min_size=1, max_size=4), st.integers(1, 40))
+def test_blocks_make_up_the_grid_in_the_order_of_its_cases(shape, most):
+    numbers = np.arange(math.prod(shape)).reshape(shape)
+    found = [numbers[block].ravel() for block in dataset.blocks(tuple(shape), most)]
+    assert np.array_equal(np.concatenate(found), numbers.ravel())
+    assert max(map(len, found)) <= most
 
 
 # --- where it runs -----------------------------------------------------------------------------------------------
@@ -265,7 +376,7 @@ def test_workers_that_run_other_code_are_refused(tmp_path, monkeypatch):
 
 
 def test_no_scheduler_there(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(workers, "CONNECT_S", 1)
+    monkeypatch.setattr(workers, "CONNECT_S", 0.2)
     arguments = ["study", str(study_file(tmp_path)), "--out", str(tmp_path / "o"), "--scheduler", "tcp://127.0.0.1:9"]
     assert call(arguments) == 2
     error = capsys.readouterr().err

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fem_models.chain import solve_chain
 from fem_models.checks import RigError
-from fem_models.program import LoadProgram
+from fem_models.program import LoadProgram, SolverError
 from fem_models.rig import Friction, Rig, Tendon
 from fem_models.snr import flexure
 from hysteresis.metrics import dissipated_area, loop_width
@@ -252,6 +252,13 @@ def contributions(rig: Rig, program: LoadProgram, solve: Solver = solve_chain) -
     Raises
     ------
     SolverError, RigError
-        From the engine, or from :func:`switched`.
+        From the engine, with the combination that failed, or from :func:`switched`.
     """
-    return Contributions({on: closed_loop(switched(rig, on), program, solve) for on in SETS})
+    loops = {}
+    for on in SETS:
+        try:
+            loops[on] = closed_loop(switched(rig, on), program, solve)
+        except SolverError as error:
+            without = ", ".join(name.replace("_", " ") for name in SOURCES if name not in on) or "nothing"
+            raise SolverError(f"{error} (with {without} switched off)") from None
+    return Contributions(loops)

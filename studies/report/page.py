@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import numpy as np
 from plotly.offline import get_plotlyjs
 
@@ -18,10 +17,12 @@ from hysteresis.files import write_files
 from hysteresis.record import RecordError, read_record
 from studies.report import summary
 from studies.report.plots import Drawn, Series, columns_plate, draw, fit_plate, loops_plate, parts_plate
-from studies.report.study import StudySection, read_front, read_json, read_study, unit_of
-from studies.report.summary import Verdict, significant
+from studies.report.study import StudySection, read_front, read_json, read_study
+from studies.report.summary import Verdict
+from studies.report.templates import environment
 from studies.report.tube import VIEWS, read_tube
 
+TEMPLATES = Path(__file__).parent / "template"
 PARTS = ("run.json", "separate.json", "trace.json", "study.zarr", "pareto.json")
 """What makes a folder one of results; any of them is enough for a page."""
 
@@ -42,7 +43,7 @@ def write_report(folder: Path) -> Path:
     if not any((folder / name).exists() for name in PARTS):
         raise RecordError(f"{folder}: none of {', '.join(PARTS)}: expected results of a notchbend command")
     path = folder / "report.html"
-    write_files({path: _environment().get_template("page.html").render(**contents(folder))})
+    write_files({path: environment(TEMPLATES).get_template("page.html").render(**contents(folder))})
     return path
 
 
@@ -64,7 +65,7 @@ def contents(folder: Path) -> dict[str, Any]:
     verdicts += [summary.separation_verdict(s["result"], s["label"], s["command"]) for s in separations]
     verdicts += [summary.trace_verdict(t["result"], t["command"]) for t in traces]
     if study is not None:
-        verdicts.append(summary.study_verdict(study.size, study.cases, study.failed, study_command))
+        verdicts.append(summary.study_verdict(study.size, study.cases, study.failed, study.pending, study_command))
     if front is not None:
         verdicts.append(summary.front_verdict(len(front.rows), front.objectives, study_command))
     return {
@@ -86,21 +87,8 @@ def contents(folder: Path) -> dict[str, Any]:
     }
 
 
-def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent / "template"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["sig"] = significant
-    environment.filters["unit"] = unit_of
-    return environment
-
-
 def _text(name: str) -> str:
-    return (Path(__file__).parent / "template" / name).read_text(encoding="utf-8")
+    return (TEMPLATES / name).read_text(encoding="utf-8")
 
 
 def _title(folder: Path, run: Mapping[str, Any] | None, study: StudySection | None) -> str:

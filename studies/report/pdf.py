@@ -78,6 +78,8 @@ def _is_root() -> bool:
 
 
 def _by_weasyprint(page: Path, part: Path) -> None:
-    import weasyprint
-
+    try:
+        import weasyprint
+    except OSError as error:  # it is there, and Pango is not
+        raise PdfError(f"WeasyPrint: {' '.join(str(error).split())}: expected Pango on this machine") from None
     weasyprint.HTML(filename=str(page)).write_pdf(part)

@@ -52,7 +52,9 @@ def chart_svg(chart: Chart, width: float) -> str:
                 figure.colorbar(shown, ax=axes, label=mark.label)
         axes.set_xlabel(chart.x_label)
         axes.set_ylabel(chart.y_label)
-        if len(lines) + len(bars) > 1:
+        if len(bars) > 1:  # bars fill the axes: beside them there is no room
+            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(bars), fontsize=7.5, borderaxespad=0.2)
+        elif len(lines) > 1:
             axes.legend(loc="best", fontsize=7.5)
         return _text(figure)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from hysteresis.record import RecordError
 from studies.report.charts import Array, Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
 from studies.report.live import as_json, packed
+from studies.units import label_of, unit_of, words_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,9 +36,10 @@ ROOM = 6
 REASONS = 2
 BLUE: Tone = "blue"
 ORANGE: Tone = "orange"
-UNITS = {"Nmm_per_rad": "Nmm/rad", "N_per_mm": "N/mm", "percent": "%"} | {
-    u: u for u in ("mm", "GPa", "MPa", "deg", "mJ", "N", "s")
-}
+SAMPLES = 1024
+SIDE = 200
+"""Drawn of a sample, and of each axis of a grid; the numbers beside the pictures are of all cases."""
+_FEW = f"Drawn are the first {SAMPLES:,} samples, or at most {SIDE} values of an axis; the table is of all cases."
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class StudySection:
     size: str
     cases: int
     failed: int
+    pending: int
     messages: tuple[str, ...]
     rows: tuple[dict[str, Any], ...]
     plates: tuple[Plate, ...]
@@ -56,11 +59,6 @@ class StudySection:
     title: str
     engine: str
     command: str
-
-
-def unit_of(name: str) -> str:
-    """Give the unit at the end of a name, as in ``notch.depth_mm``; empty where there is none."""
-    return next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "")
 
 
 def read_study(folder: Path) -> StudySection | None:
@@ -76,12 +74,22 @@ def read_study(folder: Path) -> StudySection | None:
         return None
     import xarray as xr  # takes a second
 
+    facts, sensitivity = read_json(folder / "study.json"), _sensitivity(folder / "sensitivity.json")
     try:
-        with xr.open_zarr(store, consolidated=False, chunks=None) as opened:
-            data = opened.load()
+        with xr.open_dataset(store, engine="zarr", consolidated=False, chunks=None, cache=False) as opened:
+            return _section(opened, _drawn(opened).load(), facts, sensitivity)
     except Exception as error:  # the store may be broken in as many ways as it has files
         raise RecordError(f"{store}: {' '.join(str(error).split())[:200]}: expected the store of a study") from None
-    return _study(data, read_json(folder / "study.json"), _sensitivity(folder / "sensitivity.json"))
+
+
+def _drawn(data: xr.Dataset) -> xr.Dataset:
+    """Leave what is drawn: the first samples, spread as all of them are, or a plane of a grid, not too fine."""
+    if _is_sampled(data):
+        return data.isel(case=slice(SAMPLES))
+    places = {dim: slice(size // 2, size // 2 + 1) for dim, size in data.sizes.items()}  # the plane is in the middle
+    for axis in _axes(data)[:2]:
+        places[axis] = slice(None, None, -(-data.sizes[axis] // SIDE))
+    return data.isel(places)
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -100,38 +108,38 @@ def read_json(path: Path) -> dict[str, Any]:
         raise RecordError(f"{path}: {error}: expected a table in JSON") from None
 
 
-def _study(data: xr.Dataset, facts: dict[str, Any], sensitivity: Plate | None) -> StudySection:
-    status, message = (_texts(data, name) for name in ("status", "message"))
-    good = status == "ok"
-    quantities = _quantities(data)
-    plates = [_samples(data, quantities)] if _is_sampled(data) else _grids(data, quantities)
-    plates.append(sensitivity)
-    names = [] if _is_sampled(data) else _over_two_axes(data, quantities)
-    sizes = " x ".join(f"{size} {_words(str(name)).split(',')[0]}" for name, size in data.sizes.items())
+def _section(whole: xr.Dataset, drawn: xr.Dataset, facts: dict[str, Any], sensitivity: Plate | None) -> StudySection:
+    """Put the section together; of ``whole`` one quantity at a time is read."""
+    status = whole["status"].values.ravel()
+    rows = _rows(whole)
+    quantities = [row["name"] for row in rows]
+    sampled, axes = _is_sampled(whole), _axes(whole)
+    plates = _samples(drawn, quantities, _inputs(whole, facts)) if sampled else _grids(drawn, quantities)
+    if any(whole.sizes[axis] > drawn.sizes[axis] for axis in axes[:2]):
+        plates = [replace(plate, caption=f"{plate.caption} {_FEW}") for plate in plates]
+    has_surface = len(axes) > 1 and min(drawn.sizes[axis] for axis in axes[:2]) > 1
+    names = quantities if has_surface else []
+    sizes = " x ".join(f"{whole.sizes[axis]} {words_of(axis)}" for axis in axes)
     return StudySection(
-        size=f"{status.size} samples" if _is_sampled(data) else sizes,
+        size=f"{status.size} samples" if sampled else sizes,
         cases=status.size,
-        failed=int((~good).sum()),
-        messages=_reasons(message[~good]),
-        rows=tuple(_row(data, name) for name in quantities),
-        plates=tuple(plate for plate in plates if plate is not None),
-        surfaces=_surfaces(data, names),
-        surface_names=tuple(_label(data, name) for name in names),
+        failed=int((status == "failed").sum()),
+        pending=int((status == "pending").sum()),
+        messages=_reasons(whole["message"].values.ravel()[status == "failed"]),
+        rows=rows,
+        plates=tuple(plate for plate in (*plates, sensitivity) if plate is not None),
+        surfaces=_surfaces(drawn, names),
+        surface_names=tuple(_label(drawn, name) for name in names),
         facts=facts,
-        title=str(data.attrs.get("title", "Study")),
-        engine=str(data.attrs.get("engine", "")),
+        title=str(whole.attrs.get("title", "Study")),
+        engine=str(whole.attrs.get("engine", "")),
         command=_command(facts),
     )
 
 
-def _texts(data: xr.Dataset, name: str) -> NDArray[np.object_]:
-    """Texts of the cases, shape (cases,)."""
-    return np.array([str(text) for text in data[name].values.ravel()], dtype=object)
-
-
-def _reasons(messages: NDArray[np.object_]) -> tuple[str, ...]:
+def _reasons(messages: NDArray[Any]) -> tuple[str, ...]:
     """Why cases have no result: a few of the reasons, and how many there are besides."""
-    known = sorted({str(message) for message in messages if message})
+    known = [str(message) for message in np.unique(messages)]
     more = len(known) - REASONS
     return (*known[:REASONS], *([f"and {more} more; all of them are in study.zarr, `message`"] if more > 0 else []))
 
@@ -146,118 +154,100 @@ def _is_sampled(data: xr.Dataset) -> bool:
     return "case" in data.sizes
 
 
-def _quantities(data: xr.Dataset) -> list[str]:
-    """Numeric quantities that have a value anywhere, the most wanted first."""
-    out = []
+def _rows(data: xr.Dataset) -> tuple[dict[str, Any], ...]:
+    """Give a row for each quantity that has a value anywhere, the most wanted first."""
+    rows = []
     for name, field in data.data_vars.items():
-        numeric = np.issubdtype(field.dtype, np.number) or field.dtype == bool
-        if numeric and name not in ("wall_s", "seed") and field.dims and np.isfinite(field.values.astype(float)).any():
-            out.append(str(name))
-    return sorted(out, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), out.index(name)))
+        if not np.issubdtype(field.dtype, np.number) or name == "wall_s":
+            continue
+        values = field.values.astype(float)
+        values = values[np.isfinite(values)]
+        if values.size:
+            rows.append({
+                "name": str(name),
+                "words": field.attrs.get("long_name", ""),
+                "unit": str(field.attrs.get("units", "")) or unit_of(str(name)),
+                "low": float(values.min()),
+                "middle": float(np.median(values)),
+                "high": float(values.max()),
+            })  # fmt: skip
+    order = {name: place for place, name in enumerate(FIRST)}
+    return tuple(sorted(rows, key=lambda row: (order.get(row["name"], len(order)), row["name"])))
 
 
 def _label(data: xr.Dataset, name: str) -> str:
     """Name and unit of an axis or a quantity, for a scale."""
-    unit = str(data[name].attrs.get("units", "")).replace("1", "") or unit_of(name)
-    text = _words(name).split(",")[0]
-    return f"{text}, {unit}" if unit else text
+    unit = str(data[name].attrs.get("units", ""))
+    return words_of(name) if unit == "1" else label_of(name, unit)
 
 
 def _heading(data: xr.Dataset, name: str) -> str:
     """Say what a quantity is, in the words of the dataset."""
-    return _title(str(data[name].attrs.get("long_name", _words(name))))
-
-
-def _row(data: xr.Dataset, name: str) -> dict[str, Any]:
-    values = data[name].values.astype(float)
-    values = values[np.isfinite(values)]
-    attributes = data[name].attrs
-    unit = str(attributes.get("units", "")) or unit_of(name)
-    low, middle, high = float(values.min()), float(np.median(values)), float(values.max())
-    return {
-        "name": name,
-        "words": attributes.get("long_name", ""),
-        "unit": unit,
-        "low": low,
-        "middle": middle,
-        "high": high,
-    }
+    return _title(str(data[name].attrs.get("long_name", words_of(name))))
 
 
 def _flat(data: xr.Dataset, name: str) -> tuple[Array, dict[str, Any]]:
-    """Values over the first two numeric axes, shape (first, second) or (first,), and where the others were held."""
-    field = data[name].astype(float)
-    axes = [str(dim) for dim in field.dims if np.issubdtype(data[dim].dtype, np.number)][:2]
-    held = {str(dim): data[dim].values[data.sizes[dim] // 2] for dim in field.dims if dim not in axes}
-    return np.asarray(field.sel(held).transpose(*axes).values, dtype=float), held
+    """Values over the first two axes, shape (first, second) or (first,), and where the others are held."""
+    axes = _axes(data)
+    held = {axis: data[axis].values[0] for axis in axes[2:]}
+    return np.asarray(data[name].sel(held).transpose(*axes[:2]).values, dtype=float), held
 
 
 def _axes(data: xr.Dataset) -> list[str]:
-    return [str(dim) for dim in data.sizes if np.issubdtype(data[dim].dtype, np.number)]
+    return [str(dim) for dim in data["status"].dims]  # in the order of the study file
 
 
-def _grids(data: xr.Dataset, quantities: Sequence[str]) -> list[Plate | None]:
-    axes = _axes(data)
-    shown = [name for name in quantities if set(axes[:2]) <= set(data[name].dims)][:ROOM]
-    if not axes or not shown:
+def _grids(data: xr.Dataset, quantities: Sequence[str]) -> list[Plate]:
+    """Quantities over the first two axes as fields, or over the one axis as curves."""
+    axes = _axes(data)[:2]
+    if not quantities:
         return []
-    charts: list[Chart] = []
-    held: dict[str, Any] = {}
-    for name in shown:
+    charts, held = [], dict[str, Any]()
+    ends = [data[axis].values.astype(float) for axis in axes]
+    for name in quantities[:ROOM]:
         values, held = _flat(data, name)
-        label = _label(data, name)
-        said = (
-            f"{label}: from {np.nanmin(values):.3g} to {np.nanmax(values):.3g}." if np.isfinite(values).any() else label
-        )
-        x = data[axes[0]].values.astype(float)
-        if len(axes) == 1:
-            line = Line(x, values, label)
-            charts.append(Chart(_heading(data, name), _label(data, axes[0]), label, (line,), said))
-        else:
-            y = data[axes[1]].values.astype(float)
-            field = Heat(x, y, values.T, label.rsplit(", ", 1)[-1] if ", " in label else "")
-            charts.append(Chart(_heading(data, name), _label(data, axes[0]), _label(data, axes[1]), (field,), said))
-    where = "; ".join(f"{_words(dim)} at {value:g}" for dim, value in held.items())
-    over = " and ".join(_label(data, axis) for axis in axes[:2])
-    caption = f"Quantities of the study over {over}{f', {where}' if where else ''}. Blank where a case has no result."
+        label, unit = _label(data, name), str(data[name].attrs.get("units", "")).removeprefix("1")
+        mark = Line(ends[0], values, label) if len(axes) == 1 else Heat(ends[0], ends[1], values.T, unit)
+        along = label if len(axes) == 1 else _label(data, axes[1])
+        charts.append(Chart(_heading(data, name), _label(data, axes[0]), along, (mark,), f"{label}{_span(values)}."))
+    where = "".join(f"; {label_of(dim)} at {value:g}" for dim, value in held.items())
+    over = " and ".join(_label(data, axis) for axis in axes)
+    caption = f"Quantities of the study over {over}{where}. Blank where a case has no result."
     return [Plate(tuple(charts), caption, columns=3 if len(charts) > 2 else 2)]
+
+
+def _span(values: Array) -> str:
+    """Say from where to where values go; nothing where there are none."""
+    known = values[np.isfinite(values)]
+    return f": from {known.min():.3g} to {known.max():.3g}" if known.size else ""
 
 
 def _title(label: str) -> str:
     return label[:1].upper() + label[1:]
 
 
-def _inputs(data: xr.Dataset) -> list[str]:
-    return [
-        str(name)
-        for name, field in data.coords.items()
-        if name != "case" and field.dims == ("case",) and np.issubdtype(field.dtype, np.number)
-    ]
+def _inputs(data: xr.Dataset, facts: Mapping[str, Any]) -> list[str]:
+    """Name what was sampled, in the order of the study file; a dataset has no order of its own."""
+    order = {name: place for place, name in enumerate(facts.get("axes", ()))}
+    names = [str(name) for name in data.coords if name != "case"]
+    return sorted(names, key=lambda name: (order.get(name, len(order)), name))
 
 
-def _samples(data: xr.Dataset, quantities: Sequence[str]) -> Plate | None:
+def _samples(data: xr.Dataset, quantities: Sequence[str], inputs: Sequence[str]) -> list[Plate]:
     """Quantities over the first sampled input, coloured by the second."""
-    inputs = _inputs(data)
     if not inputs:
-        return None
+        return []
     first, second = inputs[0], inputs[min(1, len(inputs) - 1)]
     x, colour = data[first].values.astype(float), data[second].values.astype(float)
     charts = []
     for name in quantities[:ROOM]:
         y, label = data[name].values.astype(float), _label(data, name)
-        notes = tuple(f"case {i}: {label} {v:.4g}" for i, v in enumerate(y)) if y.size <= 2000 else ()
+        notes = tuple(f"case {i}: {label} {v:.4g}" for i, v in enumerate(y))
         dots = Dots(x, y, colour, _label(data, second), notes)
-        said = f"{label} of {y.size} samples: from {np.nanmin(y):.3g} to {np.nanmax(y):.3g}."
+        said = f"{label} of {y.size} samples{_span(y)}."
         charts.append(Chart(_heading(data, name), _label(data, first), label, (dots,), said))
-    return Plate(tuple(charts), f"Each point is a sampled case; colour: {_label(data, second)}.", columns=2)
-
-
-def _over_two_axes(data: xr.Dataset, quantities: Sequence[str]) -> list[str]:
-    """Quantities that make a surface over the first two axes."""
-    axes = _axes(data)[:2]
-    if len(axes) < 2 or min(data.sizes[axis] for axis in axes) < 2:
-        return []
-    return [name for name in quantities if set(axes) <= set(data[name].dims)]
+    caption = f"Each point is a sampled case; colour: {_label(data, second)}."
+    return [Plate(tuple(charts), caption, columns=2)]
 
 
 def _surfaces(data: xr.Dataset, names: Sequence[str]) -> str | None:
@@ -287,7 +277,7 @@ def _surfaces(data: xr.Dataset, names: Sequence[str]) -> str | None:
         "xaxis": {"title": {"text": _label(data, axes[0])}, **axis},
         "yaxis": {"title": {"text": _label(data, axes[1])}, **axis},
         "zaxis": {"title": {"text": ""}, **axis},
-        "camera": {"eye": {"x": -1.5, "y": -1.5, "z": 0.9}},
+        "camera": {"eye": {"x": -1.6, "y": -1.6, "z": 0.95}, "center": {"x": 0, "y": 0, "z": -0.15}},
     }
     return as_json(traces, {"scene": scene})
 
@@ -308,12 +298,12 @@ def _sensitivity(path: Path) -> Plate | None:
         for quantity, found in stored["quantities"].items():
             rows = found["indices"]
             bars = [
-                Bars(tuple(_words(input_) for input_ in rows), *_ends([row[key] for row in rows.values()], name, tone))
+                Bars(tuple(map(label_of, rows)), *_ends([row[key] for row in rows.values()], name, tone))
                 for key, name, tone in (("first", "first order", BLUE), ("total", "total", ORANGE))
             ]
             most = max(rows, key=lambda name: rows[name]["total"]["value"])
-            said = f"{_words(quantity)} depends most on {_words(most)}."
-            charts.append(Chart(_title(_words(quantity).split(",")[0]), "Sobol index", "", tuple(bars), said))
+            said = f"{label_of(quantity)} depends most on {label_of(most)}."
+            charts.append(Chart(_title(words_of(quantity)), "Sobol index", "", tuple(bars), said))
         share = f"{100 * stored['confidence']:g} % intervals"
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise RecordError(f"{path}: {error}: expected the sensitivities of a study") from None
@@ -370,20 +360,13 @@ def read_front(path: Path) -> Front | None:
         "Each point is a design that keeps its limits and that no other beats in every objective; "
         f"{stored['designs_tried']} were tried."
     )
-    goals = tuple(f"{_words(name)} ({goal})" for name, goal in objectives.items())
+    goals = tuple(f"{label_of(name)} ({goal})" for name, goal in objectives.items())
     return Front(names, rows, goals, Plate(charts, caption, columns=2))
 
 
 def _front_chart(a: str, b: str, colour: str, column: Mapping[str, Array], notes: tuple[str, ...]) -> Chart:
     """Two objectives against each other, coloured by a third or by a variable."""
-    dots = Dots(column[a], column[b], column[colour], _words(colour), notes)
-    ends = (f"{_words(n)} from {column[n].min():.3g} to {column[n].max():.3g}" for n in (a, b))
-    title = f"{_words(b).split(',')[0]} against {_words(a).split(',')[0]}"
-    return Chart(_title(title), _words(a), _words(b), (dots,), f"{len(notes)} designs: {', '.join(ends)}.")
-
-
-def _words(name: str) -> str:
-    unit = unit_of(name)
-    end = next((e for e in UNITS if name.endswith(f"_{e}")), "")
-    text = (name.removesuffix(f"_{end}") if end else name).replace("_", " ").replace(".", " ")
-    return f"{text}, {unit}" if unit else text
+    dots = Dots(column[a], column[b], column[colour], label_of(colour), notes)
+    ends = (f"{label_of(n)} from {column[n].min():.3g} to {column[n].max():.3g}" for n in (a, b))
+    title = f"{words_of(b)} against {words_of(a)}"
+    return Chart(_title(title), label_of(a), label_of(b), (dots,), f"{len(notes)} designs: {', '.join(ends)}.")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-import numpy as np
+from studies.report.templates import significant
 
 State = Literal["holds", "look", "note"]
 
@@ -38,19 +38,6 @@ TWINS_AGREE_DEG = 0.01
 ENERGY_PERCENT = 0.2
 OVER_NOISE = 1.5
 """Times the noise floor: a held-out error above it has structure that the model does not explain."""
-
-
-def significant(value: object, digits: int = 3) -> str:
-    """Format a number with a few significant digits, without exponent for everyday sizes; other values as text."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return "" if value is None else str(value)
-    if value == 0 or isinstance(value, int):
-        return str(value)
-    size = abs(value)
-    if 1e-3 <= size < 1e6:
-        decimals = max(0, digits - 1 - int(np.floor(np.log10(size))))
-        return f"{value:.{decimals}f}"
-    return f"{value:.{digits - 1}e}"
 
 
 def run_verdicts(run: Mapping[str, Any], fits: Sequence[Mapping[str, Any]], command: str) -> list[Verdict]:
@@ -177,10 +164,11 @@ def _rmse(errors: Mapping[str, Any] | None) -> float | None:
     return held["rmse_deg"] if isinstance(held, Mapping) else None
 
 
-def study_verdict(size: str, cases: int, failed: int, command: str) -> Verdict:
+def study_verdict(size: str, cases: int, failed: int, pending: int, command: str) -> Verdict:
     """Say how far a study went."""
-    words = f"{size}; " + (f"{failed} without a result, named below" if failed else "all with a result")
-    return Verdict(_state(not failed), "Study", f"{cases} cases", words, "study", command)
+    said = [f"{failed} failed, for the reasons below"] * (failed > 0) + [f"{pending} not run yet"] * (pending > 0)
+    words = f"{size}; {', '.join(said) or 'all with a result'}"
+    return Verdict(_state(not said), "Study", f"{cases} cases", words, "study", command)
 
 
 def front_verdict(designs: int, objectives: Sequence[str], command: str) -> Verdict:

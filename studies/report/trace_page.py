@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import base64
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
+from studies.report.templates import environment
 from validation.effect import catalogue
 from validation.trace import ALIKE
 from validation.trace_result import in_words
@@ -27,14 +25,6 @@ def trace_page(result: Mapping[str, Any], figures: Mapping[str, bytes]) -> str:
     figures
         PNG of each of those files.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["sig"] = _significant
     names = {name for effect in result["effects"] for name in (effect["name"], *effect["confusable_with"])}
     pictures = [
         {
@@ -44,15 +34,19 @@ def trace_page(result: Mapping[str, Any], figures: Mapping[str, bytes]) -> str:
         }
         for item in result["figures"]
     ]
-    return environment.get_template(TEMPLATE).render(
-        t=result,
-        words=in_words(result),
-        errors=_error_rows(result),
-        parameters=_parameter_rows(result),
-        effects=[effect for effect in catalogue() if effect.name in names],
-        figures=pictures,
-        named=" + ".join(effect["name"] for effect in result["effects"]),
-        alike=f"{ALIKE:g}",
+    return (
+        environment(Path(__file__).parent)
+        .get_template(TEMPLATE)
+        .render(
+            t=result,
+            words=in_words(result),
+            errors=_error_rows(result),
+            parameters=_parameter_rows(result),
+            effects=[effect for effect in catalogue() if effect.name in names],
+            figures=pictures,
+            named=" + ".join(effect["name"] for effect in result["effects"]),
+            alike=f"{ALIKE:g}",
+        )
     )
 
 
@@ -76,13 +70,3 @@ def _parameter_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
         ("declared model", result["declared"]),
     ]
     return [{"of": of, "name": name, **p} for of, table in tables for name, p in table.items()]
-
-
-def _significant(value: float | None, digits: int = 3) -> str:
-    """Format a number with a few significant digits, everyday sizes without exponent; None as nothing."""
-    if value is None:
-        return ""
-    if value == 0 or isinstance(value, int):
-        return str(value)
-    size = math.floor(math.log10(abs(value)))
-    return f"{value:.{max(0, digits - 1 - size)}f}" if -4 <= size < 6 else f"{value:.{digits - 1}e}"

@@ -268,19 +268,23 @@ def write_case(case: Case, folder: Path) -> list[Path]:
     return paths
 
 
+def labels(text: str) -> list[str]:
+    """Read labels with commas between, of a command line."""
+    given = text.split(",")
+    if unknown := [label for label in given if label not in LABELS]:
+        raise argparse.ArgumentTypeError(f"{unknown[0]}: expected some of {', '.join(LABELS)}")
+    return given
+
+
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="python -m validation.practice.cases", description="Write practice cases.")
     parser.add_argument("--set", choices=[*SETS], default="work", help="drawn from its own seeds")
     parser.add_argument("--kind", choices=KINDS, default="known", help="whether the sidecar tells the rig")
     parser.add_argument("--count", type=int, default=10, help="cases of each effect")
-    parser.add_argument("--effects", default=",".join(LABELS), help="comma between; also clean, pair")
+    parser.add_argument("--effects", type=labels, default=[*LABELS], help="comma between; also clean, pair")
     parser.add_argument("--out", type=Path, required=True, help="folder")
-    options = parser.parse_args(arguments)
-    options.effects = options.effects.split(",")
-    if unknown := [label for label in options.effects if label not in LABELS]:
-        parser.error(f"--effects {unknown[0]}: expected some of {', '.join(LABELS)}")
-    return options
+    return parser.parse_args(arguments)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -24,7 +24,7 @@ from rich.progress import Progress
 
 from hysteresis.files import write_files
 from hysteresis.record import Record
-from validation.practice.cases import CLEAN, LABELS, PAIR, SETS, SetName, draw_case
+from validation.practice.cases import CLEAN, LABELS, PAIR, SETS, SetName, draw_case, labels
 from validation.practice.hidden import CATALOGUE
 from validation.practice.outcome import Outcome, summary
 from validation.practice.outside import OUTSIDE
@@ -155,15 +155,11 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--count", type=int, default=10, help="cases of each effect; twice as many clean and pairs")
     parser.add_argument("--others", type=int, help="the same of pairs and of effects outside the catalogue")
     parser.add_argument("--workers", type=int, default=2, help="processes")
-    parser.add_argument("--effects", default=",".join(LABELS), help=f"comma between, of {', '.join(LABELS)}")
+    parser.add_argument("--effects", type=labels, default=[*LABELS], help=f"comma between, of {', '.join(LABELS)}")
     parser.add_argument("--out", type=Path, default=Path("practice"), help="folder of the outcomes")
     parser.add_argument("--page", type=Path, help="page of the documentation that gets the tables")
     parser.add_argument("--quiet", action="store_true", help="no progress and no tables")
-    options = parser.parse_args(arguments)
-    options.effects = options.effects.split(",")
-    if unknown := [label for label in options.effects if label not in LABELS]:
-        parser.error(f"--effects {unknown[0]}: expected some of {', '.join(LABELS)}")
-    return options
+    return parser.parse_args(arguments)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

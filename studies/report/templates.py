@@ -1,0 +1,37 @@
+"""Templates of the pages, and how numbers stand in them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import jinja2
+
+from studies.units import unit_of
+
+
+def environment(folder: Path) -> jinja2.Environment:
+    """Templates of a folder: what results say is text and never markup, and what a page lacks is an error."""
+    out = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(folder),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    out.filters["sig"] = significant
+    out.filters["unit"] = unit_of
+    return out
+
+
+def significant(value: object, digits: int = 3) -> str:
+    """Format a number with a few significant digits, without exponent for everyday sizes; other values as text."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return "" if value is None else str(value)
+    if value == 0 or isinstance(value, int):
+        return str(value)
+    size = abs(value)
+    if 1e-3 <= size < 1e6:
+        decimals = max(0, digits - 1 - math.floor(math.log10(size)))
+        return f"{value:.{decimals}f}"
+    return f"{value:.{digits - 1}e}"
