@@ -90,6 +90,5 @@ def _errors(fitted: Fitted, problem: RigProblem, chosen: list[int], solver: Solv
             return solver(problem.rig(run, declared, added), run.program).angle_deg[run.skip :]
 
         angle = observe(np.concatenate([angle_deg(run) for run in problem.runs[i]]), problem.sights[i], added)
-        error, train = angle - problem.observed[i], fitted.division.train[i]
-        predicted.append(angle - error[train if train.any() else slice(None)].mean())
+        predicted.append(angle - fitted.division.zero(i, angle - problem.observed[i]))
     return errors(np.concatenate([problem.observed[i] for i in chosen]), np.concatenate(predicted))

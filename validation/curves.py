@@ -22,6 +22,7 @@ from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record, RecordError
 from validation.curve_kernels import loops
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, Sight, Values, cycles_repeat
+from validation.problem import preloads_N
 
 SAMPLES = 600
 """Of a record at most, about: the rest is left out, turning points never."""
@@ -30,6 +31,7 @@ _BEND_LOOP = 0.3  # the declared loop changes with the bend a little, as frictio
 _STANDSTILL = -0.85  # least A: at -1 the angle stands still after a reversal, which is play
 _ONE_ELEMENT = {"far_A": 0.0, "far_reach": 10.0, "bend_loop": 0.0}
 _NO_TOE = 1e-3
+_ONE_PRELOAD = 0.1  # preloads are the same within this part
 _GIVE_WAY = 12  # steps of the declared model towards a start of an effect
 _STARTS = 3  # of a form that are worth a fit
 _STIFFEST_TOE = 100.0
@@ -233,9 +235,7 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements
     sights = tuple(_sight(record, keep) for record, keep in zip(records, kept, strict=True))
     low, high = min(float(d.min()) for d in drives), max(float(d.max()) for d in drives)
     middle = middle_of(drives)
-    loads = [float(record.rig["preload_N"]) if "preload_N" in record.rig else None for record in records]
-    known = sorted({load for load in loads if load is not None}, reverse=True)
-    groups = tuple(0 if load is None else known.index(load) for load in loads)
+    known, groups = _preload_groups(records)
     scale = CurveScale(
         drive=max(high - middle, middle - low),
         angle=0.5 * max(float(np.ptp(angle)) for angle in observed),
@@ -260,6 +260,18 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements
         kept=kept,
     )
     return replace(problem, start=_first_fit(problem, slope))
+
+
+def _preload_groups(records: Sequence[Record]) -> tuple[list[float], tuple[int, ...]]:
+    """Preloads, N, the largest first, and which of them each record has; one group where a record does not tell."""
+    loads = preloads_N(records)
+    known = list[float]()
+    for load in sorted(loads, reverse=True):
+        if not known or load < (1 - _ONE_PRELOAD) * known[-1]:
+            known.append(load)
+    if not loads:
+        return [], (0,) * len(records)
+    return known, tuple(int(np.argmin(np.abs(np.array(known) - load))) for load in loads)
 
 
 def thinned(drive: Floats, samples: int = SAMPLES) -> NDArray[np.intp]:

@@ -29,25 +29,40 @@ class Protocol:
 
 def protocol(record: Record, sight: Sight) -> Protocol:
     """Read the protocol off a record."""
-    cycles, seconds = int(sight.cycle.max()), float(sight.time_s[-1] - sight.time_s[0])
+    cycles, seconds = np.unique(sight.cycle[sight.cycle > 0]).size, float(sight.time_s[-1] - sight.time_s[0])
     rate = max(cycles, 1) / seconds if sight.timed else float("nan")
     return Protocol(float(record.rig.get("preload_N", float("nan"))), float(np.ptp(record.drive)) / 2, rate)
 
 
-def divide(records: Sequence[Record], sights: Sequence[Sight], kept: Sequence[NDArray[np.int64]]) -> Division:
+def divide(
+    records: Sequence[Record],
+    sights: Sequence[Sight],
+    kept: Sequence[NDArray[np.int64]],
+    *,
+    own_preload: bool = True,
+) -> Division:
     """Divide records into what is fitted and what is held out.
 
     Of three records or more the one is held out whose protocol the others cover best: its preload and rate are among
     theirs, so that only its amplitude, or what is left of them, is new. Of one or two records the last cycles, or
     blocks where there is one cycle; trials that only load are cycles.
 
+    Parameters
+    ----------
+    own_preload
+        Whether a record may be held out whose preload no other one has: a model in which the preload does not act, but
+        is fitted to, has nothing to say of it, and is held out within records then.
+
     Raises
     ------
     RecordError
         Too few samples for either part.
     """
-    if len(records) >= 3:
-        out = _most_covered([protocol(r, s) for r, s in zip(records, sights, strict=True)])
+    protocols = [protocol(r, s) for r, s in zip(records, sights, strict=True)]
+    out = _most_covered(protocols)
+    loads = [p.preload_N for p in protocols]
+    alone = not any(_alike(loads[out], load) for i, load in enumerate(loads) if i != out)
+    if len(records) >= 3 and (own_preload or not alone):
         name = Path(records[out].source).name or f"record {out + 1}"
         masks = tuple(
             np.ones(sight.drive.size, dtype=bool)

@@ -24,7 +24,7 @@ from validation.division import Protocol
 from validation.effect import Sight, Values
 from validation.fitting import Fitted, rms
 from validation.mechanics import RigProblem, Run, observe
-from validation.trace import ALIKE, Candidate, Trace
+from validation.trace import Candidate, Trace
 
 Floats = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ def _rivals(trace: Trace) -> list[Fitted]:
     best = max((c.delta_bic for c in trace.candidates if c.fitted is trace.grown), default=math.inf)
 
     def alike(c: Candidate) -> bool:
-        return len(c.names) <= len(mine) and best - c.delta_bic < ALIKE and bool(set(c.names) & confusable)
+        return len(c.names) <= len(mine) and best - c.delta_bic < trace.alike and bool(set(c.names) & confusable)
 
     near = [c for c in others if alike(c)] or others[:1]
     return [trace.grown, *(c.fitted for c in near[:MOST_RIVALS])]

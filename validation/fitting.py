@@ -93,9 +93,17 @@ class Division:
     train: tuple[Mask, ...]
     by: str
 
+    def zero(self, i: int, error: Floats) -> float:
+        """Zero of a record: the mean over its fitted samples, over all where they are few."""
+        return float(error[slice(None) if self.held(i) else self.train[i]].mean())
+
+    def held(self, i: int) -> bool:
+        """Tell whether a record is held out but for its start."""
+        return bool(self.train[i].mean() <= _MOSTLY)
+
     def centred(self, errors: Sequence[Floats]) -> list[Floats]:
-        """Take the zero of each record out: the mean over its fitted samples, over all where they are few."""
-        return [e - e[t if t.mean() > _MOSTLY else slice(None)].mean() for e, t in zip(errors, self.train, strict=True)]
+        """Take the zero of each record out."""
+        return [e - self.zero(i, e) for i, e in enumerate(errors)]
 
     def row(self, errors: Sequence[Floats]) -> Floats:
         """Errors of all records in one row, shape (m,), with zeros taken out."""
@@ -176,6 +184,7 @@ def fit(
     threads: int = 2,
     most_calls: int = _MOST_CALLS,
     known: Floats | None = None,
+    home: Floats | None = None,
 ) -> Fitted:
     """Fit all constants together by bounded least squares (trust region reflective, scipy).
 
@@ -189,6 +198,9 @@ def fit(
         Steps at most.
     known
         Derivatives of the first coordinates, known well enough for the first step, shape (m, k).
+    home
+        Coordinates of the declared constants that a hold pulls to (:attr:`validation.problem.Problem.hold_deg`), shape
+        (k,); the start by default.
 
     Raises
     ------
@@ -218,13 +230,14 @@ def fit(
 
     start = np.clip(start, low + _INSIDE, high - _INSIDE)
     division.row(model.errors(start))  # raises where there is no way
-    hold = model.problem.hold_deg
+    hold, own = model.problem.hold_deg, model.own
+    home = start[:own] if home is None else home
 
     def held(x: Floats) -> Floats:
-        return np.concatenate([errors(x)[seen], hold * (x - start)]) if hold else errors(x)[seen]
+        return np.concatenate([errors(x)[seen], hold * (x[:own] - home)]) if hold else errors(x)[seen]
 
     def slope(x: Floats) -> Floats:
-        return np.vstack([jacobian(x), hold * np.eye(x.size)]) if hold else jacobian(x)
+        return np.vstack([jacobian(x), hold * np.eye(own, x.size)]) if hold else jacobian(x)
 
     found = least_squares(held, start, slope, bounds=(low, high), xtol=_CLOSE, ftol=_CLOSE, max_nfev=most_calls)
     at = np.split(errors(found.x), np.cumsum([t.size for t in division.train])[:-1])
@@ -267,7 +280,6 @@ class Start:
     added: Added
     x: Floats
     gain: float  # part of the sum of squares, fitted samples
-    extra: int  # constants
 
 
 def promise(fitted: Fitted, added: Added, values: Values, *, sized: bool = False) -> Start | None:
@@ -277,7 +289,7 @@ def promise(fitted: Fitted, added: Added, values: Values, *, sized: bool = False
     residual. The start takes the other constants along. Values may name constants of the declared model, too. Where
     another size promises more, constants that are linear get it, once (``sized``).
     """
-    division, count = fitted.division, len(added.form.constants)
+    division = fitted.division
     model = Model(fitted.model.problem, (*fitted.model.added, added))
     declared, more = fitted.model.values(fitted.x)
     declared = {name: values.get(name, value) for name, value in declared.items()}
@@ -294,7 +306,7 @@ def promise(fitted: Fitted, added: Added, values: Values, *, sized: bool = False
     others = solve(own, -(fitted.train + change))
     left = fitted.train + change + own @ others
     gain = 1 - float(left @ left) / whole
-    best = Start(added, _moved(x, others, low, high), gain, count)
+    best = Start(added, _moved(x, others, low, high), gain)
     moves = solve(np.column_stack([own, change]), -fitted.train)
     size = float(moves[-1])
     if size <= 0:
@@ -302,7 +314,7 @@ def promise(fitted: Fitted, added: Added, values: Values, *, sized: bool = False
     left = fitted.train + np.column_stack([own, change]) @ moves
     if (linear := 1 - float(left @ left) / whole) <= gain:
         return best
-    best = Start(added, _moved(x, moves[:-1] * min(1.0, _FURTHEST / size), low, high), linear, count)
+    best = Start(added, _moved(x, moves[:-1] * min(1.0, _FURTHEST / size), low, high), linear)
     if sized or not any(c.linear for c in added.form.constants) or 1 / _FURTHEST < size < _FURTHEST:
         return best
     by = {c.name: min(size, _MOST_TIMES) if c.linear else 1.0 for c in added.form.constants}

@@ -17,6 +17,7 @@ from rich.progress import track
 
 from hysteresis.files import write_files
 from hysteresis.record import read_record
+from validation.confirm import confirm
 from validation.experiment import next_experiment
 from validation.trace import trace_records
 from validation.trace_figures import residual_figure
@@ -43,7 +44,8 @@ def trace_group(paths: Sequence[Path], threads: int) -> tuple[dict[str, Any], by
     """Trace records: plain values as in trace.json, with ``seconds``; and the figure of the residuals."""
     start = time.perf_counter()
     trace = trace_records([read_record(path) for path in paths], threads=threads)
-    result = to_dict(trace, experiment=next_experiment(trace), seconds=time.perf_counter() - start)
+    seconds = time.perf_counter() - start
+    result = to_dict(trace, experiment=next_experiment(trace), confirmation=confirm(trace), seconds=seconds)
     return result, residual_figure(trace, dpi=_DPI)
 
 
@@ -77,12 +79,18 @@ def _section(name: str, result: Mapping[str, Any]) -> str:
     lines = [
         f"### {name}",
         " ".join(in_words(result)),
-        f"Held out: {result['heldout_by']}.",
+        f"Held out: {result['heldout_by']}. Multibody: {_multibody(result)}.",
         *(["Constants: " + "; ".join(constants) + "."] if constants else []),
         f"Measure next: {result['next_experiment']}.",
         f"![Residual of {name} over drive, time, cycle and angle](images/trace-{name}.png)",
     ]
     return "\n\n".join(lines)
+
+
+def _multibody(result: Mapping[str, Any]) -> str:
+    if (there := result["multibody"]) is None:
+        return str(result["multibody_words"])
+    return f"{there['before']['rmse_deg']:.3g} deg before, {there['after']['rmse_deg']:.3g} deg after"
 
 
 def _interval(parameter: Mapping[str, Any]) -> str:

@@ -327,7 +327,7 @@ def scale_of(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: S
     tips = [np.abs(r.tip_mm[:, 1]).max() for r in solved if r.tip_mm is not None]
     rig = runs[0][0].rig
     young = rig.material.youngs_modulus_GPa * 1e3
-    seen = max(float(np.abs(r.angle_deg).max()) for r in records) / rig.joints
+    seen = max(_reach_deg(r.angle_deg) for r in records) / rig.joints
     joint = max(seen, float(max(notches)))
     times = [s.time_s for s in sights]
     speeds = [np.abs(np.diff(s.drive) / np.diff(s.time_s)).max() for s in sights]
@@ -341,6 +341,12 @@ def scale_of(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: S
         speed=float(max(speeds)),
         cycles=max(1.0, float(max(s.cycle.max() for s in sights))),
     )
+
+
+def _reach_deg(angle_deg: Floats) -> float:
+    """Largest bend that a record shows for sure: half its range where its zero may be anywhere."""
+    low, high = float(angle_deg.min()), float(angle_deg.max())
+    return max(-low, high) if abs(low + high) < 0.5 * (high - low) else 0.5 * (high - low)
 
 
 def has(rig: Rig, sights: Sequence[Sight], *, pulled: bool) -> frozenset[Any]:

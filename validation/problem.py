@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hysteresis.record import Record
 from validation.effect import Constant, Effect, Sight, Values
 
 Floats = NDArray[np.float64]
@@ -51,10 +52,10 @@ class Problem(Protocol):
 
     @property
     def hold_deg(self) -> float:
-        """Error that a constant counts as which is one size away from where a fit began; 0 leaves all free.
+        """Error that a declared constant counts as that is one size away from where a fit began; 0 leaves all free.
 
-        Constants that make good for each other, as all forces of a rig in proportion nearly do, then stay where they
-        were, in place of wandering (Levenberg 1944, doi 10.1090/qam/10666).
+        Constants that make good for each other, as all forces of a rig in proportion nearly do, then stay near,
+        in place of wandering (Tikhonov's regularisation).
         """
 
     @property
@@ -79,3 +80,9 @@ class Problem(Protocol):
         SolverError, RigError
             Constants that no rig can have, or that it cannot follow.
         """
+
+
+def preloads_N(records: Sequence[Record]) -> list[float]:
+    """Preload of each record, N; none where one does not tell."""
+    told = [float(r.rig["preload_N"]) for r in records if "preload_N" in r.rig]
+    return told if len(told) == len(records) else []

@@ -20,14 +20,16 @@ from scipy.stats import f as f_law
 from hysteresis.metrics import noise_floor
 from hysteresis.path import branches
 from hysteresis.record import Record
-from validation.effect import Sight
+from validation.effect import Sight, cycles_repeat
 from validation.fitting import Fitted, bic, correlation_of_neighbours, solve
+from validation.problem import preloads_N
 
 Floats = NDArray[np.float64]
 
 _FEWEST = 8  # samples of a branch that the local noise is read off
 _TO_SIGMA = 1.4826  # of a median absolute deviation
 _GAIN = 6.0  # BIC that a further free function must bring
+_LEAST = 1e-5  # of the angle's range: noise below that is a simulation's
 _KNOTS = 6  # columns of a smooth function that dependence is tested with
 _LAGS = 10
 
@@ -49,18 +51,24 @@ def floor_of(records: Sequence[Record], kept: Sequence[NDArray[np.int64]], resid
     """Noise floor of records, read off what a model leaves, which is flatter than the angle.
 
     Locally: the third differences of neighbours along the path, over sqrt(20), by their median; at least what rounding
-    to the record's digits makes, 1/sqrt(12) of it.
+    to the record's digits makes, 1/sqrt(12) of it, and a part of the range that no sensor of a bending angle resolves.
     """
     local, repeats, weight = [], [], []
     for record, keep, residual in zip(records, kept, residuals, strict=True):
+        least = max(_rounding(record.angle_deg), _LEAST * float(np.ptp(record.angle_deg)))
         third = [np.diff(residual[b], 3) for b in branches(record.drive[keep]) if b.stop - b.start >= _FEWEST]
-        size = _TO_SIGMA * float(np.median(np.abs(np.concatenate(third)))) / math.sqrt(20) if third else 0.0
-        local.append(max(size, _rounding(record.angle_deg)))
-        weight.append(residual.size)
-        if int(np.unique(record.cycle[record.cycle > 0]).size if record.cycle is not None else 0) >= 2:
-            repeats.append(noise_floor(_thin(record, keep, residual)))
-    mean = math.sqrt(float(np.average(np.square(local), weights=weight)))
-    return Floor(mean, math.sqrt(float(np.mean(np.square(repeats)))) if repeats else None)
+        if third:
+            size = _TO_SIGMA * float(np.median(np.abs(np.concatenate(third)))) / math.sqrt(20)
+            local.append(max(size, least))
+            weight.append(residual.size)
+        cycles = record.cycle[keep] if record.cycle is not None else np.zeros(keep.size, dtype=np.int64)
+        if cycles_repeat([Sight(record.drive[keep], np.arange(keep.size, dtype=float), cycles, timed=False)]):
+            repeats.append(max(noise_floor(_thin(record, keep, residual)), least))
+    known = math.sqrt(float(np.mean(np.square(repeats)))) if repeats else None
+    if not local:  # branches of a few samples: without cycles that repeat, all that is left may be noise
+        whole = np.concatenate([r - r.mean() for r in residuals])
+        return Floor(math.sqrt(float(whole @ whole) / whole.size) if known is None else known, known)
+    return Floor(math.sqrt(float(np.average(np.square(local), weights=weight))), known)
 
 
 def _thin(record: Record, keep: NDArray[np.int64], residual: Floats) -> Record:
@@ -155,7 +163,8 @@ def dependences(fitted: Fitted, records: Sequence[Record]) -> tuple[Dependence, 
         columns = [_spline(v, low, high, _KNOTS) for v in values]
         basis = np.concatenate([c - c.mean(axis=0) for c in columns])
         left = fitted.row - basis @ solve(basis, fitted.row)
-        rank = int(np.linalg.matrix_rank(basis))
+        if (rank := int(np.linalg.matrix_rank(basis))) == 0:  # constant in every record, as is its zero
+            continue
         part = min(max(1.0 - float(left @ left) / whole, 0.0), 1.0)
         r = correlation_of_neighbours(np.split(left, cuts))
         spare = left.size * (1 - r) / (1 + r) - rank - 1
@@ -195,8 +204,8 @@ def _regressors(
     tensions = [(r.tension_a_N, keep) for r, keep in zip(records, kept, strict=True)]
     if all(tension is not None for tension, _ in tensions):
         out["tension"] = [tension[keep] for tension, keep in tensions if tension is not None]
-    preloads = [float(r.rig.get("preload_N", 0.0)) for r in records]
-    if np.ptp(preloads) > 0:  # every record has its own zero, so that only a slope by the preload can show
+    preloads = preloads_N(records)
+    if preloads and np.ptp(preloads) > 0:  # every record has its own zero, so that only a slope by the preload can show
         scale = max(float(np.abs(s.drive).max()) for s in sights)
         out["drive by preload"] = [
             s.drive / scale * (p - np.mean(preloads)) for s, p in zip(sights, preloads, strict=True)
@@ -210,8 +219,8 @@ def _bases(records: Sequence[Record], sights: Sequence[Sight]) -> dict[str, Floa
     x = [s.drive / reach for s in sights]
     way = [_way(s.drive) for s in sights]
     since = [_since_reversal(s.drive) / reach for s in sights]
-    preload = [float(r.rig.get("preload_N", 0.0)) for r in records]
-    mean = float(np.mean(preload))
+    preload = preloads_N(records)
+    mean = float(np.mean(preload)) if preload else 0.0
     most = max(int(s.cycle.max()) for s in sights)
     out = {
         "odd in the drive": [_odd(v) for v in x],

@@ -37,9 +37,9 @@ from validation.residual import Floor, Smooth, floor_of, smooth_functions
 Floats = NDArray[np.float64]
 
 STRUCTURE = 1.15
-"""Residual over the noise floor from which there is something to explain, where the rig is known."""
+"""Residual over the noise floor from which there is something to explain, for a rig, known or equivalent."""
 STILL = 1.3
-"""The same for what a first effect leaves, and where the geometry is unknown: no curve and loop meet a rig exactly."""
+"""The same for what a first effect leaves, and for a curve and a loop, which meet no rig exactly."""
 PAYS = 0.9
 """Of the residual before: an effect that leaves more is not worth naming."""
 EXPLAINED = 0.75
@@ -50,10 +50,11 @@ ALIKE = 10.0
 """Difference of the criterion below which effects are not told apart: very strong evidence from there on
 (Kass, Raftery 1995, doi 10.1080/01621459.1995.10476572)."""
 OF_GAIN = 0.03
-"""Of the whole gain, the same where the geometry is unknown: a free curve and loop meet no rig exactly."""
+"""Of the whole gain, the same where the geometry is unknown: neither a free rig nor a curve meets it exactly."""
 MOST_EFFECTS = 3
 FOLLOWED, FOLLOWED_LATER = 6, 5
 """Candidates that are fitted in full, of those that promise most: for the first effect, and for further ones."""
+_FOLLOWED_FREE = 8  # the same for a first effect of a rig of which all is free, where promises are worth less
 _TRIED = 2  # models that a further effect is added to
 _FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
 _NEAR = 6.0  # of the least mean square after those: what is further off is not fitted to the end
@@ -100,6 +101,7 @@ class Trace:
     smooth: Smooth
     samples: float  # that count as independent
     words: tuple[str, ...]
+    alike: float  # difference of the criterion below which effects were not told apart
 
     @property
     def known(self) -> bool:
@@ -208,15 +210,16 @@ def _declared(search: _Search, most_calls: int = _ALL_CALLS) -> Fitted:
 def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
     """Fit again what was found, without the samples that are held out: errors are of fits that have not seen them."""
     problem = whole.declared.model.problem
-    division = divide(whole.records, problem.sights, problem.kept)
+    division = divide(whole.records, problem.sights, problem.kept, own_preload=whole.model != CURVE)
     named = (whole.declared, whole.grown)
+    home = Model(problem).row(problem.start, [])  # where all data have brought them would tell what is held out
 
     def again(fitted: Fitted) -> Fitted:
         """Fit again; those that are not named by a step from where they were, whose derivatives are known."""
         tell(f"{' + '.join(fitted.names) or 'the declared model'}, held out")
         brief = whole.model != CURVE and fitted not in named
-        calls, known = (2, fitted.jacobian) if brief else (_ALL_CALLS, None)
-        return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known)
+        calls, known = (3, fitted.jacobian) if brief else (_ALL_CALLS, None)
+        return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known, home=home)
 
     refitted = {id(fitted): again(fitted) for fitted in (whole.declared, *(c.fitted for c in whole.candidates))}
     candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in whole.candidates)
@@ -357,7 +360,7 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
     while len(stages) < MOST_EFFECTS and (
         math.sqrt(best.square) > (STILL if stages else structure) * search.floor(best).deg
     ):
-        most = FOLLOWED if not stages else FOLLOWED_LATER
+        most = (_FOLLOWED_FREE if search.model == EQUIVALENT else FOLLOWED) if not stages else FOLLOWED_LATER
         grown = _distinct([g for model in front for g in search.grow(model, most)])
         if not grown:
             break
@@ -379,7 +382,7 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
         verdict, best = "none", declared
     elif best is declared:
         verdict = "unexplained"
-    elif not _better_than_free(search, declared, best, smooth, samples):
+    elif not _better_than_free(best, smooth, samples):
         verdict = "unexplained"
         words.append(f"free functions of {', '.join(smooth.names)} do better than {' + '.join(best.names)}")
     elif after > AT_FLOOR * floor.deg and explained < EXPLAINED:
@@ -387,7 +390,7 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
         words.append(f"{' + '.join(best.names)} explains {100 * explained:.0f} % of what is above the noise")
     else:
         verdict = "effect"
-    alike = ALIKE if search.costly else max(ALIKE, OF_GAIN * (_score(declared, samples) - _score(best, samples)))
+    alike = ALIKE if search.model == RIG else max(ALIKE, OF_GAIN * (_score(declared, samples) - _score(best, samples)))
     confusable = _confusable(best, stages, samples, alike) if verdict == "effect" else ()
     if any(confusable):
         verdict = "ambiguous"
@@ -409,6 +412,7 @@ def _verdict(search: _Search, declared: Fitted) -> Trace:
         smooth,
         samples,
         tuple(words),
+        alike,
     )
 
 
@@ -434,7 +438,7 @@ def _pays(before: Fitted, after: Fitted, tried: int) -> bool:
     return gain > ALIKE + 2 * math.log(tried) and after.square < PAYS**2 * before.square
 
 
-def _better_than_free(search: _Search, declared: Fitted, best: Fitted, smooth: Smooth, samples: float) -> bool:
+def _better_than_free(best: Fitted, smooth: Smooth, samples: float) -> bool:
     return _score(best, samples) < bic(smooth.square, smooth.constants, samples)
 
 

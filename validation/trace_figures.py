@@ -67,7 +67,7 @@ def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
         out["trace-candidates.png"] = (
             candidates_figure(trace),
             "Left: error on data that no fit has seen, with a 95 % interval. Right: how far the criterion (BIC) lies "
-            "behind the best; from 10 on the evidence is very strong (shaded: not told apart).",
+            "behind the best; a small difference tells nothing apart (shaded).",
         )
     return out
 
@@ -132,7 +132,7 @@ def _record_legend(figure: Figure, axis: Axes, trace: Trace) -> None:
     if count == 1:
         return
     for i, record in enumerate(trace.records[: len(RECORDS)]):
-        held = not trace.declared.division.train[i].any()
+        held = trace.declared.division.held(i)
         name = _label(record, i) + (" (held out)" if held else "")
         axis.plot([], [], "o", ms=5, color=_colour(i, count), label=name)
     figure.legend(loc="outside upper center", ncols=min(count, 4), fontsize=9)
@@ -160,7 +160,7 @@ def _curve(trace: Trace) -> tuple[int, str]:
 def _loops_shown(trace: Trace) -> list[int]:
     """Choose the record that is held out, and the one with the largest residual besides."""
     count = len(trace.records)
-    whole = [i for i, train in enumerate(trace.declared.division.train) if not train.any()]
+    whole = [i for i in range(count) if trace.declared.division.held(i)]
     rest = sorted((i for i in range(count) if i not in whole), key=lambda i: -rms(trace.declared.residuals[i]))
     return [*rest[:1], *whole, *rest[1:]][:_MOST_LOOPS]
 
@@ -177,7 +177,7 @@ def _loop_row(whole: Axes, less: Axes, trace: Trace, i: int) -> None:
         for predicted, colour, name in lines:
             x, y = (np.insert(row, breaks + 1, np.nan) for row in (sight.drive, predicted - base))
             axis.plot(x, y, color=colour, label=name)
-    held = not trace.declared.division.train[i].any()
+    held = trace.declared.division.held(i)
     title = _label(trace.records[i], i) + (", held out" if held else "")
     whole.set_title(title, loc="left", fontsize=10, fontweight="bold")
     whole.set_ylabel("angle, deg")
@@ -206,7 +206,7 @@ def candidates_figure(trace: Trace) -> bytes:
         left.set_xlabel("held-out error, deg rms")
         behind = [best[0].delta_bic - c.delta_bic for c in best] + [best[0].delta_bic]
         colours = [AFTER if c.fitted is trace.grown else MEASURED for c in best] + [BEFORE]
-        right.axvspan(0, 10, color=BAND, zorder=0)
+        right.axvspan(0, trace.alike, color=BAND, zorder=0)
         right.hlines(places, 0, behind, color=colours, lw=1.2)
         right.scatter(behind, places, color=colours, s=28, zorder=3)
         right.set_xscale("symlog", linthresh=10)
@@ -238,5 +238,5 @@ def _colour(i: int, count: int) -> str:
 
 def _png(figure: Figure, dpi: int = _DPI) -> bytes:
     stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=_DPI, metadata={"Software": None})
+    figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
     return stream.getvalue()

@@ -14,7 +14,7 @@ from validation.confirm import Confirmation
 from validation.experiment import Experiment
 from validation.fitting import Fitted
 from validation.residual import dependences
-from validation.trace import ALIKE, Candidate, Trace, errors_of, parameters
+from validation.trace import Candidate, Trace, errors_of, parameters
 
 UNNAMED = ("none", "unexplained")
 """Verdicts that name no effect."""
@@ -62,6 +62,7 @@ def to_dict(
         },
         "samples": {"all": int(trace.declared.row.size), "independent": trace.samples},
         "multibody_words": confirmation.words if confirmation else "not run",
+        "alike": trace.alike,
         "seconds": seconds,
         "seed": seed,
     }
@@ -102,7 +103,7 @@ def in_words(result: Mapping[str, Any]) -> list[str]:
             others = [
                 f"{e['name']} or {' or '.join(e['confusable_with'])}" for e in result["effects"] if e["confusable_with"]
             ]
-            alike = f"These records do not tell them apart (criterion within {ALIKE:g})."
+            alike = f"These records do not tell them apart (criterion within {result['alike']:.0f})."
             return [f"The residual is traced to one of several: {'; '.join(others)}.", alike, left, *reasons]
     return [
         "Something is left that no effect of the catalogue explains.",

@@ -9,7 +9,6 @@ from typing import Any
 
 from studies.report.templates import environment
 from validation.effect import catalogue
-from validation.trace import ALIKE
 from validation.trace_result import in_words
 
 TEMPLATE = "trace.html"
@@ -45,7 +44,7 @@ def trace_page(result: Mapping[str, Any], figures: Mapping[str, bytes]) -> str:
             effects=[effect for effect in catalogue() if effect.name in names],
             figures=pictures,
             named=" + ".join(effect["name"] for effect in result["effects"]),
-            alike=f"{ALIKE:g}",
+            alike=f"{result['alike']:.0f}",
         )
     )
 

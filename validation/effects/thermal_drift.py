@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fem_models.rig import Rig
-from validation.effect import Constant, CurveForm, Effect, Floats, Relative, RigForm, Scale, Sight, Values
+from validation.effect import Constant, CurveForm, Effect, Floats, Need, Relative, RigForm, Scale, Sight, Values
 
 RATE = Constant("deg_per_s", "deg/s", -10.0, 10.0, 1e-5, linear=True)
 SIZE = Constant("size_deg", "deg", -50.0, 50.0, 0.02, linear=True)
@@ -31,12 +31,14 @@ def _to_a_limit(scale: Scale, rig: Rig | None) -> list[Values]:
     ]
 
 
+_TIME: frozenset[Need] = frozenset({"time"})
 _CURVES = (
-    CurveForm((Relative("deg_per_s", "angle/time", -2.0, 2.0, 0.005),), ({"deg_per_s": 0.01},), seen=seen),
+    CurveForm((Relative("deg_per_s", "angle/time", -2.0, 2.0, 0.005),), ({"deg_per_s": 0.01},), seen=seen, needs=_TIME),
     CurveForm(
         (Relative("size_deg", "angle", -2.0, 2.0, 0.005), Relative("time_s", "time", 3e-3, 1e3, 0.3, log=True)),
         tuple({"size_deg": 0.01, "time_s": part} for part in (0.1, 0.5, 2.0)),
         seen=seen,
+        needs=_TIME,
     ),
 )
 
@@ -45,6 +47,9 @@ EFFECT = Effect(
     physics="Sensor, motor and mounting warm up: a slow offset in time, steady or towards a limit, of one sign through "
     "all cycles whatever the load.",
     tell_apart="Creep turns round with the load. Record a dwell at full drive on either side.",
-    rig_forms=(RigForm((RATE,), _steady, seen=seen), RigForm((SIZE, TIME), _to_a_limit, seen=seen)),
+    rig_forms=(
+        RigForm((RATE,), _steady, seen=seen, needs=_TIME),
+        RigForm((SIZE, TIME), _to_a_limit, seen=seen, needs=_TIME),
+    ),
     curve_forms=(*_CURVES,),
 )

@@ -14,6 +14,7 @@ from validation.practice.hidden import ANGLE_ALONE
 MOST_REPORTED = 3  # names that a reported set may have
 NEAR_FLOOR = 1.3  # held-out error over the noise that a right effect may leave
 CLAIMS = ("effect", "ambiguous")  # verdicts that name an effect
+UNNAMED = ("none", "unexplained")  # those that do not
 Z_95 = 1.959964
 
 
@@ -127,8 +128,9 @@ def summary(outcomes: Sequence[Outcome], catalogue: Sequence[str], outside: Sequ
         "within set": rate_of(single, lambda one: one.within_set),
         "first, not of the angle alone": rate_of(beyond_angle, lambda one: one.first_right),
         "within set, not of the angle alone": rate_of(beyond_angle, lambda one: one.within_set),
+        "nothing else named": rate_of(single, lambda one: one.first_right and set(one.named) == set(one.truth)),
         "missed: none": rate_of(single, lambda one: one.verdict == "none"),
-        "clean: no effect claimed": rate_of(clean, lambda one: one.verdict not in CLAIMS and not one.named),
+        "clean: no effect claimed": rate_of(clean, lambda one: one.verdict in UNNAMED),
         "clean: none": rate_of(clean, lambda one: one.verdict == "none"),
         "pairs: both named": rate_of(pairs, lambda one: one.both_named),
         "outside: unexplained": rate_of(strange, lambda one: one.verdict == "unexplained"),
