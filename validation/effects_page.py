@@ -14,7 +14,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "effects-catalogue.md"
 _WIDTH = 120
 _NEEDS: dict[Need, str] = {
     "time": "times",
-    "cycles": "two cycles",
+    "cycles": "cycles of one amplitude",
     "preloads": "two preloads",
     "two tendons": "two tendons",
     "wheel": "a wheel that drives",

@@ -66,7 +66,7 @@ def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
     if trace.candidates:
         out["trace-candidates.png"] = (
             candidates_figure(trace),
-            "Left: error on data that no fit has seen, with a 95 % interval. Right: how far the criterion (BIC) lies "
+            "Left: error on data held out of the fit, with a 95 % interval. Right: how far the criterion (BIC) lies "
             "behind the best; a small difference tells nothing apart (shaded).",
         )
     return out

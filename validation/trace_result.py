@@ -90,7 +90,7 @@ def in_words(result: Mapping[str, Any]) -> list[str]:
         As of :func:`to_dict`.
     """
     floor, before, after = result["noise_floor_deg"], result["before"]["heldout"], result["after"]["heldout"]
-    error = f"{before['rmse_deg']:.3g} deg rms on data that no fit has seen, the noise is {floor:.3g} deg"
+    error = f"{before['rmse_deg']:.3g} deg rms on data held out of the fit, the noise is {floor:.3g} deg"
     names = " and ".join(effect["name"] for effect in result["effects"])
     left = f"With {names} in the model {after['rmse_deg']:.3g} deg is left in place of {error}."
     reasons = [text[:1].upper() + text[1:] + "." for text in result["words"]]
