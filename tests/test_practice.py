@@ -205,6 +205,7 @@ def test_sums_of_a_table_made_by_hand() -> None:
         "within set": (3, 5),
         "first, not of the angle alone": (1, 3),
         "within set, not of the angle alone": (2, 3),
+        "nothing else named": (2, 5),
         "missed: none": (1, 5),
         "clean: no effect claimed": (2, 3),
         "clean: none": (1, 3),
