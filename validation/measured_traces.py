@@ -62,8 +62,13 @@ def _row(name: str, result: Mapping[str, Any]) -> list[str]:
     before, after = (result[when]["heldout"]["rmse_deg"] for when in ("before", "after"))
     named = " + ".join(_alike(effect) for effect in result["effects"])
     numbers = [f"{value:.3g}" for value in (result["noise_floor_deg"], before, after)]
-    verdict = f"{result['verdict']}: {named}" if named else result["verdict"]
+    nearest = [f"; nearest {_plus(c['name'])}, {c['heldout_rmse_deg']:.3g} deg" for c in result["candidates"][:1]]
+    verdict = f"{result['verdict']}: {named}" if named else result["verdict"] + "".join(nearest)
     return [f"`{name}`", result["model"], verdict, *numbers, f"{after / before:.2f}", f"{result['seconds']:.0f}"]
+
+
+def _plus(names: str) -> str:
+    return " + ".join(f"`{name}`" for name in names.split(" + "))
 
 
 def _alike(effect: Mapping[str, Any]) -> str:
