@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from hysteresis.path import branches, cycle_index
-from hysteresis.record import Record, RecordError
+from hysteresis.record import Record
 from validation.curve_kernels import loops
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, Sight, Values, cycles_repeat
-from validation.problem import preloads_N
+from validation.problem import preloads_N, require_one_unit
 
 SAMPLES = 600
 """Of a record at most, about: the rest is left out, turning points never."""
@@ -225,10 +225,7 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements
     RecordError
         Records of different units of the drive.
     """
-    for record in records:
-        if record.drive_unit != records[0].drive_unit:
-            where, unit = record.source or "record", record.drive_unit
-            raise RecordError(f"{where}: drive.unit = {unit}: expected {records[0].drive_unit}, as of the first record")
+    require_one_unit(records)
     kept = tuple(thinned(record.drive, samples) for record in records)
     drives = [record.drive[keep] for record, keep in zip(records, kept, strict=True)]
     observed = tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True))

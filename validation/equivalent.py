@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from fem_models.effects import Closure
 from fem_models.program import LoadProgram
 from fem_models.rig import Bench, Friction, Material, Rig, Tendon, Wheel
-from hysteresis.record import Record, RecordError
+from hysteresis.record import Record
 from validation.curves import mean_slope, middle_of
 from validation.effect import Constant, Effect, RigForm, Scale, Values
 from validation.mechanics import NEVER_DEG, SOFT, RigProblem, Run, has, runs_of, scale_of, sight_of, thinned
+from validation.problem import require_one_unit
 
 Floats = NDArray[np.float64]
 
@@ -118,10 +119,7 @@ def equivalent_problem(records: Sequence[Record], samples: int = SAMPLES) -> Equ
     SolverError
         A drive that no such rig follows.
     """
-    for record in records:
-        if record.drive_unit != records[0].drive_unit:
-            where, unit = record.source or "record", record.drive_unit
-            raise RecordError(f"{where}: drive.unit = {unit}: expected {records[0].drive_unit}, as of the first record")
+    require_one_unit(records)
     kept = tuple(thinned(record, samples) for record in records)
     sights = tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True))
     observed = tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True))

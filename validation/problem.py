@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hysteresis.record import Record
+from hysteresis.record import Record, RecordError
 from validation.effect import Constant, Effect, Sight, Values
 
 Floats = NDArray[np.float64]
@@ -86,3 +86,17 @@ def preloads_N(records: Sequence[Record]) -> list[float]:
     """Preload of each record, N; none where one does not tell."""
     told = [float(r.rig["preload_N"]) for r in records if "preload_N" in r.rig]
     return told if len(told) == len(records) else []
+
+
+def require_one_unit(records: Sequence[Record]) -> None:
+    """Refuse records whose drives have different units.
+
+    Raises
+    ------
+    RecordError
+        One line with the first record that differs.
+    """
+    for record in records:
+        if record.drive_unit != records[0].drive_unit:
+            where, unit = record.source or "record", record.drive_unit
+            raise RecordError(f"{where}: drive.unit = {unit}: expected {records[0].drive_unit}, as of the first record")
