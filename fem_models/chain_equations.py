@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from fem_models.schedule import Load
 
 Floats = NDArray[np.float64]
-BAND = 4  # half width of the tangent; it is stored as a[i, j - i + BAND]
+BAND = 5  # half width of the tangent in the headings; it is stored as a[i, j - i + BAND]
+BAND_OF_JOINTS = 4  # the same in the angles of the joints
 SLACK_STIFFNESS = 1e-6
 """Of a slack piece of rope over that of a taut one, in the tangent only, so that its guides go with the joints as they
 turn: left where they are, a stiff rope with next to no slack pulls taut here and there at random, and Newton's steps
@@ -81,8 +82,9 @@ class Work(NamedTuple):
 
     a: Floats  # tangent, (3 N + 3, 2 BAND + 1)
     b: Floats  # residual, (3 N + 3,)
-    lever: Floats  # dy_tip/dtheta in the rows of the joints, (3 N + 3,)
+    lever: Floats  # dy_tip by the headings in the rows of the joints, (3 N + 3,)
     external: Floats  # moments of weight and stop on the joints, (N,)
+    restoring: Floats  # what weight and stop add to the tangent by the headings, (N,)
     tension: Floats  # (2, N + 1)
     limit: Floats  # (2, N)
     state: Floats  # (2, N) of the guides: 0 sticks, 1 or -1 slides, the sign being that of the friction
@@ -203,35 +205,52 @@ def joint_moment(theta: float, i: int, c: Constants, h: History, load: Load) -> 
 
 @njit(cache=True)
 def external_moments(x: Floats, c: Constants, w: Work) -> float:
-    """Fill the moments of weight and tip stop on every joint and the tip's levers; return the stop's stiffness, N/mm.
+    """Fill the moments of weight and tip stop on every joint, their slopes and the tip's levers; the stop's N/mm.
 
-    Ring i hangs at its centre, half a pitch beyond joint i. Sums run from the tip inwards.
+    Ring i hangs at its centre, half a pitch beyond joint i, and carries the joints of those beyond. What a joint has
+    more than the next one depends on the heading of its own ring alone, and on the push of the stop.
     """
     n = w.external.size
     w.external[:] = 0.0
     if c.weight_x == 0.0 and c.weight_y == 0.0 and c.stop_stiffness == 0.0:
         return 0.0
-    heading = 0.0
-    tip_x, tip_y = 0.5 * c.pitch, 0.0
+    heading, tip_y = 0.0, 0.0
     for i in range(n):
         heading += x[3 * i + 3]
-        length = c.pitch if i < n - 1 else 0.5 * c.pitch
-        tip_x += length * math.cos(heading)
-        tip_y += length * math.sin(heading)
+        tip_y += (c.pitch if i < n - 1 else 0.5 * c.pitch) * math.sin(heading)
     side = 1.0 if c.stop_y >= 0.0 else -1.0
     push = side * c.stop_stiffness * max(0.0, side * (tip_y - c.stop_y))
-    rings, sum_x, sum_y = 0.0, 0.0, 0.0  # of the rings beyond, from their common joint
-    reach = 0.0  # tip from the joint, along the straight tube
+    moment = 0.0
     for i in range(n - 1, -1, -1):
         cs, sn = math.cos(heading), math.sin(heading)
-        rings += 1.0
-        sum_x += 0.5 * c.pitch * cs + (rings - 1.0) * c.pitch * cs
-        sum_y += 0.5 * c.pitch * sn + (rings - 1.0) * c.pitch * sn
-        reach += (c.pitch if i < n - 1 else 0.5 * c.pitch) * cs
-        w.external[i] = sum_x * c.weight_y - sum_y * c.weight_x - push * reach
-        w.lever[3 * i + 3] = reach
+        length = c.pitch if i < n - 1 else 0.5 * c.pitch
+        rings = (n - 0.5 - i) * c.pitch
+        moment += rings * (c.weight_y * cs - c.weight_x * sn) - push * length * cs
+        w.external[i] = moment
+        w.restoring[i] = rings * (c.weight_y * sn + c.weight_x * cs) - push * length * sn
+        w.lever[3 * i + 3] = length * cs
         heading -= x[3 * i + 3]
     return c.stop_stiffness if push != 0.0 else 0.0
+
+
+@njit(cache=True)
+def by_headings(w: Work) -> None:
+    """Turn tangent and residual from joints to headings, and add what weight and stop do.
+
+    Weight turns every joint as any joint beyond or before it bends: a full matrix. By the headings of the rings, joint
+    less next joint, it is a diagonal: its potential is a sum over the rings (virtual work; the sparse form of absolute
+    coordinates). The band is wider by one.
+    """
+    a, b, n = w.a, w.b, w.external.size
+    for row in range(b.size):
+        for column in range(max(3, row - 2 + (2 - row) % 3), min(row + 3, b.size), 3):  # of joints in this row
+            a[row, column - 3 - row + BAND] -= a[row, column - row + BAND]
+    for row in range(3, 3 * n, 3):
+        for offset in range(BAND + 1):
+            a[row, offset + BAND] -= a[row + 3, offset - 3 + BAND]
+        b[row] -= b[row + 3]
+    for i in range(n):
+        a[3 * i + 3, BAND] += w.restoring[i]
 
 
 @njit(cache=True)
@@ -282,11 +301,13 @@ def guide_row(
 @njit(cache=True)
 def assemble(
     x: Floats, c: Constants, h: History, load: Load, w: Work, rate: float, settle: bool
-) -> tuple[float, float]:
-    """Fill tangent and residual at x = (theta_i, slip a, slip b) guide by guide; largest residual and stop stiffness.
+) -> tuple[float, float, bool]:
+    """Fill tangent and residual at x = (theta_i, slip a, slip b) guide by guide.
 
-    Row by row: the base does not turn; each guide's balance of tensions; each joint's balance of moments; the ropes
-    are anchored at the tip. ``rate`` is 1/s of the step for drag, 0 without; ``settle`` as in :func:`guide_row`.
+    Returns the largest residual, the stiffness of a touched stop, and whether there is weight or a touched stop: the
+    tangent is by headings then. Row by row: the base does not turn; each guide's balance of tensions; each joint's
+    balance of moments; the ropes are anchored at the tip. ``rate`` is 1/s of the step for drag, 0 without; ``settle``
+    as in :func:`guide_row`.
     """
     a, b = w.a, w.b
     n = h.guides.shape[1]
@@ -295,6 +316,7 @@ def assemble(
         a[row, BAND] = 1.0
         b[row] = 0.0
     stop = external_moments(x, c, w)
+    outside = stop > 0.0 or c.weight_x != 0.0 or c.weight_y != 0.0
     tp_a, k_a, tp_b, k_b = load.drive, 0.0, 0.0, 0.0
     if c.pulled == 0.0:
         tp_a, k_a = free_tension(load.drive - x[1] - load.slack_a, c.free_a, c.toe_a, c.preload_a, w.guess[0])
@@ -350,4 +372,6 @@ def assemble(
         )
         pa = (a_theta, aa, ab, -aa, -ab)
         pb = (b_theta, ba, bb, -ba, -bb)
-    return worst, stop
+    if outside:
+        by_headings(w)
+    return worst, stop, outside

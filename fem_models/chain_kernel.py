@@ -16,30 +16,31 @@ from numba import njit
 from numpy.typing import NDArray
 
 # numba keeps compiled code by this file's date and size: with a change of chain_equations alone it would run the old
-from fem_models.chain_equations import BAND, Constants, History, Work, assemble, flag
+from fem_models.chain_equations import BAND, BAND_OF_JOINTS, Constants, History, Work, assemble, flag
 from fem_models.schedule import Load, part_of_way, way_mm
 
 Floats = NDArray[np.float64]
+LARGEST_TURN = 0.02  # rad a joint in a step of Newton's method, lest ropes go slack on its way
 FINE = 0.5001  # of the longest step: half, but for rounding
 
 
 @njit(cache=True)
-def eliminate(a: Floats, b: Floats, z: Floats, both: bool) -> None:
-    """Solve the band for b, and for z if ``both``, in place, without pivoting; a is destroyed."""
+def eliminate(a: Floats, b: Floats, z: Floats, both: bool, reach: int) -> None:
+    """Solve the band of half width ``reach`` for b, and for z if ``both``, in place, without pivoting; a is lost."""
     n = b.size
     for i in range(n):
         pivot = 1.0 / a[i, BAND]
-        for r in range(i + 1, min(i + BAND + 1, n)):
+        for r in range(i + 1, min(i + reach + 1, n)):
             factor = a[r, i - r + BAND] * pivot
             if factor != 0.0:
-                for k in range(1, min(BAND, n - 1 - i) + 1):
+                for k in range(1, min(reach, n - 1 - i) + 1):
                     a[r, i + k - r + BAND] -= factor * a[i, BAND + k]
                 b[r] -= factor * b[i]
                 if both:
                     z[r] -= factor * z[i]
     for i in range(n - 1, -1, -1):
         total, second = b[i], z[i]
-        for k in range(1, min(BAND, n - 1 - i) + 1):
+        for k in range(1, min(reach, n - 1 - i) + 1):
             total -= a[i, BAND + k] * b[i + k]
             if both:
                 second -= a[i, BAND + k] * z[i + k]
@@ -70,7 +71,7 @@ def newton(
     """
     z = np.empty(x.size)
     for turn in range(iterations):
-        worst, stop = assemble(x, c, h, load, w, rate, turn > 0)
+        worst, stop, outside = assemble(x, c, h, load, w, rate, turn > 0)
         if turn > 0 and not fine and base_let_go(held, w.state):
             return -1
         if worst <= c.tolerance:
@@ -79,7 +80,7 @@ def newton(
             return -1
         if stop > 0.0:
             z[:] = w.lever
-        eliminate(w.a, w.b, z, stop > 0.0)
+        eliminate(w.a, w.b, z, stop > 0.0, BAND if outside else BAND_OF_JOINTS)
         if stop > 0.0:
             by_b = by_z = 0.0
             for i in range(x.size):
@@ -88,8 +89,15 @@ def newton(
             scale = stop * by_b / (1.0 + stop * by_z)
             for i in range(x.size):
                 w.b[i] -= scale * z[i]
+        if outside:
+            for i in range(x.size - 3, 3, -3):  # joints from headings
+                w.b[i] -= w.b[i - 3]
+        most = 0.0
+        for i in range(3, x.size, 3):
+            most = max(most, abs(w.b[i]))
+        part = min(1.0, LARGEST_TURN / most) if most > 0.0 else 1.0
         for i in range(x.size):
-            x[i] -= w.b[i]
+            x[i] -= part * w.b[i]
     return -1
 
 
@@ -228,8 +236,8 @@ def follow(
     for i in range(n):
         x[3 * i + 3] = c.rest
     w = Work(
-        np.zeros((size, 2 * BAND + 1)), np.zeros(size), np.zeros(size), np.zeros(n), np.zeros((2, n + 1)),
-        np.zeros((2, n)), np.zeros((2, n)), np.zeros(size), np.array([c.preload_a, c.preload_b]),
+        np.zeros((size, 2 * BAND + 1)), np.zeros(size), np.zeros(size), np.zeros(n), np.zeros(n),
+        np.zeros((2, n + 1)), np.zeros((2, n)), np.zeros((2, n)), np.zeros(size), np.array([c.preload_a, c.preload_b]),
     )  # fmt: skip
     here, at = Load(0.0, 0.0, 0.0, 1.0, c.rest, 0.0), Load(0.0, 0.0, 0.0, 1.0, c.rest, 0.0)
     drag, bound = np.zeros(size), 0.0

@@ -9,8 +9,8 @@ from fem_models.rig import Rig
 from validation.curve_kernels import lagged
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
-SHEATH = Constant("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True)
-JOINT = Constant("joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True)
+SHEATH = Constant("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True, linear=True)
+JOINT = Constant("joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True, linear=True)
 
 
 def _sheath(rig: Rig, values: Values) -> Rig:
