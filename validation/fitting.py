@@ -322,6 +322,49 @@ def promise(fitted: Fitted, added: Added, values: Values, *, sized: bool = False
     return other if other is not None and other.gain > _AS_PROMISED * linear else best
 
 
+def together(added: Added, starts: Sequence[Values]) -> list[Values]:
+    """Give starts in which all constants that are linear have a size, one for each choice of the others.
+
+    None where there is at most one such constant, which :func:`promise` finds the size of.
+    """
+    linear = [c.name for c in added.form.constants if c.linear and not c.log]
+    groups: dict[tuple[tuple[str, float], ...], dict[str, float]] = {}
+    for values in starts if len(linear) > 1 else ():
+        others = tuple(sorted((name, value) for name, value in values.items() if name not in linear))
+        sizes = groups.setdefault(others, dict.fromkeys(linear, 0.0))
+        sizes.update({name: max(sizes[name], abs(values[name])) for name in linear})
+    return [{**dict(others), **sizes} for others, sizes in groups.items() if all(sizes.values())]
+
+
+def promise_together(fitted: Fitted, added: Added, sizes: Values) -> Start | None:
+    """Judge a start whose linear constants get the sizes and signs that promise most together, each tried by itself.
+
+    A tilted camera's gain and perspective promise little one by one, since each fits the other's part badly.
+    """
+    model = Model(fitted.model.problem, (*fitted.model.added, added))
+    declared, more = fitted.model.values(fitted.x)
+    declared = {name: sizes.get(name, value) for name, value in declared.items()}
+    linear = [c.name for c in added.form.constants if c.linear and not c.log]
+    low, high = model.bounds()
+    none = {**sizes, **dict.fromkeys(linear, 0.0)}
+
+    def at(values: Values) -> Floats:
+        x = np.clip(model.row(declared, [*more, values]), low + _INSIDE, high - _INSIDE)
+        return fitted.division.row(model.errors(x))[fitted.division.seen]
+
+    try:
+        without = at(none)
+        changes = np.column_stack([at({**none, name: sizes[name]}) - without for name in linear])
+    except (SolverError, RigError):
+        return None
+    if not np.isfinite(changes).all() or (np.abs(changes).max(axis=0) < _NOTHING).any():
+        return None
+    moves = solve(np.column_stack([fitted.jacobian[fitted.division.seen], changes]), -without)
+    found = np.clip(moves[-len(linear) :], -_MOST_TIMES, _MOST_TIMES)
+    values = {**sizes, **{name: sizes[name] * float(k) for name, k in zip(linear, found, strict=True)}}
+    return promise(fitted, added, values, sized=True)
+
+
 def _moved(x: Floats, others: Floats, low: Floats, high: Floats) -> Floats:
     """Take the constants that were there along, by no more than their size each."""
     x = x.copy()

@@ -29,7 +29,19 @@ from validation.curves import curve_problem
 from validation.division import divide
 from validation.effect import Effect, Values, catalogue
 from validation.equivalent import equivalent_problem
-from validation.fitting import Division, Fitted, Model, Start, bic, correlation_of_neighbours, fit, independent, promise
+from validation.fitting import (
+    Division,
+    Fitted,
+    Model,
+    Start,
+    bic,
+    correlation_of_neighbours,
+    fit,
+    independent,
+    promise,
+    promise_together,
+    together,
+)
 from validation.mechanics import rig_problem
 from validation.problem import Added
 from validation.residual import Floor, Smooth, floor_of, smooth_functions
@@ -325,7 +337,9 @@ class _Search:
         """Give the best start of an effect; of its other forms, those that promise a good part of that."""
         best = []
         for form, values in self._known_starts(effect):
-            found = [promise(fitted, Added(effect, form), v) for v in values]
+            added = Added(effect, form)
+            found = [promise(fitted, added, v) for v in values]
+            found += [promise_together(fitted, added, v) for v in together(added, values)]
             there = [s for s in found if s is not None and s.gain > _PROMISE]
             if there:
                 best.append(max(there, key=lambda s: s.gain))

@@ -23,9 +23,8 @@ def _perspective(scale: Scale, rig: Rig | None) -> list[Values]:
 
 
 def _both(scale: Scale, rig: Rig | None) -> list[Values]:
-    """Start next to a gain alone: a part even in the angle is the smaller one."""
-    even = 0.001 / scale.angle_deg
-    return [{"gain": a * 0.02, "perspective_per_deg": b * even} for a in (-1, 1) for b in (-1, 1)]
+    """Give sizes of both; the search finds their signs."""
+    return [{"gain": 0.02, "perspective_per_deg": 0.02 / scale.angle_deg}]
 
 
 _CURVE = CurveForm(

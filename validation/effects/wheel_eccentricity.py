@@ -25,18 +25,14 @@ def _rig(rig: Rig, values: Values) -> Rig:
 
 
 def _declared_wheel(scale: Scale, rig: Rig) -> list[Values]:
-    size = 0.02 * scale.drive
-    return [{"sine_mm": s * size, "cosine_mm": c * size} for s, c in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+    """Give sizes of both; the search finds their signs."""
+    return [{"sine_mm": 0.02 * scale.drive, "cosine_mm": 0.02 * scale.drive}]
 
 
 def _any_wheel(scale: Scale, rig: Rig) -> list[Values]:
     """Try some numbers of waves over the stroke: a sine has many optima in its period."""
-    size = 0.02 * scale.drive
-    return [
-        {"sine_mm": s * size, "cosine_mm": c * size, "radius_mm": scale.drive / (math.pi * waves)}
-        for waves in np.geomspace(0.5, 5.0, 16).tolist()
-        for s, c in ((1, 0), (-1, 0), (0, 1), (0, -1))
-    ]
+    waves = np.geomspace(0.5, 5.0, 16).tolist()
+    return [{**v, "radius_mm": scale.drive / (math.pi * w)} for w in waves for v in _declared_wheel(scale, rig)]
 
 
 def _uneven(x: Floats, curve: Curve, values: Values) -> Floats:
