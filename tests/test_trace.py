@@ -190,3 +190,11 @@ def test_no_record_and_a_record_without_a_reversal_are_refused():
         trace_records([])
     with pytest.raises(RecordError, match="expected"):
         trace_records([Record(drive=np.linspace(0, 1, 40), angle_deg=np.linspace(0, 20, 40))])
+
+
+def test_a_rig_that_bends_the_other_way_is_refused_but_not_one_that_is_unknown():
+    (record, _) = two_preloads(lambda rig: rig)
+    turned = replace(record, angle_deg=-record.angle_deg)
+    with pytest.raises(RecordError, match=r"20N\.csv: angle_deg: falls as drive_mm rises"):
+        trace_records([record, turned])
+    assert rig_problem([replace(turned, rig={"preload_N": 20.0})]) is None

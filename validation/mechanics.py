@@ -22,7 +22,7 @@ from fem_models.program import LoadProgram
 from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
 from fem_models.superelastic import strain_per_rad
 from hysteresis.path import branches, cycle_index
-from hysteresis.record import Record
+from hysteresis.record import Record, RecordError
 from validation.effect import Constant, Effect, RigForm, Scale, Sight, Values, cycles_repeat
 
 Floats = NDArray[np.float64]
@@ -165,12 +165,16 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
     ------
     RigError
         A rig that cannot be, or that its record breaks from the start.
+    RecordError
+        A record that bends the other way than its rig does.
     """
     rigs = [pulled_rig(record) if record.drive_unit == "N" else rig_of(record) for record in records]
     if any(rig is None for rig in rigs) or any(r.drive_unit not in ("mm", "N") for r in records):
         return None
     if len({record.drive_unit for record in records}) > 1:
         return None
+    if records[0].drive_unit == "mm":
+        _require_the_rigs_sense(records)
     most = max(LEAST_OF_RECORD, SAMPLES // len(records))
     rigs = [rig and _open(rig) for rig in rigs]
     kept = tuple(thinned(record, most) for record in records)
@@ -188,6 +192,16 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
         scale=scale_of(records, runs, sights),
         has=has(first, sights, pulled=pulled),
     )
+
+
+def _require_the_rigs_sense(records: Sequence[Record]) -> None:
+    """Refuse angles that fall as the drive rises: to turn them round would take tendon b for tendon a, silently."""
+    for record in records:
+        if float((record.drive - record.drive.mean()) @ record.angle_deg) < 0:
+            raise RecordError(
+                f"{record.source or 'record'}: angle_deg: falls as drive_mm rises: expected the signs of the rig, in "
+                "which a pull at tendon a is a positive drive and bends to positive angles"
+            )
 
 
 def _constants(rigs: Iterable[Rig]) -> tuple[Constant, ...]:
