@@ -13,7 +13,7 @@ from fem_models import multibody
 from fem_models.bench import rig_of
 from fem_models.chain import simulate_chain
 from fem_models.effects import Backlash
-from fem_models.program import LoadProgram, SolverError, sine
+from fem_models.program import SolverError, sine
 from hysteresis.files import write_files
 from hysteresis.record import Record, RecordError, write_record
 from studies import progress, tracing
@@ -23,7 +23,7 @@ from studies.report.trace_page import trace_page
 from validation.confirm import confirm
 from validation.effect import catalogue
 from validation.effects_page import PAGE, page
-from validation.experiment import Experiment, next_experiment
+from validation.experiment import Experiment, Trial, next_experiment
 from validation.trace import errors_of, trace_records
 from validation.trace_figures import figures
 from validation.trace_result import in_words, to_dict
@@ -316,6 +316,6 @@ class _Lines:
 
 
 def test_a_program_without_times_is_written_without():
-    text = Experiment("words", LoadProgram(np.array([0.0, 1.0]))).csv()
-    assert text == "drive_mm\n0\n1\n"
+    trial = Trial("at rest", np.array([0.0, 1.0]), None, np.zeros(2, dtype=np.int64), 20.0)
+    assert Experiment("words", trial).csv() == "drive_mm\n0\n1\n"
     assert Experiment("words").csv() is None

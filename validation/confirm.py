@@ -87,7 +87,8 @@ def _errors(fitted: Fitted, problem: RigProblem, chosen: list[int], solver: Solv
     for i in chosen:
 
         def angle_deg(run: Run) -> Floats:
-            return solver(problem.rig(run, declared, added), run.program).angle_deg[run.skip :]
+            program = problem.driven(run, declared).program
+            return solver(problem.rig(run, declared, added), program).angle_deg[run.skip :]
 
         angle = observe(np.concatenate([angle_deg(run) for run in problem.runs[i]]), problem.sights[i], added)
         predicted.append(angle - fitted.division.zero(i, angle - problem.observed[i]))

@@ -41,24 +41,6 @@ _DWELL_SAMPLES = 40
 
 
 @dataclass(frozen=True, eq=False)
-class Experiment:
-    """What to measure next: in words and, where the drive is in mm, as a program at a preload."""
-
-    words: str
-    program: LoadProgram | None = None
-    preload_N: float | None = None
-
-    def csv(self) -> str | None:
-        """Text of a file that ``notchbend simulate --program`` reads."""
-        if self.program is None:
-            return None
-        columns = {"drive_mm": self.program.drive_mm, "time_s": self.program.time_s}
-        there = {name: values.tolist() for name, values in columns.items() if values is not None}
-        rows = (",".join(f"{value:.9g}" for value in row) for row in zip(*there.values(), strict=True))
-        return "\n".join([",".join(there), *rows]) + "\n"
-
-
-@dataclass(frozen=True, eq=False)
 class Trial:
     """A program that could be run: how it differs, from gentle to demanding in the order of a list."""
 
@@ -73,6 +55,35 @@ class Trial:
         """What the observation forms take."""
         time = np.arange(self.drive.size, dtype=float) if self.time_s is None else self.time_s
         return Sight(self.drive, time, self.cycle, timed=self.time_s is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """What to measure next: in words and, where it is a record, the drive of it in the records' own ``unit``."""
+
+    words: str
+    trial: Trial | None = None
+    unit: str = "mm"
+
+    @property
+    def program(self) -> LoadProgram | None:
+        """The drive as a load program, where it is in mm."""
+        trial = self.trial if self.unit == "mm" else None
+        return None if trial is None else LoadProgram(trial.drive, trial.time_s, trial.cycle)
+
+    @property
+    def preload_N(self) -> float | None:
+        """Preload to measure at; None where the records do not tell theirs."""
+        return None if self.trial is None or math.isnan(self.trial.preload_N) else self.trial.preload_N
+
+    def csv(self) -> str | None:
+        """Text of a file with ``drive_UNIT`` and ``time_s``; in mm, ``notchbend simulate --program`` reads it."""
+        if self.trial is None:
+            return None
+        columns = {f"drive_{self.unit}": self.trial.drive, "time_s": self.trial.time_s}
+        there = {name: values.tolist() for name, values in columns.items() if values is not None}
+        rows = (",".join(f"{value:.9g}" for value in row) for row in zip(*there.values(), strict=True))
+        return "\n".join([",".join(there), *rows]) + "\n"
 
 
 def next_experiment(trace: Trace) -> Experiment:
@@ -98,10 +109,7 @@ def next_experiment(trace: Trace) -> Experiment:
         f"{_name(rivals[0])} and {_name(other)} by {d:.2g} deg" for other, d in zip(rivals[2:], apart[1:], strict=True)
     ]
     words = f"a record {trial.words}: {'; '.join(pairs)}"
-    if trace.records[0].drive_unit != "mm":
-        return Experiment(words)
-    preload = None if math.isnan(trial.preload_N) else trial.preload_N
-    return Experiment(words, LoadProgram(trial.drive, trial.time_s, trial.cycle), preload)
+    return Experiment(words, trial, trace.records[0].drive_unit)
 
 
 def _name(fitted: Fitted) -> str:

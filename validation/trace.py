@@ -42,6 +42,7 @@ from validation.fitting import (
     promise_together,
     together,
 )
+from validation.geared import geared_problem
 from validation.mechanics import rig_problem
 from validation.problem import Added
 from validation.residual import Floor, Smooth, floor_of, smooth_functions
@@ -158,7 +159,7 @@ def trace_records(
     for record in known:
         if record.drive_unit != "N":
             require_reversal(record)
-    mechanical = rig_problem(known)
+    mechanical = rig_problem(known) or geared_problem(known)
     chosen = effects or catalogue()
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
         if mechanical is None:

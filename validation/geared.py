@@ -1,0 +1,93 @@
+"""Records of a known rig whose drive is in turns of a motor: what a unit of it winds in is one constant more.
+
+The contract of a record: a drive in ``deg`` or ``step`` has a gain that is not known, and is identified.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.bench import rig_of
+from fem_models.program import LoadProgram
+from fem_models.rig import Rig
+from fem_models.snr import moment_arms_mm
+from hysteresis.record import Record
+from validation.curves import mean_slope
+from validation.effect import Constant, Values
+from validation.mechanics import RigProblem, Run, rig_problem
+from validation.problem import require_one_unit
+
+Floats = NDArray[np.float64]
+
+_TIMES = 3.0  # bounds of the gain, either way
+_SIZE = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class GearedProblem(RigProblem):
+    """A :class:`RigProblem` of a drive in ``unit``, of which ``mm`` is rope wound in at the gain that is started from.
+
+    Negative gains are of a motor that turns the other way round.
+    """
+
+    mm: float
+    unit: str
+
+    @property
+    def gain(self) -> str:
+        """Name of the constant."""
+        return f"drive_mm_per_{self.unit}"
+
+    def driven(self, run: Run, values: Values) -> Run:
+        """Run as the wheel sees it, by the gain."""
+        ratio = values[self.gain] / self.mm
+
+        def wound(program: LoadProgram) -> LoadProgram:
+            return replace(program, drive_mm=program.drive_mm * ratio)
+
+        assert isinstance(run.program, LoadProgram)
+        return replace(run, program=wound(run.program), short=None if run.short is None else wound(run.short))
+
+    def program(self, drive: Floats, time_s: Floats | None, cycle: NDArray[np.int64]) -> LoadProgram:
+        """Make a load program of a drive in the records' unit."""
+        return LoadProgram(drive * self.mm, time_s, cycle)
+
+
+def geared_problem(records: Sequence[Record]) -> GearedProblem | None:
+    """Make the problem of records of known rigs whose drive is in deg or steps; None where it is not so.
+
+    Raises
+    ------
+    RigError
+        A rig that cannot be, or that its record breaks from the start.
+    RecordError
+        Drives of different units.
+    """
+    rigs = [rig for record in records if record.drive_unit in ("deg", "step") and (rig := rig_of(record)) is not None]
+    if len(rigs) < len(records):
+        return None
+    require_one_unit(records)
+    mm = _mm_per_unit(records, rigs[0])
+    inner = rig_problem([replace(r, drive=r.drive * mm, drive_unit="mm") for r in records])
+    assert inner is not None  # all rigs are known
+    unit = records[0].drive_unit
+    low, high = sorted((mm / _TIMES, mm * _TIMES))
+    gain = Constant(f"drive_mm_per_{unit}", f"mm/{unit}", low, high, _SIZE * abs(mm))
+    shared = {field.name: getattr(inner, field.name) for field in fields(inner)}
+    own = {
+        "sights": tuple(replace(sight, drive=sight.drive / mm) for sight in inner.sights),
+        "constants": (*inner.constants, gain),
+        "start": {**inner.start, gain.name: mm},
+    }
+    return GearedProblem(**{**shared, **own}, mm=mm, unit=unit)
+
+
+def _mm_per_unit(records: Sequence[Record], rig: Rig) -> float:
+    """Guess the gain: all rope that is wound in bends, about the moment arm of tendon a."""
+    slope = mean_slope([record.drive for record in records], [record.angle_deg for record in records])
+    return math.copysign(math.radians(abs(slope)) * moment_arms_mm(rig)[0], slope)
