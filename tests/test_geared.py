@@ -42,9 +42,7 @@ def test_gain_and_effect_are_found_together():
     assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
     result = to_dict(trace, experiment=next_experiment(trace), confirmation=(confirmed := confirm(trace)))
     assert result["rig_known"]
-    assert confirmed.after.rmse_deg < min(
-        1.3 * NOISE_DEG, 0.7 * confirmed.before.rmse_deg
-    )
+    assert confirmed.after.rmse_deg < min(1.3 * NOISE_DEG, 0.7 * confirmed.before.rmse_deg)
 
 
 def test_the_next_record_is_in_turns_of_the_motor():

@@ -72,9 +72,14 @@ _TRIED = 2  # models that a further effect is added to
 _FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
 _NEAR = 6.0  # of the least mean square after those: what is further off is not fitted to the end
 _OTHER_FORM = 1.5  # of that of the effect's best form
-_FINISHED = 3  # effects at most that are brought to their end
+_FINISHED, _FINISHED_FREE = 5, 3  # effects at most that are brought to their end; the same where all of a rig is free
+_LOOPED = 3  # of those, the best, which are fitted from other loops of the material, too
 _LESSER_FORM = 0.8  # of the promise of an effect's best form: forms that promise less are not fitted
 _ALL_CALLS = 40
+_LOOP, _OTHER_LOOPS = "loop_angle_deg", (0.5, 2.0)
+"""Constant of a rig, and times its value from which it is fitted again: a loop of few slipping elements has an optimum
+for each of them at the ends of the smaller records."""
+_NEAR_NOISE = 1.05  # times the noise: what is as near needs no other loop
 _EARLY = 4  # steps of a declared model of which all is free
 _UNLIKE = 0.08  # of half the largest range: a rig that is so far off is not what made the records
 _PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
@@ -172,7 +177,8 @@ def _of_known(search: _Search) -> Trace:
     division = divide(search.records, search.problem.sights, search.problem.kept)
     search.tell("the declared model")
     model = Model(search.problem)
-    return _verdict(search, fit(model, division, model.row(search.problem.start, []), threads=search.threads))
+    declared = fit(model, division, model.row(search.problem.start, []), threads=search.threads)
+    return _verdict(search, search.of_other_loops(declared))
 
 
 def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: int, tell: Progress) -> Trace:
@@ -280,12 +286,13 @@ class _Search:
 
     def _finished(self, fitted: Fitted, few: Sequence[tuple[int, Fitted]]) -> list[Fitted]:
         """Fit the best after a few steps to the end; those that have fallen behind are left as they stand."""
+        most = _FINISHED if self.model == RIG else _FINISHED_FREE
         grown = list[Fitted]()
         best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
         followed = set[tuple[str, int]]()  # with the bases that they have been followed from
         for number, g in few:
             name = g.names[-1]
-            if name not in best and len(best) < _FINISHED and g.square < _NEAR * few[0][1].square:
+            if name not in best and len(best) < most and g.square < _NEAR * few[0][1].square:
                 best[name] = g.square
             first = (name, number) not in followed
             near = name in best and (first or g.square <= _OTHER_FORM * best[name])
@@ -293,7 +300,13 @@ class _Search:
             if near:
                 followed.add((name, number))
             grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
-        return grown
+        if self.model != RIG:
+            return grown
+        leading = dict[str, Fitted]()  # best forms of the best effects
+        for g in sorted(grown, key=lambda g: g.square):
+            if len(leading) < _LOOPED:
+                leading.setdefault(g.names[-1], g)
+        return [*map(self.of_other_loops, leading.values()), *(g for g in grown if leading.get(g.names[-1]) is not g)]
 
     def _fit(
         self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30, known: Floats | None = None
@@ -305,6 +318,19 @@ class _Search:
             return fit(model, fitted.division, x, threads=self.threads, most_calls=most_calls, known=known)
         except (SolverError, RigError):
             return None
+
+    def of_other_loops(self, fitted: Fitted) -> Fitted:
+        """Fit again from other loops of the material, where noise is not all that is left."""
+        if _LOOP not in self.problem.start or math.sqrt(fitted.square) <= _NEAR_NOISE * self.floor(fitted).deg:
+            return fitted
+        declared, more = fitted.model.values(fitted.x)
+        found = [fitted]
+        for times in _OTHER_LOOPS:
+            self.tell(f"{' + '.join(fitted.names) or 'the declared model'}, another loop")
+            x = fitted.model.row({**declared, _LOOP: times * declared[_LOOP]}, more)
+            with suppress(SolverError, RigError):
+                found.append(fit(fitted.model, fitted.division, x, threads=self.threads))
+        return min(found, key=lambda other: other.square)
 
     def pruned(self, fitted: Fitted) -> Fitted:
         """Leave out effects that are needless, the first one's fit having found its way only beside the second."""
