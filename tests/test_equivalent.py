@@ -16,7 +16,8 @@ from validation.effect import catalogue
 from validation.equivalent import JOINTS, equivalent_problem
 from validation.fitting import Division, Model, fit
 from validation.problem import Added
-from validation.trace import EQUIVALENT, trace_records
+from validation.search import EQUIVALENT
+from validation.trace import trace_records
 
 PLAN = ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 0.5, 1.0))  # preload, part of the amplitude, rate
 NOISE_DEG = 0.03

@@ -101,6 +101,15 @@ def test_lost_counts_have_no_word_in_the_catalogue():
     assert trace.effects == ()
 
 
+def test_an_optimum_of_another_loop_does_not_hide_an_effect():
+    """A work case that was missed: the loop's slip angle of the declared fit is twice that of the best one."""
+    both = ("camera_misalignment", "wheel_eccentricity")
+    records = draw_case("work", "known", both[0], 22).records
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in both])
+    assert trace.verdict == "effect"
+    assert trace.grown.names == both[:1]
+
+
 def test_same_records_same_trace():
     records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
     one, other = (trace_records(records, threads=n) for n in (1, 2))
@@ -198,3 +207,11 @@ def test_a_rig_that_bends_the_other_way_is_refused_but_not_one_that_is_unknown()
     with pytest.raises(RecordError, match=r"20N\.csv: angle_deg: falls as drive_mm rises"):
         trace_records([record, turned])
     assert rig_problem([replace(turned, rig={"preload_N": 20.0})]) is None
+
+
+def test_a_record_without_a_rig_is_named_where_others_have_one():
+    one, other = two_preloads(lambda rig: rig, triangle(2.2, step_mm=0.2))
+    other = replace(other, rig={"preload_N": 10.0})
+    trace = trace_records([one, other], effects=[])
+    assert not trace.known
+    assert "10N.csv names no rig: those of the other records were not used" in trace.words

@@ -1,0 +1,205 @@
+"""Search for effects beside a declared model: starts, steps, and what is fitted to the end.
+
+A run of a known rig takes milliseconds, so that most of the catalogue is left out by what it promises, and most of the
+rest after a few steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.checks import RigError
+from fem_models.program import SolverError
+from hysteresis.path import branches
+from hysteresis.record import Record
+from validation.effect import Effect, Values
+from validation.fitting import (
+    Fitted,
+    Model,
+    Start,
+    bic,
+    correlation_of_neighbours,
+    fit,
+    independent,
+    promise,
+    promise_together,
+    together,
+)
+from validation.problem import Added
+from validation.residual import Floor, floor_of
+
+Floats = NDArray[np.float64]
+
+ALIKE = 10.0
+"""Difference of the criterion below which effects are not told apart: very strong evidence from there on
+(Kass, Raftery 1995, doi 10.1080/01621459.1995.10476572)."""
+_FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
+_NEAR = 6.0  # of the least mean square after those: what is further off is not fitted to the end
+_OTHER_FORM = 1.5  # of that of the effect's best form
+_FINISHED, _FINISHED_FREE = 5, 3  # effects at most that are brought to their end; the same where all of a rig is free
+_LOOPED = 3  # of those, the best, which are fitted from other loops of the material, too
+_LESSER_FORM = 0.8  # of the promise of an effect's best form: forms that promise less are not fitted
+ALL_CALLS = 40
+_LOOP, _OTHER_LOOPS = "loop_angle_deg", (0.5, 2.0)
+"""Constant of a rig, and times its value from which it is fitted again: a loop of few slipping elements has an optimum
+for each of them at the ends of the smaller records."""
+_NEAR_NOISE = 1.05  # times the noise: what is as near needs no other loop
+_PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
+
+Progress = Callable[[str], None]
+ModelName = Literal["rig", "equivalent rig", "curve"]
+RIG: ModelName = "rig"
+EQUIVALENT: ModelName = "equivalent rig"
+CURVE: ModelName = "curve"
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Records, the declared model of them, and the effects that are looked for."""
+
+    records: tuple[Record, ...]
+    problem: Any
+    model: ModelName
+    effects: Sequence[Effect]
+    threads: int
+    tell: Progress
+    early: Fitted | None = None  # the declared model after a few steps, before it takes an effect for its own
+    starts: dict[str, list[tuple[Any, Sequence[Values]]]] = field(default_factory=dict)
+
+    @property
+    def costly(self) -> bool:
+        """Whether a run of the model takes milliseconds."""
+        return self.model != CURVE
+
+    def floor(self, fitted: Fitted) -> Floor:
+        """Noise of the records beneath what a model leaves."""
+        return floor_of(self.records, self.problem.kept, fitted.residuals)
+
+    def grow(self, fitted: Fitted, most: int) -> list[Fitted]:
+        """Add each effect that is not there yet: those that promise most, fitted in full."""
+        calls = _FEW_CALLS if self.costly else ALL_CALLS
+        bases = [fitted] if fitted.names or self.early is None else [fitted, self.early]
+        few: list[tuple[int, Fitted]] = []  # with the number of the base that it started from
+        for number, base in enumerate(bases):
+            found = [starts for e in self.effects if e.name not in fitted.names and (starts := self._starts(base, e))]
+            found.sort(key=lambda starts: -starts[0].gain)
+            known = base.jacobian if self.costly else None
+            for start in [s for starts in found[: most if self.costly else None] for s in starts]:
+                if (there := self._fit(fitted, start.added, start.x, calls, known)) is not None:
+                    few.append((number, there))
+        few.sort(key=lambda one: one[1].square)
+        return self._finished(fitted, few) if self.costly else [g for _, g in few]
+
+    def _finished(self, fitted: Fitted, few: Sequence[tuple[int, Fitted]]) -> list[Fitted]:
+        """Fit the best after a few steps to the end; those that have fallen behind are left as they stand."""
+        most = _FINISHED if self.model == RIG else _FINISHED_FREE
+        grown = list[Fitted]()
+        best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
+        followed = set[tuple[str, int]]()  # with the bases that they have been followed from
+        for number, g in few:
+            name = g.names[-1]
+            if name not in best and len(best) < most and g.square < _NEAR * few[0][1].square:
+                best[name] = g.square
+            first = (name, number) not in followed
+            near = name in best and (first or g.square <= _OTHER_FORM * best[name])
+            more = self._fit(fitted, g.model.added[-1], g.x) if near else None
+            if near:
+                followed.add((name, number))
+            grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
+        if self.model != RIG:
+            return grown
+        leading = dict[str, Fitted]()  # best forms of the best effects
+        for g in sorted(grown, key=lambda g: g.square):
+            if len(leading) < _LOOPED:
+                leading.setdefault(g.names[-1], g)
+        return [*map(self.of_other_loops, leading.values()), *(g for g in grown if leading.get(g.names[-1]) is not g)]
+
+    def _fit(
+        self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30, known: Floats | None = None
+    ) -> Fitted | None:
+        """Fit a model with one more effect; None where it cannot follow its records."""
+        self.tell(" + ".join([*fitted.names, added.effect.name]))
+        model = Model(self.problem, (*fitted.model.added, added))
+        try:
+            return fit(model, fitted.division, x, threads=self.threads, most_calls=most_calls, known=known)
+        except (SolverError, RigError):
+            return None
+
+    def of_other_loops(self, fitted: Fitted) -> Fitted:
+        """Fit again from other loops of the material, where noise is not all that is left."""
+        if _LOOP not in self.problem.start or math.sqrt(fitted.square) <= _NEAR_NOISE * self.floor(fitted).deg:
+            return fitted
+        declared, more = fitted.model.values(fitted.x)
+        found = [fitted]
+        for times in _OTHER_LOOPS:
+            self.tell(f"{' + '.join(fitted.names) or 'the declared model'}, another loop")
+            x = fitted.model.row({**declared, _LOOP: times * declared[_LOOP]}, more)
+            with suppress(SolverError, RigError):
+                found.append(fit(fitted.model, fitted.division, x, threads=self.threads))
+        return min(found, key=lambda other: other.square)
+
+    def pruned(self, fitted: Fitted) -> Fitted:
+        """Leave out effects that are needless, the first one's fit having found its way only beside the second."""
+        for name in fitted.names[::-1]:
+            if len(fitted.names) < 2:
+                break
+            kept = tuple(a for a in fitted.model.added if a.effect.name != name)
+            declared, more = fitted.model.values(fitted.x)
+            values = [v for a, v in zip(fitted.model.added, more, strict=True) if a.effect.name != name]
+            model = Model(self.problem, kept)
+            self.tell(" + ".join(a.effect.name for a in kept))
+            try:
+                without = fit(model, fitted.division, model.row(declared, values), threads=self.threads)
+            except (SolverError, RigError):
+                continue
+            samples = samples_of(fitted)
+            if score(without, samples) - score(fitted, samples) < ALIKE:
+                fitted = without
+        return fitted
+
+    def _known_starts(self, effect: Effect) -> list[tuple[Any, Sequence[Values]]]:
+        """Forms of an effect with their starts, which are worked out once."""
+        if effect.name not in self.starts:
+            forms = [(form, self.problem.starts(form)) for form in self.problem.forms(effect)]
+            if self.model == RIG:  # its constants may have taken the effect for their own: from where they were, too
+                forms = [(form, [*values, *({**self.problem.start, **v} for v in values)]) for form, values in forms]
+            self.starts[effect.name] = forms
+        return self.starts[effect.name]
+
+    def _starts(self, fitted: Fitted, effect: Effect) -> list[Start]:
+        """Give the best start of an effect; of its other forms, those that promise a good part of that."""
+        best = []
+        for form, values in self._known_starts(effect):
+            added = Added(effect, form)
+            found = [promise(fitted, added, v) for v in values]
+            found += [promise_together(fitted, added, v) for v in together(added, values)]
+            there = [s for s in found if s is not None and s.gain > _PROMISE]
+            if there:
+                best.append(max(there, key=lambda s: s.gain))
+        best.sort(key=lambda s: -s.gain)
+        return [s for s in best[:3] if s.gain > _LESSER_FORM * best[0].gain]
+
+
+def samples_of(fitted: Fitted) -> float:
+    """Count the samples that are as good as independent, by what a model leaves."""
+    sights = fitted.model.problem.sights
+    turns = sum(len(branches(part)) for s in sights for part in _loads(s.drive, s.cycle))
+    return independent(fitted.row.size, correlation_of_neighbours(fitted.errors), turns)
+
+
+def _loads(drive: Floats, cycle: NDArray[np.int64]) -> list[Floats]:
+    """Cut a record where its drive jumps back between trials."""
+    jumps = np.flatnonzero((np.diff(cycle) != 0) & (np.abs(np.diff(drive)) > 0.5 * np.ptp(drive))) + 1
+    return np.split(drive, jumps)
+
+
+def score(fitted: Fitted, samples: float) -> float:
+    """Criterion of a fitted model, the less the better."""
+    return bic(fitted.square, fitted.x.size, samples)
