@@ -159,13 +159,20 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
     RigError
         From :func:`fem_models.schedule.schedule`.
     """
-    settings, plan = settings or ChainSettings(), schedule(rig, program)
-    turn, slide = largest_turn_rad, largest_slide_mm
-    angles, tensions, energies = _followed(
-        rig, plan, settings, settings.max_step_mm, pulled=False, turn=(turn(rig, 1.0) - turn(rig, 0.0), turn(rig, 0.0)),
-        slide=(slide(1.0) - slide(0.0), slide(0.0)),
-    )  # fmt: skip
+    angles, tensions, energies = _wound(rig, program, settings or ChainSettings())
     return _solution(rig, program, angles, tensions, energies)
+
+
+def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | None = None) -> Floats:
+    """Angle alone of :func:`solve_chain`, shape (m,), for searches that run it thousands of times.
+
+    Raises
+    ------
+    SolverError, RigError
+        As :func:`solve_chain`.
+    """
+    angles, _, _ = _wound(rig, program, settings or ChainSettings())
+    return np.degrees(np.cumsum(angles, axis=1)[:, -1])
 
 
 def solve_pulled_chain(rig: Rig, force_N: Floats, settings: ChainSettings | None = None) -> ChainSolution:
@@ -184,6 +191,15 @@ def solve_pulled_chain(rig: Rig, force_N: Floats, settings: ChainSettings | None
         rig, plan, settings, settings.max_pull * force_scale_N(rig), pulled=True, turn=(turn, 0.05), slide=(slide, 0.1)
     )
     return _solution(rig, plan.drive_mm, angles, tensions, energies)
+
+
+def _wound(rig: Rig, program: LoadProgram, settings: ChainSettings) -> tuple[Floats, Floats, Floats]:
+    """Angles, tensions and energies of a rig whose rope is wound in; as :func:`_followed`."""
+    plan, turn, slide = schedule(rig, program), largest_turn_rad, largest_slide_mm
+    return _followed(
+        rig, plan, settings, settings.max_step_mm, pulled=False, turn=(turn(rig, 1.0) - turn(rig, 0.0), turn(rig, 0.0)),
+        slide=(slide(1.0) - slide(0.0), slide(0.0)),
+    )  # fmt: skip
 
 
 def _followed(

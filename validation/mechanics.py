@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.bench import rig_of
-from fem_models.chain import ChainSolution, solve_chain, solve_pulled_chain
+from fem_models.chain import ChainSolution, chain_angle_deg, solve_chain, solve_pulled_chain
 from fem_models.effects import Closure
 from fem_models.program import LoadProgram
 from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
@@ -65,9 +65,11 @@ class Run:
     def angle_deg(self, rig: Rig) -> Floats:
         """Angle of a rig along the record, shape (m,)."""
         forgets = rig.creep is None and rig.drag is None and rig.preload_loss is None and rig.fatigue is None
-        if self.short is None or not forgets:
+        if not isinstance(self.program, LoadProgram):
             return self.solve(rig).record.angle_deg[self.skip :]
-        return solve_chain(rig, self.short).record.angle_deg[self.where][self.skip :]
+        if self.short is None or not forgets:
+            return chain_angle_deg(rig, self.program)[self.skip :]
+        return chain_angle_deg(rig, self.short)[self.where][self.skip :]
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,6 +51,8 @@ _LOOP, _OTHER_LOOPS = "loop_angle_deg", (0.5, 2.0)
 """Constant of a rig, and times its value from which it is fitted again: a loop of few slipping elements has an optimum
 for each of them at the ends of the smaller records."""
 _NEAR_NOISE = 1.05  # times the noise: what is as near needs no other loop
+_RIVAL = 1.5  # of the mean square of what is as near: others beyond it do not, either
+_DOUBTFUL = 2.0  # times the noise: a declared model up to which another loop may leave nothing to explain
 _PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
 
 Progress = Callable[[str], None]
@@ -113,13 +115,16 @@ class Search:
             if near:
                 followed.add((name, number))
             grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
-        if self.model != RIG:
+        if self.model != RIG or not grown:
             return grown
         leading = dict[str, Fitted]()  # best forms of the best effects
         for g in sorted(grown, key=lambda g: g.square):
             if len(leading) < _LOOPED:
                 leading.setdefault(g.names[-1], g)
-        return [*map(self.of_other_loops, leading.values()), *(g for g in grown if leading.get(g.names[-1]) is not g)]
+        rest = [g for g in grown if leading.get(g.names[-1]) is not g]
+        best_of_all = min(grown, key=lambda g: g.square)
+        enough = _RIVAL * best_of_all.square if self.is_noise(best_of_all) else math.inf
+        return [*(self.of_other_loops(g) if g.square <= enough else g for g in leading.values()), *rest]
 
     def _fit(
         self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30, known: Floats | None = None
@@ -132,9 +137,17 @@ class Search:
         except (SolverError, RigError):
             return None
 
+    def is_noise(self, fitted: Fitted) -> bool:
+        """Tell whether a model leaves no more than noise."""
+        return math.sqrt(fitted.square) <= _NEAR_NOISE * self.floor(fitted).deg
+
+    def doubtful(self, fitted: Fitted) -> bool:
+        """Tell whether a model leaves little more than noise, which an optimum that was missed may account for."""
+        return math.sqrt(fitted.square) <= _DOUBTFUL * self.floor(fitted).deg
+
     def of_other_loops(self, fitted: Fitted) -> Fitted:
         """Fit again from other loops of the material, where noise is not all that is left."""
-        if _LOOP not in self.problem.start or math.sqrt(fitted.square) <= _NEAR_NOISE * self.floor(fitted).deg:
+        if _LOOP not in self.problem.start or self.is_noise(fitted):
             return fitted
         declared, more = fitted.model.values(fitted.x)
         found = [fitted]

@@ -173,7 +173,7 @@ def _of_known(search: Search) -> Trace:
     search.tell("the declared model")
     model = Model(search.problem)
     declared = fit(model, division, model.row(search.problem.start, []), threads=search.threads)
-    return _verdict(search, search.of_other_loops(declared))
+    return _verdict(search, search.of_other_loops(declared) if search.doubtful(declared) else declared)
 
 
 def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: int, tell: Progress) -> Trace:
