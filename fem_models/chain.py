@@ -1,11 +1,11 @@
 """The compiled twin of the multibody model: the same rig as a chain of joints and rope segments, quasi-static.
 
 Unknowns are the joint angles and the slip of either tendon at every guide. A joint sees only the rope segments that
-cross its notch, and a guide only its two neighbouring segments, so the tangent is a band of half width 4 and a Newton
-step costs time linear in the number of joints; their number hardly grows (:mod:`fem_models.chain_kernel`). Friction,
-material and their histories follow the same laws as in the multibody model (:mod:`fem_models.friction`), with exact
-tangents, the dependence of a sliding guide's friction on tensions and wrap included. Gravity alone is left out of the
-tangent: it is weak, and reaches every joint.
+cross its notch, and a guide only its two neighbouring segments, so the tangent is a band of half width 4, and a Newton
+step costs time linear in the number of joints; their number hardly grows (:mod:`fem_models.chain_kernel`). Weight and a
+touched tip stop reach all joints: the tangent is written by the headings of the rings then, and its half width is 5.
+Friction, material and their histories follow the same laws as in the multibody model (:mod:`fem_models.friction`), with
+exact tangents, the dependence of a sliding guide's friction on tensions and wrap included.
 
 What it lacks beside the multibody model: shear of the flexures, and the rings' compliance but for that in series with
 the elastic part of a joint and with a closed notch.

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fem_models.bench import rig_of
 from fem_models.chain import simulate_chain
 from fem_models.effects import Slack
 from fem_models.presets import preset
@@ -51,7 +52,7 @@ def test_the_next_record_is_in_turns_of_the_motor():
     experiment = next_experiment(trace)
     assert experiment.csv().startswith("drive_deg,time_s\n")
     assert experiment.program is None  # which is in mm
-    assert np.abs(experiment.trial.drive).max() < 3 * 2.2 / MM_PER_DEG
+    assert 0.2 < np.abs(experiment.trial.drive).max() * MM_PER_DEG / 2.2 < 1.5  # no mm, which would be 0.035
 
 
 def test_nothing_is_missing_where_nothing_is():
@@ -60,8 +61,31 @@ def test_nothing_is_missing_where_nothing_is():
     assert trace.grown.model.values(trace.grown.x)[0]["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.01)
 
 
+@pytest.mark.parametrize(("arm_mm", "EA_N"), [(1.0, 3000.0), (0.6, 9000.0), (2.6, 1000.0)])
+def test_the_gain_starts_from_the_stretch_of_the_declared_ropes(arm_mm, EA_N):
+    """Most of the rope that is wound in is stretch: the moment arm alone would say a third of the gain."""
+    bench = {"joints": 5, "moment_arm_mm": arm_mm, "flexure_stiffness_Nmm_per_rad": 600.0, "tendon_EA_N": EA_N}
+    bench |= {"tendon_free_length_mm": 200.0, "pitch_mm": 2.6, "preload_N": 20.0}
+    steps = sine(1.0, 0.1, cycles=2, samples_per_cycle=60)
+    empty = Record(drive=steps.drive_mm, angle_deg=np.zeros(steps.drive_mm.size), rig=bench)
+    run = simulate_chain(rig_of(empty), steps)
+    noise = np.random.default_rng(3).normal(0, NOISE_DEG, run.angle_deg.size)
+    record = replace(
+        empty, drive=steps.drive_mm / MM_PER_DEG, angle_deg=run.angle_deg + noise, time_s=steps.time_s, drive_unit="deg"
+    )
+    problem = geared_problem([record])
+    assert problem.start["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.05)
+    trace = trace_records([record])
+    assert trace.verdict == "none"
+    declared = trace.declared.model.values(trace.declared.x)[0]
+    assert declared["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.05)
+    assert declared["EA_N"] == pytest.approx(EA_N, rel=0.1)
+
+
 def test_units_must_agree_and_a_rig_must_be_known():
     record = measured(preset("du2018"), 0)
     with pytest.raises(RecordError, match=r"drive\.unit = step: expected deg"):
         geared_problem([record, replace(record, drive_unit="step")])
     assert geared_problem([record, replace(record, rig={"preload_N": 20.0})]) is None
+    with pytest.raises(RecordError, match="the other sign than in the first"):
+        geared_problem([record, replace(record, angle_deg=-record.angle_deg)])

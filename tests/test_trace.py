@@ -20,6 +20,7 @@ from validation.practice.bench_record import SHIPPED
 from validation.practice.cases import draw_case
 from validation.residual import dependences, floor_of, smooth_functions
 from validation.trace import trace_records
+from validation.trace_result import in_words, to_dict
 
 NOISE_DEG = 0.05
 
@@ -201,6 +202,37 @@ def test_no_record_and_a_record_without_a_reversal_are_refused():
         trace_records([Record(drive=np.linspace(0, 1, 40), angle_deg=np.linspace(0, 20, 40))])
 
 
+@pytest.mark.parametrize("samples", [24, 88])
+def test_one_clean_cycle_of_few_samples_is_not_unexplained(samples):
+    """So few samples do not tell their own noise: its estimate is too small by a third, now and then."""
+    run = simulate_chain(preset("du2018"), sine(2.2, 0.1, cycles=1, samples_per_cycle=samples))
+    verdicts = []
+    for seed in range(12):
+        angle = run.angle_deg + np.random.default_rng(seed).normal(0, NOISE_DEG, run.angle_deg.size)
+        record = Record(
+            drive=run.drive, angle_deg=angle, time_s=run.time_s, rig={"preset": "du2018", "preload_N": 20.0}
+        )
+        verdicts.append(trace_records([record], effects=[]).verdict)
+    assert verdicts.count("none") >= 11
+
+
+def test_an_effect_does_not_pay_for_an_optimum_that_the_declared_model_missed():
+    """Two clean records whose declared fit ends at another loop, three times the noise: drag was named for that."""
+    records = []
+    for i, (preload, amplitude) in enumerate(((20.0, 2.2), (10.0, 1.1))):
+        rig = preset("du2018", preload_N=preload)
+        rope = replace(rig.tendon_a, EA_N=22_000.0)
+        metal = replace(rig.material, loop_share=0.5, loop_angle_deg=4.0)
+        rig = replace(rig, material=metal, tendon_a=rope, tendon_b=rope)
+        run = simulate_chain(rig, sine(amplitude, 0.1, cycles=2, samples_per_cycle=32))
+        angle = run.angle_deg + np.random.default_rng(10 + i).normal(0, 0.003, run.angle_deg.size)
+        known = {"preset": "du2018", "preload_N": preload}
+        records.append(Record(drive=run.drive, angle_deg=angle, time_s=run.time_s, cycle=run.cycle, rig=known))
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "viscous_drag"])
+    assert trace.verdict == "none"
+    assert trace.declared.model.values(trace.declared.x)[0]["loop_angle_deg"] == pytest.approx(4.0, rel=0.05)
+
+
 def test_a_rig_that_bends_the_other_way_is_refused_but_not_one_that_is_unknown():
     (record, _) = two_preloads(lambda rig: rig)
     turned = replace(record, angle_deg=-record.angle_deg)
@@ -214,4 +246,5 @@ def test_a_record_without_a_rig_is_named_where_others_have_one():
     other = replace(other, rig={"preload_N": 10.0})
     trace = trace_records([one, other], effects=[])
     assert not trace.known
-    assert "10N.csv names no rig: those of the other records were not used" in trace.words
+    note = "10N.csv names no rig: those of the other records were not used"
+    assert any(note in sentence for sentence in in_words(to_dict(trace)))

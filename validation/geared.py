@@ -8,15 +8,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.bench import rig_of
+from fem_models.chain import chain_angle_deg
 from fem_models.program import LoadProgram
 from fem_models.rig import Rig
 from fem_models.snr import moment_arms_mm
-from hysteresis.record import Record
+from hysteresis.record import Record, RecordError
 from validation.curves import mean_slope
 from validation.effect import Constant, Values
 from validation.mechanics import RigProblem, Run, rig_problem
@@ -26,6 +28,8 @@ Floats = NDArray[np.float64]
 
 _TIMES = 3.0  # bounds of the gain, either way
 _SIZE = 0.01
+_HOLD = 5e-4  # of half the largest range of the angle, as of an equivalent rig
+_SAMPLES, _TURNS = 20, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +41,11 @@ class GearedProblem(RigProblem):
 
     mm: float
     unit: str
+
+    @property
+    def hold_deg(self) -> float:
+        """See :class:`validation.problem.Problem`: one preload does not tell the gain from the ropes' stretch."""
+        return _HOLD * self.scale.angle_deg
 
     @property
     def gain(self) -> str:
@@ -66,12 +75,15 @@ def geared_problem(records: Sequence[Record]) -> GearedProblem | None:
     RigError
         A rig that cannot be, or that its record breaks from the start.
     RecordError
-        Drives of different units.
+        Drives of different units, or of different sense.
+    SolverError
+        A rig that does not follow the records' drive at any gain.
     """
     rigs = [rig for record in records if record.drive_unit in ("deg", "step") and (rig := rig_of(record)) is not None]
     if len(rigs) < len(records):
         return None
     require_one_unit(records)
+    _require_one_sense(records)
     mm = _mm_per_unit(records, rigs[0])
     inner = rig_problem([replace(r, drive=r.drive * mm, drive_unit="mm") for r in records])
     assert inner is not None  # all rigs are known
@@ -87,7 +99,25 @@ def geared_problem(records: Sequence[Record]) -> GearedProblem | None:
     return GearedProblem(**{**shared, **own}, mm=mm, unit=unit)
 
 
+def _require_one_sense(records: Sequence[Record]) -> None:
+    """Refuse records of one motor that bend different ways; which way a motor turns is not known."""
+    first = mean_slope([records[0].drive], [records[0].angle_deg])
+    for record in records[1:]:
+        if first * mean_slope([record.drive], [record.angle_deg]) < 0:
+            raise RecordError(
+                f"{record.source or 'record'}: angle_deg: its slope over the drive has the other sign than in the "
+                "first record: expected one sense of the motor and of the angle in all"
+            )
+
+
 def _mm_per_unit(records: Sequence[Record], rig: Rig) -> float:
-    """Guess the gain: all rope that is wound in bends, about the moment arm of tendon a."""
-    slope = mean_slope([record.drive for record in records], [record.angle_deg for record in records])
-    return math.copysign(math.radians(abs(slope)) * moment_arms_mm(rig)[0], slope)
+    """Guess the gain: that at which the rig, as it is declared, bends by as much as the widest record does."""
+    drives, angles = [record.drive for record in records], [record.angle_deg for record in records]
+    slope = mean_slope(drives, angles)
+    mm = math.copysign(math.radians(abs(slope)) * moment_arms_mm(rig)[0], slope)  # all rope that is wound in bends
+    half = max(float(np.ptp(drive)) for drive in drives) / 2
+    way = np.concatenate([np.linspace(a, b, _SAMPLES) for a, b in pairwise((0.0, half, -half, half))])
+    for _ in range(_TURNS):  # stretch of the ropes takes some of it
+        bent = chain_angle_deg(rig, LoadProgram(way * mm))[_SAMPLES:]
+        mm *= slope / mean_slope([way[_SAMPLES:]], [bent])
+    return mm

@@ -96,7 +96,7 @@ def in_words(result: Mapping[str, Any]) -> list[str]:
     reasons = [text[:1].upper() + text[1:] + "." for text in result["words"]]
     match result["verdict"]:
         case "none":
-            return [f"No effect is missing: the declared model leaves {error}."]
+            return [f"No effect is missing: the declared model leaves {error}.", *reasons]
         case "effect":
             return [f"The residual is traced to {names}.", left, *reasons]
         case "ambiguous":
