@@ -192,6 +192,7 @@ TABLE = [
     outcome("clean", "effect", "gravity"),
     outcome("pair", "effect", "gravity backlash", truth="backlash gravity"),
     outcome("pair", "effect", "gravity", truth="backlash gravity"),
+    outcome("pair", "effect", "time_delay backlash", truth="backlash time_delay"),
     outcome("lost_counts", "unexplained", "gravity"),
     outcome("lost_counts", "effect", "thermal_drift"),
 ]
@@ -209,10 +210,11 @@ def test_sums_of_a_table_made_by_hand() -> None:
         "missed: none": (1, 5),
         "clean: no effect claimed": (2, 3),
         "clean: none": (1, 3),
-        "pairs: both named": (1, 2),
+        "pairs: both named": (2, 3),
+        "pairs, neither of the angle alone: both named": (1, 1),
         "outside: unexplained": (1, 2),
         "right: held-out error within 1.3 of the noise": (1, 2),  # 0.06/0.05 = 1.2 and 0.1/0.05 = 2
-        "errors": (0, 12),
+        "errors": (0, 13),
     }
     assert result["after_over_noise"] == pytest.approx({"median": 1.6, "largest": 2.0})
     assert result["after_over_before"] == pytest.approx({"median": 0.4, "largest": 0.5})

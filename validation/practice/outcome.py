@@ -133,6 +133,9 @@ def summary(outcomes: Sequence[Outcome], catalogue: Sequence[str], outside: Sequ
         "clean: no effect claimed": rate_of(clean, lambda one: one.verdict in UNNAMED),
         "clean: none": rate_of(clean, lambda one: one.verdict == "none"),
         "pairs: both named": rate_of(pairs, lambda one: one.both_named),
+        "pairs, neither of the angle alone: both named": rate_of(
+            [one for one in pairs if not ANGLE_ALONE & set(one.truth)], lambda one: one.both_named
+        ),
         "outside: unexplained": rate_of(strange, lambda one: one.verdict == "unexplained"),
         "right: held-out error within 1.3 of the noise": Rate(
             sum(ratio <= NEAR_FLOOR for ratio in over_noise), len(over_noise)
