@@ -16,8 +16,9 @@ VERDICTS = ("none", "unexplained", "error")
 
 def tables(result: Mapping[str, Any]) -> str:
     """Markdown of a score: rates, errors and times, confusion matrix."""
+    fewer = "" if result.get("others") is None else f" --others {result['others']}"
     lines = [
-        f"Made by `python -m validation.practice.score --set {result['set']} --kind {result['kind']}`: "
+        f"Made by `python -m validation.practice.score --set {result['set']} --kind {result['kind']}{fewer}`: "
         f"{result['cases']} cases.",
         "",
         *_table(["rate", "hits", "of", "%", "95 % interval"], [_rate(k, v) for k, v in result["rates"].items()]),

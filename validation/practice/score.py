@@ -171,6 +171,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "schema": 1,
         "set": options.set,
         "kind": options.kind,
+        "others": options.others,
         **summary(read_outcomes(todo), [*CATALOGUE], [*OUTSIDE]),
     }
     text = tables(result)
