@@ -4,6 +4,10 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("machine", deadline=None)  # the first call compiles, and a loaded machine takes its time
+settings.load_profile("machine")
 
 
 @pytest.fixture(scope="session")

@@ -75,7 +75,7 @@ def test_monotonic_branch_is_the_hypergeometric_one(n, sign, start):
         assert h == pytest.approx(exact, rel=1e-8, abs=1e-10)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(admissible(), st.floats(1, 3), st.floats(-1, 1), st.floats(-5, 5))
 def test_branch_of_any_model_is_the_hypergeometric_one(model, n, start, way):
     """Relative error of 1e-8 for n in 1..3, near h = 0 of the saturation; ``way`` is in paths to saturation."""
@@ -151,7 +151,7 @@ def test_play_operator_is_the_sharp_limit():
 # --- invariances -------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(admissible(), PATHS)
 def test_bounded_and_finite(model, path):
     h = hysteresis(path, model)
@@ -159,7 +159,7 @@ def test_bounded_and_finite(model, path):
     assert np.abs(h).max() <= model.saturation_deg * (1 + 1e-9)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(admissible(), PATHS, st.lists(st.floats(0, 1), min_size=1, max_size=20))
 def test_sampling_of_the_path_does_not_matter(model, path, between):
     """Points put between two samples, and samples repeated, leave h as it was."""
@@ -169,7 +169,7 @@ def test_sampling_of_the_path_does_not_matter(model, path, between):
     np.testing.assert_allclose(h, hysteresis(path, model), atol=1e-8 * model.saturation_deg)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(admissible(), PATHS)
 def test_symmetries(model, path):
     """The negative path from the negative state, and the mirrored A, give the negative h."""
@@ -178,7 +178,7 @@ def test_symmetries(model, path):
     np.testing.assert_array_equal(hysteresis(path, replace(model, A=-model.A, h0_deg=-model.h0_deg)), -h)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(admissible(), st.floats(0.1, 60))
 def test_a_steady_loop_dissipates(model, amplitude):
     """The sum of h df over a closed loop has the sign of A (passive: Ismail et al. 2009, section 3)."""

@@ -25,7 +25,7 @@ def fit():
     return layer(RIG, simulate_chain, elements=2)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(st.floats(-40, 40), min_size=1, max_size=25),
     st.floats(0.01, 1.5).flatmap(lambda size: st.sampled_from([size, -size])),

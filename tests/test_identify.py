@@ -242,7 +242,7 @@ def test_baseline_is_the_best_curve_without_hysteresis():
     np.testing.assert_allclose(fit.plain(record.drive), analytic(record.drive) + deviation.mean(), rtol=0, atol=1e-9)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.lists(st.floats(0, 50), min_size=2, max_size=9), st.floats(-90, 90))
 def test_a_fitted_curve_is_monotone_with_the_slopes_of_its_coefficients(slopes, middle):
     drive = np.linspace(3.0, 7.0, 400)

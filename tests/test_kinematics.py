@@ -262,7 +262,7 @@ ropes = st.builds(
 )
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(ropes, ropes, st.floats(1, 40), st.sampled_from([V, BENCH]))
 def test_angle_grows_with_the_drive_and_the_drive_comes_back(a, b, preload, rig):
     rig = replace(rig, tendon_a=a, tendon_b=b, preload_N=preload)
@@ -272,7 +272,7 @@ def test_angle_grows_with_the_drive_and_the_drive_comes_back(a, b, preload, rig)
     np.testing.assert_allclose(drive_for_angle_mm(rig, theta), drive, atol=1e-9)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(ropes, st.floats(1, 40))
 def test_equal_tendons_bend_alike_both_ways(rope, preload):
     curve = theory_curve(replace(V, tendon_a=rope, tendon_b=rope, preload_N=preload), PAPER_DRIVE)

@@ -127,7 +127,7 @@ def test_the_gap_of_the_energies_closes_at_first_order_in_the_step_of_the_force(
     assert (orders > 0.8).all()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     force=st.floats(0.05, 2.0),
     mu=st.floats(0.0, 0.4),

@@ -343,7 +343,7 @@ def records(draw: st.DrawFn) -> Record:
     )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(record=records())
 def test_round_trip_is_exact(tmp_path_factory: pytest.TempPathFactory, record: Record) -> None:
     path = tmp_path_factory.mktemp("records") / "run-0.3hz.csv"
@@ -467,7 +467,7 @@ def test_branches_tolerance() -> None:
     assert ends(drive, tolerance=0.05) == [1, 2, 3, 4]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(drive=arrays(float, st.integers(1, 60), elements=st.floats(-1e6, 1e6)), tolerance=st.floats(0, 1e6))
 def test_branches_cover_the_path_and_run_one_way(drive: np.ndarray, tolerance: float) -> None:
     runs = branches(drive, tolerance=tolerance)

@@ -156,7 +156,7 @@ def test_rings_and_straight_joints_are_not_strained():
     assert points.shape == (x.size, 3)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.lists(st.floats(-10, 10), min_size=4, max_size=4))
 def test_opposite_angles_give_the_mirror_image(angles):
     up, cells, strain = scene._bent_wall(SLOT_PAIR, angles)

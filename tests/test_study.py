@@ -189,7 +189,12 @@ def undisturbed(tmp_path_factory):
 
 def begun(file: Path, out: Path) -> subprocess.Popen:
     command = [sys.executable, "-c", RUN, "study", str(file), "--out", str(out), "--workers", "2", "--quiet"]
-    return subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, start_new_session=True)
+    # a shell that runs the tests in its background has Ctrl-C ignored, and children inherit that
+    heard = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        return subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, start_new_session=True)
+    finally:
+        signal.signal(signal.SIGINT, heard)
 
 
 def test_killed_three_times_then_finished(tmp_path, undisturbed):
