@@ -9,7 +9,7 @@ from fem_models.chain import simulate_chain
 from fem_models.effects import Gravity, TipStop
 from fem_models.multibody import simulate_multibody
 from fem_models.presets import preset
-from fem_models.program import sine, triangle
+from fem_models.program import SolverError, sine, triangle
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.record import Record, RecordError, read_record
 from validation.division import Protocol, _most_covered
@@ -231,6 +231,26 @@ def test_an_effect_does_not_pay_for_an_optimum_that_the_declared_model_missed():
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "viscous_drag"])
     assert trace.verdict == "none"
     assert trace.declared.model.values(trace.declared.x)[0]["loop_angle_deg"] == pytest.approx(4.0, rel=0.05)
+
+
+def test_a_declared_model_that_cannot_stand_where_the_grown_one_does_is_left_as_it_was(monkeypatch):
+    """Without its effect a rig may find no equilibrium at those constants: the finding stays, and nothing breaks."""
+    records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
+    gravity = [effect for effect in catalogue() if effect.name == "gravity"]
+    before = trace_records(records, effects=gravity)
+    calls = []
+
+    def once(*given, **more):
+        calls.append(given)
+        if len(calls) > 1:
+            raise SolverError("no equilibrium")
+        return fit(*given, **more)
+
+    monkeypatch.setattr("validation.trace.fit", once)
+    after = trace_records(records, effects=gravity)
+    assert len(calls) == 2
+    assert after.grown.names == before.grown.names == ("gravity",)
+    assert np.array_equal(after.grown.x, before.grown.x)
 
 
 def test_a_rig_that_bends_the_other_way_is_refused_but_not_one_that_is_unknown():

@@ -189,7 +189,10 @@ def _of_better_start(search: Search, trace: Trace) -> Trace:
     Where it does not pay beside that fit, or free functions of what that leaves do better, all is looked for anew.
     """
     was, grown, model = trace.declared, trace.grown, Model(search.problem)
-    declared = fit(model, was.division, grown.x[: model.own], threads=search.threads)
+    try:
+        declared = fit(model, was.division, grown.x[: model.own], threads=search.threads)
+    except (SolverError, RigError):  # constants that the rig has beside its effect alone
+        return trace
     if declared.square >= was.square:
         return trace
     samples = samples_of(grown)
