@@ -61,9 +61,12 @@ def fitted(records, added=()):
     return fit(model, everything, model.row(problem.start, []), threads=1)
 
 
-@pytest.mark.parametrize(("rig", "amplitude"), [(BENCH, 1.2), (preset("du2018", preload_N=20.0), 2.0)])
+LED = replace(BENCH, friction=replace(BENCH.friction, guide_N=0.02))
+
+
+@pytest.mark.parametrize(("rig", "amplitude"), [(BENCH, 1.2), (preset("du2018", preload_N=20.0), 2.0), (LED, 1.2)])
 def test_rigs_with_more_joints_are_explained_to_the_noise(rig, amplitude):
-    """14 and 17 joints, a soft and a linear rope, by six joints."""
+    """14 and 17 joints, a soft and a linear rope, guides with some friction, by six joints."""
     assert rig.joints > JOINTS
     found = fitted(records_of(rig, amplitude))
     assert found.train_rmse_deg < 1.08 * NOISE_DEG
@@ -136,6 +139,15 @@ def test_units_may_not_be_mixed():
     records = records_of(BENCH, 1.2)
     with pytest.raises(RecordError, match=r"drive.unit = deg: expected mm, as of the first record"):
         equivalent_problem([records[0], replace(records[1], drive_unit="deg")])
+
+
+def test_friction_of_the_guides_is_added_to_what_is_declared():
+    problem = equivalent_problem(records_of(BENCH, 1.2))
+    effect = next(e for e in catalogue() if e.name == "guide_friction")
+    form = next(form for form in problem.forms(effect) if form.constants[0].name == "more_guide_N")
+    values = {**problem.start, "guide_N": 0.02}
+    assert problem.rig(problem.runs[0][0], values, ()).friction.guide_N == 0.02
+    assert problem.rig(problem.runs[0][0], values, [(form, {"more_guide_N": 0.05})]).friction.guide_N == 0.07
 
 
 def test_an_effect_may_be_softer_than_what_is_declared():

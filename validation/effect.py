@@ -84,6 +84,7 @@ class Scale:
     tip_mm: float  # largest way of the tip across
     stress_MPa: float  # largest, at the root of a notch; of measured joints that of an assumed strip
     duration_s: float  # shortest record
+    longest_s: float  # longest record
     speed: float  # largest of the drive, its unit per s
     cycles: float  # largest number
 

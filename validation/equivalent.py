@@ -1,10 +1,11 @@
 """Records of unknown geometry as a problem for the tracer: the simplest rig that could have made them.
 
 Six measured joints between two equal ropes on the compiled chain (:mod:`fem_models.chain`). Stiffness, moment arm,
-ropes with their toe region, friction and the loop of the material are free, and so is a monotone cubic between drive
-and wheel, f of the curve model. That is fewer constants than f and a Bouc-Wen loop of free size in every preload have,
-and the loops it can make are those of a rig: what play, slack or a damper add is not among them. Forces are in
-proportion to the preload, 20 N where no record tells one; lengths of rope are given in the drive's unit.
+ropes with their toe region, friction of sheath, capstan and, a little, guides, and the loop of the material are free,
+and so is a monotone cubic between drive and wheel, f of the curve model. That is fewer constants than f and a Bouc-Wen
+loop of free size in every preload have, and the loops it can make are those of a rig: what play, slack or a damper add
+is not among them. Forces are in proportion to the preload, 20 N where no record tells one; lengths of rope are given in
+the drive's unit.
 """
 
 from __future__ import annotations
@@ -23,18 +24,19 @@ from hysteresis.record import Record
 from validation.curves import mean_slope, middle_of
 from validation.effect import Constant, Effect, RigForm, Scale, Values
 from validation.mechanics import NEVER_DEG, SOFT, RigProblem, Run, has, runs_of, scale_of, sight_of, thinned
-from validation.problem import require_one_unit
+from validation.problem import Problem, require_one_unit
 
 Floats = NDArray[np.float64]
 
 JOINTS = 6
 """More joints change the loops by less than the noise of any record (0.02 deg), and cost time."""
-SAMPLES = 300
-"""Of a record at most, about."""
+SAMPLES, SAMPLES_AT_LAST = 300, 1200
+"""Of a record at most, about: for the search, and for the last fit."""
 _ARM_MM, _PITCH_MM, _FREE_MM, _WHEEL_MM = 2.5, 6.0, 150.0, 10.0
 _FREE_BOUNDS_MM = (36.0, 600.0)  # 1 to 17 times the length that bends: with more, a dry rope stands still as play does
 _PRELOAD_N, _EA_N, _STIFFNESS = 20.0, 10_000.0, 120.0
 _TOE = 2.2  # of the largest preload: as soft as the paper's rope at 20 N; softer is an effect (stiffening)
+_GUIDES = 0.02  # of the largest preload, all guides together: more is an effect
 _HOLD = 5e-4  # of half the largest range of the angle
 _SHAPE = 0.45  # even and odd part of the cubic, as in the curve model
 
@@ -71,7 +73,7 @@ class EquivalentProblem(RigProblem):
             moment_arm_mm=values["moment_arm_mm"],
             free_length_mm=values["free_length_mm"],
         )
-        dry = replace(rig.friction, sheath_N=values["sheath_N"], capstan_coefficient=values["capstan_coefficient"])
+        dry = replace(rig.friction, **{name: values[name] for name in ("sheath_N", "capstan_coefficient", "guide_N")})
         metal = replace(rig.material, loop_share=values["loop_share"], loop_angle_deg=values["loop_angle_deg"])
         assert rig.bench is not None
         bench = replace(rig.bench, flexure_stiffness_Nmm_per_rad=values["flexure_stiffness_Nmm_per_rad"])
@@ -151,6 +153,21 @@ def equivalent_problem(records: Sequence[Record], samples: int = SAMPLES) -> Equ
     )
 
 
+def of_more_samples(problem: Problem, records: Sequence[Record]) -> EquivalentProblem:
+    """Give the same problem with :data:`SAMPLES_AT_LAST` of its records."""
+    assert isinstance(problem, EquivalentProblem)
+    kept = tuple(thinned(record, SAMPLES_AT_LAST) for record in records)
+    moved = [replace(r, drive=(r.drive - problem.middle) * problem.mm, drive_unit="mm") for r in records]
+    rigs = [runs[0].rig for runs in problem.runs]
+    return replace(
+        problem,
+        observed=tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True)),
+        sights=tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True)),
+        runs=tuple(runs_of(record, rig, keep) for record, rig, keep in zip(moved, rigs, kept, strict=True)),
+        kept=kept,
+    )
+
+
 def _rig(preload_N: float, joint_deg: float) -> Rig:
     """Rig to start from; its toe is the softest that is declared, from where that of an effect starts."""
     rope = Tendon(_EA_N, _ARM_MM, _FREE_MM, toe_N=_TOE * preload_N)
@@ -172,6 +189,7 @@ def _constants(preload_N: float, joint_deg: float, *, several: bool) -> tuple[Co
     constants = [
         Constant("sheath_N", "N", 0.0, 0.5 * preload_N, unit),
         Constant("capstan_coefficient", "-", 0.0, 0.5, 0.05),
+        Constant("guide_N", "N", 0.0, _GUIDES * preload_N / JOINTS, 0.1 * _GUIDES * preload_N / JOINTS),
         Constant("loop_share", "-", 0.0, 0.9, 0.2),
         Constant("loop_angle_deg", "deg", joint_deg / 10, 4 * joint_deg, 0.4, log=True),
         Constant("EA_at_preload_N", "N", _EA_N * unit / 20, _EA_N * unit * 10, 0.2, log=True),
@@ -191,6 +209,7 @@ def _start(preload_N: float, joint_deg: float, *, several: bool) -> Mapping[str,
     start = {
         "sheath_N": unit,
         "capstan_coefficient": 0.05,
+        "guide_N": 0.1 * _GUIDES * preload_N / JOINTS,
         "loop_share": 0.3,
         "loop_angle_deg": 0.6 * joint_deg,
         "EA_at_preload_N": 0.4 * _EA_N * unit,

@@ -276,11 +276,15 @@ def pulled_rig(record: Record) -> Rig | None:
 
 
 def thinned(record: Record, most: int) -> NDArray[np.int64]:
-    """Choose samples of a record to work on, at most about ``most``: evenly, with all turning points."""
+    """Choose samples of a record to work on, at most about ``most``: evenly, with all turning points.
+
+    With the first sample of every cycle, too: what changes with the cycle changes there.
+    """
     m = record.drive.size
     keep = np.zeros(m, dtype=bool)
     keep[:: max(1, math.ceil(m / most))] = True
     keep[[0, *(branch.stop - 1 for branch in branches(record.drive))]] = True
+    keep[np.flatnonzero(np.diff(cycle_index(record))) + 1] = True
     return np.flatnonzero(keep)
 
 
@@ -354,6 +358,7 @@ def scale_of(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: S
         tip_mm=float(max(tips)),
         stress_MPa=young * strain_per_rad(rig) * math.radians(joint),
         duration_s=min(float(t[-1] - t[0]) for t in times),
+        longest_s=max(float(t[-1] - t[0]) for t in times),
         speed=float(max(speeds)),
         cycles=max(1.0, float(max(s.cycle.max() for s in sights))),
     )

@@ -44,7 +44,7 @@ _FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
 _NEAR = 6.0  # of the least mean square after those: what is further off is not fitted to the end
 _OTHER_FORM = 1.5  # of that of the effect's best form
 _FINISHED, _FINISHED_FREE = 5, 3  # effects at most that are brought to their end; the same where all of a rig is free
-_LOOPED = 3  # of those, the best, which are fitted from other loops of the material, too
+_LEADING, _LEADING_FREE = 3, 1  # of those, the best, which are fitted in richer forms and from other loops, too
 _LESSER_FORM = 0.8  # of the promise of an effect's best form: forms that promise less are not fitted
 ALL_CALLS = 40
 _LOOP, _OTHER_LOOPS = "loop_angle_deg", (0.5, 2.0)
@@ -115,16 +115,41 @@ class Search:
             if near:
                 followed.add((name, number))
             grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
-        if self.model != RIG or not grown:
+        if not grown:
             return grown
         leading = dict[str, Fitted]()  # best forms of the best effects
         for g in sorted(grown, key=lambda g: g.square):
-            if len(leading) < _LOOPED:
+            if len(leading) < (_LEADING if self.model == RIG else _LEADING_FREE):
                 leading.setdefault(g.names[-1], g)
         rest = [g for g in grown if leading.get(g.names[-1]) is not g]
         best_of_all = min(grown, key=lambda g: g.square)
         enough = _RIVAL * best_of_all.square if self.is_noise(best_of_all) else math.inf
-        return [*(self.of_other_loops(g) if g.square <= enough else g for g in leading.values()), *rest]
+        return [*(self._led_on(fitted, g) if g.square <= enough else g for g in leading.values()), *rest]
+
+    def _led_on(self, fitted: Fitted, grown: Fitted) -> Fitted:
+        """Fit a leading effect on, in richer forms and from other loops."""
+        return self.of_other_loops(self._of_richer_form(fitted, grown))
+
+    def _of_richer_form(self, fitted: Fitted, grown: Fitted) -> Fitted:
+        """Fit an effect in its forms with more constants, from where it stands, if noise is not all that it leaves."""
+        if self.is_noise(grown):
+            return grown
+        *before, last = grown.model.added
+        declared, more = grown.model.values(grown.x)
+        few = list[Fitted | None]()
+        for form, starts in self._known_starts(last.effect):
+            if set(more[-1]) < {c.name for c in form.constants}:
+                added = Added(last.effect, form)
+                model = Model(self.problem, (*before, added))
+                rows = [model.row(declared, [*more[:-1], {**values, **more[-1]}]) for values in starts]
+                few += [self._fit(fitted, added, x, _FEW_CALLS) for x in np.unique(rows, axis=0)]
+        found = [g for g in few if g is not None]
+        if not found:
+            return grown
+        best = min(found, key=lambda g: g.square)
+        ended = self._fit(fitted, best.model.added[-1], best.x)
+        samples = samples_of(best)
+        return min((g for g in (grown, best, ended) if g is not None), key=lambda g: score(g, samples))
 
     def _fit(
         self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30, known: Floats | None = None
@@ -147,16 +172,29 @@ class Search:
 
     def of_other_loops(self, fitted: Fitted) -> Fitted:
         """Fit again from other loops of the material, where noise is not all that is left."""
-        if _LOOP not in self.problem.start or self.is_noise(fitted):
+        if self.is_noise(fitted):
             return fitted
-        declared, more = fitted.model.values(fitted.x)
         found = [fitted]
-        for times in _OTHER_LOOPS:
+        for x in other_loops(fitted):
             self.tell(f"{' + '.join(fitted.names) or 'the declared model'}, another loop")
-            x = fitted.model.row({**declared, _LOOP: times * declared[_LOOP]}, more)
             with suppress(SolverError, RigError):
                 found.append(fit(fitted.model, fitted.division, x, threads=self.threads))
         return min(found, key=lambda other: other.square)
+
+    def settled(self, fitted: Fitted) -> Fitted:
+        """Fit a grown model of a known rig again from elsewhere; of all fits the one that is best where it was fitted.
+
+        Play and friction at the base stand still alike, until the next sample tells them apart: such a valley ends a
+        fit on its way.
+        """
+        if self.model != RIG or not fitted.names:
+            return fitted
+        found = [fitted]
+        for x in (*other_loops(fitted), *along_the_valley(fitted)):
+            self.tell(f"{' + '.join(fitted.names)}, another start")
+            with suppress(SolverError, RigError):
+                found.append(fit(fitted.model, fitted.division, x, threads=self.threads))
+        return min(found, key=lambda other: other.train_rmse_deg)
 
     def pruned(self, fitted: Fitted) -> Fitted:
         """Leave out effects that are needless, the first one's fit having found its way only beside the second."""
@@ -198,6 +236,21 @@ class Search:
                 best.append(max(there, key=lambda s: s.gain))
         best.sort(key=lambda s: -s.gain)
         return [s for s in best[:3] if s.gain > _LESSER_FORM * best[0].gain]
+
+
+def other_loops(fitted: Fitted) -> list[Floats]:
+    """Give the coordinates of a fitted model with other loops of the material; none of a model without one."""
+    declared, more = fitted.model.values(fitted.x)
+    if _LOOP not in declared:
+        return []
+    return [fitted.model.row({**declared, _LOOP: times * declared[_LOOP]}, more) for times in _OTHER_LOOPS]
+
+
+def along_the_valley(fitted: Fitted) -> list[Floats]:
+    """Give the coordinates a size away, either way, along what the fitted samples tell least."""
+    *_, directions = np.linalg.svd(fitted.jacobian[fitted.division.seen], full_matrices=False)
+    flattest = directions[-1] / np.abs(directions[-1]).max()
+    return [fitted.x + flattest, fitted.x - flattest]
 
 
 def samples_of(fitted: Fitted) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -29,7 +29,7 @@ from hysteresis.uncertainty import Parameter
 from validation.curves import curve_problem
 from validation.division import divide
 from validation.effect import Effect, catalogue
-from validation.equivalent import equivalent_problem
+from validation.equivalent import equivalent_problem, of_more_samples
 from validation.fitting import (
     Division,
     Fitted,
@@ -50,6 +50,7 @@ from validation.search import (
     ModelName,
     Progress,
     Search,
+    other_loops,
     samples_of,
     score,
 )
@@ -251,18 +252,28 @@ def _declared(search: Search, most_calls: int = ALL_CALLS) -> Fitted:
 
 
 def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
-    """Fit again what was found, without the samples that are held out: errors are of fits that have not seen them."""
+    """Fit again what was found, without the samples that are held out: errors are of fits that have not seen them.
+
+    What is named is fitted to more samples than the search needs, and from other loops, the one that fits best.
+    """
     problem = whole.declared.model.problem
-    division = divide(whole.records, problem.sights, problem.kept, own_preload=whole.model != CURVE)
-    named = (whole.declared, whole.grown)
+    rig = whole.model == EQUIVALENT
+    division = divide(whole.records, problem.sights, problem.kept, own_preload=rig)
     home = Model(problem).row(problem.start, [])  # where all data have brought them would tell what is held out
+    at_last = of_more_samples(problem, whole.records) if rig else problem
+    divided = divide(whole.records, at_last.sights, at_last.kept, own_preload=rig)
 
     def again(fitted: Fitted) -> Fitted:
         """Fit again; those that are not named by a step from where they were, whose derivatives are known."""
         tell(f"{' + '.join(fitted.names) or 'the declared model'}, held out")
-        brief = whole.model != CURVE and fitted not in named
-        calls, known = (3, fitted.jacobian) if brief else (ALL_CALLS, None)
-        return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known, home=home)
+        if rig and fitted is not whole.declared and fitted is not whole.grown:
+            known = fitted.jacobian
+            return fit(fitted.model, division, fitted.x, threads=threads, most_calls=3, known=known, home=home)
+        model, found = Model(at_last, fitted.model.added), list[Fitted]()
+        for x in (fitted.x, *other_loops(fitted)):
+            with suppress(SolverError, RigError) if found else nullcontext():
+                found.append(fit(model, divided, x, threads=threads, most_calls=ALL_CALLS, home=home))
+        return min(found, key=lambda one: one.train_rmse_deg)
 
     refitted = {id(fitted): again(fitted) for fitted in (whole.declared, *(c.fitted for c in whole.candidates))}
     candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in whole.candidates)
@@ -299,7 +310,7 @@ def _verdict(search: Search, declared: Fitted) -> Trace:
         if not _pays(best, grown[0], len(search.effects)):
             break
         front, best = grown[:_TRIED], grown[0]
-    best = search.pruned(best)
+    best = search.settled(search.pruned(best))
     samples = samples_of(best)
     if all(best is not g for stage in stages for g in stage) and best is not declared:
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]

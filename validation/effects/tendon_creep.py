@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from fem_models.effects import Creep
 from fem_models.rig import Rig
 from validation.curve_kernels import lagged
@@ -18,7 +20,8 @@ def _rig(rig: Rig, values: Values) -> Rig:
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
-    return [{"fraction": 0.15, "time_s": part * scale.duration_s} for part in (0.02, 0.1, 0.5, 2.0)]
+    times = np.geomspace(0.02 * scale.duration_s, 2.0 * scale.longest_s, 6).tolist()
+    return [{"fraction": 0.15, "time_s": time_s} for time_s in times]
 
 
 def _stretch(x: Floats, curve: Curve, values: Values) -> Floats:
@@ -28,7 +31,7 @@ def _stretch(x: Floats, curve: Curve, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (Relative("fraction", "-", 0.0, 0.95, 0.01), Relative("time_s", "time", 3e-3, 1e2, 0.3, log=True)),
-    tuple({"fraction": 0.03, "time_s": part} for part in (0.02, 0.1, 0.5, 2.0)),
+    tuple({"fraction": 0.03, "time_s": part} for part in (0.02, 0.1, 0.5, 2.0, 10.0)),
     drive=_stretch,
     needs=frozenset({"time"}),
 )

@@ -25,8 +25,8 @@ def _steady(scale: Scale, rig: Rig | None) -> list[Values]:
 
 def _to_a_limit(scale: Scale, rig: Rig | None) -> list[Values]:
     return [
-        {"size_deg": side * 0.01 * scale.angle_deg, "time_s": part * scale.duration_s}
-        for part in (0.1, 0.5, 2.0)
+        {"size_deg": side * 0.01 * scale.angle_deg, "time_s": time_s}
+        for time_s in np.geomspace(0.1 * scale.duration_s, 2.0 * scale.longest_s, 5).tolist()
         for side in (-1, 1)
     ]
 
@@ -36,7 +36,7 @@ _CURVES = (
     CurveForm((Relative("deg_per_s", "angle/time", -2.0, 2.0, 0.005),), ({"deg_per_s": 0.01},), seen=seen, needs=_TIME),
     CurveForm(
         (Relative("size_deg", "angle", -2.0, 2.0, 0.005), Relative("time_s", "time", 3e-3, 1e3, 0.3, log=True)),
-        tuple({"size_deg": 0.01, "time_s": part} for part in (0.1, 0.5, 2.0)),
+        tuple({"size_deg": 0.01, "time_s": part} for part in (0.1, 0.5, 2.0, 10.0)),
         seen=seen,
         needs=_TIME,
     ),

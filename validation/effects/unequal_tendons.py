@@ -12,16 +12,21 @@ from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Need, 
 
 ARM = Constant("arm_ratio", "-", 0.5, 2.0, 0.02)
 STIFFNESS = Constant("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True)
+EA = Constant("EA_ratio", "-", 0.1, 10.0, 0.05, log=True)
 REST = Constant("rest_length_mm", "mm", -3.0, 3.0, 0.02, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    """Tendon b differs from tendon a: moment arm and stiffness of the free length by factors, rest length by mm."""
+    """Tendon b differs from tendon a: moment arm, stiffness of the free length or of all of it by factors, rest by mm.
+
+    The rope that is led through the rings is stretched as its friction has it, so that the two stiffnesses differ.
+    """
     b = rig.tendon_b
     assert b is not None  # the form needs two tendons
     b = replace(
         b,
         moment_arm_mm=b.moment_arm_mm * values.get("arm_ratio", 1.0),
+        EA_N=b.EA_N * values.get("EA_ratio", 1.0),
         free_length_mm=b.free_length_mm / values.get("stiffness_ratio", 1.0),
     )
     here = rig.slack or Slack()
@@ -37,12 +42,20 @@ def _stiffness(scale: Scale, rig: Rig) -> list[Values]:
     return [{"stiffness_ratio": 0.85}, {"stiffness_ratio": 1.18}]
 
 
+def _EA(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"EA_ratio": 0.85}, {"EA_ratio": 1.18}]
+
+
 def _rest(scale: Scale, rig: Rig) -> list[Values]:
     return [{"rest_length_mm": part * scale.drive} for part in (-0.03, 0.03)]
 
 
 def _arm_stiffness(scale: Scale, rig: Rig) -> list[Values]:
     return [{"arm_ratio": a, "stiffness_ratio": s} for a in (0.97, 1.03) for s in (0.9, 1.1)]
+
+
+def _arm_EA(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"arm_ratio": a, "EA_ratio": e} for a in (0.97, 1.03) for e in (0.9, 1.1)]
 
 
 _TWO: frozenset[Need] = frozenset({"two tendons"})
@@ -91,8 +104,10 @@ EFFECT = Effect(
     rig_forms=(
         RigForm((ARM,), _arm, rig=_rig, needs=_TWO),
         RigForm((STIFFNESS,), _stiffness, rig=_rig, needs=_TWO),
+        RigForm((EA,), _EA, rig=_rig, needs=_TWO),
         RigForm((REST,), _rest, rig=_rig, needs=_TWO),
         RigForm((ARM, STIFFNESS), _arm_stiffness, rig=_rig, needs=_TWO),
+        RigForm((ARM, EA), _arm_EA, rig=_rig, needs=_TWO),
     ),
     curve_forms=(*_CURVES,),
 )
