@@ -141,13 +141,14 @@ def test_units_may_not_be_mixed():
         equivalent_problem([records[0], replace(records[1], drive_unit="deg")])
 
 
-def test_friction_of_the_guides_is_added_to_what_is_declared():
+def test_friction_of_the_guides_is_that_of_the_effect():
+    """In place of the declared one: of a sum neither part could be told."""
     problem = equivalent_problem(records_of(BENCH, 1.2))
     effect = next(e for e in catalogue() if e.name == "guide_friction")
-    form = next(form for form in problem.forms(effect) if form.constants[0].name == "more_guide_N")
+    form = next(form for form in problem.forms(effect) if form.constants[0].name == "guide_N")
     values = {**problem.start, "guide_N": 0.02}
     assert problem.rig(problem.runs[0][0], values, ()).friction.guide_N == 0.02
-    assert problem.rig(problem.runs[0][0], values, [(form, {"more_guide_N": 0.05})]).friction.guide_N == 0.07
+    assert problem.rig(problem.runs[0][0], values, [(form, {"guide_N": 0.05})]).friction.guide_N == 0.05
 
 
 def test_an_effect_may_be_softer_than_what_is_declared():

@@ -41,15 +41,16 @@ ALIKE = 10.0
 """Difference of the criterion below which effects are not told apart: very strong evidence from there on
 (Kass, Raftery 1995, doi 10.1080/01621459.1995.10476572)."""
 _FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
-_NEAR = 6.0  # of the least mean square after those: what is further off is not fitted to the end
+_NEAR = 6.0  # of the least mean square after those, or at an end: what is further off is not fitted to its end
 _OTHER_FORM = 1.5  # of that of the effect's best form
 _FINISHED, _FINISHED_FREE = 5, 3  # effects at most that are brought to their end; the same where all of a rig is free
 _LEADING, _LEADING_FREE = 3, 1  # of those, the best, which are fitted in richer forms and from other loops, too
 _LESSER_FORM = 0.8  # of the promise of an effect's best form: forms that promise less are not fitted
 ALL_CALLS = 40
-_LOOP, _OTHER_LOOPS = "loop_angle_deg", (0.5, 2.0)
-"""Constant of a rig, and times its value from which it is fitted again: a loop of few slipping elements has an optimum
-for each of them at the ends of the smaller records."""
+_LOOP, _OTHER_LOOPS, _AT_LAST = "loop_angle_deg", (0.5, 2.0), (0.5, 1.6)
+"""Constant of a rig, and times its value from which it is fitted again, in the search and at its end: a loop of few
+slipping elements has an optimum for each of them at the ends of the smaller records."""
+_ACTS = 1e-6  # of the largest slope: a constant with less does nothing where a model stands
 _NEAR_NOISE = 1.05  # times the noise: what is as near needs no other loop
 _RIVAL = 1.5  # of the mean square of what is as near: others beyond it do not, either
 _DOUBTFUL = 2.0  # times the noise: a declared model up to which another loop may leave nothing to explain
@@ -105,16 +106,18 @@ class Search:
         grown = list[Fitted]()
         best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
         followed = set[tuple[str, int]]()  # with the bases that they have been followed from
+        least = few[0][1].square if few else math.inf
         for number, g in few:
             name = g.names[-1]
-            if name not in best and len(best) < most and g.square < _NEAR * few[0][1].square:
+            if name not in best and len(best) < most and g.square < _NEAR * least:
                 best[name] = g.square
             first = (name, number) not in followed
             near = name in best and (first or g.square <= _OTHER_FORM * best[name])
             more = self._fit(fitted, g.model.added[-1], g.x) if near else None
             if near:
                 followed.add((name, number))
-            grown.append(min((h for h in (g, more) if h is not None), key=lambda h: h.square))
+            grown.append(more or g)
+            least = min(least, grown[-1].square)
         if not grown:
             return grown
         leading = dict[str, Fitted]()  # best forms of the best effects
@@ -147,9 +150,9 @@ class Search:
         if not found:
             return grown
         best = min(found, key=lambda g: g.square)
-        ended = self._fit(fitted, best.model.added[-1], best.x)
+        best = self._fit(fitted, best.model.added[-1], best.x) or best
         samples = samples_of(best)
-        return min((g for g in (grown, best, ended) if g is not None), key=lambda g: score(g, samples))
+        return min((grown, best), key=lambda g: score(g, samples))
 
     def _fit(
         self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30, known: Floats | None = None
@@ -171,26 +174,29 @@ class Search:
         return math.sqrt(fitted.square) <= _DOUBTFUL * self.floor(fitted).deg
 
     def of_other_loops(self, fitted: Fitted) -> Fitted:
-        """Fit again from other loops of the material, where noise is not all that is left."""
+        """Fit again from other loops of the material, where noise is not all that is left; the best for all samples.
+
+        The search compares effects by all samples; at its end the fitted ones choose (:meth:`settled`).
+        """
         if self.is_noise(fitted):
             return fitted
         found = [fitted]
-        for x in other_loops(fitted):
+        for x in other_loops(fitted, _OTHER_LOOPS):
             self.tell(f"{' + '.join(fitted.names) or 'the declared model'}, another loop")
             with suppress(SolverError, RigError):
                 found.append(fit(fitted.model, fitted.division, x, threads=self.threads))
         return min(found, key=lambda other: other.square)
 
     def settled(self, fitted: Fitted) -> Fitted:
-        """Fit a grown model of a known rig again from elsewhere; of all fits the one that is best where it was fitted.
+        """Fit a grown model of a rig again from elsewhere; of all fits the one that is best where it was fitted.
 
         Play and friction at the base stand still alike, until the next sample tells them apart: such a valley ends a
-        fit on its way.
+        fit on its way. The flattest way of a rig of which all is free is that of all its forces, which tells nothing.
         """
-        if self.model != RIG or not fitted.names:
+        if self.model == CURVE or not fitted.names:
             return fitted
         found = [fitted]
-        for x in (*other_loops(fitted), *along_the_valley(fitted)):
+        for x in (*other_loops(fitted), *(along_the_valley(fitted) if self.model == RIG else ())):
             self.tell(f"{' + '.join(fitted.names)}, another start")
             with suppress(SolverError, RigError):
                 found.append(fit(fitted.model, fitted.division, x, threads=self.threads))
@@ -238,18 +244,22 @@ class Search:
         return [s for s in best[:3] if s.gain > _LESSER_FORM * best[0].gain]
 
 
-def other_loops(fitted: Fitted) -> list[Floats]:
+def other_loops(fitted: Fitted, at: Sequence[float] = _AT_LAST) -> list[Floats]:
     """Give the coordinates of a fitted model with other loops of the material; none of a model without one."""
     declared, more = fitted.model.values(fitted.x)
     if _LOOP not in declared:
         return []
-    return [fitted.model.row({**declared, _LOOP: times * declared[_LOOP]}, more) for times in _OTHER_LOOPS]
+    return [fitted.model.row({**declared, _LOOP: times * declared[_LOOP]}, more) for times in at]
 
 
 def along_the_valley(fitted: Fitted) -> list[Floats]:
     """Give the coordinates a size away, either way, along what the fitted samples tell least."""
-    *_, directions = np.linalg.svd(fitted.jacobian[fitted.division.seen], full_matrices=False)
-    flattest = directions[-1] / np.abs(directions[-1]).max()
+    slopes = fitted.jacobian[fitted.division.seen]
+    lengths = np.linalg.norm(slopes, axis=0)
+    acts = lengths > _ACTS * lengths.max()
+    *_, directions = np.linalg.svd(slopes[:, acts], full_matrices=False)
+    flattest = np.zeros(acts.size)
+    flattest[acts] = directions[-1] / np.abs(directions[-1]).max()
     return [fitted.x + flattest, fitted.x - flattest]
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -39,7 +39,7 @@ from validation.fitting import (
 )
 from validation.geared import geared_problem
 from validation.mechanics import pulled_rig, rig_problem
-from validation.problem import Added
+from validation.problem import Added, Problem
 from validation.residual import Floor, Smooth, smooth_functions
 from validation.search import (
     ALIKE,
@@ -77,6 +77,7 @@ FOLLOWED, FOLLOWED_LATER = 6, 5
 """Candidates that are fitted in full, of those that promise most: for the first effect, and for further ones."""
 _FOLLOWED_FREE = 8  # the same for a first effect of a rig of which all is free, where promises are worth less
 _TRIED = 2  # models that a further effect is added to
+_RIVALS = 5  # times the difference of the criterion: who is as near is fitted again from elsewhere, too
 _EARLY = 4  # steps of a declared model of which all is free
 _UNLIKE = 0.08  # of half the largest range: a rig that is so far off is not what made the records
 
@@ -107,7 +108,6 @@ class Trace:
     confusable: tuple[tuple[str, ...], ...]  # of each effect in the grown model
     floor: Floor
     smooth: Smooth
-    samples: float  # that count as independent
     words: tuple[str, ...]
     alike: float  # difference of the criterion below which effects were not told apart
 
@@ -263,26 +263,33 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
     at_last = of_more_samples(problem, whole.records) if rig else problem
     divided = divide(whole.records, at_last.sights, at_last.kept, own_preload=rig)
 
-    def again(fitted: Fitted) -> Fitted:
-        """Fit again; those that are not named by a step from where they were, whose derivatives are known."""
+    def again(fitted: Fitted, problem: Problem, division: Division) -> Fitted | None:
+        """Fit what is named, or declared, from where it was and from other loops."""
         tell(f"{' + '.join(fitted.names) or 'the declared model'}, held out")
-        if rig and fitted is not whole.declared and fitted is not whole.grown:
-            known = fitted.jacobian
-            return fit(fitted.model, division, fitted.x, threads=threads, most_calls=3, known=known, home=home)
-        model, found = Model(at_last, fitted.model.added), list[Fitted]()
+        model, found = Model(problem, fitted.model.added), list[Fitted]()
         for x in (fitted.x, *other_loops(fitted)):
-            with suppress(SolverError, RigError) if found else nullcontext():
-                found.append(fit(model, divided, x, threads=threads, most_calls=ALL_CALLS, home=home))
-        return min(found, key=lambda one: one.train_rmse_deg)
+            with suppress(SolverError, RigError):
+                found.append(fit(model, division, x, threads=threads, most_calls=ALL_CALLS, home=home))
+        return min(found, key=lambda one: one.train_rmse_deg, default=None)
 
-    refitted = {id(fitted): again(fitted) for fitted in (whole.declared, *(c.fitted for c in whole.candidates))}
+    def briefly(fitted: Fitted) -> Fitted:
+        """Fit another candidate by a step from where it was, where the derivatives of a rig are known."""
+        tell(f"{' + '.join(fitted.names)}, held out")
+        calls, known = (3, fitted.jacobian) if rig else (ALL_CALLS, None)
+        return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known, home=home)
+
+    named = [whole.declared, *([whole.grown] if whole.grown is not whole.declared else [])]
+    found = [one for fitted in named if (one := again(fitted, at_last, divided)) is not None]
+    if len(found) < len(named):  # of one problem both, whose errors are compared sample by sample
+        found = [one for fitted in named if (one := again(fitted, problem, division)) is not None]
+    if len(found) < len(named):
+        raise SolverError("no equilibrium without the samples that are held out")
+    refitted = {id(fitted): one for fitted, one in zip(named, found, strict=True)}
+    for candidate in whole.candidates:
+        if id(candidate.fitted) not in refitted:
+            refitted[id(candidate.fitted)] = briefly(candidate.fitted)
     candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in whole.candidates)
-    return replace(
-        whole,
-        declared=refitted[id(whole.declared)],
-        grown=refitted[id(whole.grown)],
-        candidates=candidates,
-    )
+    return replace(whole, declared=found[0], grown=found[-1], candidates=candidates)
 
 
 def _limit(search: Search, declared: Fitted) -> float:
@@ -312,6 +319,12 @@ def _verdict(search: Search, declared: Fitted) -> Trace:
         front, best = grown[:_TRIED], grown[0]
     best = search.settled(search.pruned(best))
     samples = samples_of(best)
+    if search.model == RIG:  # rivals may stand in a valley, too
+        near = score(best, samples) + _RIVALS * ALIKE
+        stages = [
+            [search.settled(g) if g.names != best.names and score(g, samples) < near else g for g in stage]
+            for stage in stages
+        ]
     if all(best is not g for stage in stages for g in stage) and best is not declared:
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
         stages.append([best])
@@ -352,7 +365,6 @@ def _verdict(search: Search, declared: Fitted) -> Trace:
         confusable,
         floor,
         smooth,
-        samples,
         tuple(words),
         alike,
     )

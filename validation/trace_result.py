@@ -14,6 +14,7 @@ from validation.confirm import Confirmation
 from validation.experiment import Experiment
 from validation.fitting import Fitted
 from validation.residual import dependences
+from validation.search import samples_of
 from validation.trace import Candidate, Trace, errors_of, parameters
 
 UNNAMED = ("none", "unexplained")
@@ -35,7 +36,7 @@ def to_dict(
     than that of the model before it was added. ``declared`` has the constants of the declared model as fitted
     together with the effects. ``seconds`` and ``seed`` are passed through.
     """
-    found = parameters(trace.grown, trace.samples)
+    found = parameters(trace.grown, samples_of(trace.grown))
     before = _pair(errors_of(trace.declared))
     named = trace.verdict not in UNNAMED
     confirmed = confirmation is not None and confirmation.before is not None and confirmation.after is not None
@@ -60,7 +61,7 @@ def to_dict(
             "before": _dependences(trace, trace.declared),
             "after": _dependences(trace, trace.grown) if named else None,
         },
-        "samples": {"all": int(trace.declared.row.size), "independent": trace.samples},
+        "samples": {"all": int(trace.declared.row.size), "independent": samples_of(trace.grown)},
         "multibody_words": confirmation.words if confirmation else "not run",
         "alike": trace.alike,
         "seconds": seconds,

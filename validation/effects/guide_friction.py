@@ -11,7 +11,7 @@ from fem_models.rig import Rig
 from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
 
 BASE = Constant("base_capstan", "-", 0.0, 2.0, 0.01, linear=True)
-GUIDE = Constant("more_guide_N", "N", 0.0, 5.0, 0.02, linear=True)
+GUIDE = Constant("guide_N", "N", 0.0, 5.0, 0.02, linear=True)
 LEAST_MU = 1e-3
 
 
@@ -23,7 +23,8 @@ def _at_base(rig: Rig, values: Values) -> Rig:
 
 
 def _at_guides(rig: Rig, values: Values) -> Rig:
-    return replace(rig, friction=replace(rig.friction, guide_N=rig.friction.guide_N + values["more_guide_N"]))
+    """Set the friction of all guides, in place of what is declared: of a sum neither part could be told."""
+    return replace(rig, friction=replace(rig.friction, guide_N=values["guide_N"]))
 
 
 def _base_starts(scale: Scale, rig: Rig) -> list[Values]:
@@ -31,7 +32,7 @@ def _base_starts(scale: Scale, rig: Rig) -> list[Values]:
 
 
 def _guide_starts(scale: Scale, rig: Rig) -> list[Values]:
-    return [{"more_guide_N": value} for value in (0.03, 0.15)]
+    return [{"guide_N": rig.friction.guide_N + value} for value in (0.03, 0.15)]
 
 
 def _wrap(f: Floats, curve: Curve, values: Values) -> Floats:
