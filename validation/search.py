@@ -41,7 +41,9 @@ ALIKE = 10.0
 """Difference of the criterion below which effects are not told apart: very strong evidence from there on
 (Kass, Raftery 1995, doi 10.1080/01621459.1995.10476572)."""
 _FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
-_NEAR = 6.0  # of the least mean square after those, or at an end: what is further off is not fitted to its end
+_NEAR, _NEAR_NOISE_TOO = 6.0, 4.0
+"""Times the least mean square after those steps, or at an end: what is further off is not fitted to its own end. The
+same where an end is noise: of what is near, one form is followed then."""
 _OTHER_FORM = 1.5  # of that of the effect's best form
 _FINISHED, _FINISHED_FREE = 5, 3  # effects at most that are brought to their end; the same where all of a rig is free
 _LEADING, _LEADING_FREE = 3, 1  # of those, the best, which are fitted in richer forms and from other loops, too
@@ -52,6 +54,7 @@ _LOOP, _OTHER_LOOPS, _AT_LAST = "loop_angle_deg", (0.5, 2.0), (0.5, 1.6)
 slipping elements has an optimum for each of them at the ends of the smaller records."""
 _ACTS = 1e-6  # of the largest slope: a constant with less does nothing where a model stands
 _NEAR_NOISE = 1.05  # times the noise: what is as near needs no other loop
+_NOT_FAR = 1.2  # times the error of a fit: one from elsewhere that is as near after a few steps is followed
 _RIVAL = 1.5  # of the mean square of what is as near: others beyond it do not, either
 _DOUBTFUL = 2.0  # times the noise: a declared model up to which another loop may leave nothing to explain
 _PROMISE = 0.02  # of the residual's square: candidates that promise less are not fitted
@@ -106,18 +109,19 @@ class Search:
         grown = list[Fitted]()
         best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
         followed = set[tuple[str, int]]()  # with the bases that they have been followed from
-        least = few[0][1].square if few else math.inf
+        least, near = few[0][1].square if few else math.inf, _NEAR
         for number, g in few:
             name = g.names[-1]
-            if name not in best and len(best) < most and g.square < _NEAR * least:
+            if name not in best and len(best) < most and g.square < near * least:
                 best[name] = g.square
             first = (name, number) not in followed
-            near = name in best and (first or g.square <= _OTHER_FORM * best[name])
-            more = self._fit(fitted, g.model.added[-1], g.x) if near else None
-            if near:
+            on = name in best and (first or (near == _NEAR and g.square <= _OTHER_FORM * best[name]))
+            more = self._fit(fitted, g.model.added[-1], g.x) if on else None
+            if on:
                 followed.add((name, number))
             grown.append(more or g)
-            least = min(least, grown[-1].square)
+            if more is not None and more.square < least:
+                least, near = more.square, _NEAR_NOISE_TOO if self.is_noise(more) else _NEAR
         if not grown:
             return grown
         leading = dict[str, Fitted]()  # best forms of the best effects
@@ -199,7 +203,9 @@ class Search:
         for x in (*other_loops(fitted), *(along_the_valley(fitted) if self.model == RIG else ())):
             self.tell(f"{' + '.join(fitted.names)}, another start")
             with suppress(SolverError, RigError):
-                found.append(fit(fitted.model, fitted.division, x, threads=self.threads))
+                there = fit(fitted.model, fitted.division, x, threads=self.threads, most_calls=_FEW_CALLS)
+                if there.train_rmse_deg < _NOT_FAR * fitted.train_rmse_deg:
+                    found.append(fit(fitted.model, fitted.division, there.x, threads=self.threads))
         return min(found, key=lambda other: other.train_rmse_deg)
 
     def pruned(self, fitted: Fitted) -> Fitted:
