@@ -16,7 +16,8 @@ VERDICTS = ("none", "unexplained", "error")
 
 def tables(result: Mapping[str, Any]) -> str:
     """Markdown of a score: rates, errors and times, confusion matrix."""
-    fewer = "" if result.get("others") is None else f" --others {result['others']}"
+    asked = {"count": result.get("count"), "others": result.get("others"), "effects": result.get("effects")}
+    fewer = "".join(f" --{name} {value}" for name, value in asked.items() if value is not None)
     lines = [
         f"Made by `python -m validation.practice.score --set {result['set']} --kind {result['kind']}{fewer}`: "
         f"{result['cases']} cases.",

@@ -34,6 +34,7 @@ from validation.practice.protocols import KINDS, Kind
 Tracer = Callable[[Sequence[Record], int], Mapping[str, Any]]
 """Records and a seed to what ``trace.json`` holds."""
 
+COUNT = 10
 TWICE = frozenset({CLEAN, PAIR})  # of these there are two times as many cases
 SLOW = frozenset({PAIR, *OUTSIDE})  # all effects are searched three times over before nothing, or two, are found
 
@@ -152,7 +153,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m validation.practice.score", description=__doc__)
     parser.add_argument("--set", choices=[*SETS], default="work", help="tune on work, report score")
     parser.add_argument("--kind", choices=KINDS, default="known", help="whether the sidecar tells the rig")
-    parser.add_argument("--count", type=int, default=10, help="cases of each effect; twice as many clean and pairs")
+    parser.add_argument("--count", type=int, default=COUNT, help="cases of each effect; twice as many clean and pairs")
     parser.add_argument("--others", type=int, help="the same of pairs and of effects outside the catalogue")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--effects", type=labels, default=[*LABELS], help=f"comma between, of {', '.join(LABELS)}")
@@ -171,7 +172,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "schema": 1,
         "set": options.set,
         "kind": options.kind,
+        "count": None if options.count == COUNT else options.count,
         "others": options.others,
+        "effects": None if options.effects == [*LABELS] else ",".join(options.effects),
         **summary(read_outcomes(todo), [*CATALOGUE], [*OUTSIDE]),
     }
     text = tables(result)
