@@ -319,12 +319,7 @@ def _verdict(search: Search, declared: Fitted) -> Trace:
         front, best = grown[:_TRIED], grown[0]
     best = search.settled(search.pruned(best))
     samples = samples_of(best)
-    if search.model == RIG:  # rivals may stand in a valley, too
-        near = score(best, samples) + _RIVALS * ALIKE
-        stages = [
-            [search.settled(g) if g.names != best.names and score(g, samples) < near else g for g in stage]
-            for stage in stages
-        ]
+    stages = _settled_rivals(search, best, stages)
     if all(best is not g for stage in stages for g in stage) and best is not declared:
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
         stages.append([best])
@@ -368,6 +363,19 @@ def _verdict(search: Search, declared: Fitted) -> Trace:
         tuple(words),
         alike,
     )
+
+
+def _settled_rivals(search: Search, best: Fitted, stages: list[list[Fitted]]) -> list[list[Fitted]]:
+    """Fit who is near the best again from elsewhere, where the rig is known: rivals may stand in a valley, too."""
+    if search.model != RIG:
+        return stages
+    samples = samples_of(best)
+    near = score(best, samples) + _RIVALS * ALIKE
+
+    def again(g: Fitted) -> Fitted:
+        return search.settled(g) if g.names != best.names and score(g, samples) < near else g
+
+    return [[again(g) for g in stage] for stage in stages]
 
 
 def _names(smooth: Smooth) -> str:
