@@ -277,6 +277,16 @@ def test_page_keeps_prose_and_the_other_kind(tmp_path: Path) -> None:
     assert new.endswith("## Unknown geometry\n\nkept\n")
     assert new.count("Confusion matrix") == 1
     assert "| first | 2 | 5 | 40.0 | 12 to 77 |" in text  # Wilson, 2 of 5: 0.118 to 0.769
+    pairs = {**result, "effects": "pair,lost_counts"}
+    put_section(page, pairs, tables(pairs))
+    assert page.read_text() == f"{new.rstrip()}\n\n## Known rig, pairs and outside of the catalogue\n\n{tables(pairs)}"
+
+
+def test_page_leaves_out_rates_of_no_case() -> None:
+    clean = [one for one in TABLE if one.label == "clean"]
+    text = tables({"set": "score", "kind": "known", **summary(clean, [*CATALOGUE], [*OUTSIDE])})
+    assert "| clean: none |" in text
+    assert not any(words in text for words in ("| first", "pairs", "over the noise"))
 
 
 def test_wrong_effect_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -104,16 +104,22 @@ class Search:
         return self._finished(fitted, few) if self.costly else [g for _, g in few]
 
     def _finished(self, fitted: Fitted, few: Sequence[tuple[int, Fitted]]) -> list[Fitted]:
-        """Fit the best after a few steps to the end; those that have fallen behind are left as they stand."""
+        """Fit the best after a few steps to the end; those that have fallen behind are left as they stand.
+
+        Each base puts one effect forward at least: beside a declared model that has taken the effect for its own,
+        others that do nothing stand as near as that model does, and would take all places.
+        """
         most = _FINISHED if self.model == RIG else _FINISHED_FREE
         grown = list[Fitted]()
         best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
         followed = set[tuple[str, int]]()  # with the bases that they have been followed from
+        heard = set[int]()  # bases that have put one forward
         least, near = few[0][1].square if few else math.inf, _NEAR
         for number, g in few:
             name = g.names[-1]
-            if name not in best and len(best) < most and g.square < near * least:
+            if name not in best and (len(best) < most or number not in heard) and g.square < near * least:
                 best[name] = g.square
+                heard.add(number)
             first = (name, number) not in followed
             on = name in best and (first or (near == _NEAR and g.square <= _OTHER_FORM * best[name]))
             more = self._fit(fitted, g.model.added[-1], g.x) if on else None

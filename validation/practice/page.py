@@ -7,10 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from hysteresis.files import write_files
-from validation.practice.cases import LABELS
+from validation.practice.cases import LABELS, PAIR
 from validation.practice.hidden import CATALOGUE
+from validation.practice.outside import OUTSIDE
 
 HEADINGS = {"known": "## Known rig", "unknown": "## Unknown geometry"}
+SLOW = frozenset({PAIR, *OUTSIDE})
+"""All effects are searched three times over before nothing, or two, are found; scored apart, a section of their own."""
 VERDICTS = ("none", "unexplained", "error")
 
 
@@ -18,19 +21,20 @@ def tables(result: Mapping[str, Any]) -> str:
     """Markdown of a score: rates, errors and times, confusion matrix."""
     asked = {"count": result.get("count"), "others": result.get("others"), "effects": result.get("effects")}
     fewer = "".join(f" --{name} {value}" for name, value in asked.items() if value is not None)
+    effects = [_both(k, v) for k, v in result["by_effect"].items()]
+    by_effect = [*_table(["effect", "first", "interval %", "within set", "interval %"], effects), ""] if effects else []
     lines = [
         f"Made by `python -m validation.practice.score --set {result['set']} --kind {result['kind']}{fewer}`: "
         f"{result['cases']} cases.",
         "",
-        *_table(["rate", "hits", "of", "%", "95 % interval"], [_rate(k, v) for k, v in result["rates"].items()]),
-        "",
-        *_table(["", "median", "largest"], [_spread(*row) for row in _spreads(result)]),
-        "",
         *_table(
-            ["effect", "first", "interval %", "within set", "interval %"],
-            [_both(k, v) for k, v in result["by_effect"].items()],
+            ["rate", "hits", "of", "%", "95 % interval"],
+            [_rate(k, v) for k, v in result["rates"].items() if v["of"]],
         ),
         "",
+        *_table(["", "median", "largest"], [_spread(*row) for row in _spreads(result) if row[1]["median"] is not None]),
+        "",
+        *by_effect,
         "Confusion matrix. Rows: what was hidden. Columns: what was named first, by its number.",
         "",
         *_matrix(result["confusion"]),
@@ -40,7 +44,8 @@ def tables(result: Mapping[str, Any]) -> str:
 
 def put_section(page: Path, result: Mapping[str, Any], text: str) -> None:
     """Put tables in place of the section of their kind; at the end of the page where there is none."""
-    heading = HEADINGS[result["kind"]]
+    labels = (result.get("effects") or "").split(",")
+    heading = HEADINGS[result["kind"]] + (", pairs and outside of the catalogue" if SLOW.issuperset(labels) else "")
     prose = page.read_text(encoding="utf-8") if page.exists() else "# Practice score\n"
     before, found, after = prose.partition(f"{heading}\n")
     _, next_heading, rest = after.partition("\n## ") if found else ("", "", "")
@@ -56,8 +61,7 @@ def _interval(rate: Mapping[str, Any]) -> str:
 
 
 def _rate(name: str, rate: Mapping[str, Any]) -> list[str]:
-    part = "" if rate["rate"] is None else f"{100 * rate['rate']:.1f}"
-    return [name, str(rate["hits"]), str(rate["of"]), part, _interval(rate) if rate["of"] else ""]
+    return [name, str(rate["hits"]), str(rate["of"]), f"{100 * rate['rate']:.1f}", _interval(rate)]
 
 
 def _both(name: str, rates: Mapping[str, Any]) -> list[str]:
@@ -74,7 +78,7 @@ def _spreads(result: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
 
 
 def _spread(name: str, values: Mapping[str, Any]) -> list[str]:
-    return [name, *("" if values[key] is None else f"{values[key]:.3g}" for key in ("median", "largest"))]
+    return [name, *(f"{values[key]:.3g}" for key in ("median", "largest"))]
 
 
 def _matrix(matrix: Mapping[str, Mapping[str, int]]) -> list[str]:

@@ -28,7 +28,7 @@ from validation.practice.cases import CLEAN, LABELS, PAIR, SETS, SetName, draw_c
 from validation.practice.hidden import CATALOGUE
 from validation.practice.outcome import Outcome, summary
 from validation.practice.outside import OUTSIDE
-from validation.practice.page import put_section, tables
+from validation.practice.page import SLOW, put_section, tables
 from validation.practice.protocols import KINDS, Kind
 
 Tracer = Callable[[Sequence[Record], int], Mapping[str, Any]]
@@ -36,7 +36,6 @@ Tracer = Callable[[Sequence[Record], int], Mapping[str, Any]]
 
 COUNT = 10
 TWICE = frozenset({CLEAN, PAIR})  # of these there are two times as many cases
-SLOW = frozenset({PAIR, *OUTSIDE})  # all effects are searched three times over before nothing, or two, are found
 
 
 @dataclass(frozen=True)
