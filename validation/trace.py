@@ -305,9 +305,9 @@ def _verdict(search: Search, declared: Fitted) -> Trace:
     stages: list[list[Fitted]] = []
     front, best = [declared], declared
     structure, still = _limit(search, declared), max(STILL, _limit(search, declared))
-    while len(stages) < MOST_EFFECTS and (
-        math.sqrt(best.square) > (still if stages else structure) * search.floor(best).deg
-        or (stages and not _better_than_free(best, smooth, samples_of(best)))
+    while (
+        len(stages) < MOST_EFFECTS
+        and math.sqrt(best.square) > (still if stages else structure) * search.floor(best).deg
     ):
         most = (_FOLLOWED_FREE if search.model == EQUIVALENT else FOLLOWED) if not stages else FOLLOWED_LATER
         grown = _distinct([g for model in front for g in search.grow(model, most)])
