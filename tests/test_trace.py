@@ -111,6 +111,16 @@ def test_an_optimum_of_another_loop_does_not_hide_an_effect():
     assert trace.grown.names == both[:1]
 
 
+def test_effects_that_do_nothing_do_not_take_the_place_of_the_one_that_is_there():
+    """A work case that was missed: a free rig had taken the friction for its own, and all that does nothing stood near
+    it, where friction from a model of a few steps stood a little off still."""
+    shown = ("guide_friction", "time_delay", "wheel_eccentricity", "gravity")
+    records = draw_case("work", "unknown", shown[0], 4).records
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
+    assert trace.verdict == "effect"
+    assert trace.grown.names == shown[:1]
+
+
 def test_same_records_same_trace():
     records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
     one, other = (trace_records(records, threads=n) for n in (1, 2))
