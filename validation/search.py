@@ -41,9 +41,10 @@ ALIKE = 10.0
 """Difference of the criterion below which effects are not told apart: very strong evidence from there on
 (Kass, Raftery 1995, doi 10.1080/01621459.1995.10476572)."""
 _FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
-_NEAR, _NEAR_NOISE_TOO = 6.0, 4.0
+_NEAR, _NEAR_NOISE_TOO, _NEAR_FREE = 6.0, 4.0, 12.0
 """Times the least mean square after those steps, or at an end: what is further off is not fitted to its own end. The
-same where an end is noise: of what is near, one form is followed then."""
+same where an end is noise, of what is near one form is followed then; and where all of a rig is free, whose first steps
+tell less: drag and delay, slack and stiffening were three times the noise there and ended at it."""
 _OTHER_FORM = 1.5  # of that of the effect's best form
 _FINISHED, _FINISHED_FREE = 5, 3  # effects at most that are brought to their end; the same where all of a rig is free
 _LEADING, _LEADING_FREE = 3, 1  # of those, the best, which are fitted in richer forms and from other loops, too
@@ -114,20 +115,23 @@ class Search:
         best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
         followed = set[tuple[str, int]]()  # with the bases that they have been followed from
         heard = set[int]()  # bases that have put one forward
-        least, near = few[0][1].square if few else math.inf, _NEAR
+        noise_too = False
+        least, near = few[0][1].square if few else math.inf, _NEAR if self.model == RIG else _NEAR_FREE
         for number, g in few:
             name = g.names[-1]
             if name not in best and (len(best) < most or number not in heard) and g.square < near * least:
                 best[name] = g.square
                 heard.add(number)
             first = (name, number) not in followed
-            on = name in best and (first or (near == _NEAR and g.square <= _OTHER_FORM * best[name]))
+            on = name in best and (first or (not noise_too and g.square <= _OTHER_FORM * best[name]))
             more = self._fit(fitted, g.model.added[-1], g.x) if on else None
             if on:
                 followed.add((name, number))
             grown.append(more or g)
             if more is not None and more.square < least:
-                least, near = more.square, _NEAR_NOISE_TOO if self.is_noise(more) else _NEAR
+                least, noise_too = more.square, self.is_noise(more)
+                if self.model == RIG:
+                    near = _NEAR_NOISE_TOO if noise_too else _NEAR
         if not grown:
             return grown
         leading = dict[str, Fitted]()  # best forms of the best effects
