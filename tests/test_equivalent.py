@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from fem_models.chain import simulate_chain
-from fem_models.effects import Backlash
+from fem_models.effects import Backlash, Closure, Drag, Fatigue
 from fem_models.presets import preset
 from fem_models.program import sine
 from fem_models.rig import Bench, Friction, Material, Rig, Tendon, Wheel
 from hysteresis.record import Record, RecordError
 from validation.division import divide
 from validation.effect import catalogue
-from validation.equivalent import JOINTS, equivalent_problem
+from validation.equivalent import JOINTS, divided, equivalent_problem, for_the_last_fit
 from validation.fitting import Division, Model, fit
 from validation.problem import Added
 from validation.search import EQUIVALENT
@@ -161,3 +161,24 @@ def test_an_effect_may_be_softer_than_what_is_declared():
     rig = problem.rig(problem.runs[0][0], problem.start, [(form, {"toe_N": 90.0})])
     assert rig.tendon_a.toe_N == rig.tendon_b.toe_N == 90.0
     assert model.own == len(problem.constants)
+
+
+def test_a_divided_rig_moves_as_the_whole_one_does():
+    """Joints in series share the angle where nothing rubs; drag, loop, closure and fatigue are shared with it."""
+    smooth = replace(BENCH, friction=Friction(), precurvature_deg=0.1)
+    odd = replace(smooth, closure=Closure(2e3, 0.9), drag=Drag(0.1, 20.0), fatigue=Fatigue(0.3, 0.2, 1.0))
+    program = sine(1.2, 0.2, cycles=2, samples_per_cycle=60)
+    whole, parted = (simulate_chain(divided(odd, parts), program).angle_deg for parts in (1, 2))
+    assert np.abs(parted - whole).max() < 3e-4 * np.abs(whole).max()  # arcs of more joints are rounder
+    assert np.abs(whole - simulate_chain(smooth, program).angle_deg).max() > 2.0
+
+
+def test_the_last_fit_has_more_samples_and_joints_of_the_same_constants():
+    records = records_of(BENCH, 1.2)
+    problem = equivalent_problem(records, samples=60)
+    finer = for_the_last_fit(problem, records)
+    assert finer.constants == problem.constants
+    assert sum(map(len, finer.observed)) > sum(map(len, problem.observed))
+    rigs = [p.rig(p.runs[0][0], p.start, []) for p in (problem, finer)]
+    assert [rig.joints for rig in rigs] == [6, 12]
+    assert rigs[1].joints * rigs[1].pitch_mm == pytest.approx(rigs[0].joints * rigs[0].pitch_mm)

@@ -28,8 +28,9 @@ from validation.problem import Problem, require_one_unit
 
 Floats = NDArray[np.float64]
 
-JOINTS = 6
-"""More joints change the loops by less than the noise of any record (0.02 deg), and cost time."""
+JOINTS, PARTS_AT_LAST = 6, 2
+"""Joints, in the search, and parts of each in the last fit. Between slack ropes of a wrist of 14 joints, six are 0.2 of
+the noise off where they are fitted and 0.5 to 0.7 where not (score-6, ``tendon_slack`` 06, without its noise)."""
 SAMPLES, SAMPLES_AT_LAST = 300, 1200
 """Of a record at most, about: for the search, and for the last fit."""
 _ARM_MM, _PITCH_MM, _FREE_MM, _WHEEL_MM = 2.5, 6.0, 150.0, 10.0
@@ -46,7 +47,7 @@ class EquivalentProblem(RigProblem):
     """A :class:`RigProblem` of a rig that is not known: its whole geometry is fitted.
 
     ``middle`` and ``mm`` make rope of drive, (x - middle) mm; ``half_mm`` is the largest way of it, ``unit`` the
-    drive's; ``preload_N`` is the largest.
+    drive's; ``preload_N`` is the largest. Constants are those of six joints, each of which is run as ``parts``.
     """
 
     middle: float
@@ -54,6 +55,7 @@ class EquivalentProblem(RigProblem):
     half_mm: float
     unit: str
     preload_N: float
+    parts: int = 1
 
     @property
     def hold_deg(self) -> float:
@@ -85,7 +87,8 @@ class EquivalentProblem(RigProblem):
         a, b = rig.tendon_a, rig.tendon_b
         assert b is not None
         by_a, by_b = 1.0 + a.toe_N / self.preload_N, 1.0 + b.toe_N / self.preload_N
-        return replace(rig, tendon_a=replace(a, EA_N=a.EA_N * by_a), tendon_b=replace(b, EA_N=b.EA_N * by_b))
+        rig = replace(rig, tendon_a=replace(a, EA_N=a.EA_N * by_a), tendon_b=replace(b, EA_N=b.EA_N * by_b))
+        return divided(rig, self.parts)
 
     def driven(self, run: Run, values: Values) -> Run:
         """Run behind the cubic, whose slope is u + even u^2 / 2 + odd u^3 / 3 of the drive over its range."""
@@ -153,8 +156,28 @@ def equivalent_problem(records: Sequence[Record], samples: int = SAMPLES) -> Equ
     )
 
 
-def of_more_samples(problem: Problem, records: Sequence[Record]) -> EquivalentProblem:
-    """Give the same problem with :data:`SAMPLES_AT_LAST` of its records."""
+def divided(rig: Rig, parts: int) -> Rig:
+    """Give a rig of measured joints with each of them made of as many in series: as long and as stiff together."""
+    if parts == 1:
+        return rig
+    bench, shut, mass, drag, tired = rig.bench, rig.closure, rig.gravity, rig.drag, rig.fatigue
+    assert bench is not None
+    stiff = parts * bench.flexure_stiffness_Nmm_per_rad
+    return replace(
+        rig,
+        bench=Bench(parts * bench.joints, bench.pitch_mm / parts, stiff),
+        friction=replace(rig.friction, guide_N=rig.friction.guide_N / parts),
+        material=replace(rig.material, loop_angle_deg=rig.material.loop_angle_deg / parts),
+        precurvature_deg=rig.precurvature_deg / parts,
+        closure=shut and Closure(parts * shut.stiffness_Nmm_per_rad, shut.angle_deg and shut.angle_deg / parts),
+        gravity=mass and replace(mass, ring_mass_g=mass.ring_mass_g / parts),
+        drag=drag and replace(drag, joint_Nmm_s_per_rad=parts * drag.joint_Nmm_s_per_rad),
+        fatigue=tired and replace(tired, residual_deg=tired.residual_deg / parts),
+    )
+
+
+def for_the_last_fit(problem: Problem, records: Sequence[Record]) -> EquivalentProblem:
+    """Give the same problem with :data:`SAMPLES_AT_LAST` of its records and joints in :data:`PARTS_AT_LAST`."""
     assert isinstance(problem, EquivalentProblem)
     kept = tuple(thinned(record, SAMPLES_AT_LAST) for record in records)
     moved = [replace(r, drive=(r.drive - problem.middle) * problem.mm, drive_unit="mm") for r in records]
@@ -165,6 +188,7 @@ def of_more_samples(problem: Problem, records: Sequence[Record]) -> EquivalentPr
         sights=tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True)),
         runs=tuple(runs_of(record, rig, keep) for record, rig, keep in zip(moved, rigs, kept, strict=True)),
         kept=kept,
+        parts=PARTS_AT_LAST,
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -237,6 +237,18 @@ class Search:
                 fitted = without
         return fitted
 
+    def exchanged(self, fitted: Fitted, most: int) -> list[Fitted]:
+        """Exchange each named effect for others, beside what else is named.
+
+        A rival of the first one may never have been beside the second: it fell behind where the first stood alone.
+        """
+        grown = list[Fitted]()
+        for i, added in enumerate(fitted.model.added):
+            others = replace(self, effects=[e for e in self.effects if e.name != added.effect.name])
+            with suppress(SolverError, RigError):
+                grown += others.grow(_without(fitted, i), most)
+        return grown
+
     def _known_starts(self, effect: Effect) -> list[tuple[Any, Sequence[Values]]]:
         """Forms of an effect with their starts, which are worked out once."""
         if effect.name not in self.starts:
@@ -258,6 +270,17 @@ class Search:
                 best.append(max(there, key=lambda s: s.gain))
         best.sort(key=lambda s: -s.gain)
         return [s for s in best[:3] if s.gain > _LESSER_FORM * best[0].gain]
+
+
+def _without(fitted: Fitted, which: int) -> Fitted:
+    """Take an effect out of a model and leave all else as it stands."""
+    added = fitted.model.added
+    model = Model(fitted.model.problem, (*added[:which], *added[which + 1 :]))
+    first = fitted.model.own + sum(len(a.form.constants) for a in added[:which])
+    gone = np.arange(first, first + len(added[which].form.constants))
+    x = np.delete(fitted.x, gone)
+    errors = tuple(fitted.division.centred(model.errors(x)))
+    return Fitted(model, fitted.division, x, errors, np.delete(fitted.jacobian, gone, axis=1), 1)
 
 
 def other_loops(fitted: Fitted, at: Sequence[float] = _AT_LAST) -> list[Floats]:

@@ -29,7 +29,7 @@ from hysteresis.uncertainty import Parameter
 from validation.curves import curve_problem
 from validation.division import divide
 from validation.effect import Effect, catalogue
-from validation.equivalent import equivalent_problem, of_more_samples
+from validation.equivalent import equivalent_problem, for_the_last_fit
 from validation.fitting import (
     Division,
     Fitted,
@@ -160,8 +160,30 @@ def trace_records(
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
         if mechanical is None:
             trace = _of_unknown(known, chosen, threads, tell)
-            return replace(trace, words=(*trace.words, *words))
-        return _of_known(Search(tuple(known), mechanical, RIG, chosen, threads, tell))
+        else:
+            trace = _of_known(Search(tuple(known), mechanical, RIG, chosen, threads, tell))
+    trace = _believed(trace)
+    return replace(trace, words=(*trace.words, *words))
+
+
+def _believed(trace: Trace) -> Trace:
+    """Take back what leaves the error that is held out where it was, far above the noise: that is not what is missing.
+
+    A declared model that meets held-out samples by chance is no witness against an effect that meets them, too.
+    """
+    before, after = trace.declared.heldout_rmse_deg, trace.grown.heldout_rmse_deg
+    if not trace.effects or after <= max(AT_FLOOR * trace.floor.deg, PAYS * before):
+        return trace
+    said = (
+        f"{' + '.join(trace.grown.names)} leaves {after:.3g} deg held out, where the declared model leaves {before:.3g}"
+    )
+    return replace(
+        trace,
+        verdict="unexplained",
+        grown=trace.declared,
+        confusable=(),
+        words=(said, f"the residual goes with {_names(trace.smooth)}"),
+    )
 
 
 def _rigs_not_used(records: Sequence[Record]) -> tuple[str, ...]:
@@ -220,6 +242,8 @@ def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: i
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
             curve = Search(tuple(records), curve_problem(records, elements=elements), CURVE, effects, 1, tell)
             found.append(_verdict(curve, _declared(curve)))
+        if found[0].model == EQUIVALENT and all(trace.verdict == "unexplained" for trace in found):
+            found.append(_verdict(rig, declared, to_the_noise=True))
     samples = samples_of(min((trace.grown for trace in found), key=lambda fitted: fitted.square))
     return _held_out(min(found, key=lambda trace: _worth(trace, samples)), threads, tell)
 
@@ -260,7 +284,7 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
     rig = whole.model == EQUIVALENT
     division = divide(whole.records, problem.sights, problem.kept, own_preload=rig)
     home = Model(problem).row(problem.start, [])  # where all data have brought them would tell what is held out
-    at_last = of_more_samples(problem, whole.records) if rig else problem
+    at_last = for_the_last_fit(problem, whole.records) if rig else problem
     divided = divide(whole.records, at_last.sights, at_last.kept, own_preload=rig)
 
     def again(fitted: Fitted, problem: Problem, division: Division) -> Fitted | None:
@@ -297,18 +321,19 @@ def _limit(search: Search, declared: Fitted) -> float:
     return max(STRUCTURE if search.costly else STILL, 1.0 + OF_FEW / math.sqrt(declared.row.size))
 
 
-def _verdict(search: Search, declared: Fitted) -> Trace:
-    """Add effects as long as they pay, then judge what they explain."""
+def _verdict(search: Search, declared: Fitted, *, to_the_noise: bool = False) -> Trace:
+    """Add effects as long as they pay, then judge what they explain.
+
+    Some structure may be left beside a first effect (:data:`STILL`) unless it is wanted down to the noise, or the rig
+    is free and the effect better than free functions: what a free rig takes of a second effect hides it.
+    """
     floor = search.floor(declared)
     before = math.sqrt(declared.square)
     smooth = smooth_functions(declared, search.records, search.problem.sights, samples_of(declared))
     stages: list[list[Fitted]] = []
     front, best = [declared], declared
-    structure, still = _limit(search, declared), max(STILL, _limit(search, declared))
-    while (
-        len(stages) < MOST_EFFECTS
-        and math.sqrt(best.square) > (still if stages else structure) * search.floor(best).deg
-    ):
+    structure = limit = _limit(search, declared)
+    while len(stages) < MOST_EFFECTS and math.sqrt(best.square) > limit * search.floor(best).deg:
         most = (_FOLLOWED_FREE if search.model == EQUIVALENT else FOLLOWED) if not stages else FOLLOWED_LATER
         grown = _distinct([g for model in front for g in search.grow(model, most)])
         if not grown:
@@ -317,6 +342,12 @@ def _verdict(search: Search, declared: Fitted) -> Trace:
         if not _pays(best, grown[0], len(search.effects)):
             break
         front, best = grown[:_TRIED], grown[0]
+        sure = search.model == EQUIVALENT and _better_than_free(best, smooth, samples_of(best))
+        limit = structure if sure or to_the_noise else max(STILL, structure)
+    if search.model == EQUIVALENT and len(best.names) > 1 and math.sqrt(best.square) <= AT_FLOOR * floor.deg:
+        place = len(best.names) - 1
+        stages[place] = _distinct([*stages[place], *search.exchanged(best, FOLLOWED_LATER)])
+        best = stages[place][0]
     best = search.settled(search.pruned(best))
     samples = samples_of(best)
     stages = _settled_rivals(search, best, stages)
