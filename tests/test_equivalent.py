@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem_models.chain import simulate_chain
-from fem_models.effects import Backlash, Closure, Drag, Fatigue
+from fem_models.effects import Backlash, Closure, Drag, Fatigue, Gravity
 from fem_models.presets import preset
 from fem_models.program import sine
 from fem_models.rig import Bench, Friction, Material, Rig, Tendon, Wheel
@@ -171,6 +171,9 @@ def test_a_divided_rig_moves_as_the_whole_one_does():
     whole, parted = (simulate_chain(divided(odd, parts), program).angle_deg for parts in (1, 2))
     assert np.abs(parted - whole).max() < 3e-4 * np.abs(whole).max()  # arcs of more joints are rounder
     assert np.abs(whole - simulate_chain(smooth, program).angle_deg).max() > 2.0
+    heavy = divided(replace(LED, gravity=Gravity(3.0)), 2)
+    assert heavy.joints * heavy.gravity.ring_mass_g == pytest.approx(LED.joints * 3.0)
+    assert heavy.joints * heavy.friction.guide_N == pytest.approx(LED.joints * LED.friction.guide_N)
 
 
 def test_the_last_fit_has_more_samples_and_joints_of_the_same_constants():

@@ -24,9 +24,9 @@ from validation.confirm import confirm
 from validation.effect import catalogue
 from validation.effects_page import PAGE, page
 from validation.experiment import Experiment, Trial, next_experiment
-from validation.trace import errors_of, trace_records
+from validation.trace import trace_records
 from validation.trace_figures import figures
-from validation.trace_result import in_words, to_dict
+from validation.trace_result import errors_of, in_words, to_dict
 
 MEASURED = {
     "joints": 5,

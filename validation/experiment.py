@@ -24,7 +24,7 @@ from validation.division import Protocol
 from validation.effect import Sight, Values
 from validation.fitting import Fitted, rms
 from validation.mechanics import RigProblem, Run, observe
-from validation.trace import Candidate, Trace
+from validation.trace import Trace, rivals_of
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +32,6 @@ PRELOADS, AMPLITUDES, RATES = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0
 """Factors on the protocol of the record with the widest drive; the gentlest first."""
 MORE_CYCLES, DWELL = 10, 10.0
 """Cycles of a long record; periods that a dwell at full drive lasts."""
-MOST_RIVALS = 3
 _CYCLES, _OF_CYCLE = 2, 88
 _SAME = 0.1  # relative difference below which a protocol is one that was measured
 _NEARLY = 0.9  # of the largest difference: the gentlest program that reaches it is proposed
@@ -94,7 +93,7 @@ def next_experiment(trace: Trace) -> Experiment:
     """
     if trace.verdict in ("none", "unexplained"):
         return Experiment(_lacking(trace))
-    rivals = _rivals(trace)
+    rivals = rivals_of(trace)
     if len(rivals) < 2:
         return Experiment(f"no other effect came near; {_lacking(trace)}")
     found = _most_different(trace, rivals)
@@ -114,21 +113,6 @@ def next_experiment(trace: Trace) -> Experiment:
 
 def _name(fitted: Fitted) -> str:
     return " + ".join(fitted.names)
-
-
-def _rivals(trace: Trace) -> list[Fitted]:
-    """Give the grown model, then those that explain the records alike, or else the runner-up."""
-    mine = set(trace.grown.names)
-    others = [c for c in trace.candidates if not mine <= set(c.names) and not set(c.names) <= mine]
-    others.sort(key=lambda c: -c.delta_bic)
-    confusable = {name for names in trace.confusable for name in names}
-    best = max((c.delta_bic for c in trace.candidates if c.fitted is trace.grown), default=math.inf)
-
-    def alike(c: Candidate) -> bool:
-        return len(c.names) <= len(mine) and best - c.delta_bic < trace.alike and bool(set(c.names) & confusable)
-
-    near = [c for c in others if alike(c)] or others[:1]
-    return [trace.grown, *(c.fitted for c in near[:MOST_RIVALS])]
 
 
 # --- simulation ----------------------------------------------------------------------------------------------------
@@ -153,7 +137,7 @@ def _simulated(trace: Trace, problem: Any, rivals: Sequence[Fitted]) -> Iterator
     known = isinstance(problem, RigProblem)
     for trial in _trials(trace, widest) if known else _altered(trace, problem, widest):
         try:
-            yield trial, [_angle(problem, widest, trial, rival) for rival in rivals]
+            yield trial, [_angle(rival.model.problem, widest, trial, rival) for rival in rivals]
         except (SolverError, RigError, ValueError):  # ValueError: a preload that a rig cannot have with an effect
             continue
 

@@ -246,7 +246,7 @@ class Search:
         for i, added in enumerate(fitted.model.added):
             others = replace(self, effects=[e for e in self.effects if e.name != added.effect.name])
             with suppress(SolverError, RigError):
-                grown += others.grow(_without(fitted, i), most)
+                grown += [_put_in(g, i) for g in others.grow(_without(fitted, i), most)]
         return grown
 
     def _known_starts(self, effect: Effect) -> list[tuple[Any, Sequence[Values]]]:
@@ -272,15 +272,27 @@ class Search:
         return [s for s in best[:3] if s.gain > _LESSER_FORM * best[0].gain]
 
 
-def _without(fitted: Fitted, which: int) -> Fitted:
+def _without(fitted: Fitted, place: int) -> Fitted:
     """Take an effect out of a model and leave all else as it stands."""
-    added = fitted.model.added
-    model = Model(fitted.model.problem, (*added[:which], *added[which + 1 :]))
-    first = fitted.model.own + sum(len(a.form.constants) for a in added[:which])
-    gone = np.arange(first, first + len(added[which].form.constants))
-    x = np.delete(fitted.x, gone)
+    kept = [i for i in range(len(fitted.model.added)) if i != place]
+    model, columns = _of_effects(fitted.model, kept)
+    x = fitted.x[columns]
     errors = tuple(fitted.division.centred(model.errors(x)))
-    return Fitted(model, fitted.division, x, errors, np.delete(fitted.jacobian, gone, axis=1), 1)
+    return Fitted(model, fitted.division, x, errors, fitted.jacobian[:, columns], 1)
+
+
+def _put_in(fitted: Fitted, place: int) -> Fitted:
+    """Give the last effect of a model another place: that of the one that it was exchanged for."""
+    last = len(fitted.model.added) - 1
+    model, columns = _of_effects(fitted.model, [*range(place), last, *range(place, last)])
+    return replace(fitted, model=model, x=fitted.x[columns], jacobian=fitted.jacobian[:, columns])
+
+
+def _of_effects(model: Model, which: Sequence[int]) -> tuple[Model, NDArray[np.int64]]:
+    """Give the model with some of its effects, in that order, and where their coordinates are in the whole one's."""
+    ends = np.cumsum([model.own, *(len(a.form.constants) for a in model.added)])
+    columns = [np.arange(model.own), *(np.arange(ends[i], ends[i + 1]) for i in which)]
+    return Model(model.problem, tuple(model.added[i] for i in which)), np.concatenate(columns)
 
 
 def other_loops(fitted: Fitted, at: Sequence[float] = _AT_LAST) -> list[Floats]:

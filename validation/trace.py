@@ -16,16 +16,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 from threadpoolctl import threadpool_limits
 
 from fem_models.bench import rig_of
 from fem_models.checks import RigError
 from fem_models.program import SolverError
-from hysteresis.metrics import Errors, errors
 from hysteresis.path import cycle_index, require_reversal
 from hysteresis.record import Record, RecordError
-from hysteresis.uncertainty import Parameter
 from validation.curves import curve_problem
 from validation.division import divide
 from validation.effect import Effect, catalogue
@@ -76,6 +73,8 @@ MOST_EFFECTS = 3
 FOLLOWED, FOLLOWED_LATER = 6, 5
 """Candidates that are fitted in full, of those that promise most: for the first effect, and for further ones."""
 _FOLLOWED_FREE = 8  # the same for a first effect of a rig of which all is free, where promises are worth less
+MOST_RIVALS = 3
+"""Models beside the grown one that are fitted as it is, and between which an experiment is to decide."""
 _TRIED = 2  # models that a further effect is added to
 _RIVALS = 5  # times the difference of the criterion: who is as near is fitted again from elsewhere, too
 _EARLY = 4  # steps of a declared model of which all is free
@@ -242,10 +241,17 @@ def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: i
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
             curve = Search(tuple(records), curve_problem(records, elements=elements), CURVE, effects, 1, tell)
             found.append(_verdict(curve, _declared(curve)))
-        if found[0].model == EQUIVALENT and all(trace.verdict == "unexplained" for trace in found):
+        unexplained = all(trace.verdict == "unexplained" for trace in found)
+        if unexplained and found[0].model == EQUIVALENT and _let_pass(rig, found[0]):
             found.append(_verdict(rig, declared, to_the_noise=True))
     samples = samples_of(min((trace.grown for trace in found), key=lambda fitted: fitted.square))
     return _held_out(min(found, key=lambda trace: _worth(trace, samples)), threads, tell)
+
+
+def _let_pass(search: Search, trace: Trace) -> bool:
+    """Tell whether a search may have ended with structure left beside an effect (:data:`STILL`)."""
+    limit = max(STILL, _limit(search, trace.declared))
+    return any(math.sqrt(c.fitted.square) <= limit * search.floor(c.fitted).deg for c in trace.candidates)
 
 
 def _worth(trace: Trace, samples: float) -> float:
@@ -287,11 +293,11 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
     at_last = for_the_last_fit(problem, whole.records) if rig else problem
     divided = divide(whole.records, at_last.sights, at_last.kept, own_preload=rig)
 
-    def again(fitted: Fitted, problem: Problem, division: Division) -> Fitted | None:
-        """Fit what is named, or declared, from where it was and from other loops."""
+    def again(fitted: Fitted, problem: Problem, division: Division, *, of_loops: bool = True) -> Fitted | None:
+        """Fit what is named, declared or a rival from where it was and from other loops."""
         tell(f"{' + '.join(fitted.names) or 'the declared model'}, held out")
         model, found = Model(problem, fitted.model.added), list[Fitted]()
-        for x in (fitted.x, *other_loops(fitted)):
+        for x in (fitted.x, *(other_loops(fitted) if of_loops else ())):
             with suppress(SolverError, RigError):
                 found.append(fit(model, division, x, threads=threads, most_calls=ALL_CALLS, home=home))
         return min(found, key=lambda one: one.train_rmse_deg, default=None)
@@ -303,17 +309,37 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
         return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known, home=home)
 
     named = [whole.declared, *([whole.grown] if whole.grown is not whole.declared else [])]
-    found = [one for fitted in named if (one := again(fitted, at_last, divided)) is not None]
+    last = (at_last, divided)
+    found = [one for fitted in named if (one := again(fitted, *last)) is not None]
     if len(found) < len(named):  # of one problem both, whose errors are compared sample by sample
-        found = [one for fitted in named if (one := again(fitted, problem, division)) is not None]
+        last = (problem, division)
+        found = [one for fitted in named if (one := again(fitted, *last)) is not None]
     if len(found) < len(named):
         raise SolverError("no equilibrium without the samples that are held out")
     refitted = {id(fitted): one for fitted, one in zip(named, found, strict=True)}
+    for rival in rivals_of(whole)[1:] if rig and whole.effects else ():  # which an experiment is to tell from it
+        if (one := again(rival, *last, of_loops=False)) is not None:
+            refitted[id(rival)] = one
     for candidate in whole.candidates:
         if id(candidate.fitted) not in refitted:
             refitted[id(candidate.fitted)] = briefly(candidate.fitted)
     candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in whole.candidates)
     return replace(whole, declared=found[0], grown=found[-1], candidates=candidates)
+
+
+def rivals_of(trace: Trace) -> list[Fitted]:
+    """Give the grown model, then those that explain the records alike, or else the runner-up."""
+    mine = set(trace.grown.names)
+    others = [c for c in trace.candidates if not mine <= set(c.names) and not set(c.names) <= mine]
+    others.sort(key=lambda c: -c.delta_bic)
+    confusable = {name for names in trace.confusable for name in names}
+    best = max((c.delta_bic for c in trace.candidates if c.fitted is trace.grown), default=math.inf)
+
+    def alike(c: Candidate) -> bool:
+        return len(c.names) <= len(mine) and best - c.delta_bic < trace.alike and bool(set(c.names) & confusable)
+
+    near = [c for c in others if alike(c)] or others[:1]
+    return [trace.grown, *(c.fitted for c in near[:MOST_RIVALS])]
 
 
 def _limit(search: Search, declared: Fitted) -> float:
@@ -447,39 +473,3 @@ def _confusable(best: Fitted, stages: list[list[Fitted]], samples: float, near: 
         found = [n for g in alike if others <= set(g.names) for n in g.names if n not in best.names]
         out.append(tuple(dict.fromkeys(found)))
     return tuple(out)
-
-
-def parameters(fitted: Fitted, samples: float) -> list[dict[str, Parameter]]:
-    """Values of the declared model's constants and of each effect's, with 95 % intervals from the Jacobian."""
-    J, seen = fitted.jacobian[fitted.division.seen], int(fitted.division.seen.sum())
-    count = max(2.0, samples * seen / fitted.row.size)
-    variance = float(fitted.train @ fitted.train) / max(1, seen - J.shape[1]) * seen / count
-    scale = np.maximum(np.linalg.norm(J, axis=0), 1e-12)
-    _, singular, basis = np.linalg.svd(J / scale, full_matrices=False)
-    singular = np.maximum(singular, 1e-9 * singular[0])
-    deviation = np.sqrt(variance * ((basis.T / singular) ** 2).sum(axis=1)) / scale
-    half = float(student.ppf(0.975, max(1.0, count - J.shape[1]))) * deviation
-    shown = [
-        (
-            c.name,
-            Parameter(
-                c.outer(x),
-                max(c.low, c.outer(max(x - h, c.inner(c.low)))),
-                min(c.high, c.outer(min(x + h, c.inner(c.high)))),
-                c.unit,
-            ),
-        )
-        for c, x, h in zip(fitted.model.constants, fitted.x.tolist(), half.tolist(), strict=True)
-    ]
-    out, at = [dict(shown[: fitted.model.own])], fitted.model.own
-    for added in fitted.model.added:
-        out.append(dict(shown[at : at + len(added.form.constants)]))
-        at += len(added.form.constants)
-    return out
-
-
-def errors_of(fitted: Fitted) -> tuple[Errors, Errors]:
-    """Errors of the fitted samples, and of those held out."""
-    observed, seen = np.concatenate(fitted.model.problem.observed), fitted.division.seen
-    predicted = observed + fitted.row
-    return errors(observed[seen], predicted[seen]), errors(observed[~seen], predicted[~seen])

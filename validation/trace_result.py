@@ -8,14 +8,17 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from hysteresis.metrics import Errors
+import numpy as np
+from scipy.stats import t as student
+
+from hysteresis.metrics import Errors, errors
 from hysteresis.uncertainty import Parameter
 from validation.confirm import Confirmation
 from validation.experiment import Experiment
 from validation.fitting import Fitted
 from validation.residual import dependences
 from validation.search import samples_of
-from validation.trace import Candidate, Trace, errors_of, parameters
+from validation.trace import Candidate, Trace
 
 UNNAMED = ("none", "unexplained")
 """Verdicts that name no effect."""
@@ -167,3 +170,39 @@ def _finite(value: Any) -> Any:
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
     return value
+
+
+def parameters(fitted: Fitted, samples: float) -> list[dict[str, Parameter]]:
+    """Values of the declared model's constants and of each effect's, with 95 % intervals from the Jacobian."""
+    J, seen = fitted.jacobian[fitted.division.seen], int(fitted.division.seen.sum())
+    count = max(2.0, samples * seen / fitted.row.size)
+    variance = float(fitted.train @ fitted.train) / max(1, seen - J.shape[1]) * seen / count
+    scale = np.maximum(np.linalg.norm(J, axis=0), 1e-12)
+    _, singular, basis = np.linalg.svd(J / scale, full_matrices=False)
+    singular = np.maximum(singular, 1e-9 * singular[0])
+    deviation = np.sqrt(variance * ((basis.T / singular) ** 2).sum(axis=1)) / scale
+    half = float(student.ppf(0.975, max(1.0, count - J.shape[1]))) * deviation
+    shown = [
+        (
+            c.name,
+            Parameter(
+                c.outer(x),
+                max(c.low, c.outer(max(x - h, c.inner(c.low)))),
+                min(c.high, c.outer(min(x + h, c.inner(c.high)))),
+                c.unit,
+            ),
+        )
+        for c, x, h in zip(fitted.model.constants, fitted.x.tolist(), half.tolist(), strict=True)
+    ]
+    out, at = [dict(shown[: fitted.model.own])], fitted.model.own
+    for added in fitted.model.added:
+        out.append(dict(shown[at : at + len(added.form.constants)]))
+        at += len(added.form.constants)
+    return out
+
+
+def errors_of(fitted: Fitted) -> tuple[Errors, Errors]:
+    """Errors of the fitted samples, and of those held out."""
+    observed, seen = np.concatenate(fitted.model.problem.observed), fitted.division.seen
+    predicted = observed + fitted.row
+    return errors(observed[seen], predicted[seen]), errors(observed[~seen], predicted[~seen])
