@@ -134,9 +134,11 @@ def test_a_free_rig_does_not_hide_a_second_effect_within_what_a_first_one_may_le
 def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
     """A case of a retired set: a delay was named for drag, beside which slack had lost its place to what does nothing.
 
-    With fewer effects, places are fewer for the same to happen.
+    With fewer effects, places are fewer for the same to happen; the last fit is not what is asked.
     """
     monkeypatch.setattr("validation.search._FINISHED_FREE", 1)
+    monkeypatch.setattr("validation.equivalent.SAMPLES_AT_LAST", 100)
+    monkeypatch.setattr("validation.equivalent.PARTS_AT_LAST", 1)
     shown = {"time_delay", "viscous_drag", "tendon_slack", "unequal_tendons"}
     records = draw_case("score-5", "unknown", "pair", 3).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
