@@ -350,8 +350,8 @@ def _limit(search: Search, declared: Fitted) -> float:
 def _verdict(search: Search, declared: Fitted, *, to_the_noise: bool = False) -> Trace:
     """Add effects as long as they pay, then judge what they explain.
 
-    Some structure may be left beside a first effect (:data:`STILL`) unless it is wanted down to the noise, or the rig
-    is free and the effect better than free functions: what a free rig takes of a second effect hides it.
+    Some structure may be left beside a first effect (:data:`STILL`), unless it is wanted down to the noise or a free
+    rig's effect is better than free functions: such a rig hides a good part of a second one.
     """
     floor = search.floor(declared)
     before = math.sqrt(declared.square)
@@ -371,9 +371,7 @@ def _verdict(search: Search, declared: Fitted, *, to_the_noise: bool = False) ->
         sure = search.model == EQUIVALENT and _better_than_free(best, smooth, samples_of(best))
         limit = structure if sure or to_the_noise else max(STILL, structure)
     if search.model == EQUIVALENT and len(best.names) > 1 and math.sqrt(best.square) <= AT_FLOOR * floor.deg:
-        place = len(best.names) - 1
-        stages[place] = _distinct([*stages[place], *search.exchanged(best, FOLLOWED_LATER)])
-        best = stages[place][0]
+        best = _exchanged(search, best, stages)
     best = search.settled(search.pruned(best))
     samples = samples_of(best)
     stages = _settled_rivals(search, best, stages)
@@ -420,6 +418,13 @@ def _verdict(search: Search, declared: Fitted, *, to_the_noise: bool = False) ->
         tuple(words),
         alike,
     )
+
+
+def _exchanged(search: Search, best: Fitted, stages: list[list[Fitted]]) -> Fitted:
+    """Exchange each effect for others, put those models into their stage, and give the best one of it."""
+    place = len(best.names) - 1
+    stages[place] = _distinct([*stages[place], *search.exchanged(best, FOLLOWED_LATER)])
+    return stages[place][0]
 
 
 def _settled_rivals(search: Search, best: Fitted, stages: list[list[Fitted]]) -> list[list[Fitted]]:
