@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fem_models.contact import closes_one_way, contact_angle_rad, ring_weight_N
 from fem_models.friction import jenkins_elements
 from fem_models.rig import Rig, Tendon
-from fem_models.snr import BENCH_GAP, flexure, force_scale_N, moment_arms_mm, ring_stiffness, turning_length_mm
+from fem_models.snr import flexure, force_scale_N, moment_arms_mm, rigid_gap_mm, ring_stiffness, turning_length_mm
 from fem_models.superelastic import flag_fibres
 
 COMPRESSION = 0.00025  # of the preload: a slack segment pushes with no more, which keeps the tangent regular
@@ -254,9 +254,9 @@ def _add_segments(mbs: Any, rig: Rig, tendon: Tendon, y_mm: float, backbone: _Ba
     ``y_mm`` is where the rope runs, from the neutral axis of the flexures, on which the ring nodes lie. ``slip`` are
     the markers of the rope's way past each guide towards the wheel, the anchor at the tip last.
     """
-    half_hole = 0.5 * (rig.notch.spacing_mm if rig.notch else (1 - BENCH_GAP) * rig.pitch_mm)
     stretched, half_turn = taut(rig, tendon), 0.5 * math.radians(rig.precurvature_deg)
-    half_gap = 0.5 * (rig.pitch_mm - turning_length_mm(rig)) - half_hole  # rigid part of a notch, either end
+    half_gap = 0.5 * rigid_gap_mm(rig)  # at either end of a notch
+    half_hole = 0.5 * (rig.pitch_mm - turning_length_mm(rig)) - half_gap
     shorter = 2 * (y_mm * math.sin(half_turn) + half_gap * (1 - math.cos(half_turn)))  # the path, at rest
     out = []
     for i, (near, far) in enumerate(pairwise(backbone.rings)):

@@ -39,7 +39,7 @@ from fem_models.schedule import (
     schedule,
 )
 from fem_models.simulated import simulated_record
-from fem_models.snr import BENCH_GAP, flexure, force_scale_N, moment_arms_mm, ring_stiffness, turning_length_mm
+from fem_models.snr import flexure, force_scale_N, moment_arms_mm, rigid_gap_mm, ring_stiffness, turning_length_mm
 from fem_models.strain import peak_strain
 from fem_models.superelastic import flag_fibres
 from hysteresis.record import Record
@@ -79,7 +79,6 @@ def constants(rig: Rig, settings: ChainSettings, *, pulled: bool = False) -> Con
     """Reduce a rig to what the kernels need; ``pulled`` by a force in place of the wheel."""
     joint, arms, dry = flexure(rig), moment_arms_mm(rig), rig.friction
     elastic, _, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
-    gap = rig.notch.width_mm if rig.notch else BENCH_GAP * rig.pitch_mm
     bristle = settings.bristle_ratio
     ropes, absent, scale = rig.tendons, [0.0] * (2 - len(rig.tendons)), force_scale_N(rig)
     preload_a, preload_b = [float(rig.preload_N)] * len(ropes) + absent
@@ -99,7 +98,7 @@ def constants(rig: Rig, settings: ChainSettings, *, pulled: bool = False) -> Con
         elastic=0.0 if rig.superelastic else elastic * ring / (ring + elastic),
         arm_a=arms[0],
         arm_b=arms[1],
-        half_gap=0.5 * (gap - turning_length_mm(rig)),
+        half_gap=0.5 * rigid_gap_mm(rig),
         rope_a=rope_a,
         rope_b=rope_b,
         free_a=free_a,

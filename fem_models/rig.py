@@ -209,12 +209,17 @@ class Wheel:
 class Bench:
     """Joints measured on the bench, in place of tube, notch and material constants.
 
-    Stiffness is that of one joint; shear and axial compliance of such a joint are not known and left out.
+    Stiffness is that of one joint; shear and axial compliance of such a joint are not known and left out. A joint bends
+    over a fifth of its pitch; ``rigid_gap_mm`` is the length beside it, both ends together, that turns with the rings
+    and that the tendon crosses freely, as it does a V notch beyond its root. ``roots_share`` is the part of the joint's
+    compliance that the roots of the flexure in the rings have: superelastic metal stays elastic there.
     """
 
     joints: int
     pitch_mm: float
     flexure_stiffness_Nmm_per_rad: float
+    rigid_gap_mm: float = 0.0
+    roots_share: float = 0.0
 
     def __post_init__(self) -> None:
         require_numbers("rig", self)
@@ -231,6 +236,13 @@ class Bench:
             self.flexure_stiffness_Nmm_per_rad,
             "above 0",
         )
+        require(
+            0 <= self.rigid_gap_mm <= 0.5 * self.pitch_mm,
+            "rig.rigid_gap_mm",
+            self.rigid_gap_mm,
+            f"between 0 and half of rig.pitch_mm = {self.pitch_mm:g}",
+        )
+        require(0 <= self.roots_share < 1, "rig.roots_share", self.roots_share, "from 0 to below 1")
 
 
 EFFECT_TABLES = (

@@ -315,6 +315,13 @@ def turning_length_mm(rig: Rig) -> float:
     return length if rig.notch is None or rig.notch.shape == "v_pair" else 2 / 3 * length
 
 
+def rigid_gap_mm(rig: Rig) -> float:
+    """Length of a notch beside the part that bends, both ends together: it turns with the rings."""
+    if rig.notch is None:
+        return rig.bench.rigid_gap_mm if rig.bench else 0.0
+    return rig.notch.width_mm - turning_length_mm(rig)
+
+
 @_of_metal
 def ring_stiffness(rig: Rig) -> tuple[float, float, float]:
     """Bending, axial and shear stiffness of the uncut tube between two flexures, at its middle: Nmm/rad, N/mm, N/mm.

@@ -38,7 +38,8 @@ def flag_fibres(rig: Rig) -> FlagFibres:
 
     A fibre at the distance y from the neutral axis has the strain y theta/L over the bending length L of the beam and
     contributes the moment sigma y dA, E y^2 dA/L per radian. The roots of the flexure in the rings stay elastic, in
-    series with all fibres. Measured joints have no roots, and the section of :func:`_assumed_section`.
+    series with all fibres. Measured joints have the share of roots that they are given, and the section of
+    :func:`_assumed_section`.
     """
     law = rig.superelastic
     if law is None:
@@ -51,11 +52,12 @@ def flag_fibres(rig: Rig) -> FlagFibres:
         law.plateau_modulus_GPa,
         f"below material.youngs_modulus_GPa = {rig.material.youngs_modulus_GPa:g}",
     )
-    elastic = beam(rig).bending_Nmm_per_rad if rig.bench is None else rig.bench.flexure_stiffness_Nmm_per_rad
     if rig.bench is None:
+        elastic = beam(rig).bending_Nmm_per_rad
         y, area = section_fibres(rig, FIBRES)
         length = young * float((y**2 * area).sum()) / elastic
     else:
+        elastic = rig.bench.flexure_stiffness_Nmm_per_rad / (1 - rig.bench.roots_share)
         y, area, length = _assumed_section(rig, elastic / young)
     stiffness = young * y**2 * area / length
     fibres = FlagFibres(

@@ -105,6 +105,8 @@ class RigForm:
         The angle that is observed, from the angle there is; shape (m,) -> (m,).
     needs
         What the records or the rig must have.
+    refines
+        Not looked for: what is named is fitted in it at the end, and left so on very strong evidence.
     """
 
     constants: tuple[Constant, ...]
@@ -112,6 +114,7 @@ class RigForm:
     rig: Callable[[Rig, Values], Rig] | None = None
     seen: Callable[[Floats, Sight, Values], Floats] | None = None
     needs: frozenset[Need] = frozenset()
+    refines: bool = False
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,11 @@ _TOE = 2.2  # of the largest preload: as soft as the paper's rope at 20 N; softe
 _GUIDES = 0.02  # of the largest preload, all guides together: more is an effect
 _HOLD = 5e-4  # of half the largest range of the angle
 _SHAPE = 0.45  # even and odd part of the cubic, as in the curve model
+_GAP = Constant("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM, 0.2)
+_ROOTS = 1 / 3
+"""Of the last fit alone: what of a notch does not bend, which shortens the paths of both ropes in a bend, and the part
+of the compliance in the roots of a flexure, that of the preset ``du2018``. A deep bend tells them; the search does
+without, whose effects are larger."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +83,11 @@ class EquivalentProblem(RigProblem):
         dry = replace(rig.friction, **{name: values[name] for name in ("sheath_N", "capstan_coefficient", "guide_N")})
         metal = replace(rig.material, loop_share=values["loop_share"], loop_angle_deg=values["loop_angle_deg"])
         assert rig.bench is not None
-        bench = replace(rig.bench, flexure_stiffness_Nmm_per_rad=values["flexure_stiffness_Nmm_per_rad"])
+        bench = replace(
+            rig.bench,
+            flexure_stiffness_Nmm_per_rad=values["flexure_stiffness_Nmm_per_rad"],
+            rigid_gap_mm=values.get("rigid_gap_mm", 0.0),
+        )
         return replace(rig, tendon_a=rope, tendon_b=rope, friction=dry, material=metal, bench=bench)
 
     def rig(self, run: Run, values: Values, added: Sequence[tuple[RigForm, Values]]) -> Rig:
@@ -156,6 +165,12 @@ def equivalent_problem(records: Sequence[Record], samples: int = SAMPLES) -> Equ
     )
 
 
+def _rooted(rig: Rig) -> Rig:
+    """Give the joints of a rig the roots of a notched flexure."""
+    assert rig.bench is not None
+    return replace(rig, bench=replace(rig.bench, roots_share=_ROOTS))
+
+
 def divided(rig: Rig, parts: int) -> Rig:
     """Give a rig of measured joints with each of them made of as many in series: as long and as stiff together."""
     if parts == 1:
@@ -165,7 +180,13 @@ def divided(rig: Rig, parts: int) -> Rig:
     stiff = parts * bench.flexure_stiffness_Nmm_per_rad
     return replace(
         rig,
-        bench=Bench(parts * bench.joints, bench.pitch_mm / parts, stiff),
+        bench=replace(
+            bench,
+            joints=parts * bench.joints,
+            pitch_mm=bench.pitch_mm / parts,
+            flexure_stiffness_Nmm_per_rad=stiff,
+            rigid_gap_mm=bench.rigid_gap_mm / parts,
+        ),
         friction=replace(rig.friction, guide_N=rig.friction.guide_N / parts),
         material=replace(rig.material, loop_angle_deg=rig.material.loop_angle_deg / parts),
         precurvature_deg=rig.precurvature_deg / parts,
@@ -181,13 +202,15 @@ def for_the_last_fit(problem: Problem, records: Sequence[Record]) -> EquivalentP
     assert isinstance(problem, EquivalentProblem)
     kept = tuple(thinned(record, SAMPLES_AT_LAST) for record in records)
     moved = [replace(r, drive=(r.drive - problem.middle) * problem.mm, drive_unit="mm") for r in records]
-    rigs = [runs[0].rig for runs in problem.runs]
+    rigs = [_rooted(runs[0].rig) for runs in problem.runs]
     return replace(
         problem,
         observed=tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True)),
         sights=tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True)),
         runs=tuple(runs_of(record, rig, keep) for record, rig, keep in zip(moved, rigs, kept, strict=True)),
         kept=kept,
+        constants=(*problem.constants, _GAP),
+        start={**problem.start, _GAP.name: 0.0},
         parts=PARTS_AT_LAST,
     )
 

@@ -40,7 +40,7 @@ Floats = NDArray[np.float64]
 ALIKE = 10.0
 """Difference of the criterion below which effects are not told apart: very strong evidence from there on
 (Kass, Raftery 1995, doi 10.1080/01621459.1995.10476572)."""
-_FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
+FEW_CALLS = 4  # of a fit's steps, to see who is worth the rest
 _NEAR, _NEAR_NOISE_TOO, _NEAR_FREE = 6.0, 4.0, 12.0
 """Times the least mean square after those steps, or at an end: what is further off is not fitted to its own end. The
 same where an end is noise, of what is near one form is followed then; and where all of a rig is free, whose first steps
@@ -91,7 +91,7 @@ class Search:
 
     def grow(self, fitted: Fitted, most: int) -> list[Fitted]:
         """Add each effect that is not there yet: those that promise most, fitted in full."""
-        calls = _FEW_CALLS if self.costly else ALL_CALLS
+        calls = FEW_CALLS if self.costly else ALL_CALLS
         bases = [fitted] if fitted.names or self.early is None else [fitted, self.early]
         few: list[tuple[int, Fitted]] = []  # with the number of the base that it started from
         for number, base in enumerate(bases):
@@ -159,7 +159,7 @@ class Search:
                 added = Added(last.effect, form)
                 model = Model(self.problem, (*before, added))
                 rows = [model.row(declared, [*more[:-1], {**values, **more[-1]}]) for values in starts]
-                few += [self._fit(fitted, added, x, _FEW_CALLS) for x in np.unique(rows, axis=0)]
+                few += [self._fit(fitted, added, x, FEW_CALLS) for x in np.unique(rows, axis=0)]
         found = [g for g in few if g is not None]
         if not found:
             return grown
@@ -213,7 +213,7 @@ class Search:
         for x in (*other_loops(fitted), *(along_the_valley(fitted) if self.model == RIG else ())):
             self.tell(f"{' + '.join(fitted.names)}, another start")
             with suppress(SolverError, RigError):
-                there = fit(fitted.model, fitted.division, x, threads=self.threads, most_calls=_FEW_CALLS)
+                there = fit(fitted.model, fitted.division, x, threads=self.threads, most_calls=FEW_CALLS)
                 if there.train_rmse_deg < _NOT_FAR * fitted.train_rmse_deg:
                     found.append(fit(fitted.model, fitted.division, there.x, threads=self.threads))
         return min(found, key=lambda other: other.train_rmse_deg)
@@ -252,7 +252,8 @@ class Search:
     def _known_starts(self, effect: Effect) -> list[tuple[Any, Sequence[Values]]]:
         """Forms of an effect with their starts, which are worked out once."""
         if effect.name not in self.starts:
-            forms = [(form, self.problem.starts(form)) for form in self.problem.forms(effect)]
+            known = [f for f in self.problem.forms(effect) if not (self.costly and f.refines)]
+            forms = [(form, self.problem.starts(form)) for form in known]
             if self.model == RIG:  # its constants may have taken the effect for their own: from where they were, too
                 forms = [(form, [*values, *({**self.problem.start, **v} for v in values)]) for form, values in forms]
             self.starts[effect.name] = forms

@@ -35,6 +35,7 @@ from validation.fitting import (
     fit,
 )
 from validation.geared import geared_problem
+from validation.last_fit import refined
 from validation.mechanics import pulled_rig, rig_problem
 from validation.problem import Added, Problem
 from validation.residual import Floor, Smooth, smooth_functions
@@ -202,7 +203,10 @@ def _of_known(search: Search) -> Trace:
     if search.doubtful(declared):
         declared = search.of_other_loops(declared)
     trace = _verdict(search, declared)
-    return _of_better_start(search, trace) if trace.effects else trace
+    trace = _of_better_start(search, trace) if trace.effects else trace
+    grown = refined(trace.grown, threads=search.threads)
+    candidates = tuple(replace(c, fitted=grown if c.fitted is trace.grown else c.fitted) for c in trace.candidates)
+    return replace(trace, grown=grown, candidates=candidates)
 
 
 def _of_better_start(search: Search, trace: Trace) -> Trace:
@@ -289,7 +293,6 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
     problem = whole.declared.model.problem
     rig = whole.model == EQUIVALENT
     division = divide(whole.records, problem.sights, problem.kept, own_preload=rig)
-    home = Model(problem).row(problem.start, [])  # where all data have brought them would tell what is held out
     at_last = for_the_last_fit(problem, whole.records) if rig else problem
     divided = divide(whole.records, at_last.sights, at_last.kept, own_preload=rig)
 
@@ -297,15 +300,20 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
         """Fit what is named, declared or a rival from where it was and from other loops."""
         tell(f"{' + '.join(fitted.names) or 'the declared model'}, held out")
         model, found = Model(problem, fitted.model.added), list[Fitted]()
+        home = Model(problem).row(problem.start, [])  # where all data have brought them would tell what is held out
         for x in (fitted.x, *(other_loops(fitted) if of_loops else ())):
+            declared, more = fitted.model.values(x)
+            there = model.row({**problem.start, **declared}, more)
             with suppress(SolverError, RigError):
-                found.append(fit(model, division, x, threads=threads, most_calls=ALL_CALLS, home=home))
-        return min(found, key=lambda one: one.train_rmse_deg, default=None)
+                found.append(fit(model, division, there, threads=threads, most_calls=ALL_CALLS, home=home))
+        best = min(found, key=lambda one: one.train_rmse_deg, default=None)
+        return best and refined(best, threads=threads, home=home)
 
     def briefly(fitted: Fitted) -> Fitted:
         """Fit another candidate by a step from where it was, where the derivatives of a rig are known."""
         tell(f"{' + '.join(fitted.names)}, held out")
         calls, known = (3, fitted.jacobian) if rig else (ALL_CALLS, None)
+        home = Model(problem).row(problem.start, [])
         return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known, home=home)
 
     named = [whole.declared, *([whole.grown] if whole.grown is not whole.declared else [])]

@@ -12,16 +12,18 @@ from validation.effect import Constant, Curve, CurveForm, Effect, Floats, Relati
 PLATEAU = Constant("plateau_MPa", "MPa", 20.0, 1e4, 0.05, log=True)
 SLOPE = Constant("plateau_modulus_GPa", "GPa", 0.0, 30.0, 0.5)
 UNLOADING = Constant("unloading_ratio", "-", 0.05, 1.0, 0.05)
+STRAIN = Constant("transformation_strain", "-", 5e-3, 0.5, 0.2, log=True)
 
 _UNSEEN = 0.5  # unloading plateau over the loading one, where nothing unloads
-_SPAN = 0.06  # strain of the whole transformation
+_SPAN = 0.06  # strain of the whole transformation, where no fibre shows its end
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
     plateau = values["plateau_MPa"]
     slope = min(values.get("plateau_modulus_GPa", 0.0), 0.9 * rig.material.youngs_modulus_GPa)
     ratio = values.get("unloading_ratio", _UNSEEN)
-    return replace(rig, superelastic=Superelastic(plateau, plateau * ratio, _SPAN, slope))
+    span = values.get("transformation_strain", _SPAN)
+    return replace(rig, superelastic=Superelastic(plateau, plateau * ratio, span, slope))
 
 
 def _loaded(scale: Scale, rig: Rig) -> list[Values]:
@@ -50,6 +52,11 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"plateau_MPa": part * scale.stress_MPa, "unloading_ratio": r} for part in (0.5, 0.8) for r in (0.5, 0.9)]
 
 
+def _ending(scale: Scale, rig: Rig) -> list[Values]:
+    """Start from an end of the transformation that a deep bend reaches early or late."""
+    return [{**start, "transformation_strain": span} for start in _climbing(scale, rig) for span in (0.03, 0.06, 0.12)]
+
+
 def _flag(f: Floats, curve: Curve, values: Values) -> Floats:
     """Beyond an angle more or less slope, given back later than it was taken."""
     return f + values["part"] * transformed(f, values["onset_deg"], values["loop_deg"])
@@ -74,6 +81,7 @@ EFFECT = Effect(
     rig_forms=(
         RigForm((PLATEAU, UNLOADING), _starts, rig=_rig, needs=frozenset({"wheel"})),
         RigForm((PLATEAU, UNLOADING, SLOPE), _climbing, rig=_rig, needs=frozenset({"wheel"})),
+        RigForm((PLATEAU, UNLOADING, SLOPE, STRAIN), _ending, rig=_rig, needs=frozenset({"wheel"}), refines=True),
         RigForm((PLATEAU, SLOPE), _loaded, rig=_rig, needs=frozenset({"force"})),
     ),
     curve_forms=(_CURVE,),

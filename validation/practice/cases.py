@@ -34,7 +34,7 @@ from validation.practice.protocols import KINDS, Ground, Kind, Protocol, draw_gr
 
 Floats = NDArray[np.float64]
 Engine = Callable[[Rig, LoadProgram], Record]
-SetName = Literal["work", "score", "score-2", "score-3", "score-4", "score-5", "score-6", "score-7"]
+SetName = Literal["work", "score", "score-2", "score-3", "score-4", "score-5", "score-6", "score-7", "score-8"]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
     "score": 20_261_121,
@@ -44,6 +44,7 @@ SETS: dict[SetName, int] = {
     "score-5": 20_261_126,
     "score-6": 20_261_127,
     "score-7": 20_261_128,
+    "score-8": 20_261_129,
 }
 """Entropy of the set that a search may be tuned on, and of those that it is scored on: a new one after a look at it."""
 
