@@ -12,8 +12,9 @@ from fem_models.effects import Backlash, Closure, Creep, Drag, Gravity, Slack, S
 from fem_models.multibody import simulate_multibody, solve_multibody
 from fem_models.presets import preset
 from fem_models.program import LoadProgram, SolverError, triangle
-from fem_models.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
-from fem_models.snr import flexure, moment_arms_mm, ring_stiffness, turning_length_mm
+from fem_models.rig import Bench, Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.snr import beam, flexure, moment_arms_mm, rigid_gap_mm, ring_stiffness, turning_length_mm
+from fem_models.superelastic import strain_per_rad
 from hysteresis.metrics import loop_width
 from validation.twins import EFFECTS, compare, program, switches
 
@@ -191,6 +192,33 @@ def test_default_calibration():
     for preload, width in ((10.0, 3.52), (20.0, 2.21)):
         record = simulate_chain(preset("du2018", preload_N=preload), SHORT)
         assert loop_width(record.drive, record.angle_deg, record.cycle).max_deg == pytest.approx(width, abs=0.1)
+
+
+def test_measured_joints_with_rigid_gap_and_roots_bend_as_the_tube_that_they_are_measured_of():
+    tube = preset("du2018", preload_N=20.0)
+    joint = flexure(tube)
+    roots = 1 - joint.bending_Nmm_per_rad / beam(tube).bending_Nmm_per_rad
+    bench = Bench(14, tube.pitch_mm, joint.bending_Nmm_per_rad, rigid_gap_mm(tube), roots)
+    bare = replace(tube, bench=bench, tube=None, notch=None)
+    hinged, rootless = (replace(bare, bench=replace(bench, **{k: 0.0})) for k in ("rigid_gap_mm", "roots_share"))
+
+    def largest(one, other, engine, steps):
+        return np.abs(engine(one, steps).angle_deg - engine(other, steps).angle_deg).max()
+
+    for engine in (simulate_chain, simulate_multibody):
+        assert largest(tube, bare, engine, triangle(1.6, step_mm=0.4)) < 1e-3
+        assert largest(tube, hinged, engine, triangle(1.6, step_mm=0.4)) > 0.02  # both paths are shortened by a bend
+
+    # a strip has strains of its own: stresses as much larger as it is strained more
+    by = strain_per_rad(bare) / strain_per_rad(tube)
+    law = Superelastic(180.0, 90.0, 0.04, 1.0)
+    strip = Superelastic(by * 180.0, by * 90.0, by * 0.04, 1.0)
+    flagged, same, elastic = (
+        replace(tube, superelastic=law), replace(bare, superelastic=strip), replace(rootless, superelastic=strip)
+    )  # fmt: skip
+    steps = triangle(1.6, step_mm=0.1)
+    assert largest(flagged, same, simulate_chain, steps) < 0.01
+    assert largest(flagged, elastic, simulate_chain, steps) > 0.1
 
 
 def test_flag_law_against_beam_theory():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem_models.chain import simulate_chain
-from fem_models.effects import Gravity, TipStop
+from fem_models.effects import Gravity, Superelastic, TipStop
 from fem_models.multibody import simulate_multibody
 from fem_models.presets import preset
 from fem_models.program import SolverError, sine, triangle
@@ -155,6 +155,21 @@ def test_a_free_rig_is_followed_to_the_noise_where_all_else_fails():
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert set(trace.grown.names) == shown
     assert trace.grown.heldout_rmse_deg < 1.3 * trace.floor.deg
+
+
+@pytest.mark.parametrize(("amplitude_mm", "ends"), [(2.0, True), (1.2, False)])
+def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_mm, ends):
+    """On a flat plateau one joint bends three times as far as the others do, to its end."""
+    law = Superelastic(180.0, 80.0, transformation_strain=0.03, plateau_modulus_GPa=0.1)
+    records = two_preloads(lambda rig: replace(rig, superelastic=law), triangle(amplitude_mm, cycles=2))
+    trace = trace_records(records, effects=[e for e in catalogue() if e.name == "superelastic_plateau"])
+    found = trace.grown.model.values(trace.grown.x)[1][0]
+    assert trace.verdict == "effect"
+    assert ("transformation_strain" in found) is ends
+    assert found["plateau_MPa"] == pytest.approx(180.0, rel=0.08)
+    assert found.get("transformation_strain", 0.03) == pytest.approx(0.03, rel=0.15)
+    assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
+    assert any(c.fitted is trace.grown for c in trace.candidates)
 
 
 def test_an_effect_that_leaves_the_held_out_error_where_it_was_is_not_named():

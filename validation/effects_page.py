@@ -29,7 +29,7 @@ effect from the start: [effects.md](effects.md).
 A row is one way in which an effect may act, with the constants that are fitted: in the mechanics where the geometry of
 the rig is known, as an operator on drive, bend, loop, angle or time where it is not. There, constants count in parts of
 half the largest range of the drive or of the angle, or of the shortest record's time. *Needs* is what the records or
-the rig must have for it to be tried.
+the rig must have for it to be tried. A row *at the end* is not looked for: an effect that is named is fitted in it too.
 """
 
 
@@ -40,7 +40,9 @@ def page(effects: Sequence[Effect]) -> str:
 
 
 def _section(effect: Effect) -> str:
-    rows = [_row("known", form.constants, form.needs) for form in effect.rig_forms]
+    rows = [
+        _row("known, at the end" if form.refines else "known", form.constants, form.needs) for form in effect.rig_forms
+    ]
     rows += [_row("unknown", form.constants, form.needs) for form in effect.curve_forms]
     table = "\n".join(["| geometry | constants | needs |", "|---|---|---|", *rows])
     told = textwrap.fill(f"*Told apart by.* {effect.tell_apart}", _WIDTH, break_long_words=False)
