@@ -22,7 +22,7 @@ from fem_models.checks import RigError
 from fem_models.program import LoadProgram
 from fem_models.rig import EFFECT_TABLES, Rig, Tendon
 from fem_models.simulated import simulated_record
-from fem_models.snr import closure_angle_rad, flexure, moment_arms_mm
+from fem_models.snr import closure_angle_rad, flexure, moment_arms_mm, rigid_gap_mm
 from hysteresis.record import Record
 
 Array = NDArray[np.float64]
@@ -170,17 +170,17 @@ def inverse_tip(rig: Rig, limit_deg: float = 60.0, degree: int = 11) -> InverseF
 
 
 def _path(rig: Rig, theta: Array, arm_mm: float) -> Array:
-    if rig.notch is None:
-        return arm_mm * theta
     half_turn = theta / (2 * rig.joints)
+    if rig.notch is None:
+        return arm_mm * theta + 2 * rig.joints * rigid_gap_mm(rig) * np.sin(half_turn / 2) ** 2
     return 2 * rig.joints * (arm_mm * np.sin(half_turn) + rig.notch.width_mm * np.sin(half_turn / 2) ** 2)
 
 
 def _path_arm(rig: Rig, theta: Array, arm_mm: float) -> Array:
     """Differentiate :func:`_path`: the lever arm of the chord about the joint."""
-    if rig.notch is None:
-        return np.full_like(theta, arm_mm)
     half_turn = theta / (2 * rig.joints)
+    if rig.notch is None:
+        return arm_mm + rigid_gap_mm(rig) / 2 * np.sin(half_turn)
     return arm_mm * np.cos(half_turn) + rig.notch.width_mm / 2 * np.sin(half_turn)
 
 
@@ -215,7 +215,7 @@ def path_shortening_mm(rig: Rig, theta_sum_rad: ArrayLike, moment_arm_mm: float)
     The tendon leaves and enters the rings at their edges, half a notch width g from the joint, and spans the notch
     straight: 2 (g cos(t/2) - r sin(t/2)) at the joint angle t, 2 g when straight. The tendon on the other side is
     at -theta (its path gets longer, by less: both sides share the even part 2 N g (1 - cos(t/2))). Of a bench rig
-    the opening is not known: the arm is then taken as constant, r theta.
+    the arm is taken as constant, r theta, and g is its rigid gap.
 
     Parameters
     ----------

@@ -94,7 +94,8 @@ def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
 
     A sum of flag elements loads along straight pieces, from one element's plateau to the next; the spring makes each
     piece longer and softer, K' = K k/(K + k). What an element loses at its plateau is the step of K' there. Exact on
-    the way up; on the way back plateaus keep their ratio.
+    the way up until a first element is through; it then gives back what it lost, less than the step of K' by then, and
+    the sum is too soft, of ``du2018`` by up to a fifth. On the way back plateaus keep their ratio.
     """
     order = np.argsort(fibres.upper_Nmm / fibres.stiffness)
     k, climb, upper, lower, span = (

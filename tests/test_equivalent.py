@@ -165,7 +165,8 @@ def test_an_effect_may_be_softer_than_what_is_declared():
 
 def test_a_divided_rig_moves_as_the_whole_one_does():
     """Joints in series share the angle where nothing rubs; drag, loop, closure and fatigue are shared with it."""
-    smooth = replace(BENCH, friction=Friction(), precurvature_deg=0.1)
+    gapped = replace(BENCH.bench, rigid_gap_mm=0.3)
+    smooth = replace(BENCH, friction=Friction(), precurvature_deg=0.1, bench=gapped)
     odd = replace(smooth, closure=Closure(2e3, 0.9), drag=Drag(0.1, 20.0), fatigue=Fatigue(0.3, 0.2, 1.0))
     program = sine(1.2, 0.2, cycles=2, samples_per_cycle=60)
     whole, parted = (simulate_chain(divided(odd, parts), program).angle_deg for parts in (1, 2))
@@ -185,4 +186,7 @@ def test_the_last_fit_has_more_samples_and_joints_and_one_constant_more():
     assert sum(map(len, finer.observed)) > sum(map(len, problem.observed))
     rigs = [p.rig(p.runs[0][0], p.start, []) for p in (problem, finer)]
     assert [rig.joints for rig in rigs] == [6, 12]
+    assert [rig.bench.roots_share for rig in rigs] == [0.0, 1 / 3]
+    hinged, gapped = (finer.predict({**finer.start, "rigid_gap_mm": gap}, [])[0] for gap in (0.0, 0.7))
+    assert np.abs(gapped - hinged).max() > 0.01
     assert rigs[1].joints * rigs[1].pitch_mm == pytest.approx(rigs[0].joints * rigs[0].pitch_mm)

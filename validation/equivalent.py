@@ -40,7 +40,7 @@ _TOE = 2.2  # of the largest preload: as soft as the paper's rope at 20 N; softe
 _GUIDES = 0.02  # of the largest preload, all guides together: more is an effect
 _HOLD = 5e-4  # of half the largest range of the angle
 _SHAPE = 0.45  # even and odd part of the cubic, as in the curve model
-_GAP = Constant("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM, 0.2)
+_GAP = Constant("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / PARTS_AT_LAST**2, 0.05)
 _ROOTS = 1 / 3
 """Of the last fit alone: what of a notch does not bend, which shortens the paths of both ropes in a bend, and the part
 of the compliance in the roots of a flexure, that of the preset ``du2018``. A deep bend tells them; the search does
@@ -185,7 +185,7 @@ def divided(rig: Rig, parts: int) -> Rig:
             joints=parts * bench.joints,
             pitch_mm=bench.pitch_mm / parts,
             flexure_stiffness_Nmm_per_rad=stiff,
-            rigid_gap_mm=bench.rigid_gap_mm / parts,
+            rigid_gap_mm=parts * bench.rigid_gap_mm,  # of half the angle, the square of which shortens a path
         ),
         friction=replace(rig.friction, guide_N=rig.friction.guide_N / parts),
         material=replace(rig.material, loop_angle_deg=rig.material.loop_angle_deg / parts),
@@ -198,7 +198,7 @@ def divided(rig: Rig, parts: int) -> Rig:
 
 
 def for_the_last_fit(problem: Problem, records: Sequence[Record]) -> EquivalentProblem:
-    """Give the same problem with :data:`SAMPLES_AT_LAST` of its records and joints in :data:`PARTS_AT_LAST`."""
+    """Give the problem with :data:`SAMPLES_AT_LAST` a record, joints in :data:`PARTS_AT_LAST`, roots, a rigid gap."""
     assert isinstance(problem, EquivalentProblem)
     kept = tuple(thinned(record, SAMPLES_AT_LAST) for record in records)
     moved = [replace(r, drive=(r.drive - problem.middle) * problem.mm, drive_unit="mm") for r in records]

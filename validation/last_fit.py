@@ -12,12 +12,12 @@ from fem_models.program import SolverError
 from validation.effect import RigForm
 from validation.fitting import Fitted, Model, bic, fit
 from validation.problem import Added
-from validation.search import ALIKE, ALL_CALLS, FEW_CALLS, samples_of
+from validation.search import ALIKE, ALL_CALLS, FEW_CALLS, Progress, samples_of
 
 Floats = NDArray[np.float64]
 
 
-def refined(fitted: Fitted, *, threads: int = 2, home: Floats | None = None) -> Fitted:
+def refined(fitted: Fitted, tell: Progress, *, threads: int = 2, home: Floats | None = None) -> Fitted:
     """Fit the effects of a model in forms that refine them (:class:`validation.effect.RigForm`).
 
     The samples that are fitted choose, by very strong evidence (:data:`validation.search.ALIKE`).
@@ -26,6 +26,8 @@ def refined(fitted: Fitted, *, threads: int = 2, home: Floats | None = None) -> 
     ----------
     fitted
         A fit that has not seen what is held out.
+    tell
+        Called with what is being done.
     threads, home
         As in :func:`validation.fitting.fit`.
     """
@@ -33,6 +35,7 @@ def refined(fitted: Fitted, *, threads: int = 2, home: Floats | None = None) -> 
         names = {c.name for c in added.form.constants}
         for form in fitted.model.problem.forms(added.effect):
             if isinstance(form, RigForm) and form.refines and names < {c.name for c in form.constants}:
+                tell(f"{' + '.join(fitted.names)}, finer")
                 fitted = _in_form(fitted, place, form, threads, home)
     return fitted
 
@@ -54,7 +57,7 @@ def _in_form(fitted: Fitted, place: int, form: RigForm, threads: int, home: Floa
     start = min(few, key=lambda one: one.train_rmse_deg).x
     with suppress(SolverError, RigError):
         finer = fit(model, fitted.division, start, threads=threads, most_calls=ALL_CALLS, home=home)
-        samples = samples_of(fitted) * fitted.train.size / fitted.row.size
+        samples = samples_of(fitted, held_out=False)
         gain = _criterion(fitted, samples) - _criterion(finer, samples)
         return finer if gain > ALIKE else fitted
     return fitted

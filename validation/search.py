@@ -315,11 +315,15 @@ def along_the_valley(fitted: Fitted) -> list[Floats]:
     return [fitted.x + flattest, fitted.x - flattest]
 
 
-def samples_of(fitted: Fitted) -> float:
-    """Count the samples that are as good as independent, by what a model leaves."""
+def samples_of(fitted: Fitted, *, held_out: bool = True) -> float:
+    """Count the samples that are as good as independent, by what a model leaves; of the fitted ones alone if asked."""
     sights = fitted.model.problem.sights
     turns = sum(len(branches(part)) for s in sights for part in _loads(s.drive, s.cycle))
-    return independent(fitted.row.size, correlation_of_neighbours(fitted.errors), turns)
+    if held_out:
+        return independent(fitted.row.size, correlation_of_neighbours(fitted.errors), turns)
+    seen = [error[train] for error, train in zip(fitted.errors, fitted.division.train, strict=True)]
+    part = fitted.train.size / fitted.row.size
+    return independent(fitted.train.size, correlation_of_neighbours(seen), round(part * turns))
 
 
 def _loads(drive: Floats, cycle: NDArray[np.int64]) -> list[Floats]:

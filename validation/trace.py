@@ -203,10 +203,7 @@ def _of_known(search: Search) -> Trace:
     if search.doubtful(declared):
         declared = search.of_other_loops(declared)
     trace = _verdict(search, declared)
-    trace = _of_better_start(search, trace) if trace.effects else trace
-    grown = refined(trace.grown, threads=search.threads)
-    candidates = tuple(replace(c, fitted=grown if c.fitted is trace.grown else c.fitted) for c in trace.candidates)
-    return replace(trace, grown=grown, candidates=candidates)
+    return _of_better_start(search, trace) if trace.effects else trace
 
 
 def _of_better_start(search: Search, trace: Trace) -> Trace:
@@ -307,7 +304,7 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
             with suppress(SolverError, RigError):
                 found.append(fit(model, division, there, threads=threads, most_calls=ALL_CALLS, home=home))
         best = min(found, key=lambda one: one.train_rmse_deg, default=None)
-        return best and refined(best, threads=threads, home=home)
+        return best and refined(best, tell, threads=threads, home=home)
 
     def briefly(fitted: Fitted) -> Fitted:
         """Fit another candidate by a step from where it was, where the derivatives of a rig are known."""
@@ -381,6 +378,8 @@ def _verdict(search: Search, declared: Fitted, *, to_the_noise: bool = False) ->
     if search.model == EQUIVALENT and len(best.names) > 1 and math.sqrt(best.square) <= AT_FLOOR * floor.deg:
         best = _exchanged(search, best, stages)
     best = search.settled(search.pruned(best))
+    if search.model == RIG:  # of an equivalent one the last fit does
+        best = refined(best, search.tell, threads=search.threads)
     samples = samples_of(best)
     stages = _settled_rivals(search, best, stages)
     if all(best is not g for stage in stages for g in stage) and best is not declared:

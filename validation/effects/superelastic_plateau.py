@@ -15,6 +15,7 @@ UNLOADING = Constant("unloading_ratio", "-", 0.05, 1.0, 0.05)
 STRAIN = Constant("transformation_strain", "-", 5e-3, 0.5, 0.2, log=True)
 
 _UNSEEN = 0.5  # unloading plateau over the loading one, where nothing unloads
+_FLAT = 0.1  # GPa: a plateau that hardly climbs
 _SPAN = 0.06  # strain of the whole transformation, where no fibre shows its end
 
 
@@ -54,7 +55,9 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
 
 def _ending(scale: Scale, rig: Rig) -> list[Values]:
     """Start from an end of the transformation that a deep bend reaches early or late."""
-    return [{**start, "transformation_strain": span} for start in _climbing(scale, rig) for span in (0.03, 0.06, 0.12)]
+    flat = [{**start, "plateau_modulus_GPa": _FLAT} for start in _starts(scale, rig)]
+    starts = (*flat, *_climbing(scale, rig))
+    return [{**start, "transformation_strain": span} for start in starts for span in (0.03, 0.06, 0.12)]
 
 
 def _flag(f: Floats, curve: Curve, values: Values) -> Floats:
