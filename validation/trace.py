@@ -377,7 +377,11 @@ def _verdict(search: Search, declared: Fitted, *, to_the_noise: bool = False) ->
         limit = structure if sure or to_the_noise else max(STILL, structure)
     if search.model == EQUIVALENT and len(best.names) > 1 and math.sqrt(best.square) <= AT_FLOOR * floor.deg:
         best = _exchanged(search, best, stages)
-    best = search.settled(search.pruned(best))
+    best = search.pruned(best)
+    if search.model == EQUIVALENT and best is not declared:
+        best = _best_of_settled(search, best, stages)
+    else:
+        best = search.settled(best)
     if search.model == RIG:  # of an equivalent one the last fit does
         best = refined(best, search.tell, threads=search.threads)
     samples = samples_of(best)
@@ -432,6 +436,23 @@ def _exchanged(search: Search, best: Fitted, stages: list[list[Fitted]]) -> Fitt
     place = len(best.names) - 1
     stages[place] = _distinct([*stages[place], *search.exchanged(best, FOLLOWED_LATER)])
     return stages[place][0]
+
+
+def _best_of_settled(search: Search, best: Fitted, stages: list[list[Fitted]]) -> Fitted:
+    """Fit the best and who is near it again from other loops, put those fits in their stages, and give the best one.
+
+    Of a free rig an optimum of another loop may be further below than one effect is below another: slack and stiffening
+    stood alike before, and far apart once one of them alone had been settled.
+    """
+    samples = samples_of(best)
+    near = score(best, samples) + _RIVALS * ALIKE
+    rivals = [
+        g for stage in stages for g in stage if len(g.names) == len(best.names) and set(g.names) != set(best.names)
+    ]
+    rivals = sorted((g for g in rivals if score(g, samples) < near), key=lambda g: score(g, samples))[:MOST_RIVALS]
+    again = {id(g): search.settled(g) for g in (best, *rivals)}
+    stages[:] = [[again.get(id(g), g) for g in stage] for stage in stages]
+    return min(again.values(), key=lambda g: score(g, samples))
 
 
 def _settled_rivals(search: Search, best: Fitted, stages: list[list[Fitted]]) -> list[list[Fitted]]:
