@@ -77,6 +77,7 @@ _FOLLOWED_FREE = 8  # the same for a first effect of a rig of which all is free,
 MOST_RIVALS = 3
 """Models beside the grown one that are fitted as it is, and between which an experiment is to decide."""
 _TRIED = 2  # models that a further effect is added to
+_NEAR_FREE = 1.5  # of the mean square: who is as near in the search of a free rig is fitted from other loops, too
 _RIVALS = 5  # times the difference of the criterion: who is as near is fitted again from elsewhere, too
 _EARLY = 4  # steps of a declared model of which all is free
 _UNLIKE = 0.08  # of half the largest range: a rig that is so far off is not what made the records
@@ -444,12 +445,12 @@ def _best_of_settled(search: Search, best: Fitted, stages: list[list[Fitted]]) -
     Of a free rig an optimum of another loop may be further below than one effect is below another: slack and stiffening
     stood alike before, and far apart once one of them alone had been settled.
     """
-    samples = samples_of(best)
-    near = score(best, samples) + _RIVALS * ALIKE
     rivals = [
-        g for stage in stages for g in stage if len(g.names) == len(best.names) and set(g.names) != set(best.names)
-    ]
-    rivals = sorted((g for g in rivals if score(g, samples) < near), key=lambda g: score(g, samples))[:MOST_RIVALS]
+        g for stage in stages for g in stage
+        if len(g.names) == len(best.names) and g.names != best.names and g.square < _NEAR_FREE * best.square
+    ]  # fmt: skip
+    samples = samples_of(best)
+    rivals = sorted(rivals, key=lambda g: score(g, samples))[:MOST_RIVALS]
     again = {id(g): search.settled(g) for g in (best, *rivals)}
     stages[:] = [[again.get(id(g), g) for g in stage] for stage in stages]
     return min(again.values(), key=lambda g: score(g, samples))

@@ -34,7 +34,9 @@ from validation.practice.protocols import KINDS, Ground, Kind, Protocol, draw_gr
 
 Floats = NDArray[np.float64]
 Engine = Callable[[Rig, LoadProgram], Record]
-SetName = Literal["work", "score", "score-2", "score-3", "score-4", "score-5", "score-6", "score-7", "score-8"]
+SetName = Literal[
+    "work", "score", "score-2", "score-3", "score-4", "score-5", "score-6", "score-7", "score-8", "score-9"
+]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
     "score": 20_261_121,
@@ -45,6 +47,7 @@ SETS: dict[SetName, int] = {
     "score-6": 20_261_127,
     "score-7": 20_261_128,
     "score-8": 20_261_129,
+    "score-9": 20_261_130,
 }
 """Entropy of the set that a search may be tuned on, and of those that it is scored on: a new one after a look at it."""
 
