@@ -453,7 +453,8 @@ def _best_of_settled(search: Search, best: Fitted, stages: list[list[Fitted]]) -
     rivals = sorted(rivals, key=lambda g: score(g, samples))[:MOST_RIVALS]
     again = {id(g): search.settled(g) for g in (best, *rivals)}
     stages[:] = [[again.get(id(g), g) for g in stage] for stage in stages]
-    return min(again.values(), key=lambda g: score(g, samples))
+    found = min(again.values(), key=lambda g: score(g, samples))
+    return found if found is again[id(best)] else search.pruned(found)
 
 
 def _settled_rivals(search: Search, best: Fitted, stages: list[list[Fitted]]) -> list[list[Fitted]]:
