@@ -164,13 +164,13 @@ def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
     assert all(effect["delta_bic"] > 0 for effect in effects)
 
 
-def test_a_free_rig_is_followed_to_the_noise_where_all_else_fails(monkeypatch):
+def test_a_free_rig_is_followed_to_the_noise_where_all_else_fails():
     """A work case: friction of the guides leaves 1.26 times the noise, and free functions do better than it alone."""
-    with_a_short_last_fit(monkeypatch)
     shown = {"guide_friction", "tendon_slack"}
     records = draw_case("work", "unknown", "pair", 3).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert set(trace.grown.names) == shown
+    assert trace.grown.heldout_rmse_deg < 1.3 * trace.floor.deg
 
 
 @pytest.mark.parametrize(("amplitude_mm", "ends"), [(2.0, True), (1.2, False)])

@@ -378,13 +378,7 @@ def _verdict(search: Search, declared: Fitted, *, to_the_noise: bool = False) ->
         limit = structure if sure or to_the_noise else max(STILL, structure)
     if search.model == EQUIVALENT and len(best.names) > 1 and math.sqrt(best.square) <= AT_FLOOR * floor.deg:
         best = _exchanged(search, best, stages)
-    best = search.pruned(best)
-    if search.model == EQUIVALENT and best is not declared:
-        best = _best_of_settled(search, best, stages)
-    else:
-        best = search.settled(best)
-    if search.model == RIG:  # of an equivalent one the last fit does
-        best = refined(best, search.tell, threads=search.threads)
+    best = _at_its_end(search, search.pruned(best), stages)
     samples = samples_of(best)
     stages = _settled_rivals(search, best, stages)
     if all(best is not g for stage in stages for g in stage) and best is not declared:
@@ -437,6 +431,14 @@ def _exchanged(search: Search, best: Fitted, stages: list[list[Fitted]]) -> Fitt
     place = len(best.names) - 1
     stages[place] = _distinct([*stages[place], *search.exchanged(best, FOLLOWED_LATER)])
     return stages[place][0]
+
+
+def _at_its_end(search: Search, best: Fitted, stages: list[list[Fitted]]) -> Fitted:
+    """Fit what won from elsewhere; of a known rig in finer forms, too, which the last fit does of an equivalent one."""
+    if search.model == EQUIVALENT and best.names:
+        return _best_of_settled(search, best, stages)
+    best = search.settled(best)
+    return refined(best, search.tell, threads=search.threads) if search.model == RIG else best
 
 
 def _best_of_settled(search: Search, best: Fitted, stages: list[list[Fitted]]) -> Fitted:
