@@ -13,6 +13,8 @@ from fem_models.snr import beam, flexure, peak_strain_per_rad, section_fibres
 
 FIBRES = 8
 """Fibres from the neutral axis to the edge: the moment at the plateau is within 1 % of that of 200."""
+LEAST_PART = 1e-9
+"""Of all that fibres lose at their plateaus: smaller parts are rounding."""
 
 Floats = NDArray[np.float64]
 
@@ -92,36 +94,47 @@ def _assumed_section(rig: Rig, second_moment_per_length_mm3: float) -> tuple[Flo
 def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
     """Elements that together bend as the given ones in series with a spring, and may again stand in parallel.
 
-    A sum of flag elements loads along straight pieces, from one element's plateau to the next; the spring makes each
-    piece longer and softer, K' = K k/(K + k). What an element loses at its plateau is the step of K' there. Exact on
-    the way up until a first element is through; it then gives back what it lost, less than the step of K' by then, and
-    the sum is too soft, of ``du2018`` by up to a fifth. On the way back plateaus keep their ratio.
+    A sum of flag elements loads along straight pieces, from where one element enters its plateau, or is through, to the
+    next; the spring makes each piece longer and softer, K' = K k/(K + k). So an element's step of K' as it enters is
+    not the one as it is through, which others on their plateau change. Parts of them are: what the first one to enter
+    takes away, the first one to be through gives back. Exact on the way up, with up to 2k - 1 elements. On the way back
+    plateaus keep their ratio, which is exact as long as none was through, and else within 2 % of the largest moment.
     """
-    order = np.argsort(fibres.upper_Nmm / fibres.stiffness)
     k, climb, upper, lower, span = (
-        x[order] for x in (fibres.stiffness, fibres.slope, fibres.upper_Nmm, fibres.lower_Nmm, fibres.span_rad)
-    )
+        fibres.stiffness, fibres.slope, fibres.upper_Nmm, fibres.lower_Nmm, fibres.span_rad
+    )  # fmt: skip
 
     def softer(stiffness: Floats) -> Floats:
         return stiffness * root_Nmm_per_rad / (stiffness + root_Nmm_per_rad)
 
-    def moment(angle: Floats) -> Floats:  # on the way up
+    def outer(angle: Floats) -> Floats:  # on the way up, with the turn of the spring
         on_plateau = climb * angle[:, None] + (1 - climb / k) * upper
         full = k * (angle[:, None] - span)
-        return np.maximum(np.minimum(k * angle[:, None], on_plateau), full).sum(axis=1)
+        moment = np.maximum(np.minimum(k * angle[:, None], on_plateau), full).sum(axis=1)
+        return angle + moment / root_Nmm_per_rad
 
-    tangent = np.concatenate([[k.sum()], k.sum() - np.cumsum(k - climb)])  # none at its plateau, one, two, ...
-    slope = climb * (softer(tangent[-1:])[0] / tangent[-1] if tangent[-1] > 0 else 1.0)
-    stiffness = slope - np.diff(softer(tangent))
-    starts = upper / k
-    ends = ((1 - climb / k) * upper + k * span) / (k - climb)
-    start, end = (angle + moment(angle) / root_Nmm_per_rad for angle in (starts, ends))
-    on_end = slope * end + (stiffness - slope) * start
+    starts, ends = upper / k, ((1 - climb / k) * upper + k * span) / (k - climb)
+    angles, changes = np.concatenate([starts, ends]), np.concatenate([climb - k, k - climb])
+    order = np.argsort(angles, kind="stable")
+    entering = order < k.size
+    tangent = np.maximum(k.sum() + np.cumsum([0.0, *changes[order]]), 0.0)
+    steps = np.diff(softer(tangent))
+    taken, given = np.cumsum(-steps[entering]), np.cumsum(steps[~entering])
+
+    edges = np.concatenate([[0.0], np.sort(np.concatenate([taken, given]))])
+    amount = np.diff(edges)
+    there = amount > LEAST_PART * taken[-1]
+    amount, middle = amount[there], (0.5 * (edges[:-1] + edges[1:]))[there]
+    first = order[entering][np.searchsorted(taken, middle)]
+    start = outer(starts[first])
+    end = outer(ends[order[~entering] - k.size])[np.searchsorted(given, middle)]
+    slope = amount * max(float(softer(tangent[:1])[0] - taken[-1]), 0.0) / amount.sum()
+    stiffness = amount + slope
     return FlagFibres(
         stiffness=stiffness,
         upper_Nmm=stiffness * start,
-        lower_Nmm=stiffness * start * lower / upper,
-        span_rad=end - on_end / stiffness,
+        lower_Nmm=stiffness * start * (lower / upper)[first],
+        span_rad=end - (slope * end + amount * start) / stiffness,
         slope=slope,
     )
 

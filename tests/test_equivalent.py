@@ -8,7 +8,7 @@ import pytest
 from fem_models.chain import simulate_chain
 from fem_models.effects import Backlash, Closure, Drag, Fatigue, Gravity
 from fem_models.presets import preset
-from fem_models.program import sine
+from fem_models.program import SolverError, sine
 from fem_models.rig import Bench, Friction, Material, Rig, Tendon, Wheel
 from hysteresis.record import Record, RecordError
 from validation.division import divide
@@ -18,6 +18,7 @@ from validation.fitting import Division, Model, fit
 from validation.problem import Added
 from validation.search import EQUIVALENT
 from validation.trace import trace_records
+from validation.trace_result import to_dict
 
 PLAN = ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 0.5, 1.0))  # preload, part of the amplitude, rate
 NOISE_DEG = 0.03
@@ -98,6 +99,25 @@ def test_play_is_named_with_its_width_in_the_drive_s_unit():
     assert list(width) == ["width_step"]
     assert width["width_step"] == pytest.approx(90.0, rel=0.1)
     assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
+
+
+def test_a_candidate_without_an_equilibrium_at_the_end_is_left_out(monkeypatch):
+    """A case of a retired set broke on one: what was found stays, and what cannot be followed has no error to show."""
+    monkeypatch.setattr("validation.equivalent.SAMPLES_AT_LAST", 100)
+    monkeypatch.setattr("validation.equivalent.PARTS_AT_LAST", 1)
+
+    def failing(model, *given, **more):
+        if more.get("most_calls") == 3:  # the few steps of what was not named
+            raise SolverError("no equilibrium")
+        return fit(model, *given, **more)
+
+    monkeypatch.setattr("validation.trace.fit", failing)
+    shown = {"backlash", "time_delay", "guide_friction"}
+    records = records_of(replace(BENCH, backlash=Backlash(width_mm=0.09)), 1.2)
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
+    assert trace.grown.names == ("backlash",)
+    assert len(trace.candidates) == 2  # and one rival, which is fitted as what is named is
+    assert to_dict(trace)["verdict"] == "effect"
 
 
 def test_clean_records_have_nothing_missing():

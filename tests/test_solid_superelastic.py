@@ -8,6 +8,7 @@ from itertools import pairwise
 import meshio
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from skfem import MeshTet1, MeshTet2
 
 from fem_models.calculix import calculix_forces
@@ -17,11 +18,12 @@ from fem_models.flag_solid import dissipated, flag_law, flag_solid, newton, noda
 from fem_models.presets import preset
 from fem_models.program import SolverError
 from fem_models.rig import Notch, Tube
+from fem_models.snr import flexure
 from fem_models.solid import cells, chain_stiffness, solid_snr
 from fem_models.solid_flag_kernel import HARDENING, LOWER, SHEAR, UPPER, assemble, stress
 from fem_models.solid_scene import bent_mesh, write_mesh
 from fem_models.solid_superelastic import MomentAngle, bend, measured, moment_angle, quarter_joint, whole
-from fem_models.superelastic import flag_fibres
+from fem_models.superelastic import flag_fibres, flag_moment
 
 LAW = Superelastic(450.0, 200.0, 0.04)
 RIG = replace(preset("du2018"), superelastic=LAW)
@@ -248,6 +250,50 @@ def test_fit_finds_elements_that_made_the_curve():
     assert fit_error(curve, fibres_of_curve(curve)) < 0.015
     with pytest.raises(ValueError, match="8 that bend"):
         fibres_of_curve(replace(curve, angle_rad=none[:3], moment_Nmm=none[:3]))
+
+
+def in_series_with(fibres, root_Nmm_per_rad, turns_rad):
+    """Moments of fibres and a spring, one behind the other: their equilibrium, solved at every turn of both."""
+    rest, out = np.zeros_like(fibres.stiffness), []
+    for turn in turns_rad:
+
+        def beyond(bend, turn=turn, rest=rest):
+            return bend + flag_moment(np.full_like(rest, bend), rest, fibres).sum() / root_Nmm_per_rad - turn
+
+        bend = brentq(beyond, -1.0, 1.0, xtol=1e-14, rtol=1e-14)
+        moment = flag_moment(np.full_like(rest, bend), rest, fibres)
+        rest = bend - moment / fibres.stiffness
+        out.append(moment.sum())
+    return np.array(out)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        LAW,
+        Superelastic(180.0, 76.0, 0.04, 0.0),
+        Superelastic(450.0, 100.0, 0.03, 1.0),
+        Superelastic(400.0, 200.0, 0.06),
+    ],
+)
+def test_fibres_and_roots_as_one_are_the_two_in_series(law):
+    rig = replace(RIG, superelastic=law)
+    rigid = replace(rig, notch=replace(rig.notch, rigid_roots=True))
+    as_one, fibres = flag_fibres(rig), flag_fibres(rigid)
+    root = 1 / (1 / flexure(rig).bending_Nmm_per_rad - 1 / flexure(rigid).bending_Nmm_per_rad)
+    k, slope = as_one.stiffness, as_one.slope
+    through = np.degrees(((1 - slope / k) * as_one.upper_Nmm + k * as_one.span_rad) / (k - slope)).min()
+    assert through < 14
+    up = np.linspace(0, 14, 141)
+    for back in (np.linspace(14, -14, 281), np.concatenate([np.linspace(14, 5, 91), np.linspace(5, 11, 61)])):
+        path = np.radians(np.concatenate([up, back]))
+        expected = in_series_with(fibres, root, path)
+        error = np.abs(flag_path(as_one, path).sum(axis=1) - expected) / expected.max()
+        assert error[: up.size].max() < 1e-9
+        assert error.max() < 0.02
+    shallow = np.radians(np.concatenate([np.linspace(0, 0.8 * through, 81), np.linspace(0.8 * through, 0, 81)]))
+    exact = in_series_with(fibres, root, shallow)  # and back: none was through
+    np.testing.assert_allclose(flag_path(as_one, shallow).sum(axis=1), exact, atol=1e-9 * exact.max())
 
 
 def test_moment_angle_of_an_elastic_rig_and_of_no_convergence(monkeypatch):

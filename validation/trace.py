@@ -307,12 +307,15 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
         best = min(found, key=lambda one: one.train_rmse_deg, default=None)
         return best and refined(best, tell, threads=threads, home=home)
 
-    def briefly(fitted: Fitted) -> Fitted:
+    def briefly(fitted: Fitted) -> Fitted | None:
         """Fit another candidate by a step from where it was, where the derivatives of a rig are known."""
         tell(f"{' + '.join(fitted.names)}, held out")
         calls, known = (3, fitted.jacobian) if rig else (ALL_CALLS, None)
         home = Model(problem).row(problem.start, [])
-        return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known, home=home)
+        try:
+            return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known, home=home)
+        except (SolverError, RigError):  # it stood where an equilibrium hangs on the last digit
+            return None
 
     named = [whole.declared, *([whole.grown] if whole.grown is not whole.declared else [])]
     last = (at_last, divided)
@@ -327,9 +330,10 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
         if (one := again(rival, *last, of_loops=False)) is not None:
             refitted[id(rival)] = one
     for candidate in whole.candidates:
-        if id(candidate.fitted) not in refitted:
-            refitted[id(candidate.fitted)] = briefly(candidate.fitted)
-    candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in whole.candidates)
+        if id(candidate.fitted) not in refitted and (one := briefly(candidate.fitted)) is not None:
+            refitted[id(candidate.fitted)] = one
+    followed = [c for c in whole.candidates if id(c.fitted) in refitted]  # one that has no such error is none
+    candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in followed)
     return replace(whole, declared=found[0], grown=found[-1], candidates=candidates)
 
 
