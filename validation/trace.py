@@ -239,15 +239,24 @@ def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: i
             declared = _declared(rig)
             if math.sqrt(declared.square) < _UNLIKE * rig.problem.scale.angle_deg:
                 found.append(_verdict(rig, declared))
-    if not (found and _explained(found[0])):
+    told = bool(found) and _explained(found[0])
+    if not told or found[0].effects:
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
             curve = Search(tuple(records), curve_problem(records, elements=elements), CURVE, effects, 1, tell)
-            found.append(_verdict(curve, _declared(curve)))
+            simple = _declared(curve)
+            if not told or len(found[0].effects) > 1 or _is_all(curve, simple):
+                found.append(_verdict(curve, simple))
+    if not told:
         unexplained = all(trace.verdict == "unexplained" for trace in found)
         if unexplained and found[0].model == EQUIVALENT and _let_pass(rig, found[0]):
             found.append(_verdict(rig, declared, to_the_noise=True))
     samples = samples_of(min((trace.grown for trace in found), key=lambda fitted: fitted.square))
     return _held_out(min(found, key=lambda trace: _worth(trace, samples)), threads, tell)
+
+
+def _is_all(search: Search, declared: Fitted) -> bool:
+    """Tell whether a declared model leaves nothing to explain: an effect of another one must be better than that."""
+    return math.sqrt(declared.square) <= _limit(search, declared) * search.floor(declared).deg
 
 
 def _let_pass(search: Search, trace: Trace) -> bool:
