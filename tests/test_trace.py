@@ -19,6 +19,7 @@ from validation.mechanics import rig_problem
 from validation.practice.bench_record import SHIPPED
 from validation.practice.cases import draw_case
 from validation.residual import Floor, dependences, floor_of, smooth_functions
+from validation.search import CURVE
 from validation.trace import _believed, trace_records
 from validation.trace_result import in_words, to_dict
 
@@ -186,6 +187,21 @@ def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_
     assert found.get("transformation_strain", 0.03) == pytest.approx(0.03, rel=0.15)
     assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
     assert any(c.fitted is trace.grown for c in trace.candidates)
+
+
+def test_a_curve_with_a_loop_has_no_friction_of_guides():
+    """Records that are no rig's, by the formula: a free rig comes near the noise with friction of its guides alone."""
+    records = []
+    rng = np.random.default_rng(0)
+    for preload, part, rate in ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 1.0, 0.4), (10.0, 0.5, 0.4)):
+        program = sine(2.0 * part, rate, cycles=2, samples_per_cycle=60)
+        curve = 11.0 * program.drive_mm * (1 - 0.06 * (program.drive_mm / 2.0) ** 2)
+        angle = curve + hysteresis(curve, BoucWen(A=-(0.5 + 0.03 * preload) / 3.0, beta=0.2, gamma=0.4 / 3.0, n=1.0))
+        noisy = angle + rng.normal(0, 0.05, angle.size)
+        rig = {"preload_N": preload}
+        records.append(Record(program.drive_mm, noisy, time_s=program.time_s, cycle=program.cycle, rig=rig))
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "guide_friction"])
+    assert (trace.verdict, trace.model) == ("none", CURVE)
 
 
 def test_an_effect_that_leaves_the_held_out_error_where_it_was_is_not_named():

@@ -59,8 +59,8 @@ What it means:
   angles; in series, the engines' law is within 14 % on '90' up to 19 deg and on '150' up to 15 deg.
 - What is left has two causes. The bent arc flattens, so that the moment falls along the plateau (5 % on '150'); no
   section that keeps its shape has that. The corners transform long before the fibre's strain says.
-- V pairs: the engines' law is within 10 % up to 8 deg a joint, 23 % too soft at 12 deg, where its root metal stays
-  elastic and the solid's strip is used up. The working range of `du2018` ends at 3.2 deg a joint.
+- V pairs: the engines' law is within 10 % up to 8 deg a joint and up to 18 % too soft beyond, where its root metal
+  stays elastic and the solid's strip is used up. The working range of `du2018` ends at 3.2 deg a joint.
 - The strain of the outermost fibre is no guide to the peak at the fillets: the solid has up to 2.6 times y theta/L.
   Sharper corners have more.
 - Where the moment matters to 5 %, elements of the same kind can be fitted to the solid's curve:
