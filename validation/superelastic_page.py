@@ -56,7 +56,8 @@ again to half. Largest difference to the solid, of its largest moment:
 What it means:
 
 - Roots are elastic metal and hardly transform. Left out, a one-sided notch comes out more than half too stiff at small
-  angles; in series, the engines' law is within 14 % on '90' up to 19 deg and on '150' up to 15 deg.
+  angles; in series, the engines' law is within 14 % on '90' up to 16 deg and on '150' up to 15 deg. Near closure it is
+  up to a fifth and a half too stiff: fibres of the section are through, the solid's corners give way to the ends.
 - What is left has two causes. The bent arc flattens, so that the moment falls along the plateau (5 % on '150'); no
   section that keeps its shape has that. The corners transform long before the fibre's strain says.
 - V pairs: the engines' law is within 10 % up to 8 deg a joint and up to 18 % too soft beyond, where its root metal
