@@ -14,7 +14,7 @@ from fem_models.snr import beam, flexure, peak_strain_per_rad, section_fibres
 FIBRES = 8
 """Fibres from the neutral axis to the edge: the moment at the plateau is within 1 % of that of 200."""
 LEAST_PART = 1e-9
-"""Of all that fibres lose at their plateaus: smaller parts are rounding."""
+"""Of the stiffness of the whole: smaller parts are rounding."""
 
 Floats = NDArray[np.float64]
 
@@ -98,7 +98,8 @@ def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
     next; the spring makes each piece longer and softer, K' = K k/(K + k). So an element's step of K' as it enters is
     not the one as it is through, which others on their plateau change. Parts of them are: what the first one to enter
     takes away, the first one to be through gives back. Exact on the way up, with up to 2k - 1 elements. On the way back
-    plateaus keep their ratio, which is exact as long as none was through, and else within 2 % of the largest moment.
+    plateaus keep their ratio: exact for elements of one ratio as long as none was through, and else within 3 % of the
+    largest moment.
     """
     k, climb, upper, lower, span = (
         fibres.stiffness, fibres.slope, fibres.upper_Nmm, fibres.lower_Nmm, fibres.span_rad
@@ -123,11 +124,12 @@ def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
 
     edges = np.concatenate([[0.0], np.sort(np.concatenate([taken, given]))])
     amount = np.diff(edges)
-    there = amount > LEAST_PART * taken[-1]
+    there = (amount > LEAST_PART * softer(k.sum())) | (amount == amount.max())
     amount, middle = amount[there], (0.5 * (edges[:-1] + edges[1:]))[there]
-    first = order[entering][np.searchsorted(taken, middle)]
+    last = k.size - 1  # middles of the last parts, but for rounding
+    first = order[entering][np.minimum(np.searchsorted(taken, middle), last)]
     start = outer(starts[first])
-    end = outer(ends[order[~entering] - k.size])[np.searchsorted(given, middle)]
+    end = outer(ends[order[~entering] - k.size])[np.minimum(np.searchsorted(given, middle), last)]
     slope = amount * max(float(softer(tangent[:1])[0] - taken[-1]), 0.0) / amount.sum()
     stiffness = amount + slope
     return FlagFibres(

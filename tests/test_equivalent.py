@@ -18,7 +18,8 @@ from validation.fitting import Division, Model, fit
 from validation.problem import Added
 from validation.search import EQUIVALENT
 from validation.trace import trace_records
-from validation.trace_result import to_dict
+from validation.trace_figures import candidates_figure
+from validation.trace_result import in_words, to_dict
 
 PLAN = ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 0.5, 1.0))  # preload, part of the amplitude, rate
 NOISE_DEG = 0.03
@@ -101,8 +102,8 @@ def test_play_is_named_with_its_width_in_the_drive_s_unit():
     assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
 
 
-def test_a_candidate_without_an_equilibrium_at_the_end_is_left_out(monkeypatch):
-    """A case of a retired set broke on one: what was found stays, and what cannot be followed has no error to show."""
+def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkeypatch):
+    """A case of a retired set broke on one: what was found stays, and what cannot be followed has no number."""
     monkeypatch.setattr("validation.equivalent.SAMPLES_AT_LAST", 100)
     monkeypatch.setattr("validation.equivalent.PARTS_AT_LAST", 1)
 
@@ -116,8 +117,13 @@ def test_a_candidate_without_an_equilibrium_at_the_end_is_left_out(monkeypatch):
     records = records_of(replace(BENCH, backlash=Backlash(width_mm=0.09)), 1.2)
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.grown.names == ("backlash",)
-    assert len(trace.candidates) == 2  # and one rival, which is fitted as what is named is
-    assert to_dict(trace)["verdict"] == "effect"
+    result = to_dict(trace)
+    assert result["verdict"] == "effect"
+    errors = {c["name"]: c["heldout_rmse_deg"] for c in result["candidates"]}
+    assert set(errors) == shown
+    assert sorted(error is None for error in errors.values()) == [False, False, True]  # one rival is fitted in full
+    assert candidates_figure(trace)[:4] == b"\x89PNG"
+    assert in_words({**result, "verdict": "unexplained", "candidates": [{"name": "x", "heldout_rmse_deg": None}]})
 
 
 def test_clean_records_have_nothing_missing():

@@ -57,11 +57,12 @@ What it means:
 
 - Roots are elastic metal and hardly transform. Left out, a one-sided notch comes out more than half too stiff at small
   angles; in series, the engines' law is within 14 % on '90' up to 16 deg and on '150' up to 15 deg. Near closure it is
-  up to a fifth and a half too stiff: fibres of the section are through, the solid's corners give way to the ends.
+  19 and 54 % too stiff: the section's outer fibres are through, where a third of the solid's metal has transformed.
 - What is left has two causes. The bent arc flattens, so that the moment falls along the plateau (5 % on '150'); no
   section that keeps its shape has that. The corners transform long before the fibre's strain says.
-- V pairs: the engines' law is within 10 % up to 8 deg a joint and up to 18 % too soft beyond, where its root metal
-  stays elastic and the solid's strip is used up. The working range of `du2018` ends at 3.2 deg a joint.
+- V pairs: on the way up the engines' law is within 10 % to 8 deg a joint and up to 18 % too soft beyond, up to 20 % on
+  the way back from there: its root metal stays elastic and the solid's strip is used up. The working range of `du2018`
+  ends at 3.2 deg a joint.
 - The strain of the outermost fibre is no guide to the peak at the fillets: the solid has up to 2.6 times y theta/L.
   Sharper corners have more.
 - Where the moment matters to 5 %, elements of the same kind can be fitted to the solid's curve:

@@ -244,8 +244,10 @@ def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: i
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
             curve = Search(tuple(records), curve_problem(records, elements=elements), CURVE, effects, 1, tell)
             simple = _declared(curve)
-            if not told or len(found[0].effects) > 1 or _is_all(curve, simple):
+            if not told:
                 found.append(_verdict(curve, simple))
+            elif len(found[0].effects) > 1 or _is_all(curve, simple):  # which may know better, not know nothing
+                found += [one for one in [_verdict(curve, simple)] if one.verdict != "unexplained"]
     if not told:
         unexplained = all(trace.verdict == "unexplained" for trace in found)
         if unexplained and found[0].model == EQUIVALENT and _let_pass(rig, found[0]):
@@ -316,15 +318,15 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
         best = min(found, key=lambda one: one.train_rmse_deg, default=None)
         return best and refined(best, tell, threads=threads, home=home)
 
-    def briefly(fitted: Fitted) -> Fitted | None:
+    def briefly(fitted: Fitted) -> Fitted:
         """Fit another candidate by a step from where it was, where the derivatives of a rig are known."""
         tell(f"{' + '.join(fitted.names)}, held out")
         calls, known = (3, fitted.jacobian) if rig else (ALL_CALLS, None)
         home = Model(problem).row(problem.start, [])
         try:
             return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known, home=home)
-        except (SolverError, RigError):  # it stood where an equilibrium hangs on the last digit
-            return None
+        except (SolverError, RigError):  # it stood where an equilibrium hangs on the last digit: no error is known
+            return replace(fitted, division=division, errors=tuple(np.full(e.size, np.nan) for e in fitted.errors))
 
     named = [whole.declared, *([whole.grown] if whole.grown is not whole.declared else [])]
     last = (at_last, divided)
@@ -339,10 +341,9 @@ def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
         if (one := again(rival, *last, of_loops=False)) is not None:
             refitted[id(rival)] = one
     for candidate in whole.candidates:
-        if id(candidate.fitted) not in refitted and (one := briefly(candidate.fitted)) is not None:
-            refitted[id(candidate.fitted)] = one
-    followed = [c for c in whole.candidates if id(c.fitted) in refitted]  # one that has no such error is none
-    candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in followed)
+        if id(candidate.fitted) not in refitted:
+            refitted[id(candidate.fitted)] = briefly(candidate.fitted)
+    candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in whole.candidates)
     return replace(whole, declared=found[0], grown=found[-1], candidates=candidates)
 
 

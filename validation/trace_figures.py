@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hysteresis.record import Record
 from validation.effect import Sight
 from validation.fitting import Fitted, correlation_of_neighbours, independent, rms
-from validation.trace import Trace
+from validation.trace import Candidate, Trace
 from validation.trace_result import UNNAMED, ranked, record_name
 
 Floats = NDArray[np.float64]
@@ -63,7 +63,7 @@ def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
             "which makes small differences visible.",
         ),
     }
-    if trace.candidates:
+    if any(map(_followed, trace.candidates)):
         out["trace-candidates.png"] = (
             candidates_figure(trace),
             "Left: error on data held out of the fit, with a 95 % interval. Right: how far the criterion (BIC) lies "
@@ -184,9 +184,14 @@ def _loop_row(whole: Axes, less: Axes, trace: Trace, i: int) -> None:
     less.set_ylabel(f"angle less a {_curve(trace)[1]}, deg")
 
 
+def _followed(candidate: Candidate) -> bool:
+    """Tell whether a candidate has an error on data held out: one may find no equilibrium there."""
+    return math.isfinite(candidate.fitted.heldout_rmse_deg)
+
+
 def candidates_figure(trace: Trace) -> bytes:
     """Candidates ranked: error held out with its interval, and how far the criterion lies behind the best."""
-    best = ranked(trace.candidates)[:_MOST_BARS]
+    best = ranked([c for c in trace.candidates if _followed(c)])[:_MOST_BARS]
     names = [" + ".join(c.names) for c in best]
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH_IN, 1.3 + 0.34 * (len(best) + 1)), layout="constrained")

@@ -109,7 +109,7 @@ def in_words(result: Mapping[str, Any]) -> list[str]:
             ]
             alike = f"These records do not tell them apart (criterion within {result['alike']:.0f})."
             return [f"The residual is traced to one of several: {'; '.join(others)}.", alike, left, *reasons]
-    nearest = result["candidates"][:1]
+    nearest = [c for c in result["candidates"] if c["heldout_rmse_deg"] is not None][:1]
     return [
         "Something is left that no effect of the catalogue explains.",
         f"The declared model leaves {error}.",
