@@ -31,7 +31,7 @@ preload_N = {{ from = 5, to = 40 }}
 method = "sobol"
 count = {count}
 """
-RUN = "from studies.cli import main; main()"
+RUN = "from studies.commands.cli import main; main()"
 
 
 def measured(count: int, engine: str, workers: int, folder: Path) -> tuple[float, float, float]:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.kinematics import theory_curve
-from fem_models.presets import preset
-from fem_models.program import LoadProgram, triangle
-from fem_models.rig import Friction, Rig
-from fem_models.snr import flexure, moment_arms_mm
+from fem_models.analytic.kinematics import theory_curve
+from fem_models.joint.flexure import flexure, moment_arms_mm
+from fem_models.load.program import LoadProgram, triangle
+from fem_models.rig.presets import preset
+from fem_models.rig.rig import Friction, Rig
 
 Floats = NDArray[np.float64]
 

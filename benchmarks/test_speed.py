@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 from exudyn_cost import counted
 
-from fem_models import chain
-from fem_models.chain import ChainSettings, solve_chain
-from fem_models.multibody import MultibodySettings, solve_multibody
-from fem_models.presets import preset
-from fem_models.program import LoadProgram, triangle
-from fem_models.rig import Friction, Rig
+from fem_models.chain import solve as chain
+from fem_models.chain.solve import ChainSettings, solve_chain
+from fem_models.load.program import LoadProgram, triangle
+from fem_models.multibody.quasi_static import MultibodySettings, solve_multibody
+from fem_models.rig.presets import preset
+from fem_models.rig.rig import Friction, Rig
 
 JOINTS = 14
 SIZES = (7, 14, 28, 56, 112)
@@ -108,7 +108,7 @@ def test_chain_batch(table: Any, median_s: Callable[..., float]) -> None:
     """A thousand rigs in one call."""
     solve_batch = getattr(chain, "solve_batch", None)
     if solve_batch is None:
-        pytest.skip("fem_models.chain has no solve_batch yet")
+        pytest.skip("fem_models.chain.solve has no solve_batch yet")
     rigs, program = batch(1_000), cycle_of(JOINTS)
     seconds = median_s(lambda: solve_batch(rigs, program), rounds=3)
     angle = solve_batch(rigs, program).angle_deg

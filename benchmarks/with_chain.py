@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from task import HOLD_STEPS, Floats, Task
 
-from fem_models.chain import ChainSettings, solve_chain
-from fem_models.program import LoadProgram
-from fem_models.rig import Friction
+from fem_models.chain.solve import ChainSettings, solve_chain
+from fem_models.load.program import LoadProgram
+from fem_models.rig.rig import Friction
 
 DIFFERENCE = "flexures also shorten under thrust, and bend over their length"
 CLOSED_FORM = None

@@ -10,15 +10,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_models.chain import ChainSolution, simulate_chain, solve_chain
-from fem_models.checks import RigError
-from fem_models.kinematics import simulate_analytic
-from fem_models.program import LoadProgram
-from fem_models.rig import Rig
+from fem_models.analytic.kinematics import simulate_analytic
+from fem_models.chain.solve import ChainSolution, simulate_chain, solve_chain
+from fem_models.load.program import LoadProgram
+from fem_models.rig.checks import RigError
+from fem_models.rig.rig import Rig
 from hysteresis.record import Record, read_columns
 
 if TYPE_CHECKING:
-    from fem_models.multibody import MultibodySolution
+    from fem_models.multibody.quasi_static import MultibodySolution
 
 
 class MissingError(RuntimeError):
@@ -58,7 +58,7 @@ def require_gmsh() -> None:
 
 def _simulate_multibody(rig: Rig, program: LoadProgram) -> Record:
     require_exudyn()
-    from fem_models.multibody import simulate_multibody
+    from fem_models.multibody.quasi_static import simulate_multibody
 
     return simulate_multibody(rig, program)
 
@@ -68,15 +68,15 @@ def mechanics(engine: str) -> Callable[[Rig, LoadProgram], ChainSolution | Multi
     if engine == "chain":
         return solve_chain
     require_exudyn()
-    from fem_models.multibody import solve_multibody
+    from fem_models.multibody.quasi_static import solve_multibody
 
     return solve_multibody
 
 
 def simulate_in_time(rig: Rig, program: LoadProgram) -> Record:
-    """Run the multibody model in time, with inertia. See :func:`fem_models.dynamic.solve_dynamic`."""
+    """Run the multibody model in time, with inertia. See :func:`fem_models.multibody.dynamic.solve_dynamic`."""
     require_exudyn()
-    from fem_models.dynamic import simulate_dynamic
+    from fem_models.multibody.dynamic import simulate_dynamic
 
     return simulate_dynamic(rig, program)
 

@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from fem_models.chain import solve_chain
-from fem_models.kinematics import simulate_analytic
-from fem_models.presets import PRESETS, preset
-from fem_models.program import triangle
-from fem_models.scene import SceneError, render
+from fem_models.analytic.kinematics import simulate_analytic
+from fem_models.chain.solve import solve_chain
+from fem_models.load.program import triangle
+from fem_models.rig.presets import PRESETS, preset
+from fem_models.view.manipulator import SceneError, render
 from hysteresis.record import write_record
+from studies.commands.separation import separate_rig
 from studies.report.tube import write_tube
 from studies.results import checksums, loop_summary, write_json
-from studies.separation import separate_rig
 
 ERRORS = {"rmse_deg": 0.3, "max_abs_deg": 0.9, "max_rel_percent": 1.0, "normalised": 0.01}
 

@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fem_models.chain import ChainSettings, simulate_chain, solve_chain
-from fem_models.kinematics import theory_curve
-from fem_models.multibody import MultibodySolution, solve_multibody
-from fem_models.presets import preset
-from fem_models.program import LoadProgram, triangle
-from fem_models.rig import Friction, Notch
-from fem_models.snr import beam, element_rotations
+from fem_models.analytic.kinematics import theory_curve
+from fem_models.chain.solve import ChainSettings, simulate_chain, solve_chain
+from fem_models.joint.flexure import beam, element_rotations
+from fem_models.load.program import LoadProgram, triangle
+from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
+from fem_models.rig.presets import preset
+from fem_models.rig.rig import Friction, Notch
 from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
 from hysteresis.identify import Fit, identify
 from hysteresis.metrics import LoopWidth, errors, loop_width
 from hysteresis.record import Record, read_record, write_record
-from validation.contributions import contributions, loop_program
-from validation.trace import Trace, trace_records
+from validation.separation.contributions import contributions, loop_program
+from validation.tracing.trace import Trace, trace_records
 
 README = Path(__file__).parents[1] / "README.md"
 PAPER = BoucWen(A=1.895, beta=0.315, gamma=0.2606, n=1.176)  # eq. 10

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from fem_models.rig_file import read_rig
-from studies.cli import call
+from fem_models.rig.rig_file import read_rig
+from studies.commands.cli import call
 from validation.practice.bench_record import SHIPPED
 
 ROOT = Path(__file__).parents[1]

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from studies.report.templates import environment
-from validation.effect import catalogue
-from validation.trace_result import in_words
+from validation.tracing.effect import catalogue
+from validation.tracing.report import in_words
 
 TEMPLATE = "trace.html"
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fem_models.rig import Rig
-from fem_models.scene import tendon_lines, tube_mesh
+from fem_models.rig.rig import Rig
+from fem_models.view.manipulator import tendon_lines, tube_mesh
 from hysteresis.files import write_files
 from studies.report.live import as_json, packed
 
@@ -22,9 +22,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 DETAIL = 0.35
-"""Of :func:`fem_models.scene.tube_mesh`: 26,000 triangles for the default rig, which a browser turns without effort."""
+"""Of :func:`fem_models.view.manipulator.tube_mesh`: 26,000 triangles for the default rig, which a browser turns without effort."""
 HEAT = ("#b9c0c9", "#f2c14e", "#e4572e", "#8c1c13")
-"""From unstrained to most strained, as in :mod:`fem_models.scene`."""
+"""From unstrained to most strained, as in :mod:`fem_models.view.manipulator`."""
 LIGHT = np.array([-0.35, 0.75, 0.75])
 VIEWS = {
     "Oblique": {"eye": {"x": -0.3, "y": 0.35, "z": 0.9}, "up": {"x": 0, "y": 1, "z": 0}},
@@ -39,7 +39,7 @@ def surface_to_turn(rig: Rig, joint_angles_deg: ArrayLike) -> pv.PolyData:
     Raises
     ------
     SceneError, RigError
-        As :func:`fem_models.scene.tube_mesh`.
+        As :func:`fem_models.view.manipulator.tube_mesh`.
     """
     surface = tube_mesh(rig, joint_angles_deg, detail=DETAIL).triangulate()
     return surface.compute_normals(
@@ -53,7 +53,7 @@ def write_tube(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
     Raises
     ------
     SceneError, RigError
-        As :func:`fem_models.scene.tube_mesh`.
+        As :func:`fem_models.view.manipulator.tube_mesh`.
     """
     surface = surface_to_turn(rig, joint_angles_deg)
     stored = {

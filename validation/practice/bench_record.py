@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_models.multibody import simulate_multibody
-from fem_models.presets import preset
-from fem_models.program import triangle
+from fem_models.load.program import triangle
+from fem_models.multibody.quasi_static import simulate_multibody
+from fem_models.rig.presets import preset
 from hysteresis.record import Record, write_record
 
 SHIPPED = Path(__file__).parent / "records" / "bench-like-20N.csv"

@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.progress import track
 
-from fem_models.chain import simulate_chain
-from fem_models.checks import RigError
-from fem_models.multibody import simulate_multibody
-from fem_models.program import LoadProgram, SolverError
-from fem_models.rig import Rig
+from fem_models.chain.solve import simulate_chain
+from fem_models.load.program import LoadProgram, SolverError
+from fem_models.multibody.quasi_static import simulate_multibody
+from fem_models.rig.checks import RigError
+from fem_models.rig.rig import Rig
 from hysteresis.record import Record, write_record
 from validation.practice.hidden import CATALOGUE, DISTINCT, Family, Hidden
 from validation.practice.outside import OUTSIDE

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fem_models.effects import (
+from fem_models.load.program import LoadProgram
+from fem_models.rig.effects import (
     Backlash,
     Closure,
     Creep,
@@ -26,8 +27,7 @@ from fem_models.effects import (
     Superelastic,
     TipStop,
 )
-from fem_models.program import LoadProgram
-from fem_models.rig import Rig, Wheel
+from fem_models.rig.rig import Rig, Wheel
 from hysteresis.record import Record
 from validation.practice.protocols import Ground
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.program import LoadProgram
+from fem_models.load.program import LoadProgram
 from hysteresis.record import Record
 from validation.practice.hidden import Draw, Family, Hidden, Rng, either_sign
 from validation.practice.protocols import Ground

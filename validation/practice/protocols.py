@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.chain import ChainSolution, solve_chain
-from fem_models.presets import preset
-from fem_models.program import LoadProgram, sine
-from fem_models.rig import Bench, Friction, Material, Rig, Tendon, Wheel
+from fem_models.chain.solve import ChainSolution, solve_chain
+from fem_models.load.program import LoadProgram, sine
+from fem_models.rig.presets import preset
+from fem_models.rig.rig import Bench, Friction, Material, Rig, Tendon, Wheel
 
 Floats = NDArray[np.float64]
 Kind = Literal["known", "unknown"]
@@ -103,7 +103,7 @@ def draw_ground(rng: np.random.Generator, *, measured_joints: bool) -> Ground:
     Raises
     ------
     SolverError
-        From :func:`fem_models.chain.solve_chain`.
+        From :func:`fem_models.chain.solve.solve_chain`.
     """
     rig, table = _measured_rig(rng) if measured_joints else _preset_rig(rng)
     bend = rng.uniform(*BEND_DEG)

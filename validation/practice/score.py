@@ -22,13 +22,13 @@ from typing import Any
 from rich.console import Console
 from rich.progress import Progress
 
+from docs.make.practice import SLOW, put_section, tables
 from hysteresis.files import write_files
 from hysteresis.record import Record
 from validation.practice.cases import CLEAN, LABELS, PAIR, SETS, SetName, draw_case, labels
 from validation.practice.hidden import CATALOGUE
 from validation.practice.outcome import Outcome, summary
 from validation.practice.outside import OUTSIDE
-from validation.practice.page import SLOW, put_section, tables
 from validation.practice.protocols import KINDS, Kind
 
 Tracer = Callable[[Sequence[Record], int], Mapping[str, Any]]
@@ -51,8 +51,8 @@ class Job:
 
 def trace(records: Sequence[Record], seed: int) -> Mapping[str, Any]:
     """Run the tracer of the package."""
-    from validation.trace import trace_records  # late: a worker that reads outcomes alone does not need it
-    from validation.trace_result import to_dict
+    from validation.tracing.report import to_dict
+    from validation.tracing.trace import trace_records  # late: a worker that reads outcomes alone does not need it
 
     return to_dict(trace_records(records, threads=1))
 

@@ -1,0 +1,80 @@
+"""Bending of a chain of joints that are all alike by one tendon without friction, in closed form but for one root.
+
+Every joint sees the span of the tendon across its own notch and nothing else, so all of them bend alike, and neither
+shear nor what other joints do matters. The tendon goes straight from the edge of a hole to that of the next; a flexure
+is a straight chord of its bending length l (:func:`fem_models.joint.flexure.bending_length_mm`), as in a beam of one element and
+in the compiled chain. With the angle t of a joint, its stretch u, g half of what the notch is wider than l and the arm
+r about the neutral axis the span has the length l + u + 2 (g cos(t/2) - r sin(t/2)), whence
+k_bending t = T (r cos(t/2) + g sin(t/2)) and k_axial u = -T.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fem_models.joint.flexure import Flexure, bending_length_mm
+from fem_models.rig.checks import RigError
+from fem_models.rig.rig import Rig
+
+
+def tendon_arm_mm(rig: Rig, joint: Flexure, angle_rad: float) -> float:
+    """Lever arm of tendon a about the neutral axis of a joint at its angle.
+
+    Raises
+    ------
+    RigError
+        Joints measured on a bench: their notch is not known.
+    """
+    if rig.notch is None:
+        raise RigError(f"rig {rig.name}: joints measured on a bench: expected [tube] and [notch]")
+    arm = rig.tendon_a.moment_arm_mm + joint.neutral_offset_mm
+    gap = (rig.notch.width_mm - bending_length_mm(rig)) / 2
+    return arm * math.cos(angle_rad / 2) + gap * math.sin(angle_rad / 2)
+
+
+def joint_angle_rad(rig: Rig, joint: Flexure, tendon_N: float) -> float:
+    """Angle of one joint at a tension of tendon a, the other slack.
+
+    Raises
+    ------
+    RigError
+        As :func:`tendon_arm_mm`; also where no angle below half a turn holds the tendon.
+    """
+
+    def left_over(angle: float) -> float:
+        return joint.bending_Nmm_per_rad * angle - tendon_N * tendon_arm_mm(rig, joint, angle)
+
+    if left_over(math.pi) <= 0 or left_over(-math.pi) >= 0:
+        raise RigError(f"tendon_N = {tendon_N:g}: expected a tension that the joints of rig {rig.name} can hold")
+    return float(brentq(left_over, -math.pi, math.pi, xtol=1e-15))
+
+
+def tendon_for_angle_N(rig: Rig, joint: Flexure, angle_rad: float) -> float:
+    """Tension of tendon a that bends the whole chain by ``angle_rad``."""
+    angle = angle_rad / rig.joints
+    return joint.bending_Nmm_per_rad * angle / tendon_arm_mm(rig, joint, angle)
+
+
+def bend_by_tendon(rig: Rig, joint: Flexure, tendon_N: float) -> tuple[float, float, float]:
+    """Bending of the chain, rad, and the middle of the last ring on the tube axis, x and y in mm.
+
+    Axes as in :mod:`fem_models.analytic.kinematics`, from the tube axis of the base. An axial stiffness that is not known
+    counts as rigid.
+
+    Raises
+    ------
+    RigError
+        As :func:`joint_angle_rad`.
+    """
+    angle = joint_angle_rad(rig, joint, tendon_N)
+    stretch = -tendon_N / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0
+    heading = angle * np.arange(rig.joints + 1)
+    rings = np.exp(1j * heading)
+    middle = np.exp(1j * (heading[:-1] + angle / 2))
+    chord = bending_length_mm(rig)
+    tip = ((rig.pitch_mm - chord) / 2 * (rings[:-1] + rings[1:]) + (chord + stretch) * middle).sum()
+    tip += 1j * joint.neutral_offset_mm * (rings[-1] - 1)  # from the neutral axis to that of the tube
+    return float(heading[-1]), float(tip.real), float(tip.imag)

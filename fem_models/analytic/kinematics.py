@@ -1,0 +1,422 @@
+"""Kinematics of the manipulator: tube as a chain of joints, tendons, and the theoretical curve without friction.
+
+Everything lies in the bending plane: x along the straight tube from its base, y across towards tendon a. Joints sit
+in the middle of the notches, on the neutral axis; rings are rigid. The equations stand in
+``docs/analytic-model.md``; eq. 2 and 3 are those of the paper (Mech. Sci. 9, 2018, section 2.2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize.elementwise import find_root
+from scipy.special import wrightomega
+
+from fem_models.joint.flexure import closure_angle_rad, flexure, moment_arms_mm, rigid_gap_mm
+from fem_models.load.program import LoadProgram
+from fem_models.load.run_record import simulated_record
+from fem_models.rig.checks import RigError
+from fem_models.rig.rig import EFFECT_TABLES, Rig, Tendon
+from hysteresis.record import Record
+
+Array = NDArray[np.float64]
+
+
+class TipPose(NamedTuple):
+    """Tip of the manipulator in the bending plane; the shape of the joint angles without their last axis."""
+
+    x_mm: Array
+    y_mm: Array
+    angle_rad: Array
+
+
+class TheoryCurve(NamedTuple):
+    """Static equilibrium without friction, sample by sample, shape (m,). Tensions are those of the whole tendon."""
+
+    angle_deg: Array
+    tension_a_N: Array
+    tension_b_N: Array
+
+
+@dataclass(frozen=True)
+class InverseFit:
+    """theta_sum as a polynomial of the tip's position across the tube, for equal joint angles.
+
+    Call it with ``y_mm`` (any shape); it returns theta_sum in rad. ``coefficients`` are those of a Chebyshev series
+    in y / ``y_limit_mm``; ``max_residual_deg`` is the largest error found inside the fitted range.
+    """
+
+    coefficients: tuple[float, ...]
+    y_limit_mm: float
+    max_residual_deg: float
+
+    def __call__(self, y_mm: ArrayLike) -> Array:
+        """Bending angle, rad, at the position ``y_mm`` of the tip; ValueError outside the fitted range."""
+        y = np.asarray(y_mm, dtype=float)
+        outside = ~(np.abs(y) <= self.y_limit_mm * (1 + 1e-12))
+        if outside.any():
+            raise ValueError(
+                f"y_mm = {y[outside].flat[0]:g}: expected within +-{self.y_limit_mm:g} mm, the fitted range"
+            )
+        return np.asarray(chebyshev.chebval(y / self.y_limit_mm, self.coefficients), dtype=float)
+
+
+def _joint_angles(rig: Rig, joint_angles_rad: ArrayLike) -> Array:
+    angles = np.asarray(joint_angles_rad, dtype=float)
+    if angles.ndim == 0 or angles.shape[-1] != rig.joints:
+        raise ValueError(f"joint_angles_rad: shape {angles.shape}: expected (..., {rig.joints}), one angle a joint")
+    return angles
+
+
+def tip_pose(rig: Rig, joint_angles_rad: ArrayLike) -> TipPose:
+    """Tip of the chain of links and joints, eq. 2 in the plane.
+
+    Half a pitch lies between base and first joint and between last joint and tip, one pitch between joints.
+
+    Parameters
+    ----------
+    joint_angles_rad
+        Shape (..., N), relative rotations, base first.
+
+    Raises
+    ------
+    ValueError
+        If the last axis does not have one angle a joint.
+    """
+    heading = np.cumsum(_joint_angles(rig, joint_angles_rad), axis=-1)
+    links = np.full(rig.joints, rig.pitch_mm)
+    links[-1] /= 2
+    tip = rig.pitch_mm / 2 + np.exp(1j * heading) @ links
+    return TipPose(tip.real, tip.imag, heading[..., -1])
+
+
+def chain_transforms(rig: Rig, joint_angles_rad: ArrayLike) -> Array:
+    """Frames of the chain in the base frame, homogeneous, shape (..., N + 2, 4, 4): eq. 2, product by product.
+
+    Standard Denavit-Hartenberg links with theta_i, d = 0, alpha = 0 and a = H(i), the rotation before the
+    translation. Frame 0 (after T_b^0) has its origin on joint 1, frame i on joint i + 1; H(N) = 0, so that frame N
+    stands on the last joint, turned with the last ring; the last frame (after T_N^d) is the tip.
+
+    Parameters
+    ----------
+    joint_angles_rad
+        Shape (..., N), relative rotations, base first.
+
+    Raises
+    ------
+    ValueError
+        If the last axis does not have one angle a joint.
+    """
+    angles = _joint_angles(rig, joint_angles_rad)
+    half = _link(np.zeros(angles.shape[:-1]), rig.pitch_mm / 2)
+    frames = [half]
+    for i in range(rig.joints):
+        length = rig.pitch_mm if i < rig.joints - 1 else 0.0
+        frames.append(frames[-1] @ _link(angles[..., i], length))
+    frames.append(frames[-1] @ half)
+    return np.stack(frames, axis=-3)
+
+
+def _link(angle: Array, length: float) -> Array:
+    """Rot_z(angle) Trans_x(length), shape (..., 4, 4)."""
+    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
+    rows = [[c, -s, zero, length * c], [s, c, zero, length * s], [zero, zero, one, zero], [zero, zero, zero, one]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def equal_joints(rig: Rig, theta_sum_rad: ArrayLike) -> Array:
+    """Joint angles, shape (..., N), that share the bending ``theta_sum_rad`` (shape (...)) equally."""
+    theta = np.asarray(theta_sum_rad, dtype=float)
+    return np.repeat(theta[..., None] / rig.joints, rig.joints, axis=-1)
+
+
+def inverse_tip(rig: Rig, limit_deg: float = 60.0, degree: int = 11) -> InverseFit:
+    """Inverse kinematics by the curve fit of the paper (section 2.2): theta_sum from the tip's position y.
+
+    Assumes equal joint angles. ``drive_for_angle_mm(rig, inverse_tip(rig)(y))`` is then the paper's zeta, eq. 3.
+
+    Parameters
+    ----------
+    limit_deg
+        The fit covers -limit_deg..limit_deg.
+    degree
+        Odd degree of the polynomial; the even coefficients vanish because y is odd in the angle.
+
+    Raises
+    ------
+    ValueError
+        If y does not grow with the angle over the whole range (beyond about 130 deg it returns), or the degree is
+        not odd.
+    """
+    if degree < 1 or degree % 2 == 0:
+        raise ValueError(f"degree = {degree}: expected an odd number of at least 1")
+    limit = math.radians(limit_deg)
+    dense = np.linspace(-limit, limit, 2001)
+    y = tip_pose(rig, equal_joints(rig, dense)).y_mm
+    if not (limit > 0 and (np.diff(y) > 0).all()):
+        raise ValueError(f"limit_deg = {limit_deg:g}: expected a range in which the tip's y grows with the angle")
+    nodes = limit * chebyshev.chebpts1(8 * degree)
+    y_limit = float(y[-1])
+    fit = chebyshev.chebfit(tip_pose(rig, equal_joints(rig, nodes)).y_mm / y_limit, nodes, degree)
+    fit[::2] = 0.0
+    residual = np.abs(chebyshev.chebval(y / y_limit, fit) - dense).max()
+    return InverseFit(tuple(fit.tolist()), y_limit, math.degrees(residual))
+
+
+def _path(rig: Rig, theta: Array, arm_mm: float) -> Array:
+    half_turn = theta / (2 * rig.joints)
+    if rig.notch is None:
+        return arm_mm * theta + 2 * rig.joints * rigid_gap_mm(rig) * np.sin(half_turn / 2) ** 2
+    return 2 * rig.joints * (arm_mm * np.sin(half_turn) + rig.notch.width_mm * np.sin(half_turn / 2) ** 2)
+
+
+def _path_arm(rig: Rig, theta: Array, arm_mm: float) -> Array:
+    """Differentiate :func:`_path`: the lever arm of the chord about the joint."""
+    half_turn = theta / (2 * rig.joints)
+    if rig.notch is None:
+        return arm_mm + rigid_gap_mm(rig) / 2 * np.sin(half_turn)
+    return arm_mm * np.cos(half_turn) + rig.notch.width_mm / 2 * np.sin(half_turn)
+
+
+def _limit_rad(rig: Rig) -> float:
+    """Bending at which the notches close, or half a turn a joint where no notch is known."""
+    return rig.joints * min(closure_angle_rad(rig), math.pi)
+
+
+def _rest_rad(rig: Rig) -> float:
+    """Bending at rest."""
+    return rig.joints * math.radians(rig.precurvature_deg)
+
+
+def _chain_stiffness(rig: Rig) -> float:
+    """Bending stiffness of the chain, Nmm/rad: the elastic part, to which the material loop is added as hysteresis."""
+    return flexure(rig).bending_Nmm_per_rad * (1 - rig.material.loop_share) / rig.joints
+
+
+def _require_open(rig: Rig, theta: Array) -> None:
+    limit = _limit_rad(rig)
+    outside = ~(np.abs(theta) <= limit * (1 + 1e-12))
+    if outside.any():
+        raise RigError(
+            f"theta = {math.degrees(theta[outside].flat[0]):g} deg: expected within +-{math.degrees(limit):g} deg, "
+            f"where the notches of rig {rig.name} stay open"
+        )
+
+
+def path_shortening_mm(rig: Rig, theta_sum_rad: ArrayLike, moment_arm_mm: float) -> Array:
+    """How much the path of a tendon in the tube gets shorter by bending towards it, equal joint angles.
+
+    The tendon leaves and enters the rings at their edges, half a notch width g from the joint, and spans the notch
+    straight: 2 (g cos(t/2) - r sin(t/2)) at the joint angle t, 2 g when straight. The tendon on the other side is
+    at -theta (its path gets longer, by less: both sides share the even part 2 N g (1 - cos(t/2))). Of a bench rig
+    the arm is taken as constant, r theta, and g is its rigid gap.
+
+    Parameters
+    ----------
+    theta_sum_rad
+        Any shape; the result has the same.
+
+    Raises
+    ------
+    ValueError
+        Beyond the angle at which the notches close.
+    """
+    theta = np.asarray(theta_sum_rad, dtype=float)
+    _require_open(rig, theta)
+    return _path(rig, theta, moment_arm_mm)
+
+
+def _rope(tendon: Tendon, length_in_tube_mm: float) -> tuple[float, float]:
+    """Compliances a, mm/N, and b, mm, of the elongation a (T - T0) + b ln(T/T0)."""
+    toe = tendon.toe_N if tendon.toe_N > 1e-9 else 0.0  # a toe that no tension can feel would overflow c/b below
+    return (length_in_tube_mm + tendon.free_length_mm) / tendon.EA_N, tendon.free_length_mm * toe / tendon.EA_N
+
+
+def tendon_stretch_mm(tendon: Tendon, tension_N: ArrayLike, preload_N: float, length_in_tube_mm: float) -> Array:
+    """Elongation of a tendon against its preloaded state, mm, the shape of ``tension_N``.
+
+    Linear in the tube; between wheel and base k(T) = k_inf T/(T + toe), which integrates to
+    L_free/EA [(T - T0) + toe ln(T/T0)]. At zero tension it is the elongation at which a linear rope falls slack, and
+    -inf for a rope with a toe.
+
+    Raises
+    ------
+    ValueError
+        Negative tension.
+    """
+    tension = np.asarray(tension_N, dtype=float)
+    if not (tension >= 0).all():
+        raise RigError(f"tension_N = {tension[~(tension >= 0)].flat[0]:g}: expected at least 0, ropes do not push")
+    a, b = _rope(tendon, length_in_tube_mm)
+    if b == 0:
+        return a * (tension - preload_N)
+    with np.errstate(divide="ignore"):
+        return a * (tension - preload_N) + b * np.log(tension / preload_N)
+
+
+def tendon_tension_N(tendon: Tendon, stretch_mm: ArrayLike, preload_N: float, length_in_tube_mm: float) -> Array:
+    """Tension at an elongation against the preloaded state: the inverse of :func:`tendon_stretch_mm`.
+
+    A linear rope is slack (0 N) below its free length. With a toe, a T + b ln T = c is solved by the Wright omega
+    function: T = (b/a) omega(c/b + ln(a/b)), which falls towards 0 and never reaches it.
+    """
+    stretch = np.asarray(stretch_mm, dtype=float)
+    a, b = _rope(tendon, length_in_tube_mm)
+    if b == 0:
+        return np.maximum(preload_N + stretch / a, 0.0)
+    c = stretch + a * preload_N + b * math.log(preload_N)
+    return b / a * wrightomega(c / b + math.log(a / b))
+
+
+def _tensions(rig: Rig, drive: Array, theta: Array) -> tuple[Array, Array]:
+    inside, rest = rig.joints * rig.pitch_mm, np.asarray(_rest_rad(rig))
+    pulls = [
+        tendon_tension_N(
+            rope, side * drive - _path(rig, side * theta, arm) + _path(rig, side * rest, arm), rig.preload_N, inside
+        )
+        for side, rope, arm in zip((1, -1), rig.tendons, moment_arms_mm(rig), strict=False)
+    ]
+    return pulls[0], pulls[1] if len(pulls) == 2 else np.zeros_like(pulls[0])
+
+
+def _imbalance(rig: Rig) -> Callable[[Array, Array], Array]:
+    """Moment on a joint left over by tendons and flexure, Nmm, as a function of bending and drive.
+
+    The derivative of the potential energy, so that path and arm belong together.
+    """
+    stiffness = _chain_stiffness(rig)
+    arm_a, arm_b = moment_arms_mm(rig)
+
+    def moment(theta: Array, drive: Array) -> Array:
+        pull_a, pull_b = _tensions(rig, drive, theta)
+        return (
+            _path_arm(rig, theta, arm_a) * pull_a
+            - _path_arm(rig, -theta, arm_b) * pull_b
+            - stiffness * (theta - _rest_rad(rig))
+        )
+
+    return moment
+
+
+def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Array:
+    """Drive that bends the manipulator by ``theta_sum_rad``, x = xi(theta_sum) of eq. 3, without friction.
+
+    Path of the tendons plus their stretch, in static equilibrium with flexures that all bend alike.
+
+    Parameters
+    ----------
+    theta_sum_rad
+        Any shape; the result has the same.
+
+    Raises
+    ------
+    ValueError
+        Beyond the angle at which the notches close.
+    RigError
+        If a tendon has no arm about the neutral axis to bend the manipulator its way (one-sided notches), or is not
+        there.
+    """
+    if rig.tendon_b is None:
+        raise RigError(f"rig {rig.name}: one tendon: expected two, or there is no drive for every angle")
+    theta = np.asarray(theta_sum_rad, dtype=float)
+    _require_open(rig, theta)
+    inside, preload, arms = rig.joints * rig.pitch_mm, rig.preload_N, moment_arms_mm(rig)
+    rest = np.asarray(_rest_rad(rig))
+    path_a = _path(rig, theta, arms[0]) - _path(rig, rest, arms[0])
+    path_b = _path(rig, -theta, arms[1]) - _path(rig, -rest, arms[1])
+    arm_a, arm_b = _path_arm(rig, theta, arms[0]), _path_arm(rig, -theta, arms[1])
+    if not ((arm_a > 0).all() and (arm_b > 0).all()):
+        raise RigError(
+            f"rig {rig.name}: moment arms about the neutral axis {arms[0]:g} and {arms[1]:g} mm: expected both above "
+            "0, or there is no drive for every angle"
+        )
+    resistance = _chain_stiffness(rig) * np.abs(theta - rest)
+
+    def bound(tendon: Tendon, path: Array, other: Array, arm: Array, other_arm: Array) -> Array:
+        # a drive at which this tendon surely wins: the other one is at its preload at most
+        needed = np.maximum((preload * other_arm + resistance) / arm, preload)
+        return np.maximum(path, -other) + tendon_stretch_mm(tendon, needed, preload, inside)
+
+    high = bound(rig.tendon_a, path_a, path_b, arm_a, arm_b)
+    low = -bound(rig.tendon_b, path_b, path_a, arm_b, arm_a)
+    margin = 1e-9 * (1 + np.abs(high) + np.abs(low))  # either end may be the root itself, give or take rounding
+    moment = _imbalance(rig)
+    root = find_root(lambda drive, angle: moment(angle, drive), (low - margin, high + margin), args=(theta,))
+    if not np.all(root.success):
+        raise RigError(f"theta: no drive of rig {rig.name} found for {theta[~root.success].flat[0]:g} rad")
+    return np.asarray(root.x)
+
+
+def angle_for_drive_rad(rig: Rig, drive_mm: ArrayLike) -> Array:
+    """Bending angle theta_sum at a drive, static equilibrium without friction; the paper's f(x) in rad.
+
+    Parameters
+    ----------
+    drive_mm
+        Any shape; the result has the same.
+
+    Raises
+    ------
+    ValueError
+        If a drive asks for more bending than the notches leave room for.
+    """
+    drive, limit = np.asarray(drive_mm, dtype=float), _limit_rad(rig)
+    bracket = (np.full_like(drive, -limit), np.full_like(drive, limit))
+    root = find_root(_imbalance(rig), bracket, args=(drive,))
+    if not np.all(root.success):
+        raise RigError(
+            f"drive_mm = {drive[~root.success].flat[0]:g}: expected a drive that bends rig {rig.name} within "
+            f"+-{math.degrees(limit):g} deg, where its notches stay open"
+        )
+    return np.asarray(root.x)
+
+
+def theory_curve(rig: Rig, drive_mm: ArrayLike) -> TheoryCurve:
+    """Angle and tensions over the drive, in static equilibrium without friction and without material loop.
+
+    Raises
+    ------
+    ValueError
+        As :func:`angle_for_drive_rad`.
+    """
+    drive = np.asarray(drive_mm, dtype=float)
+    theta = angle_for_drive_rad(rig, drive)
+    return TheoryCurve(np.degrees(theta), *_tensions(rig, drive, theta))
+
+
+def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:
+    """Run a load program on the analytic model: the engine without hysteresis, (Rig, LoadProgram) -> Record.
+
+    Every sample is an equilibrium of its own, so the times of the program only pass through.
+
+    Friction and the slipping part of a material loop are left out, as the model's name says.
+
+    Raises
+    ------
+    RigError
+        For a rig with an effect besides, and as :func:`angle_for_drive_rad`.
+    """
+    beyond = [name for name in EFFECT_TABLES if getattr(rig, name) is not None]
+    if beyond:
+        raise RigError(
+            f"rig {rig.name}: [{beyond[0]}]: the analytic model does not know it, expected a rig without, or the "
+            "engine chain or multibody"
+        )
+    curve = theory_curve(rig, program.drive_mm)
+    joints = equal_joints(rig, np.radians(curve.angle_deg))
+    tip = tip_pose(rig, joints)
+    return simulated_record(
+        "analytic",
+        rig,
+        program,
+        angle_deg=curve.angle_deg,
+        joint_angles_rad=joints,
+        tension_N=np.column_stack([curve.tension_a_N, curve.tension_b_N]),
+        tip_mm=np.column_stack([tip.x_mm, tip.y_mm]),
+    )

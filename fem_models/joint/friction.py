@@ -1,0 +1,68 @@
+"""Dry friction of the tendons at their guides, and the material loop: the laws that every engine shares."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.rig.rig import Friction, Material
+
+MATERIAL_ELEMENTS = 3
+"""Jenkins elements a joint: enough for a loop without visible corners at the paper's step of 0.1 mm."""
+
+
+def guide_wrap_rad(friction: Friction, joint_angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Wrap of the tendon at each guide, from the current joint angles.
+
+    Guide 0 is the base, guide i the ring after joint i; the tip is an anchor, no guide. The tendon is straight
+    inside a ring and along the chord of a notch, so a ring bends it by half of the angle of either neighbour.
+
+    Parameters
+    ----------
+    joint_angles_rad
+        Shape (N,), relative rotation of each joint.
+
+    Returns
+    -------
+    Shape (N,), wrap of guides 0..N-1, radians.
+    """
+    half = 0.5 * np.abs(joint_angles_rad)
+    wrap = half.copy()
+    wrap[1:] += half[:-1]
+    wrap[0] += np.radians(friction.rest_wrap_deg)
+    return wrap
+
+
+def friction_limits_N(
+    friction: Friction,
+    proximal_N: NDArray[np.float64],
+    distal_N: NDArray[np.float64],
+    wrap_rad: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Greatest difference of tension that each guide can hold, shapes (..., N).
+
+    The capstan equation T_p = T_d exp(+-mu phi) is |T_p - T_d| = (T_p + T_d) tanh(mu phi / 2), the same in
+    both directions of sliding (derived from Euler's belt formula); a tension-independent part is added.
+    """
+    constant = np.full(proximal_N.shape[-1], float(friction.guide_N))
+    constant[0] += friction.sheath_N
+    total = np.maximum(proximal_N, 0.0) + np.maximum(distal_N, 0.0)
+    return constant + total * np.tanh(0.5 * friction.capstan_coefficient * wrap_rad)
+
+
+def jenkins_elements(
+    material: Material, bending_Nmm_per_rad: float
+) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+    """Split the bending stiffness of a joint into a spring and parallel Jenkins elements.
+
+    Returns
+    -------
+    elastic stiffness (Nmm/rad), stiffness of each element (Nmm/rad) and its slip moment (Nmm), shapes (k,).
+    Slip angles are spread evenly, an Iwan model (J. Applied Mechanics 33(4), 1966, doi 10.1115/1.3625199).
+    """
+    if material.loop_share == 0:
+        return bending_Nmm_per_rad, np.empty(0), np.empty(0)
+    k = MATERIAL_ELEMENTS
+    stiffness = np.full(k, material.loop_share * bending_Nmm_per_rad / k)
+    slip_rad = np.radians(material.loop_angle_deg) * (np.arange(k) + 0.5) / k
+    return bending_Nmm_per_rad * (1 - material.loop_share), stiffness, stiffness * slip_rad

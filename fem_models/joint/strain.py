@@ -1,0 +1,114 @@
+"""Strain of the flexures under load, and the limits it passes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fem_models.joint.flexure import peak_strain_per_rad
+from fem_models.rig.checks import RigError
+from fem_models.rig.rig import Rig
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StrainLimit:
+    """A strain that Nitinol should stay below, and who says so.
+
+    ``kind``: ``peak`` is held against the largest strain so far, either way; ``alternating`` against half the range of
+    a fibre's strain so far, the amplitude of going to and fro over what has been run.
+    """
+
+    name: str
+    strain: float
+    kind: Literal["peak", "alternating"]
+    source: str
+
+
+@dataclass(frozen=True)
+class Passed:
+    """First load at which a limit is passed, on the line between samples; None where it is not.
+
+    ``joint`` counts from 1 at the base. ``largest`` is the largest strain of the limit's kind in the whole run.
+    """
+
+    limit: StrainLimit
+    drive: float | None
+    joint: int | None
+    largest: float
+
+
+FATIGUE = StrainLimit(
+    "fatigue at 10^7 cycles",
+    0.004,
+    "alternating",
+    "Pelton et al., J. Mech. Behav. Biomed. Mater. 1, 2008, 153-164, doi 10.1016/j.jmbbm.2007.06.003",
+)
+TRANSFORMATION = StrainLimit(
+    "start of the plateau", 0.01, "peak", "usual for superelastic Nitinol; of a superelastic rig its own plateau over E"
+)
+SUPERELASTIC = StrainLimit(
+    "strain to which superelasticity is tested", 0.06, "peak", "ASTM F2516: wire is pulled to 6 % and let go"
+)
+
+
+def strain_limits(rig: Rig) -> tuple[StrainLimit, ...]:
+    """Limits of a rig's Nitinol, the lowest first; the plateau starts where the rig's own law has it."""
+    law, start = rig.superelastic, TRANSFORMATION
+    if law is not None:
+        young = 1e3 * rig.material.youngs_modulus_GPa
+        start = StrainLimit(start.name, law.plateau_MPa / young, "peak", f"plateau_MPa over E of rig {rig.name}")
+    return FATIGUE, start, SUPERELASTIC
+
+
+def peak_strain(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
+    """Strain of the outermost fibre at the root of every notch, the shape of the angles.
+
+    Plane sections: the distance from the neutral axis times the angle from rest over the bending length, whatever the
+    law of the stress (:func:`fem_models.joint.flexure.peak_strain_per_rad`). The sign is that of the bending from rest. NaN for
+    joints measured on a bench, whose section is not known.
+    """
+    turn = np.asarray(joint_angles_rad, dtype=float) - np.radians(rig.precurvature_deg)
+    return turn * (np.nan if rig.tube is None else peak_strain_per_rad(rig))
+
+
+def limits_passed(drive: ArrayLike, strain: ArrayLike, limits: tuple[StrainLimit, ...]) -> tuple[Passed, ...]:
+    """Where a run passes its limits.
+
+    Parameters
+    ----------
+    drive
+        Shape (m,): drives (mm) or forces (N) in the order they were visited, from rest.
+    strain
+        Shape (m, N), of :func:`peak_strain`: the run starts from no strain, which need not be a sample.
+
+    Raises
+    ------
+    RigError
+        Shapes that do not fit, or strains that are not known.
+    """
+    x, e = np.asarray(drive, dtype=float), np.asarray(strain, dtype=float)
+    if x.ndim != 1 or e.ndim != 2 or len(e) != x.size or x.size == 0:
+        raise RigError(f"strain of shape {e.shape} at drives of shape {x.shape}: expected (m, N) and (m,)")
+    if not np.isfinite(e).all():
+        raise RigError("strain: not known: expected a rig with [tube] and [notch]")
+    top, low = np.maximum.accumulate(np.maximum(e, 0.0)), np.minimum.accumulate(np.minimum(e, 0.0))
+    measures = {"peak": np.maximum(top, -low), "alternating": 0.5 * (top - low)}
+    return tuple(_first(x, measures[limit.kind], limit) for limit in limits)
+
+
+def _first(drive: Floats, measure: Floats, limit: StrainLimit) -> Passed:
+    worst = measure.max(axis=1)
+    past = np.flatnonzero(worst > limit.strain)
+    if not past.size:
+        return Passed(limit, None, None, float(worst[-1]))
+    k = int(past[0])
+    at = float(drive[k])
+    if k > 0:
+        part = (limit.strain - worst[k - 1]) / (worst[k] - worst[k - 1])
+        at = float(drive[k - 1] + part * (drive[k] - drive[k - 1]))
+    return Passed(limit, at, int(measure[k].argmax()) + 1, float(worst[-1]))

@@ -1,0 +1,155 @@
+"""Superelastic Nitinol through the section of a flexure: flag-shaped fibres, as elements in the angle of the joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.joint.flexure import beam, flexure, peak_strain_per_rad, section_fibres
+from fem_models.rig.checks import require
+from fem_models.rig.rig import Rig
+
+FIBRES = 8
+"""Fibres from the neutral axis to the edge: the moment at the plateau is within 1 % of that of 200."""
+LEAST_PART = 1e-9
+"""Of the stiffness of the whole: smaller parts are rounding."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FlagFibres:
+    """Parallel flag elements of one joint; arrays of shape (k,).
+
+    An element with the stiffness k (Nmm/rad) transforms when its moment reaches ``upper_Nmm``, comes back when it
+    falls to ``lower_Nmm``, and is fully transformed when its rest angle has moved by ``span_rad``. On the way its
+    moment climbs by ``slope`` (Nmm/rad). At small angles they add up to the bending stiffness of the joint.
+    """
+
+    stiffness: Floats
+    upper_Nmm: Floats
+    lower_Nmm: Floats
+    span_rad: Floats
+    slope: Floats
+
+
+def flag_fibres(rig: Rig) -> FlagFibres:
+    """Give the fibres of a rig; of none where the rig is not superelastic.
+
+    A fibre at the distance y from the neutral axis has the strain y theta/L over the bending length L of the beam and
+    contributes the moment sigma y dA, E y^2 dA/L per radian. The roots of the flexure in the rings stay elastic, in
+    series with all fibres. Measured joints have the share of roots that they are given, and the section of
+    :func:`_assumed_section`.
+    """
+    law = rig.superelastic
+    if law is None:
+        none = np.empty(0)
+        return FlagFibres(none, none, none, none, none)
+    young = rig.material.youngs_modulus_GPa * 1e3
+    require(
+        law.plateau_modulus_GPa < rig.material.youngs_modulus_GPa,
+        "superelastic.plateau_modulus_GPa",
+        law.plateau_modulus_GPa,
+        f"below material.youngs_modulus_GPa = {rig.material.youngs_modulus_GPa:g}",
+    )
+    if rig.bench is None:
+        elastic = beam(rig).bending_Nmm_per_rad
+        y, area = section_fibres(rig, FIBRES)
+        length = young * float((y**2 * area).sum()) / elastic
+    else:
+        elastic = rig.bench.flexure_stiffness_Nmm_per_rad / (1 - rig.bench.roots_share)
+        y, area, length = _assumed_section(rig, elastic / young)
+    stiffness = young * y**2 * area / length
+    fibres = FlagFibres(
+        stiffness=stiffness,
+        upper_Nmm=stiffness * law.plateau_MPa / young * length / y,
+        lower_Nmm=stiffness * law.unloading_plateau_MPa / young * length / y,
+        span_rad=law.transformation_strain * length / y,
+        slope=stiffness * law.plateau_modulus_GPa / rig.material.youngs_modulus_GPa,
+    )
+    roots = 1 / flexure(rig).bending_Nmm_per_rad - 1 / elastic
+    return in_series(fibres, 1 / roots) if roots > 0 else fibres
+
+
+def strain_per_rad(rig: Rig) -> float:
+    """Strain of the outermost fibre per radian of one joint, linear elastic; of measured joints that of the strip."""
+    if rig.bench is None:
+        return peak_strain_per_rad(rig)
+    return 0.5 * rig.tendon_a.moment_arm_mm / rig.pitch_mm
+
+
+def _assumed_section(rig: Rig, second_moment_per_length_mm3: float) -> tuple[Floats, Floats, float]:
+    """Fibres of measured joints, whose section is not known: a strip half as high as the tendons are apart.
+
+    It bends over the whole pitch. Stresses of such a joint are of this strip, not of the metal.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(FIBRES)
+    y = 0.25 * rig.tendon_a.moment_arm_mm * (1 + nodes)
+    area = weights * second_moment_per_length_mm3 * rig.pitch_mm / float((y**2 * weights).sum())
+    return y, area, rig.pitch_mm
+
+
+def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
+    """Elements that together bend as the given ones in series with a spring, and may again stand in parallel.
+
+    A sum of flag elements loads along straight pieces, from where one element enters its plateau, or is through, to the
+    next; the spring makes each piece longer and softer, K' = K k/(K + k). So an element's step of K' as it enters is
+    not the one as it is through, which others on their plateau change. Parts of them are: what the first one to enter
+    takes away, the first one to be through gives back. Exact on the way up, with up to 2k - 1 elements. On the way back
+    plateaus keep their ratio: exact for elements of one ratio as long as none was through, and else within 3 % of the
+    largest moment.
+    """
+    k, climb, upper, lower, span = (
+        fibres.stiffness, fibres.slope, fibres.upper_Nmm, fibres.lower_Nmm, fibres.span_rad
+    )  # fmt: skip
+
+    def softer(stiffness: Floats) -> Floats:
+        return stiffness * root_Nmm_per_rad / (stiffness + root_Nmm_per_rad)
+
+    def outer(angle: Floats) -> Floats:  # on the way up, with the turn of the spring
+        on_plateau = climb * angle[:, None] + (1 - climb / k) * upper
+        full = k * (angle[:, None] - span)
+        moment = np.maximum(np.minimum(k * angle[:, None], on_plateau), full).sum(axis=1)
+        return angle + moment / root_Nmm_per_rad
+
+    starts, ends = upper / k, ((1 - climb / k) * upper + k * span) / (k - climb)
+    angles, changes = np.concatenate([starts, ends]), np.concatenate([climb - k, k - climb])
+    order = np.argsort(angles, kind="stable")
+    entering = order < k.size
+    tangent = np.maximum(k.sum() + np.cumsum([0.0, *changes[order]]), 0.0)
+    steps = np.diff(softer(tangent))
+    taken, given = np.cumsum(-steps[entering]), np.cumsum(steps[~entering])
+
+    edges = np.concatenate([[0.0], np.sort(np.concatenate([taken, given]))])
+    amount = np.diff(edges)
+    there = (amount > LEAST_PART * softer(k.sum())) | (amount == amount.max())
+    amount, middle = amount[there], (0.5 * (edges[:-1] + edges[1:]))[there]
+    last = k.size - 1  # middles of the last parts, but for rounding
+    first = order[entering][np.minimum(np.searchsorted(taken, middle), last)]
+    start = outer(starts[first])
+    end = outer(ends[order[~entering] - k.size])[np.minimum(np.searchsorted(given, middle), last)]
+    slope = amount * max(float(softer(tangent[:1])[0] - taken[-1]), 0.0) / amount.sum()
+    stiffness = amount + slope
+    return FlagFibres(
+        stiffness=stiffness,
+        upper_Nmm=stiffness * start,
+        lower_Nmm=stiffness * start * (lower / upper)[first],
+        span_rad=end - (slope * end + amount * start) / stiffness,
+        slope=slope,
+    )
+
+
+def flag_moment(angle_rad: Floats, rest_rad: Floats, fibres: FlagFibres) -> Floats:
+    """Moment of flag elements at their angles, Nmm; all shapes (k,).
+
+    The elastic line from the rest angle, held between the loading branch (up to the plateau, along it, and beyond the
+    span of the transformation) and the unloading one, on either side alike.
+    """
+    k, s, u = fibres.stiffness, fibres.slope, np.abs(angle_rad)
+    sign = np.where(angle_rad < 0, -1.0, 1.0)
+    full = k * (u - fibres.span_rad)
+    low = np.maximum(np.minimum(k * u, s * u + (1 - s / k) * fibres.lower_Nmm), full)
+    high = np.maximum(np.minimum(k * u, s * u + (1 - s / k) * fibres.upper_Nmm), full)
+    return sign * np.clip(sign * k * (angle_rad - rest_rad), low, high)

@@ -1,0 +1,131 @@
+"""The load program: what the wheel does. Every engine is a function ``(Rig, LoadProgram) -> Record``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.rig.checks import require
+from hysteresis.record import MAX_MAGNITUDE
+
+MAX_SAMPLES = 2_000_000
+"""Of a program made here: more is a slip of the keyboard, and would fill the memory first."""
+
+
+class SolverError(RuntimeError):
+    """A load program that an engine could not follow; the message says at which sample and drive."""
+
+
+@dataclass(frozen=True)
+class LoadProgram:
+    """What the wheel does: tendon displacement over a path, and over time where the rate matters.
+
+    Parameters
+    ----------
+    drive_mm
+        Shape (m,), tendon displacement at the wheel; a quasi-static engine visits the samples in order.
+        The rig starts straight, preloaded, at zero drive.
+    time_s
+        Shape (m,), strictly increasing, or None for point by point.
+    cycle
+        Shape (m,), the cycle a sample belongs to, 0 being the way from rest to the first turning point.
+    """
+
+    drive_mm: NDArray[np.float64]
+    time_s: NDArray[np.float64] | None = None
+    cycle: NDArray[np.int64] | None = None
+
+    def __post_init__(self) -> None:
+        drive = np.array(self.drive_mm, dtype=float)
+        require(
+            drive.ndim == 1 and drive.size >= 2,
+            "drive_mm",
+            f"shape {drive.shape}",
+            "a row of at least 2 values",
+        )
+        require(bool(np.isfinite(drive).all()), "drive_mm", "NaN or infinite", "finite numbers")
+        largest = float(np.abs(drive).max())
+        require(largest <= MAX_MAGNITUDE, "drive_mm", f"{largest:g}", f"at most {MAX_MAGNITUDE:g}, as in a record")
+        drive.flags.writeable = False
+        object.__setattr__(self, "drive_mm", drive)
+        for name in ("time_s", "cycle"):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            value = np.array(value, dtype=float if name == "time_s" else np.int64)
+            require(
+                value.shape == drive.shape,
+                name,
+                f"shape {value.shape}",
+                f"the shape of drive_mm, {drive.shape}",
+            )
+            if name == "time_s":
+                require(bool(np.isfinite(value).all()), name, "NaN or infinite", "finite times")
+                require(bool((np.diff(value) > 0).all()), name, "not increasing", "strictly increasing times")
+            value.flags.writeable = False
+            object.__setattr__(self, name, value)
+
+
+def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> LoadProgram:
+    """Point-by-point program of the paper (section 4.2): 0 to +A, then ``cycles`` times +A to -A to +A.
+
+    The first quarter (cycle 0) leaves the virgin state; the closed loops are cycles 1, 2, ...
+    Turning points are hit exactly: the step is the largest one not above ``step_mm`` that divides A.
+
+    Raises
+    ------
+    RigError
+        An argument out of its range, or more than :data:`MAX_SAMPLES` samples.
+    """
+    require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
+    require(
+        math.isfinite(step_mm) and 0 < step_mm <= amplitude_mm,
+        "step_mm",
+        step_mm,
+        "above 0, up to amplitude_mm",
+    )
+    require(cycles >= 1, "cycles", cycles, "at least 1")
+    _require_few(
+        amplitude_mm / step_mm, cycles, "amplitude_mm, step_mm, cycles", f"{amplitude_mm:g}, {step_mm:g}, {cycles}"
+    )
+    quarter = math.ceil(amplitude_mm / step_mm - 1e-9)
+    k = np.arange(quarter * (1 + 4 * cycles) + 1)
+    phase = k / quarter  # in quarters: 0 -> 1 is the virgin branch
+    drive = amplitude_mm * (1 - np.abs((phase + 1) % 4 - 2))
+    cycle = np.where(k <= quarter, 0, (k - quarter - 1) // (4 * quarter) + 1)
+    return LoadProgram(drive, cycle=cycle)
+
+
+def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cycle: int = 100) -> LoadProgram:
+    """Sine of the paper's dynamic test (section 4.3), starting at zero drive.
+
+    Raises
+    ------
+    RigError
+        An argument out of its range, or more than :data:`MAX_SAMPLES` samples.
+    """
+    require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
+    require(1e-9 <= rate_Hz <= 1e9, "rate_Hz", rate_Hz, "above 0, from 1e-9 to 1e9")
+    require(cycles >= 1, "cycles", cycles, "at least 1")
+    require(
+        samples_per_cycle >= 8 and samples_per_cycle % 4 == 0,
+        "samples_per_cycle",
+        samples_per_cycle,
+        "a multiple of 4, at least 8",
+    )
+    _require_few(samples_per_cycle / 4, cycles, "cycles, samples_per_cycle", f"{cycles}, {samples_per_cycle}")
+    quarter = samples_per_cycle // 4
+    k = np.arange(quarter + samples_per_cycle * cycles + 1)
+    phase = k / samples_per_cycle
+    cycle = np.where(k <= quarter, 0, (k - quarter - 1) // samples_per_cycle + 1)
+    return LoadProgram(amplitude_mm * np.sin(2 * np.pi * phase), time_s=phase / rate_Hz, cycle=cycle)
+
+
+def _require_few(quarter: float, cycles: int, names: str, values: str) -> None:
+    """Refuse a program of too many samples before its arrays are made; ``quarter`` is the samples of a quarter."""
+    # an int beyond the range of floats cannot be multiplied with one
+    few = cycles <= MAX_SAMPLES and quarter * (1 + 4 * cycles) < MAX_SAMPLES
+    require(few, names, values, f"at most {MAX_SAMPLES:,} samples")

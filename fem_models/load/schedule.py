@@ -1,0 +1,181 @@
+"""What a load program does to a rig, sample by sample, before any mechanics: shared by both engines."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fem_models.analytic.kinematics import tendon_stretch_mm
+from fem_models.joint.flexure import flexure, moment_arms_mm
+from fem_models.load.program import LoadProgram
+from fem_models.rig.checks import RigError
+from fem_models.rig.rig import Rig
+
+Floats = NDArray[np.float64]
+
+
+class Load(NamedTuple):
+    """What acts at one point of the path; the fields are those of :class:`Schedule` at one sample."""
+
+    drive: float
+    slack_a: float
+    slack_b: float
+    loop_scale: float
+    residual: float
+    time: float
+
+
+REST = Load(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Inputs of a run, shapes (m,) or (m, 2) for tendons a and b.
+
+    ``drive_mm``: displacement at the wheel's rim, after backlash and eccentricity. ``slack_mm``: rope longer than at
+    rest. ``loop_scale``: of the Jenkins elements' slip moments. ``residual_rad``: angle that every joint keeps.
+    ``time_s``: counted from the first sample, zeros for a program without times. ``creep``: part of the gap to its goal
+    by which the creep of the ropes closes after a sample.
+    """
+
+    drive_mm: Floats
+    slack_mm: Floats
+    loop_scale: Floats
+    residual_rad: Floats
+    time_s: Floats
+    creep: Floats
+
+
+def between(start: Load, end: Load, part: float) -> Load:
+    """Load at a part of the way from one to another."""
+    if part == 1:
+        return end
+    return Load(*(a + part * (b - a) for a, b in zip(start, end, strict=True)))
+
+
+def way_mm(start: Load, end: Load) -> float:
+    """How far two loads are apart, as rope."""
+    return max(abs(end.drive - start.drive), abs(end.slack_a - start.slack_a), abs(end.slack_b - start.slack_b))
+
+
+def part_of_way(done: float, reach_mm: float, way_mm: float, max_step_mm: float) -> float:
+    """Part of a way that the next step ends at, ``done`` being the part behind it.
+
+    The way is cut into equal pieces of at most ``max_step_mm``; no step, however the last ones were halved, goes past
+    the end of a piece, so that a program and its resampling visit the same points. Rounding leaves no step of next to
+    nothing.
+    """
+    pieces = math.ceil(way_mm / max_step_mm - 1e-6)
+    if pieces <= 1 and way_mm <= 1.000001 * reach_mm:
+        return 1.0
+    end = (math.floor(done * pieces + 1e-6) + 1) / pieces if pieces > 1 else 1.0
+    part = done + reach_mm / way_mm
+    return min(end, 1.0) if part > end - 1e-6 * reach_mm / way_mm else part
+
+
+def largest_turn_rad(rig: Rig, step_mm: float) -> float:
+    """Turn of a joint beyond which a step has jumped to another equilibrium and is not accepted.
+
+    All of the rope drawn in by one joint, five times over; some more for what moves without the drive.
+    """
+    return 5 * step_mm / min(rope.moment_arm_mm for rope in rig.tendons) + 2e-3
+
+
+def largest_pulled_turn_rad(rig: Rig, step_N: float) -> float:
+    """Turn of a joint beyond which a step of the force is not accepted: a joint a hundred times softer than elastic."""
+    return 100 * step_N * moment_arms_mm(rig)[0] / flexure(rig).bending_Nmm_per_rad
+
+
+def largest_pulled_slide_mm(rig: Rig, step_N: float) -> float:
+    """Slip at a guide that goes with it: of all joints together, and of the rope's stretch."""
+    turn = rig.joints * largest_pulled_turn_rad(rig, step_N) * moment_arms_mm(rig)[0]
+    return turn + 100 * step_N * rig.joints * rig.pitch_mm / rig.tendon_a.EA_N
+
+
+def largest_slide_mm(step_mm: float) -> float:
+    """Slip of a rope at a guide beyond which a step is not accepted either: no more than was wound, five times over."""
+    return 5 * step_mm + 0.02
+
+
+def play(drive: Floats, width: float) -> Floats:
+    """Play operator of a width, starting in its middle at zero: shape (m,) -> (m,)."""
+    out = np.empty_like(drive)
+    at = 0.0
+    for k, x in enumerate(drive.tolist()):
+        at = min(max(at, x - width / 2), x + width / 2)
+        out[k] = at
+    return out
+
+
+def schedule(rig: Rig, program: LoadProgram) -> Schedule:
+    """Work out the inputs of a run.
+
+    Raises
+    ------
+    RigError
+        Creep without times, effects of the cycle count without cycles.
+    """
+    drive, m = program.drive_mm, program.drive_mm.size
+    if rig.backlash is not None:
+        drive = play(drive, rig.backlash.width_mm)
+    if rig.eccentricity is not None:
+        phase = np.radians(rig.eccentricity.phase_deg)
+        wave = np.sin(drive / rig.wheel.radius_mm + phase) - np.sin(phase)
+        drive = drive + rig.eccentricity.amplitude_mm * wave
+    slack = np.zeros((m, 2))
+    if rig.slack is not None:
+        slack += [rig.slack.tendon_a_mm, rig.slack.tendon_b_mm]
+    if rig.preload_loss is not None:
+        tension = rig.preload_N * (1 - rig.preload_loss.fraction * _settled(program, rig.preload_loss.cycles))
+        length = rig.joints * rig.pitch_mm
+        for side, rope in enumerate(rig.tendons):
+            slack[:, side] -= tendon_stretch_mm(rope, tension, rig.preload_N, length)
+    loop_scale, residual = np.ones(m), np.full(m, math.radians(rig.precurvature_deg))
+    if rig.fatigue is not None:
+        done = _settled(program, rig.fatigue.cycles)
+        loop_scale = 1 - rig.fatigue.loop_loss * done
+        residual = residual + np.radians(rig.fatigue.residual_deg) * done
+    for name in ("creep", "drag"):
+        if getattr(rig, name) is not None and program.time_s is None:
+            raise RigError(f"rig {rig.name}: {name}: expected a load program with time_s")
+    time = np.zeros(m) if program.time_s is None else program.time_s - program.time_s[0]
+    creep = np.zeros(m)
+    if rig.creep is not None:
+        creep[1:] = -np.expm1(-np.diff(time) / rig.creep.time_s)
+    return Schedule(drive, slack, loop_scale, residual, time, creep)
+
+
+def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
+    """Work out the inputs of a run under a given tension of tendon a at the wheel; the drives are in N.
+
+    Effects of the wheel and of the rope before it (slack, backlash, eccentricity, creep) have no say in the force.
+
+    Raises
+    ------
+    RigError
+        A rig of two tendons; an effect that needs times or cycles; forces that are not a row of numbers of at least 0.
+    """
+    force = np.array(force_N, dtype=float)
+    if rig.tendon_b is not None:
+        raise RigError(f"rig {rig.name}: two tendons: expected a rig of one, whose force alone decides")
+    for name in ("drag", "preload_loss", "fatigue"):
+        if getattr(rig, name) is not None:
+            raise RigError(f"rig {rig.name}: {name}: expected a rig without, for a run by force")
+    if force.ndim != 1 or force.size == 0:
+        raise RigError(f"force_N of shape {force.shape}: expected a row of forces")
+    if not (np.isfinite(force) & (force >= 0)).all():
+        raise RigError(f"force_N = {force[~(np.isfinite(force) & (force >= 0))][0]:g}: expected at least 0")
+    m = force.size
+    rest = np.full(m, math.radians(rig.precurvature_deg))
+    return Schedule(force, np.zeros((m, 2)), np.ones(m), rest, np.zeros(m), np.zeros(m))
+
+
+def _settled(program: LoadProgram, cycles: float) -> Floats:
+    """1 - exp(-cycle/cycles) of every sample, shape (m,)."""
+    if program.cycle is None:
+        raise RigError("cycle: missing, expected a load program that counts its cycles")
+    return -np.expm1(-program.cycle / cycles)

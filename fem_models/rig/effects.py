@@ -1,0 +1,190 @@
+"""What a rig may have besides: each effect a small table, absent by default, that both engines know.
+
+Names and meanings follow the list of effects in the documentation (docs/effects.md); a sign is said where it matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fem_models.rig.checks import require, require_numbers
+
+
+@dataclass(frozen=True)
+class Slack:
+    """Unequal rest lengths: rope that is longer than the preload asks for, in mm; negative is shorter.
+
+    The rope is unilateral, so a large enough value leaves it slack about the centre.
+    """
+
+    tendon_a_mm: float = 0.0
+    tendon_b_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_numbers("slack", self)
+
+
+@dataclass(frozen=True)
+class Backlash:
+    """Play of width ``width_mm`` between drive and wheel, as tendon displacement; the wheel starts in its middle."""
+
+    width_mm: float
+
+    def __post_init__(self) -> None:
+        require_numbers("backlash", self)
+        require(self.width_mm >= 0, "backlash.width_mm", self.width_mm, "at least 0")
+
+
+@dataclass(frozen=True)
+class Eccentricity:
+    """A wheel that runs out: x + e [sin(x/R + p) - sin(p)] in place of x, R being the wheel's radius."""
+
+    amplitude_mm: float
+    phase_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_numbers("eccentricity", self)
+
+
+@dataclass(frozen=True)
+class Superelastic:
+    """Flag-shaped law of Nitinol in tension and compression alike, applied fibre by fibre through the section.
+
+    Parameters
+    ----------
+    plateau_MPa, unloading_plateau_MPa
+        Stress at which the austenite transforms, and at which it comes back.
+    transformation_strain
+        Strain of the whole transformation; beyond it the martensite is taken as stiff as the austenite.
+    plateau_modulus_GPa
+        Slope of both plateaus, which keep their distance; 0 is flat.
+    """
+
+    plateau_MPa: float
+    unloading_plateau_MPa: float
+    transformation_strain: float = 0.04
+    plateau_modulus_GPa: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_numbers("superelastic", self)
+        require(self.plateau_MPa > 0, "superelastic.plateau_MPa", self.plateau_MPa, "above 0")
+        require(
+            0 < self.unloading_plateau_MPa <= self.plateau_MPa,
+            "superelastic.unloading_plateau_MPa",
+            self.unloading_plateau_MPa,
+            f"above 0, up to plateau_MPa = {self.plateau_MPa}",
+        )
+        strain = self.transformation_strain
+        require(strain > 0, "superelastic.transformation_strain", strain, "above 0")
+        slope = self.plateau_modulus_GPa
+        require(slope >= 0, "superelastic.plateau_modulus_GPa", slope, "at least 0")
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Edges of a notch that meet: a stiff spring beyond an angle of the joint.
+
+    ``angle_deg`` None takes the angle from the geometry. One-sided notches close in the positive direction only.
+    """
+
+    stiffness_Nmm_per_rad: float
+    angle_deg: float | None = None
+
+    def __post_init__(self) -> None:
+        require_numbers("closure", self)
+        k, angle = self.stiffness_Nmm_per_rad, self.angle_deg
+        require(k > 0, "closure.stiffness_Nmm_per_rad", k, "above 0")
+        require(angle is None or angle > 0, "closure.angle_deg", angle, "above 0")
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """Weight of the rings, in the bending plane.
+
+    ``direction_deg`` is the way of the pull from the straight tube's axis, towards positive bending: 0 along the tube
+    to its tip, -90 against positive bending.
+    """
+
+    ring_mass_g: float
+    direction_deg: float = -90.0
+
+    def __post_init__(self) -> None:
+        require_numbers("gravity", self)
+        require(self.ring_mass_g >= 0, "gravity.ring_mass_g", self.ring_mass_g, "at least 0")
+
+
+@dataclass(frozen=True)
+class TipStop:
+    """A frictionless obstacle: the tip is pushed back where its y is beyond ``y_mm``, on the side that has its sign."""
+
+    y_mm: float
+    stiffness_N_per_mm: float
+
+    def __post_init__(self) -> None:
+        require_numbers("tip_stop", self)
+        require(self.stiffness_N_per_mm > 0, "tip_stop.stiffness_N_per_mm", self.stiffness_N_per_mm, "above 0")
+
+
+@dataclass(frozen=True)
+class Creep:
+    """Kelvin-Voigt creep of the rope between wheel and base, in both tendons.
+
+    With time the rope stretches by ``fraction`` of (T - preload) L_free/EA more, with the time constant ``time_s``.
+    It needs a load program with times.
+    """
+
+    fraction: float
+    time_s: float
+
+    def __post_init__(self) -> None:
+        require_numbers("creep", self)
+        require(self.fraction >= 0, "creep.fraction", self.fraction, "at least 0")
+        require(self.time_s > 0, "creep.time_s", self.time_s, "above 0")
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Viscous loss: of either rope on its way from wheel to base, and of every joint.
+
+    The rope's force is ``sheath_N_s_per_mm`` times its speed past the base, the joint's moment ``joint_Nmm_s_per_rad``
+    times its rate of turn. It needs a load program with times.
+    """
+
+    sheath_N_s_per_mm: float = 0.0
+    joint_Nmm_s_per_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_numbers("drag", self)
+        require(self.sheath_N_s_per_mm >= 0, "drag.sheath_N_s_per_mm", self.sheath_N_s_per_mm, "at least 0")
+        require(self.joint_Nmm_s_per_rad >= 0, "drag.joint_Nmm_s_per_rad", self.joint_Nmm_s_per_rad, "at least 0")
+
+
+@dataclass(frozen=True)
+class PreloadLoss:
+    """Preload that settles with the cycles: T0 [1 - fraction (1 - exp(-cycle/cycles))], by rope that gets longer."""
+
+    fraction: float
+    cycles: float
+
+    def __post_init__(self) -> None:
+        require_numbers("preload_loss", self)
+        require(0 <= self.fraction < 1, "preload_loss.fraction", self.fraction, "in [0, 1)")
+        require(self.cycles > 0, "preload_loss.cycles", self.cycles, "above 0")
+
+
+@dataclass(frozen=True)
+class Fatigue:
+    """Functional fatigue: with 1 - exp(-cycle/cycles) the material loop shrinks and every joint keeps an angle.
+
+    ``loop_loss`` is the part of the Jenkins elements' slip moments lost in the end, ``residual_deg`` the angle of one
+    joint that stays.
+    """
+
+    loop_loss: float
+    residual_deg: float
+    cycles: float
+
+    def __post_init__(self) -> None:
+        require_numbers("fatigue", self)
+        require(0 <= self.loop_loss <= 1, "fatigue.loop_loss", self.loop_loss, "in [0, 1]")
+        require(self.cycles > 0, "fatigue.cycles", self.cycles, "above 0")

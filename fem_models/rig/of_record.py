@@ -1,0 +1,80 @@
+"""The rig behind a record: what its sidecar says of the manipulator, as a :class:`fem_models.rig.rig.Rig`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from fem_models.rig.checks import RigError
+from fem_models.rig.presets import preset
+from fem_models.rig.rig import Bench, Material, Rig, Tendon, Wheel, check_cut
+from fem_models.rig.rig_file import build, read_rig
+from hysteresis.record import MEASURED_KEYS, Record
+
+# Nothing reads the modulus of a rig with measured joints; the rig needs a material for its loop.
+_NITINOL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
+
+
+def rig_of(record: Record) -> Rig | None:
+    """Return the rig that the sidecar names, or None where the geometry is unknown or the drive is a force.
+
+    The rig is known from ``preset``, ``file`` or all of :data:`hysteresis.record.MEASURED_KEYS` with ``preload_N``.
+    ``[tube]`` and ``[notch]`` tables alone say nothing of the tendons: they are checked, and None is returned.
+
+    Raises
+    ------
+    RigError
+        One line with the record's file, the field, its value and what was expected.
+    """
+    where = record.source or record.title or "record"
+    tables = {name: table for name in ("tube", "notch") if (table := getattr(record, name))}
+    parts = {name: build(name, _defaults(name, table), where) for name, table in tables.items()}
+    if len(parts) == 1:
+        raise RigError(f"{where}: [{next(iter(parts))}] alone: expected [tube] and [notch]")
+    if parts:
+        try:
+            check_cut(parts["tube"], parts["notch"])
+        except RigError as error:
+            raise RigError(f"{where}: {error}") from None
+    try:
+        rig = _from_table(record.rig, Path(record.source).parent)
+    except RigError as error:
+        raise RigError(f"{where}: {error}") from None
+    return None if record.drive_unit == "N" else rig
+
+
+def _defaults(name: str, table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Take a V without a root width as sharp."""
+    if name == "notch" and table.get("shape") == "v_pair":
+        return {"root_width_mm": 0.0, **table}
+    return table
+
+
+def _from_table(table: Mapping[str, Any], folder: Path) -> Rig | None:
+    preload = table.get("preload_N")
+    given = [k for k in MEASURED_KEYS if k in table]
+    ways = [k for k in ("preset", "file") if k in table] + (["measured quantities"] if given else [])
+    if len(ways) > 1:
+        raise RigError(f"[rig] has {' and '.join(ways)}: expected one of them")
+    if "preset" in table:
+        return preset(str(table["preset"]), preload_N=preload)
+    if "file" in table:
+        rig = read_rig(folder / str(table["file"]))
+        return rig if preload is None else replace(rig, preload_N=preload)
+    if not given:
+        return None
+    missing = [k for k in (*MEASURED_KEYS, "preload_N") if k not in table]
+    if missing:
+        raise RigError(f"rig.{missing[0]}: missing, expected beside {given[0]}")
+    tendon = Tendon(table["tendon_EA_N"], table["moment_arm_mm"], table["tendon_free_length_mm"])
+    return Rig(
+        name="bench",
+        material=_NITINOL,
+        tendon_a=tendon,
+        tendon_b=tendon,
+        wheel=Wheel(radius_mm=10.0),
+        preload_N=table["preload_N"],
+        bench=Bench(table["joints"], table["pitch_mm"], table["flexure_stiffness_Nmm_per_rad"]),
+    )

@@ -1,0 +1,144 @@
+"""Rig files: a rig as TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+from fem_models.rig.checks import RigError
+from fem_models.rig.effects import (
+    Backlash,
+    Closure,
+    Creep,
+    Drag,
+    Eccentricity,
+    Fatigue,
+    Gravity,
+    PreloadLoss,
+    Slack,
+    Superelastic,
+    TipStop,
+)
+from fem_models.rig.rig import Bench, Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+
+_TABLES: dict[str, type] = {
+    "tube": Tube,
+    "notch": Notch,
+    "material": Material,
+    "tendon_a": Tendon,
+    "tendon_b": Tendon,
+    "friction": Friction,
+    "wheel": Wheel,
+    "bench": Bench,
+    "slack": Slack,
+    "backlash": Backlash,
+    "eccentricity": Eccentricity,
+    "superelastic": Superelastic,
+    "closure": Closure,
+    "gravity": Gravity,
+    "tip_stop": TipStop,
+    "creep": Creep,
+    "drag": Drag,
+    "preload_loss": PreloadLoss,
+    "fatigue": Fatigue,
+}
+
+
+def numbers_of_a_rig() -> dict[str, bool]:
+    """Every number that a rig file may give, by its dotted name; True for a whole one. ``tendon`` stands for both."""
+    tables = {"": Rig, "tendon": Tendon, **_TABLES}
+    return {
+        f"{table}.{f.name}".lstrip("."): f.type == "int"
+        for table, cls in tables.items()
+        for f in fields(cls)
+        if str(f.type).split(" | ")[0] in ("int", "float")
+    }
+
+
+def build(table_name: str, table: object, where: str) -> Any:
+    """Make the dataclass of a TOML table; unknown and missing keys raise a RigError that names them."""
+    cls = _TABLES[table_name]
+    if not isinstance(table, Mapping):
+        raise RigError(f"{where}: [{table_name}] = {table!r}: expected a table")
+    known = {f.name: f for f in fields(cls)}
+    _require_sane_integers(table, where, f"{table_name}.")
+    for key in table:
+        if key not in known:
+            raise RigError(f"{where}: {table_name}.{key} = {table[key]!r}: expected one of {', '.join(known)}")
+    for key, f in known.items():
+        if key not in table and f.default is MISSING:
+            raise RigError(f"{where}: {table_name}.{key}: missing, expected in [{table_name}]")
+    try:
+        return cls(**table)
+    except RigError as error:
+        raise RigError(f"{where}: {error}") from None
+
+
+def read_rig(path: Path) -> Rig:
+    """Read a rig file (TOML): ``name``, ``preload_N`` and the tables of :class:`Rig`.
+
+    ``[tendon]`` stands for both tendons; ``[tendon_b]`` alone may override it for an unequal rig. ``tendons = 1`` is a
+    rig of one tendon, [tendon] or [tendon_a].
+
+    Raises
+    ------
+    RigError
+        One line with file, field, value and what was expected.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RigError(f"{path}: {error.strerror}: expected a rig file in TOML") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise RigError(f"{path}: not TOML: {error}") from None
+    return rig_of_tables(data, str(path), path.stem)
+
+
+def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> Rig:
+    """Make a rig of the tables of a rig file, or of :meth:`fem_models.rig.rig.Rig.to_dict`; ``name`` where they have none.
+
+    Raises
+    ------
+    RigError
+        One line with ``where``, field, value and what was expected.
+    """
+    data = dict(tables)
+    for key in ("tendon", "tendon_a", "tendon_b"):
+        if not isinstance(data.get(key, {}), Mapping):
+            raise RigError(f"{where}: [{key}] = {data[key]!r}: expected a table")
+    both, count = data.pop("tendon", {}), data.pop("tendons", 2)
+    if isinstance(count, bool) or count not in (1, 2):
+        raise RigError(f"{where}: tendons = {count!r}: expected 1 or 2")
+    if count == 1 and "tendon_b" in data:
+        raise RigError(f"{where}: [tendon_b]: expected absent with tendons = 1")
+    sides = ("tendon_a", "tendon_b")[:count]
+    for side in sides:
+        if both or side in data:
+            data[side] = {**both, **data.get(side, {})}
+    known = {f.name for f in fields(Rig)}
+    for key in data:
+        if key not in known:
+            raise RigError(
+                f"{where}: {key} = {data[key]!r}: expected one of {', '.join(sorted(known | {'tendon', 'tendons'}))}"
+            )
+    for key in ("material", *sides, "wheel", "preload_N"):
+        if key not in data:
+            raise RigError(f"{where}: {key}: missing, expected in a rig file")
+    _require_sane_integers(data, where)
+    if not isinstance(data.get("name", ""), str):
+        raise RigError(f"{where}: name = {data['name']!r}: expected text")
+    parts = {k: build(k, v, where) if k in _TABLES else v for k, v in data.items()}
+    try:
+        return Rig(**{"name": name, "tendon_b": None, **parts})
+    except RigError as error:
+        raise RigError(f"{where}: {error}") from None
+
+
+def _require_sane_integers(table: Mapping[str, Any], where: str, prefix: str = "") -> None:
+    """Refuse integers that TOML does not know but its reader lets through: they overflow as floats."""
+    for key, value in table.items():
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise RigError(f"{where}: {prefix}{key}: an integer of {len(str(abs(value)))} digits: expected 64 bits")

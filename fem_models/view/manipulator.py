@@ -1,0 +1,446 @@
+"""The bent manipulator in three dimensions: a mesh, a picture, a file for ParaView.
+
+The straight tube lies along +x from the base at x = 0, the bending plane is x-y, a positive angle bends towards +y;
+joint i stands at ``(i + 1/2) pitch``, and s is the distance from a joint. Cuts run along z, so what is left of a
+section is ``|y| <= c(s)``, or ``y <= c`` for one-sided slots. Rings stay rigid; a flexure takes its angle as a beam
+under a uniform moment, with a curvature proportional to 1 / I(s) along its neutral axis.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fem_models.joint import flexure as snr
+from fem_models.rig.rig import NotchShape, Rig
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# A child draws, because VTK may abort the whole process where there is no OpenGL. -P keeps the working folder from
+# shadowing modules; the folder of this package goes last on the path, for a source tree that is not installed.
+COMMAND = (
+    sys.executable,
+    "-P",
+    "-c",
+    "import sys; sys.path.append(sys.argv[1]); from fem_models.view import manipulator; manipulator._draw_job(sys.stdin.buffer)",
+    str(Path(__file__).parents[2]),
+)
+TIME_LIMIT_S = 120.0
+LEAST_INK = 0.01  # share of pixels that are not background
+
+_STEEL = "#b9c0c9"
+_HEAT = (_STEEL, "#f2c14e", "#e4572e", "#8c1c13")  # from unstrained to most strained
+_ROPES = {"a": "#1f5fa8", "b": "#2a8c55", "axis": "#6b7280"}
+_VIEW = (-0.32, 0.34, 1.0)  # from the focus to the camera
+_METAL: dict[str, Any] = {"specular": 0.5, "specular_power": 20.0, "smooth_shading": True, "split_sharp_edges": True}
+_BAR: dict[str, Any] = {
+    "title": "bending strain, %\n",  # the empty line keeps the title off the topmost number
+    "vertical": True,
+    "width": 0.035,
+    "height": 0.5,
+    "position_x": 0.9,
+    "position_y": 0.28,
+    "title_font_size": 20,
+    "label_font_size": 18,
+    "fmt": "%.1f",
+    "color": "black",
+}
+_LABEL: dict[str, Any] = {
+    "shape": None,
+    "show_points": False,
+    "always_visible": True,
+    "text_color": "black",
+    "font_size": 22,
+    "justification_horizontal": "center",
+    "justification_vertical": "top",
+}
+# Corners of one quadrilateral of a section as (r, t) slices, in the order of a VTK hexahedron's face.
+_LOW, _HIGH = slice(None, -1), slice(1, None)
+_CORNERS = ((_LOW, _LOW), (_HIGH, _LOW), (_HIGH, _HIGH), (_LOW, _HIGH))
+
+
+class SceneError(RuntimeError):
+    """No picture or mesh can be had; one line with the reason."""
+
+
+@dataclass(frozen=True)
+class _Outline:
+    """What is drawn, in mm. ``shape`` is None for joints measured on a bench: plain rings, their flexures unknown."""
+
+    shape: NotchShape | None
+    outer: float
+    inner: float
+    opening: float
+    cut: float  # c at the root
+    neutral: float  # y of the neutral axis of the flexures
+
+
+@dataclass(frozen=True)
+class _Spine:
+    """The neutral line at the sections of the tube, base to tip; arrays of shape (k,), mm and rad."""
+
+    x: Floats  # of the straight tube
+    s: Floats
+    along: Floats
+    across: Floats
+    angle: Floats
+    curvature: Floats  # unsigned, 1/mm
+    neutral: float
+
+    def place(self, k: Ints, y: Floats) -> tuple[Floats, Floats]:
+        """Where the points of the straight tube at section k and height y come to stand: x and y."""
+        lever = y - self.neutral
+        return self.along[k] - lever * np.sin(self.angle[k]), self.across[k] + lever * np.cos(self.angle[k])
+
+
+def _outline(rig: Rig) -> _Outline:
+    tube, notch = rig.tube, rig.notch
+    if tube is None or notch is None:
+        outer = 1.15 * max(rope.moment_arm_mm for rope in rig.tendons)
+        return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0)
+    outer = tube.outer_diameter_mm / 2
+    neutral = -snr.flexure(rig).neutral_offset_mm
+    return _Outline(notch.shape, outer, tube.inner_diameter_mm / 2, notch.width_mm, outer - notch.depth_mm, neutral)
+
+
+def _radians(rig: Rig, joint_angles_deg: ArrayLike) -> Floats:
+    angles = np.asarray(joint_angles_deg, dtype=float)
+    if angles.shape != (rig.joints,) or not np.isfinite(angles).all():
+        raise SceneError(f"joint_angles_deg of shape {angles.shape}: expected {rig.joints} finite angles")
+    return np.radians(angles)
+
+
+def _local_stations(rig: Rig, outline: _Outline, detail: float) -> Floats:
+    """Sections of one pitch, s from -pitch/2 to pitch/2: close where the cut or the strain varies."""
+
+    def count(full: int) -> int:
+        return max(3, round(detail * full))
+
+    half, edge, outer, cut = rig.pitch_mm / 2, outline.opening / 2, outline.outer, outline.cut
+    ring = edge + (half - edge) * (np.array([0.0, 0.08, 0.3, 0.65, 1.0]) if detail > 0.5 else np.array([0.0, 1.0]))
+    opening = np.linspace(0.0, edge, count(9))
+    if rig.notch is not None and rig.notch.root_width_mm is not None:
+        root = rig.notch.root_width_mm / 2
+        # Even steps of the angle at which the flank meets the outer surface keep the V smooth where it runs out.
+        c = outer * np.cos(np.linspace(np.arccos(cut / outer), 0.0, count(15)))
+        if outline.inner > cut:
+            c = np.append(c, outline.inner)
+        opening = np.concatenate([np.linspace(0.0, root, count(5)), root + (c - cut) / (outer - cut) * (edge - root)])
+    positive = np.unique(np.round(np.concatenate([opening, ring]), 9))
+    return np.concatenate([-positive[:0:-1], positive])
+
+
+def _spine(rig: Rig, outline: _Outline, joint_angles_deg: ArrayLike, detail: float = 1.0) -> _Spine:
+    angles = _radians(rig, joint_angles_deg)
+    local = _local_stations(rig, outline, detail)
+    fine = np.linspace(-outline.opening / 2, outline.opening / 2, 801)
+    flexibility = np.ones_like(fine) if rig.notch is None else 1 / snr.section(rig, fine).second_moment_mm4
+    share = np.concatenate([[0.0], np.cumsum((flexibility[1:] + flexibility[:-1]) / 2 * np.diff(fine))])
+    curvature = np.interp(local, fine, flexibility / share[-1], left=0.0, right=0.0)
+    keep = np.ones((rig.joints, local.size), dtype=bool)
+    keep[1:, 0] = False  # the end of a pitch is the start of the next
+    x = ((np.arange(rig.joints)[:, None] + 0.5) * rig.pitch_mm + local)[keep]
+    turned = (np.cumsum(angles) - angles)[:, None] + angles[:, None] * np.interp(local, fine, share / share[-1])
+    angle = turned[keep]
+    # From section to section the line is an arc: exact for slots, the mean curvature of the interval for a V.
+    half_turn = np.diff(angle) / 2
+    chord = np.diff(x) * np.sinc(half_turn / np.pi)
+    return _Spine(
+        x,
+        np.broadcast_to(local, keep.shape)[keep],
+        np.concatenate([[0.0], np.cumsum(chord * np.cos(angle[:-1] + half_turn))]),
+        outline.neutral + np.concatenate([[0.0], np.cumsum(chord * np.sin(angle[:-1] + half_turn))]),
+        angle,
+        (np.abs(angles)[:, None] * curvature)[keep],
+        outline.neutral,
+    )
+
+
+def _sectors(rig: Rig, outline: _Outline, r: Floats, spine: _Spine) -> list[tuple[Floats, Floats, NDArray[np.bool_]]]:
+    """Sectors of the wall: first and last angle about x, shape (r, x), and the intervals of x where it is solid."""
+    ring = np.abs(spine.s[:-1] + spine.s[1:]) / 2 > outline.opening / 2
+    ring |= spine.s[1:] < spine.s[:-1]  # the interval that runs over from one pitch into the next
+    everywhere = np.ones_like(ring)
+    if outline.shape is None:
+        zero = np.zeros((r.size, spine.x.size))
+        return [(zero, zero + np.pi, ring), (zero + np.pi, zero + 2 * np.pi, ring)]
+    edge = np.arccos(np.clip(snr.cut_height_mm(rig, spine.s) / r[:, None], -1.0, 1.0))
+    edge[edge < 1e-3] = 0.0  # rounding of c / r = 1 would leave a crack as wide as its square root
+    edge[edge > np.pi - 1e-3] = np.pi
+    if outline.shape == "rectangular":
+        return [(edge, 2 * np.pi - edge, everywhere), (-edge, edge, ring)]
+    arcs = [(edge, np.pi - edge, everywhere), (np.pi + edge, 2 * np.pi - edge, everywhere)]
+    if outline.shape == "v_pair":
+        return arcs  # a V runs out at the edge of its ring: there the two arcs close the circle
+    return [*arcs, (-edge, edge, ring), (np.pi - edge, np.pi + edge, ring)]
+
+
+def _straight_wall(rig: Rig, outline: _Outline, spine: _Spine, detail: float) -> tuple[Floats, Ints, Ints]:
+    """Points (n, 3) of the straight wall, the section of each (n,), and hexahedra (m, 8) of them."""
+    r = np.linspace(outline.inner, outline.outer, 3 if detail > 0.5 else 2)
+    if outline.inner < abs(outline.cut) < outline.outer:
+        r = np.unique(np.append(r, abs(outline.cut)))
+    points, sections, cells, first = [], [], [], 0
+    for start, end, solid in _sectors(rig, outline, r, spine):
+        steps = max(round(8 * min(1.0, detail)), int(np.ceil(detail * np.degrees((end - start).max()) / 4.5)))
+        phi = start[:, None, :] + np.linspace(0.0, 1.0, steps + 1)[:, None] * (end - start)[:, None, :]  # (r, t, x)
+        k = np.broadcast_to(np.arange(spine.x.size), phi.shape)
+        y, z = r[:, None, None] * np.cos(phi), r[:, None, None] * np.sin(phi)
+        points.append(np.stack([spine.x[k], y, z], axis=-1).reshape(-1, 3))
+        sections.append(k.ravel())
+        number = first + np.arange(phi.size).reshape(phi.shape)
+        ends = number[:, :, :-1][:, :, solid], number[:, :, 1:][:, :, solid]
+        cells.append(np.stack([end[i, j] for end in ends for i, j in _CORNERS], axis=-1).reshape(-1, 8))
+        first += phi.size
+    grid = np.round(np.concatenate(points) * 1e7).astype(np.int64)  # sectors meet where their points are the same
+    _, kept, back = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    hexahedra = back.ravel()[np.concatenate(cells)]
+    corners = 1 + (np.diff(np.sort(hexahedra, axis=1), axis=1) > 0).sum(axis=1)
+    solid_cells = hexahedra[corners >= 6]  # a sector that has shrunk to a line leaves cells without volume
+    used, renumbered = np.unique(solid_cells, return_inverse=True)
+    kept = kept[used]
+    return np.concatenate(points)[kept], np.concatenate(sections)[kept], renumbered.reshape(-1, 8)
+
+
+def _bent_wall(rig: Rig, joint_angles_deg: ArrayLike, detail: float = 1.0) -> tuple[Floats, Ints, Floats]:
+    """Points (n, 3) of the bent wall in mm, hexahedra (m, 8), and the bending strain (n,) in percent."""
+    outline = _outline(rig)
+    spine = _spine(rig, outline, joint_angles_deg, detail)
+    straight, section, cells = _straight_wall(rig, outline, spine, detail)
+    y = straight[:, 1]
+    strain = np.zeros_like(y)
+    if outline.shape is not None:
+        reach = y if outline.shape == "rectangular" else np.abs(y)
+        loaded = reach <= snr.cut_height_mm(rig, spine.s)[section] + 1e-6  # not the free edges of the rings
+        strain = np.where(loaded, 100 * np.abs(y - outline.neutral) * spine.curvature[section], 0.0)
+    return np.column_stack([*spine.place(section, y), straight[:, 2]]), cells, strain
+
+
+def tube_mesh(rig: Rig, joint_angles_deg: ArrayLike, *, detail: float = 1.0) -> pv.PolyData:
+    """Surface of the notched tube, bent.
+
+    Parameters
+    ----------
+    rig
+        A rig with tube and notch; joints measured on a bench are drawn as plain rings without flexures.
+    joint_angles_deg
+        Shape (joints,), base to tip.
+    detail
+        Density of the mesh along the tube and around it; 1 is for pictures. Less is for pages that turn the tube in a
+        browser: about a quarter leaves a tenth of the points. The strain at the root of the notch stays what it is.
+
+    Returns
+    -------
+    pyvista.PolyData
+        Closed surface in mm. Point data ``strain_percent``: distance from the neutral axis times curvature in the
+        flexures, at the root of the notch :func:`fem_models.joint.flexure.peak_strain_per_rad` of the joint's angle; 0 in rings.
+
+    Raises
+    ------
+    SceneError
+        For a wrong number of angles.
+    RigError
+        As :func:`fem_models.joint.flexure.section`.
+    """
+    import pyvista as pv  # takes a second to import: only who draws waits for it
+
+    points, cells, strain = _bent_wall(rig, joint_angles_deg, detail)
+    grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: cells}, points)
+    grid.point_data["strain_percent"] = strain
+    return grid.extract_surface(algorithm="dataset_surface", pass_pointid=False, pass_cellid=False).clean()
+
+
+def tendon_lines(rig: Rig, joint_angles_deg: ArrayLike) -> dict[str, Floats]:
+    """Way of tendons ``a`` and, if any, ``b``: arrays (k, 3) in mm, along the rings and straight across the openings.
+
+    They start one pitch before the base, at y = +-moment_arm_mm. Raises as :func:`tube_mesh`.
+    """
+    outline = _outline(rig)
+    spine = _spine(rig, outline, joint_angles_deg)
+    at_edge = np.isclose(np.abs(spine.s), outline.opening / 2)
+    at_edge[[0, -1]] = True
+    k = np.flatnonzero(at_edge)
+    lines = {}
+    for name, side, rope in zip("ab", (1, -1), rig.tendons, strict=False):
+        y = side * rope.moment_arm_mm
+        line = np.column_stack([*spine.place(k, np.full(k.size, y)), np.zeros(k.size)])
+        lines[name] = np.concatenate([[[-rig.pitch_mm, y, 0.0]], line])
+    return lines
+
+
+def write_vtu(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
+    """Write the bent wall as hexahedra with ``strain_percent`` at the points (VTU, for ParaView).
+
+    Raises
+    ------
+    SceneError
+        For a wrong number of angles, or a file that cannot be written.
+    RigError
+        As :func:`fem_models.joint.flexure.section`.
+    """
+    import meshio
+
+    points, cells, strain = _bent_wall(rig, joint_angles_deg)
+    mesh = meshio.Mesh(points, [("hexahedron", cells)], point_data={"strain_percent": strain})
+    with _staged(path) as half:
+        mesh.write(half, file_format="vtu")
+
+
+def render(rig: Rig, joint_angles_deg: ArrayLike, path: Path, *, window: tuple[int, int] = (1400, 900)) -> None:
+    """Draw the bent manipulator with its tendons into a PNG.
+
+    A child process draws. A crash of the renderer, no OpenGL, or a picture that shows nothing end in a SceneError,
+    and what stood at ``path`` stays as it was.
+
+    Parameters
+    ----------
+    rig, joint_angles_deg
+        As for :func:`tube_mesh`.
+    path
+        The PNG, in a folder that exists.
+    window
+        Width and height in pixels.
+
+    Raises
+    ------
+    SceneError
+        One line with the reason.
+    """
+    angles = np.degrees(_radians(rig, joint_angles_deg))
+    with _staged(path) as half:
+        _run(pickle.dumps((rig, angles, half.resolve(), window)))
+        ink = _ink(half)
+        if ink < LEAST_INK:
+            raise SceneError(f"the renderer drew an empty picture: {100 * ink:.2g} % of the pixels show something")
+
+
+@contextmanager
+def _staged(path: Path) -> Iterator[Path]:
+    """Give a file beside ``path`` to write to, and put it in place when the block ends without an error."""
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise SceneError(f"{path}: {error.strerror}: expected a folder that can be written to") from None
+    os.close(handle)
+    half = Path(name)
+    try:
+        yield half
+        half.chmod(0o644)  # mkstemp's files are the owner's alone
+        half.replace(path)
+    except OSError as error:
+        raise SceneError(f"{path}: {error.strerror or error}") from None
+    finally:
+        half.unlink(missing_ok=True)
+
+
+def _run(job: bytes) -> None:
+    # Without a display VTK goes off screen (EGL) by itself; with one that is dead it may abort.
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    try:
+        child = subprocess.run(
+            COMMAND, input=job, capture_output=True, timeout=TIME_LIMIT_S, check=False, env=environment
+        )
+    except subprocess.TimeoutExpired:
+        raise SceneError(f"the renderer did not end within {TIME_LIMIT_S:g} s") from None
+    except OSError as error:
+        raise SceneError(f"the renderer did not start: {error.strerror}") from None
+    if child.returncode < 0:
+        name = signal.Signals(-child.returncode).name
+        raise SceneError(f"the renderer crashed with {name}: is there an OpenGL on this machine?")
+    if child.returncode:
+        said = child.stderr.decode(errors="replace").strip().splitlines() or ["nothing said"]
+        raise SceneError(f"the renderer failed with exit code {child.returncode}: {said[-1].strip()[:200]}")
+
+
+def _ink(path: Path) -> float:
+    """Share of the pixels left of the scalar bar that are not white."""
+    from matplotlib.image import imread
+
+    try:
+        picture = imread(path)
+    except (OSError, SyntaxError, ValueError):  # what Pillow raises for a file that is no PNG
+        raise SceneError("the renderer left no readable picture") from None
+    return float((picture[:, : int(0.85 * picture.shape[1]), :3] < 0.99).any(axis=2).mean())
+
+
+def _draw_job(stream: BinaryIO) -> None:
+    """Do the job that :func:`render` pickled: the entry of the child process."""
+    _draw(*pickle.load(stream))
+
+
+def _draw(rig: Rig, joint_angles_deg: Floats, path: Path, window: tuple[int, int]) -> None:
+    import pyvista as pv
+    from matplotlib.colors import LinearSegmentedColormap
+
+    outline, wall = _outline(rig), tube_mesh(rig, joint_angles_deg)
+    plotter = pv.Plotter(off_screen=True, window_size=list(window), lighting="light kit")
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("ssaa")
+    if wall["strain_percent"].max() > 0:
+        colours = LinearSegmentedColormap.from_list("heat", _HEAT)
+        plotter.add_mesh(wall, scalars="strain_percent", cmap=colours, show_scalar_bar=False, **_METAL)
+        plotter.add_scalar_bar(**_BAR)
+    else:
+        plotter.add_mesh(wall, color=_STEEL, **_METAL)
+    lines = tendon_lines(rig, joint_angles_deg)
+    if outline.shape is None:  # rings alone would float
+        spine = _spine(rig, outline, joint_angles_deg)
+        lines["axis"] = np.column_stack([spine.along, spine.across, np.zeros(spine.x.size)])
+    drawn = [wall]
+    for name, line in lines.items():
+        drawn.append(pv.lines_from_points(line).tube(radius=0.035 * outline.outer, n_sides=16))
+        plotter.add_mesh(drawn[-1], color=_ROPES[name], specular=0.3, smooth_shading=True)
+    _frame(plotter, drawn)
+    plotter.screenshot(str(path))
+    plotter.close()
+
+
+def _frame(plotter: pv.Plotter, drawn: list[pv.PolyData]) -> None:
+    """Look at the bending plane from a little above and before the base; add a scale in mm and the axes."""
+    import pyvista as pv
+
+    points = np.concatenate([mesh.points for mesh in drawn])
+    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    length = _round_length(0.25 * size)
+    left, down = float(low[0]), float(low[1] - 0.08 * size)
+    bar = pv.Line((left, down, 0.0), (left + length, down, 0.0)).tube(radius=0.002 * size)
+    plotter.add_mesh(bar, color="black", lighting=False)
+    plotter.add_point_labels([(left + length / 2, down - 0.02 * size, 0.0)], [f"{length:g} mm"], **_LABEL)
+    plotter.add_axes(line_width=3, color="black", viewport=(0.86, 0.02, 0.98, 0.2))
+
+    towards = np.array(_VIEW) / np.linalg.norm(_VIEW)
+    right = np.cross((0.0, 1.0, 0.0), towards)
+    right /= np.linalg.norm(right)
+    up = np.cross(towards, right)
+    below = np.array([[left, down - 0.07 * size, 0.0]])  # the foot of the label
+    seen = np.concatenate([points, below]) @ np.column_stack([right, up])
+    middle, half = (seen.max(axis=0) + seen.min(axis=0)) / 2, np.ptp(seen, axis=0) / 2
+    aspect = plotter.window_size[0] / plotter.window_size[1]
+    scale = max(half[1] / 0.92, half[0] / (0.8 * aspect))
+    focus = right * (middle[0] + 0.14 * scale * aspect) + up * middle[1]  # the right eighth is the scalar bar's
+    plotter.enable_parallel_projection()
+    plotter.camera_position = [focus + 10 * size * towards, focus, (0.0, 1.0, 0.0)]
+    plotter.camera.parallel_scale = scale
+    plotter.reset_camera_clipping_range()
+
+
+def _round_length(length: float) -> float:
+    """Round down to 1, 2 or 5 times a power of ten."""
+    decade = 10.0 ** np.floor(np.log10(length))
+    return float(max(m * decade for m in (1, 2, 5) if m * decade <= length))

@@ -1,0 +1,242 @@
+"""``notchbend app``: a local page with sliders; the loop and the tube follow at once.
+
+trame keeps the page and Python in step, vtk.js turns the tube in the browser: nothing is drawn here, so that no OpenGL
+is needed, and everything the page loads comes from this machine.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import secrets
+import socket
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.load.program import SolverError
+from fem_models.rig.checks import RigError
+from fem_models.rig.rig import Rig
+from fem_models.view.manipulator import SceneError
+from studies.app.loop_svg import loop_svg
+from studies.app.playground import Answer, Slider, answer, sliders
+from studies.engines import MissingError
+from studies.report.tube import shaded
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+HOST = "127.0.0.1"
+TOP_STRAIN_PERCENT = 6.0
+"""End of the colour scale: the strain to which superelasticity is tested (ASTM F2516)."""
+LIGHT, DARK = (1.0, 1.0, 1.0), (0.09, 0.11, 0.145)
+"""Behind the tube, as ``--card`` in ``app.css``."""
+STANCE = np.array([[0.93, 0.0, 0.37], [-0.13, 0.94, 0.32], [-0.35, -0.35, 0.87]])
+"""Turns the tube to be looked at obliquely, as in the pictures of :mod:`fem_models.view.manipulator`: about x, then about y."""
+STYLE = Path(__file__).with_name("app.css")
+
+
+class ServeError(MissingError):
+    """The page cannot be served; one line with the reason."""
+
+
+def serve(
+    rig: Rig, amplitude_mm: float, *, port: int, browser: bool, ready: Callable[[str], None] = lambda address: None
+) -> None:
+    """Serve the page of a rig until it is interrupted; ``ready`` is told its address.
+
+    Parameters
+    ----------
+    port
+        Of 127.0.0.1; 0 takes any that is free.
+
+    Raises
+    ------
+    RigError, SolverError
+        A rig that cannot follow the amplitude to begin with.
+    ServeError
+        A port that cannot be had.
+    """
+    first = answer(rig, {s.name: s.start for s in sliders(rig, amplitude_mm)})
+    _require_free(port)
+    from trame.app import get_server
+
+    server = get_server("notchbend", client_type="vue3")
+    secret = secrets.token_hex(16)  # other pages of the browser do not know it
+    server.cli.parse_known_args = partial(server.cli.parse_known_args, ["--authKey", secret])  # not our command line
+    page = Page(server, rig, sliders(rig, amplitude_mm), first)
+    page.build()
+    server.controller.on_server_bind.add(lambda bound: _tell_session(bound, secret))
+    server.controller.on_server_ready.add(lambda **_: ready(f"http://{HOST}:{server.port}/"))
+    server.start(
+        port=port, host=HOST, open_browser=browser, show_connection_info=False, disable_logging=True, timeout=0
+    )
+
+
+def _tell_session(bound: Any, secret: str) -> None:
+    """Answer the page's question for its session, which ends in an error on its console otherwise."""
+    from aiohttp import web
+
+    async def session(request: web.Request) -> web.Response:
+        return web.json_response({"sessionURL": "ws://use_host/ws", "secret": secret})
+
+    bound.app.router.add_post("/paraview/", session)
+
+
+def _require_free(port: int) -> None:
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((HOST, port))
+        except (OSError, OverflowError) as error:
+            why = getattr(error, "strerror", None) or error
+            raise ServeError(f"--port {port}: {why}: expected a free port of {HOST}, or 0 for any") from None
+
+
+class Page:
+    """The page of one rig: what its sliders say, and the answer that is on show."""
+
+    def __init__(self, server: Any, rig: Rig, moved: Sequence[Slider], first: Answer) -> None:
+        self.server, self.state, self.rig, self.sliders, self.first = server, server.state, rig, moved, first
+        self.wanted: dict[str, float] = {}
+        self.task: asyncio.Task[None] | None = None
+        self.state.backdrop = None
+        self.state.client_only("backdrop")  # each browser has its own
+        self.state.trame__title = f"notchbend: {rig.name}"
+        for slider in moved:
+            self.state[slider.key] = slider.start
+        self.show(first)
+
+    def show(self, found: Answer) -> None:
+        """Put an answer on the page."""
+        with self.state:
+            self.state.message = ""
+            self.state.figures = [{"name": name, "value": value} for name, value in found.figures]
+            self.state.loop = loop_svg([(self.first.drive_mm, self.first.angle_deg), (found.drive_mm, found.angle_deg)])
+            self.state.tube = mesh_state(found.tube)
+
+    def refuse(self, error: Exception) -> None:
+        """Say why there is no answer; the last one stays, greyed."""
+        with self.state:
+            self.state.message = " ".join(str(error).split())
+
+    def values(self) -> dict[str, float]:
+        """Values of the sliders by dotted name; a browser sends them as text."""
+        return {slider.name: float(self.state[slider.key]) for slider in self.sliders}
+
+    def changed(self, **_: Any) -> None:
+        """Follow the sliders; while one answer is made, moves but the last are passed over."""
+        self.wanted = self.values()
+        if self.task is None or self.task.done():
+            self.task = asyncio.get_running_loop().create_task(self._follow())
+
+    async def _follow(self) -> None:
+        done: Mapping[str, float] | None = None
+        while done != self.wanted:
+            done = dict(self.wanted)
+            try:
+                self.show(await asyncio.to_thread(answer, self.rig, done))
+            except (RigError, SolverError, SceneError, ValueError) as error:
+                self.refuse(error)
+
+    def reset(self) -> None:
+        """Put every slider back to the rig's own number."""
+        for slider in self.sliders:
+            self.state[slider.key] = slider.start
+
+    def build(self) -> None:
+        """Lay the page out."""
+        from trame.ui.html import DivLayout
+        from trame.widgets import client, html, vtk
+
+        keys = [slider.key for slider in self.sliders]
+        self.state.change(*keys)(self._changed_when_served)
+        with DivLayout(self.server, classes="page"):
+            client.Style(STYLE.read_text(encoding="utf-8"))
+            dark = "window.matchMedia('(prefers-color-scheme: dark)').matches"
+            client.ClientTriggers(mounted=f"backdrop = {dark} ? {list(DARK)} : {list(LIGHT)}")
+            with html.Header():
+                html.H1(self.rig.name)
+                html.P("Compiled chain, one closed cycle a move. Grey: the rig as it is.", classes="soft")
+            with html.Section(classes="controls", raw_attrs=['aria-label="Sliders"']):
+                for slider in self.sliders:
+                    self._slider(html, slider)
+                html.Button("Reset", type="button", click=self.reset)
+            with html.Main(raw_attrs=[":class=\"{ stale: message !== '' }\""]):
+                html.P("{{ message }}", classes="message", v_show=("message !== ''",), raw_attrs=['role="alert"'])
+                with (
+                    html.Dl(classes="figures", raw_attrs=['aria-live="polite"']),
+                    html.Div(v_for="item in figures", key=("item.name",)),
+                ):
+                    html.Dt("{{ item.name }}")
+                    html.Dd("{{ item.value }}")
+                with html.Div(classes="views"):
+                    html.Div(v_html=("loop",), classes="loop")
+                    with html.Div(
+                        classes="tube", raw_attrs=['role="figure"', 'aria-label="The bent tube, coloured by strain"']
+                    ):
+                        with (
+                            vtk.VtkView(v_if="backdrop", background=("backdrop",), style="width: 100%; height: 100%"),
+                            vtk.VtkGeometryRepresentation(
+                                mapper=("{ colorByArrayName: 'colour', scalarMode: 3, colorMode: 0 }",),
+                                property=("{ lighting: false }",),
+                            ),
+                        ):
+                            vtk.VtkMesh("tube", state=("tube",))
+                        with html.Div(classes="scale"):
+                            html.Span("0")
+                            html.I()
+                            html.Span(f"{TOP_STRAIN_PERCENT:g} % strain")
+
+    def _changed_when_served(self, **state: Any) -> None:
+        if self.server.running:
+            self.changed(**state)
+
+    @staticmethod
+    def _slider(html: Any, slider: Slider) -> None:
+        unit = f" {slider.unit}" if slider.unit else ""
+        with html.Label(classes="slider", raw_attrs=[f'for="{slider.key}"']):
+            html.Span(slider.label)
+            html.Output(
+                f"{{{{ Number({slider.key}).toFixed({slider.decimals}) }}}}{unit}", raw_attrs=[f'for="{slider.key}"']
+            )
+            html.Input(
+                type="range",
+                v_model_number=slider.key,
+                raw_attrs=[
+                    f'id="{slider.key}"',
+                    f'min="{slider.low:g}"',
+                    f'max="{slider.high:g}"',
+                    f'step="{slider.step:g}"',
+                ],
+            )
+
+
+def mesh_state(tube: pv.PolyData) -> dict[str, Any]:
+    """Give a surface as vtk.js reads it, with the colour of its strain."""
+    triangles = tube.faces.reshape(-1, 4)[:, 1:]
+    colour = shaded(tube.points.astype(float), triangles, np.asarray(tube["strain_percent"]), TOP_STRAIN_PERCENT)
+    return {
+        "mesh": {
+            "points": _packed((tube.points @ STANCE.T).astype(np.float32)),
+            "polys": _packed(tube.faces.astype(np.uint32)),
+        },
+        "field": {
+            "name": "colour",
+            "values": _packed(colour),
+            "numberOfComponents": 3,
+            "type": "Uint8Array",
+            "location": "PointData",
+            "dataRange": [0, 255],
+        },
+    }
+
+
+def _packed(values: NDArray[Any]) -> dict[str, Any]:
+    array = np.ascontiguousarray(values)
+    text = base64.b64encode(array.tobytes()).decode()
+    return {"bvals": text, "dtype": str(array.dtype), "shape": list(array.shape)}

@@ -1,0 +1,148 @@
+"""What the app plays with: sliders on a rig, and the loop and the tube that follow by the compiled chain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.chain.solve import solve_chain
+from fem_models.load.program import SolverError
+from fem_models.rig.checks import RigError
+from fem_models.rig.rig import Rig, numeric_fields
+from hysteresis.metrics import loop_width
+from studies.report.tube import surface_to_turn
+from validation.separation.contributions import loop_program
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+Floats = NDArray[np.float64]
+
+AMPLITUDE = "amplitude_mm"
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A number to move. ``name`` is dotted as in :func:`fem_models.rig.rig.numeric_fields`, or ``amplitude_mm``."""
+
+    name: str
+    label: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    start: float
+
+    @property
+    def key(self) -> str:
+        """The name as an identifier."""
+        return self.name.replace(".", "_")
+
+    @property
+    def decimals(self) -> int:
+        """Digits after the point that a step changes."""
+        return max(0, -math.floor(math.log10(self.step)))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What follows from the sliders.
+
+    ``drive_mm``, ``angle_deg`` of shape (m,): the closed cycle; ``figures``: words and values with units;
+    ``tube``: the surface at the largest angle, with ``strain_percent`` at its points.
+    """
+
+    drive_mm: Floats
+    angle_deg: Floats
+    figures: tuple[tuple[str, str], ...]
+    tube: pv.PolyData
+
+
+def sliders(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
+    """Sliders of a rig, around its own numbers; those of the notch only where it has one."""
+    out = [
+        Slider("preload_N", "Preload", "N", min(1.0, rig.preload_N), max(40.0, 2 * rig.preload_N), 0.5, rig.preload_N)
+    ]
+    if rig.tube is not None and rig.notch is not None:
+        notch = rig.notch
+        limit = rig.tube.outer_diameter_mm / (1 if notch.shape == "rectangular" else 2)
+        root = notch.root_width_mm or 0.0
+        low, high = _around(notch.depth_mm, 0.85 * limit, 0.99 * limit, 0.005)
+        out.append(Slider("notch.depth_mm", "Notch depth", "mm", low, high, 0.005, notch.depth_mm))
+        low, high = _around(notch.width_mm, root + 0.1 * notch.width_mm, 2 * notch.width_mm, 0.02)
+        out.append(Slider("notch.width_mm", "Notch width", "mm", low, high, 0.02, notch.width_mm))
+    sheath, capstan = rig.friction.sheath_N, rig.friction.capstan_coefficient
+    out.append(Slider("friction.sheath_N", "Sheath friction", "N", 0.0, max(4.0, 2 * sheath), 0.01, sheath))
+    out.append(
+        Slider("friction.capstan_coefficient", "Capstan friction", "", 0.0, max(0.3, 2 * capstan), 0.005, capstan)
+    )
+    out.append(
+        Slider(
+            AMPLITUDE, "Amplitude", "mm", round(0.1 * amplitude_mm, 2), round(1.6 * amplitude_mm, 2), 0.02, amplitude_mm
+        )
+    )
+    return tuple(out)
+
+
+def _around(start: float, low: float, high: float, step: float) -> tuple[float, float]:
+    """Give ends that are whole steps from where the slider starts, within ``low`` to ``high``."""
+    down, up = np.floor((start - low) / step + 1e-9), np.floor((high - start) / step + 1e-9)
+    return round(float(start - max(0.0, down) * step), 6), round(float(start + max(0.0, up) * step), 6)
+
+
+def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
+    """Give the rig another preload, notch and friction, by dotted name.
+
+    Raises
+    ------
+    RigError
+        A rig that cannot be.
+    """
+    known = numeric_fields(rig)
+    for name, value in values.items():
+        if name not in known:
+            raise RigError(f"{name} = {value}: expected a number of rig {rig.name}")
+        part, _, field = name.rpartition(".")
+        change: dict[str, Any] = {part: replace(getattr(rig, part), **{field: value})} if part else {name: value}
+        rig = replace(rig, **change)
+    return rig
+
+
+def answer(rig: Rig, values: Mapping[str, float]) -> Answer:
+    """Run a cycle of the rig with the values of the sliders.
+
+    Raises
+    ------
+    RigError, SolverError
+        A rig that cannot be, or cannot follow; one line.
+    """
+    amplitude = float(values[AMPLITUDE])
+    moved = with_values(rig, {name: float(value) for name, value in values.items() if name != AMPLITUDE})
+    low = 0.0 if rig.tendon_b is None else -amplitude
+    solution = solve_chain(moved, loop_program(low, amplitude))
+    record = solution.record
+    assert record.cycle is not None
+    assert record.notches_deg is not None
+    if not np.isfinite(record.angle_deg).all():
+        raise SolverError(f"rig {rig.name}: angles that are not finite")
+    last = np.flatnonzero(record.cycle == record.cycle[-1])
+    closed = np.append(last[0] - 1, last)
+    width = loop_width(record.drive, record.angle_deg, record.cycle)
+    work = float(solution.wheel_work_mJ[-1] - solution.wheel_work_mJ[last[0] - 1])
+    tension = solution.segment_tensions_N[:, : len(rig.tendons)]
+    strain = 100 * float(np.abs(solution.peak_strain).max())
+    figures = [
+        ("Largest angle", f"{np.abs(record.angle_deg).max():.2f} deg"),
+        ("Loop width, most", f"{width.max_deg:.2f} deg"),
+        ("Lost a cycle", f"{work:.2f} mJ"),
+        ("Tension", f"{tension.min():.1f} to {tension.max():.1f} N"),
+    ]
+    if np.isfinite(strain):
+        figures.append(("Peak strain", f"{strain:.2f} %"))
+    tube = surface_to_turn(moved, record.notches_deg[int(record.angle_deg.argmax())])
+    return Answer(record.drive[closed], record.angle_deg[closed], tuple(figures), tube)

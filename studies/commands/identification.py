@@ -1,0 +1,121 @@
+"""Identification of the hysteresis layer on a record, with the best base that the record allows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.analytic.kinematics import theory_curve
+from fem_models.rig.checks import RigError
+from fem_models.rig.of_record import rig_of
+from hysteresis.backbone import Kinematics
+from hysteresis.files import write_files
+from hysteresis.holdout import hold_out
+from hysteresis.identify import Fit, identify
+from hysteresis.optimizers import Method
+from hysteresis.path import require_reversal
+from hysteresis.record import Record, RecordError
+from studies.progress import bar
+
+
+class Options(TypedDict, total=False):
+    """What a caller may choose, as in :func:`hysteresis.identify.identify`."""
+
+    method: Method
+    seeds: int
+    elements: int | None
+    delay: bool
+
+
+STANDSTILL_DEG = 1e-9  # no sensor tells such angles apart
+
+
+def identify_record(record: Record, *, seed: int = 0, use_rig: bool = True, progress: bool = False) -> Fit:
+    """Identify the layer on one record; see :func:`identify_records`."""
+    return identify_records([record], seed=seed, use_rig=use_rig, progress=progress)
+
+
+def identify_records(
+    records: Sequence[Record],
+    *,
+    seed: int = 0,
+    use_rig: bool = True,
+    progress: bool = False,
+    **options: Unpack[Options],
+) -> Fit:
+    """Identify the layer with the best base that the records allow: user's theory, analytic rig, or a fitted f.
+
+    Several records are fitted jointly. They need a rig or a theory each, or f is fitted.
+
+    Raises
+    ------
+    RecordError, RigError
+        A record that makes no loop, or a rig that cannot be or cannot follow its drive; one line with the file.
+    """
+    bases = [_analytic(record) if use_rig else None for record in records]
+    known = [base for base in bases if base is not None]
+    for record in records:
+        _require_moving(record)
+    with bar(progress) as shown:
+        task = shown.add_task("searching", total=None)
+        return identify(
+            records,
+            known if len(known) == len(records) else None,
+            seed=seed,
+            progress=lambda done, total: shown.update(task, completed=done, total=total),
+            **options,
+        )
+
+
+def _require_moving(record: Record) -> None:
+    """Refuse a record whose angle stands still in all that is fitted, or in all that judges the fit."""
+    require_reversal(record)
+    split = hold_out(record)
+    for name, mask in (("to fit", split.train), ("held out", split.heldout)):
+        angle = record.angle_deg[mask]
+        if angle.size and np.ptp(angle) < STANDSTILL_DEG:
+            found = f"angle = {angle[0]:g} deg in all {angle.size} samples {name}"
+            raise RecordError(f"{record.source or record.title}: {found}: expected an angle that changes")
+
+
+def _analytic(record: Record) -> Kinematics | None:
+    rig = rig_of(record)  # checks the sidecar's geometry even where the user's own theory is taken
+    if rig is None or record.kinematics is not None:
+        return None
+
+    def angle_deg(drive: NDArray[np.float64]) -> NDArray[np.float64]:
+        try:
+            return theory_curve(rig, drive).angle_deg
+        except RigError as error:
+            if record.drive_unit != "mm":  # the gain is searched for: one that drives the rig too far is no candidate
+                return np.full(drive.shape, np.nan)
+            raise RigError(f"{record.source or record.title}: {error}") from None
+
+    return angle_deg
+
+
+def written(out: Path, stem: str, records: int) -> list[Path]:
+    """Files that :func:`write_fit` writes: ``STEM.json``, ``STEM.csv``, and ``STEM-2.csv`` on for further records."""
+    return [out / f"{stem}.json", *(out / f"{stem}{f'-{i + 1}' if i else ''}.csv" for i in range(records))]
+
+
+def write_fit(fit: Fit, records: Sequence[Record], out: Path, stem: str) -> None:
+    """Write the contract's identify.json, and for each record a CSV, sample by sample, f alone and with h."""
+    texts = [json.dumps(fit.to_dict(), indent=2) + "\n"]
+    for i, record in enumerate(records):
+        columns = (
+            record.drive,
+            record.angle_deg,
+            fit.plain(record.drive, i),
+            fit.predict(record.drive, record.time_s, i),
+            fit.heldout_masks[i].astype(int),
+        )
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        lines = ["drive,angle_deg,f_alone_deg,predicted_deg,heldout", *(",".join(map(repr, row)) for row in rows)]
+        texts.append("\n".join(lines) + "\n")
+    write_files(dict(zip(written(out, stem, len(records)), texts, strict=True)))

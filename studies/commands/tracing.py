@@ -1,0 +1,124 @@
+"""``notchbend trace``: records in, the verdict with its page and figures out."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hysteresis.files import write_files
+from hysteresis.record import Record, RecordError, read_record
+from studies.commands.identification import STANDSTILL_DEG
+from studies.progress import told
+from studies.report.trace_page import trace_page
+from validation.tracing.figures import figures
+from validation.tracing.next_experiment import next_experiment
+from validation.tracing.report import in_words, to_dict
+from validation.tracing.second_opinion import confirm
+from validation.tracing.trace import trace_records
+
+NEXT = "next-experiment.csv"
+FILES = ("trace.json", "report.html", NEXT, "trace-residual.png", "trace-loops.png", "trace-candidates.png")
+"""Names that a trace may write."""
+
+
+@dataclass(frozen=True, eq=False)
+class Traced:
+    """A trace as it is stored: trace.json as plain values, figures as PNG by file, the next program as CSV."""
+
+    result: dict[str, Any]
+    figures: dict[str, bytes]
+    program: str | None
+
+
+def require_kept(out: Path, records: Iterable[Path]) -> None:
+    """Refuse a folder in which a trace would replace one of its own records.
+
+    Raises
+    ------
+    RecordError
+        One line with the record.
+    """
+    targets = {(out / name).resolve() for name in FILES}
+    for path in records:
+        if path.resolve() in targets:
+            raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
+
+
+def trace_files(paths: Sequence[Path], *, seed: int = 0, threads: int = 2, progress: bool = False) -> Traced:
+    """Read records and trace them; see :func:`validation.tracing.trace.trace_records`.
+
+    Raises
+    ------
+    RecordError, RigError, SolverError
+        Records that cannot be used, a rig that cannot be, or that cannot follow its drive.
+    """
+    return trace_loaded([read_record(path) for path in paths], seed=seed, threads=threads, progress=progress)
+
+
+def trace_loaded(records: Sequence[Record], *, seed: int = 0, threads: int = 2, progress: bool = False) -> Traced:
+    """Trace records, look for the experiment to do next, and ask the multibody model."""
+    for record in records:
+        _require_moving(record)
+    start = time.perf_counter()
+    with told(progress, "tracing") as tell:
+        trace = trace_records(records, threads=threads, progress=tell)
+        tell("the next experiment")
+        experiment = next_experiment(trace)
+        tell("the multibody model")
+        confirmation = confirm(trace)
+        tell("figures")
+        drawn = figures(trace)
+    seconds = time.perf_counter() - start
+    result = to_dict(trace, experiment=experiment, confirmation=confirmation, seconds=seconds, seed=seed)
+    program = experiment.csv()
+    result["next_program"] = None if program is None else {"file": NEXT, "preload_N": experiment.preload_N}
+    result["figures"] = [{"file": name, "caption": caption} for name, (_, caption) in drawn.items()]
+    return Traced(result, {name: png for name, (png, _) in drawn.items()}, program)
+
+
+def write_trace(traced: Traced, out: Path) -> None:
+    """Write trace.json, report.html, the figures and the next program, all or none; files of an older trace go.
+
+    Raises
+    ------
+    RecordError
+        A folder that cannot be written to.
+    """
+    files: dict[str, str | bytes] = {
+        **traced.figures,
+        "report.html": trace_page(traced.result, traced.figures),
+        "trace.json": json.dumps(traced.result, indent=2, allow_nan=False) + "\n",
+    }
+    if traced.program is not None:
+        files[NEXT] = traced.program
+    write_files({out / name: content for name, content in files.items()})
+    for name in FILES:
+        if name not in files:
+            (out / name).unlink(missing_ok=True)
+
+
+def summary(result: dict[str, Any]) -> list[str]:
+    """Lines for a terminal: the verdict in words, constants of the effects, what to measure next."""
+    constants = [
+        f"{effect['name']}: {name} = {p['value']:.4g}{_interval(p)} {p['unit']}"
+        for effect in result["effects"]
+        for name, p in effect["parameters"].items()
+    ]
+    return [*in_words(result), *constants, f"Measure next: {result['next_experiment']}."]
+
+
+def _interval(parameter: dict[str, Any]) -> str:
+    low, high = parameter["low"], parameter["high"]
+    return "" if low is None or high is None else f" ({low:.4g} to {high:.4g})"
+
+
+def _require_moving(record: Record) -> None:
+    if np.ptp(record.angle_deg) < STANDSTILL_DEG:
+        found = f"angle = {record.angle_deg[0]:g} deg in all {record.angle_deg.size} samples"
+        raise RecordError(f"{record.source or record.title}: {found}: expected an angle that changes")

@@ -1,0 +1,195 @@
+"""The dataset of a study: one labelled xarray dataset in Zarr, written from the store when the cases are there."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import islice, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+import zarr
+
+from studies.sweep.cases import QUANTITIES, Outcome, Quantity, StudyError, quantity_names
+from studies.sweep.inputs import code_version, versions
+from studies.sweep.plan import Grid, Plan, cases
+from studies.sweep.store import DiskFullError, Store
+from studies.sweep.study_file import Study
+from studies.units import unit_of
+
+ZARR = "study.zarr"
+PENDING = "pending"  # status of a case that an interrupted study has not reached
+BLOCK = 4096  # cases that are held at a time, and make a chunk of the dataset
+REASONS = 20  # of failures that are told apart; a message may have the values of its case in it
+
+_TEXTS = {
+    "status": "ok, failed, or pending where the study was interrupted",
+    "message": "why the case failed",
+}
+
+
+@dataclass
+class Overview:
+    """What is in a dataset, gathered while it is written.
+
+    ``status`` counts the cases, ``messages`` those that failed by their reason, the first :data:`REASONS` reasons met.
+    ``ends`` are the least and the largest value of each quantity that is known anywhere, and the point where it is.
+    """
+
+    status: dict[str, int] = field(default_factory=lambda: {"ok": 0, "failed": 0, PENDING: 0})
+    messages: dict[str, int] = field(default_factory=dict)
+    ends: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def see(self, point: Mapping[str, float], outcome: Outcome | None) -> None:
+        """Take in what became of a case, None where it is not there."""
+        self.status[PENDING if outcome is None else outcome.status] += 1
+        if outcome is None:
+            return
+        if outcome.status == "failed" and (outcome.message in self.messages or len(self.messages) < REASONS):
+            self.messages[outcome.message] = self.messages.get(outcome.message, 0) + 1
+        for name, value in outcome.quantities.items():
+            if not math.isfinite(value):
+                continue
+            row = self.ends.setdefault(name, {"units": QUANTITIES[name].units})
+            for word, sign in (("min", 1), ("max", -1)):
+                if word not in row or sign * value < sign * row[word]["value"]:
+                    row[word] = {"value": value, "at": dict(point)}
+
+
+def write_dataset(study: Study, plan: Plan, store: Store, folder: Path) -> Overview:
+    """Write the cases of a plan from the store into ``study.zarr``; those that are not there are NaN and ``pending``.
+
+    It is written whole or not at all: beside its place first, then renamed. What was there is replaced. No more than
+    :data:`BLOCK` cases are held at a time.
+
+    Raises
+    ------
+    DiskFullError
+        No room; the dataset that was there stays.
+    """
+    target, part, old = folder / ZARR, folder / f".{ZARR}.part", folder / f".{ZARR}.old"
+    try:
+        shutil.rmtree(part, ignore_errors=True)
+        overview = _fill(_empty(study, plan, part), study, plan, store)
+        shutil.rmtree(old, ignore_errors=True)
+        if target.exists():
+            target.rename(old)
+        part.rename(target)
+        shutil.rmtree(old, ignore_errors=True)
+    except OSError as error:
+        if not target.exists() and old.exists():
+            old.rename(target)
+        shutil.rmtree(part, ignore_errors=True)
+        raise DiskFullError(f"{target}: {error.strerror or error}: expected room; the cases are in the store") from None
+    return overview
+
+
+def _empty(study: Study, plan: Plan, path: Path) -> zarr.Group:
+    """Make the dataset with its coordinates and attributes, and arrays for the cases, in chunks of a block each."""
+    dims, coords = _coordinates(study, plan)
+    xr.Dataset(coords=coords, attrs=_attributes(study)).to_zarr(path, mode="w", zarr_format=3, consolidated=False)
+    group = zarr.open_group(path, mode="r+")
+    facts = {name: QUANTITIES[name] for name in quantity_names(study.engine, study.groups)}
+    for name, quantity in (facts | {"wall_s": Quantity("s", "time that the case took")}).items():
+        group.create_array(
+            name, shape=plan.shape, chunks=block_shape(plan.shape, BLOCK), dtype="float64", fill_value=np.nan,
+            dimension_names=dims, attributes={"units": quantity.units, "long_name": quantity.long_name},
+        )  # fmt: skip
+    for name, words in _TEXTS.items():
+        group.create_array(
+            name, shape=plan.shape, chunks=block_shape(plan.shape, BLOCK), dtype="string", dimension_names=dims,
+            attributes={"long_name": words},
+        )  # fmt: skip
+    return group
+
+
+def _fill(group: zarr.Group, study: Study, plan: Plan, store: Store) -> Overview:
+    overview, names = Overview(), quantity_names(study.engine, study.groups)
+    rest = cases(study, plan.points())
+    for region in blocks(plan.shape, BLOCK):
+        shape = tuple(part.stop - part.start for part in region)
+        numbers = {name: np.full(math.prod(shape), np.nan) for name in (*names, "wall_s")}
+        texts = {name: np.empty(math.prod(shape), dtype=np.dtypes.StringDType()) for name in _TEXTS}
+        texts["status"][:] = PENDING
+        for i, case in enumerate(islice(rest, math.prod(shape))):
+            found = store.find(case.key)
+            overview.see(case.values, found)
+            if found is None:
+                continue
+            for name in names:
+                numbers[name][i] = found.quantities[name]
+            numbers["wall_s"][i] = found.wall_s
+            texts["status"][i], texts["message"][i] = found.status, found.message
+        for name, values in (numbers | texts).items():
+            group[name][region] = values.reshape(shape)  # type: ignore[index]
+    return overview
+
+
+def block_shape(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
+    """Shape of the largest blocks of at most ``most`` cases that follow each other in the order of the cases."""
+    out, inner = list[int](), 1
+    for size in reversed(shape):
+        out.append(max(1, min(size, most // inner)))
+        inner *= out[-1]
+    return tuple(reversed(out))
+
+
+def blocks(shape: tuple[int, ...], most: int) -> Iterator[tuple[slice, ...]]:
+    """Regions of :func:`block_shape` that make up the shape, in the order of the cases."""
+    sides = (range(0, n, k) for n, k in zip(shape, block_shape(shape, most), strict=True))
+    for start in product(*sides):
+        yield tuple(
+            slice(a, min(a + k, n)) for a, n, k in zip(start, shape, block_shape(shape, most), strict=True)
+        )  # fmt: skip
+
+
+def _coordinates(study: Study, plan: Plan) -> tuple[list[str], dict[str, Any]]:
+    """Dims, and coordinates with their units: an axis each in a grid, all along ``case`` in a sample."""
+    facts = {axis.name: {"units": unit_of(axis.name) or "1", "long_name": axis.name} for axis in study.axes}
+    if isinstance(plan, Grid):
+        dims = [axis.name for axis in plan.axes]
+        return dims, {axis.name: (axis.name, np.array(axis.values), facts[axis.name]) for axis in plan.axes}
+    coords: dict[str, Any] = {"case": np.arange(len(plan))}
+    return ["case"], coords | {
+        name: ("case", column, facts[name]) for name, column in zip(plan.names, plan.rows.T, strict=True)
+    }
+
+
+def _attributes(study: Study) -> dict[str, Any]:
+    """Everything that the numbers depend on; times of day are left out, so that a study made again is the same."""
+    return {
+        "schema": 1,
+        "title": study.title,
+        "engine": study.engine,
+        "groups": list(study.groups),
+        "seed": study.seed if study.sample is None else study.sample.seed,
+        "study": study.text,
+        "rig": json.dumps(study.rig, sort_keys=True),
+        "program": json.dumps({k: v for k, v in study.program.items() if k not in ("drive_mm", "time_s")}),
+        "versions": json.dumps(versions(study.engine)),
+        "code_sha256": code_version(study.engine),
+        "inputs_sha256": json.dumps({path.name: digest for path, digest in study.inputs.items()}),
+    }
+
+
+def open_study(folder: Path) -> xr.Dataset:
+    """Open the dataset of a study's folder; numbers are read when they are used.
+
+    Raises
+    ------
+    StudyError
+        A folder without one.
+    """
+    path = folder / ZARR
+    if not path.exists():  # killed between the two renames
+        path = folder / f".{ZARR}.old"
+    if not path.exists():
+        raise StudyError(f"{folder / ZARR}: no such file or directory: expected the dataset of `notchbend study`")
+    data = xr.open_zarr(path, consolidated=False, chunks=None)  # plain arrays: there is little to be had by Dask here
+    # texts as Python's: numpy's own text type knows no NaN, which `where` fills with
+    return data.assign({name: data[name].astype(object) for name in ("status", "message")})

@@ -1,0 +1,117 @@
+"""The points of a study: every combination of a grid, or a sample over the ranges. Cases are made one by one."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from fem_models.rig.checks import RigError
+from studies.sweep.inputs import key_of, with_values
+from studies.sweep.study_file import Axis, Sample, Study
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A point of a study, and what a worker needs to run it; ``key`` is the sha256 of that."""
+
+    key: str
+    values: Mapping[str, float]
+    inputs: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Every combination of the values of all axes, the last axis the fastest."""
+
+    axes: tuple[Axis, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """One dimension an axis."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    def __len__(self) -> int:
+        return math.prod(self.shape)
+
+    def points(self) -> Iterator[dict[str, float]]:
+        """Values by name."""
+        names = [axis.name for axis in self.axes]
+        return (dict(zip(names, values, strict=True)) for values in product(*(axis.values for axis in self.axes)))
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Points that were drawn: ``rows`` has shape (n, axes)."""
+
+    names: tuple[str, ...]
+    rows: Floats
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """One dimension, the case."""
+        return (len(self.rows),)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def points(self) -> Iterator[dict[str, float]]:
+        """Values by name."""
+        return (dict(zip(self.names, row.tolist(), strict=True)) for row in self.rows)
+
+
+Plan = Grid | Spread
+
+
+def plan_of(study: Study) -> Plan:
+    """Give the points of a study's own dataset."""
+    if study.sample is None:
+        return Grid(study.axes)
+    rows = on_axes(study.axes, unit_points(study.sample, len(study.axes)))
+    return Spread(tuple(axis.name for axis in study.axes), rows)
+
+
+def unit_points(sample: Sample, dimensions: int) -> Floats:
+    """Draw points of the unit cube, shape (count, dimensions).
+
+    A Sobol sample of more points begins with the same points, so that a widened study keeps its cases; a Latin
+    hypercube of another count is another one.
+    """
+    if sample.method == "sobol":
+        with warnings.catch_warnings():  # of counts that are no power of two: said in the documentation
+            warnings.simplefilter("ignore", UserWarning)
+            return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=sample.seed).random(sample.count))
+    return np.asarray(qmc.LatinHypercube(dimensions, rng=sample.seed).random(sample.count))
+
+
+def on_axes(axes: Sequence[Axis], unit: Floats) -> Floats:
+    """Stretch points of the unit cube to the ranges of the axes; whole numbers come up equally often."""
+    columns = []
+    for axis, u in zip(axes, unit.T, strict=True):
+        if axis.whole:
+            columns.append(np.minimum(axis.low + np.floor(u * (axis.high - axis.low + 1)), axis.high))
+        else:
+            columns.append(axis.low + u * (axis.high - axis.low))
+    return np.column_stack(columns)
+
+
+def cases(study: Study, points: Iterable[Mapping[str, float]]) -> Iterator[Case]:
+    """Make the cases of points, one at a time."""
+    base = {"rig": dict(study.rig), "program": dict(study.program)}
+    seed = study.seed if "bouc-wen" in study.groups else 0  # nothing else in a case is random
+    settings: dict[str, Any] = {"engine": study.engine, "groups": sorted(study.groups), "seed": seed}
+    for values in points:
+        try:
+            inputs: dict[str, Any] = with_values(base, values) | settings
+        except RigError:  # a derived number that cannot be: the worker meets the same and says so
+            inputs = {**base, "values": dict(values), **settings}
+        yield Case(key_of(inputs), values, inputs)

@@ -1,0 +1,133 @@
+"""Cases as they finish, in one SQLite file that outlives a kill, a crash of the machine and a full disk.
+
+Only the process that runs the study writes. Each answer of a worker is one transaction, with the cases that are handed
+out next: what is not yet there when the process dies is, at most, what was in flight.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from studies.sweep.cases import Outcome, StudyError
+
+FILE = "cases.sqlite"
+_TABLE = """
+CREATE TABLE IF NOT EXISTS cases (
+    key TEXT PRIMARY KEY,      -- sha256 of the inputs
+    point TEXT NOT NULL,       -- JSON: what was varied
+    status TEXT NOT NULL,      -- running, ok or failed; running after the end of a study: it was killed
+    attempts INTEGER NOT NULL, -- how often it was handed to a worker
+    message TEXT NOT NULL DEFAULT '',
+    wall_s REAL,
+    quantities TEXT            -- JSON; Python writes floats so that they read back to the last bit
+) WITHOUT ROWID
+"""
+
+
+class Store:
+    """The cases of a folder; one process at a time holds it. See :func:`open_store`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / FILE
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            # a journal that is undone needs no room on the disk, unlike a write-ahead log that has to be merged
+            self._db = sqlite3.connect(self.path, isolation_level=None, timeout=0.0)
+            for setting in ("locking_mode = EXCLUSIVE", "journal_mode = TRUNCATE", "synchronous = FULL"):
+                self._db.execute(f"PRAGMA {setting}").fetchall()
+            with self.transaction():
+                self._db.execute(_TABLE)
+        except sqlite3.Error as error:
+            raise self._explain(error) from None
+        except OSError as error:
+            raise StudyError(f"{folder}: {error.strerror}: expected a folder that can be written to") from None
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._db.close()
+
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        """Keep all that the block writes, or nothing of it.
+
+        Raises
+        ------
+        StudyError
+            A full disk, or another study that holds the file; what was stored before stays.
+        """
+        try:
+            self._db.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._db.execute("COMMIT")
+            except BaseException:
+                if self._db.in_transaction:
+                    self._db.execute("ROLLBACK")
+                raise
+        except sqlite3.Error as error:
+            raise self._explain(error) from None
+
+    def hand_out(self, cases: Iterable[tuple[str, Mapping[str, float]]]) -> None:
+        """Note cases that go to a worker, by key and point."""
+        self._db.executemany(
+            "INSERT INTO cases (key, point, status, attempts) VALUES (?, ?, 'running', 1) "
+            "ON CONFLICT (key) DO UPDATE SET status = 'running', attempts = attempts + 1",
+            [(key, json.dumps(dict(point))) for key, point in cases],
+        )
+
+    def keep(self, outcomes: Iterable[Outcome]) -> None:
+        """Store what became of cases that were handed out."""
+        self._db.executemany(
+            "UPDATE cases SET status = ?, message = ?, wall_s = ?, quantities = ? WHERE key = ?",
+            [(o.status, o.message, o.wall_s, json.dumps(o.quantities), o.key) for o in outcomes],
+        )
+
+    def find(self, key: str) -> Outcome | None:
+        """Give a case that is finished, well or not; None where it is not there or was in flight."""
+        try:
+            row = self._db.execute(
+                "SELECT status, message, wall_s, quantities FROM cases WHERE key = ? AND status != 'running'", (key,)
+            ).fetchone()
+        except sqlite3.Error as error:
+            raise self._explain(error) from None
+        if row is None:
+            return None
+        status, message, wall_s, quantities = row
+        # SQLite keeps no NaN: the time of a case whose worker died
+        return Outcome(key, status, message, math.nan if wall_s is None else wall_s, json.loads(quantities))
+
+    def counts(self) -> dict[str, Any]:
+        """Count the cases by status, and how often cases were handed out, all together."""
+        by_status = dict(self._db.execute("SELECT status, COUNT(*) FROM cases GROUP BY status").fetchall())
+        (attempts,) = self._db.execute("SELECT COALESCE(SUM(attempts), 0) FROM cases").fetchone()
+        return {"by_status": by_status, "attempts": attempts}
+
+    def _explain(self, error: sqlite3.Error) -> StudyError:
+        name = getattr(error, "sqlite_errorname", "")
+        if name.startswith("SQLITE_BUSY"):
+            return StudyError(f"{self.path}: in use: expected no other study running in this folder")
+        if name.startswith(("SQLITE_FULL", "SQLITE_IOERR")):
+            return DiskFullError(
+                f"{self.path}: {error}: expected room; what is stored stays, run the study again to go on"
+            )
+        return StudyError(f"{self.path}: {error}: expected the store of a study")
+
+
+class DiskFullError(StudyError):
+    """No room for what was found; all that was stored before is there."""
+
+
+@contextmanager
+def open_store(folder: Path) -> Iterator[Store]:
+    """Open the store of a folder; it is made where it is missing."""
+    store = Store(folder)
+    try:
+        yield store
+    finally:
+        store.close()

@@ -1,0 +1,383 @@
+"""STUDY.toml: what is varied, on which rig and program, by which engine, and what is asked for."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fem_models.rig.checks import RigError
+from fem_models.rig.presets import preset
+from fem_models.rig.rig_file import read_rig
+from hysteresis.record import RecordError
+from studies.engines import program_of_file
+from studies.sweep.cases import ENGINE_GROUPS, GROUPS, StudyError, quantity_names
+from studies.sweep.inputs import FIELDS, clash, with_values
+
+METHODS = ("sobol", "latin-hypercube")
+MAX_CASES = 1_000_000
+_TOP = ("schema", "title", "engine", "seed", "rig", "program", "vary", "sample", "quantities", "sensitivity", "pareto")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A field that is varied: its ``values`` in a grid, or its range alone (``values`` empty) where it is sampled."""
+
+    name: str
+    values: tuple[float, ...]
+    low: float
+    high: float
+    whole: bool
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Points spread over the ranges of all axes, in place of a grid."""
+
+    method: str
+    count: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Sobol indices over the ranges of all axes: ``count`` times (axes + 2) cases."""
+
+    count: int
+    quantities: tuple[str, ...]
+    confidence: float
+    resamples: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A quantity that a design must keep within; None is no limit."""
+
+    quantity: str
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Pareto:
+    """Search of designs that no other beats: ``objectives`` are quantities with their goal, min or max."""
+
+    objectives: tuple[tuple[str, str], ...]
+    limits: tuple[Limit, ...]
+    variables: tuple[str, ...]
+    population: int
+    generations: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study as its file asks for it.
+
+    ``rig`` and ``program`` are the tables that every case starts from, plain values; ``inputs`` are the files that
+    were read, the study's own first.
+    """
+
+    path: Path
+    text: str
+    title: str
+    engine: str
+    seed: int
+    rig: Mapping[str, Any]
+    program: Mapping[str, Any]
+    axes: tuple[Axis, ...]
+    groups: tuple[str, ...]
+    sample: Sample | None
+    sensitivity: Sensitivity | None
+    pareto: Pareto | None
+    inputs: Mapping[Path, str]
+
+
+def ready_studies() -> dict[str, Path]:
+    """Studies that ship with the package, by name."""
+    return {path.stem: path for path in sorted((Path(__file__).parent / "ready").glob("*.toml"))}
+
+
+def read_study(name: Path, *, seed: int | None = None) -> Study:
+    """Read a study file, or a ready study by its name; ``seed`` stands in place of all seeds of the file.
+
+    Raises
+    ------
+    StudyError
+        One line with file, field, value and what was expected.
+    """
+    ready = ready_studies()
+    path = ready[str(name)] if str(name) in ready and not name.exists() else name
+    try:
+        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
+    except OSError as error:
+        expected = f"expected a study file in TOML, or one of {', '.join(ready)}"
+        raise StudyError(f"{path}: {error.strerror}: {expected}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise StudyError(f"{path}: not TOML: {error}") from None
+    try:
+        return _study(path, text, _Table("", data, _TOP), seed)
+    except (StudyError, RigError, RecordError) as error:
+        words = str(error)
+        raise StudyError(words if words.startswith(str(path)) else f"{path}: {words}") from None
+
+
+class _Table:
+    """A table of the file; what is taken from it is checked, and said with its dotted name where it is wrong."""
+
+    def __init__(self, name: str, data: object, known: Sequence[str] | None) -> None:
+        if not isinstance(data, Mapping):
+            raise StudyError(f"{name} = {data!r}: expected a table")
+        self.name, self.data = name, data
+        for key in data:
+            if known is not None and key not in known:
+                raise StudyError(f"{self.at(key)} = {data[key]!r}: expected one of {', '.join(known)}")
+
+    def at(self, key: str) -> str:
+        return f"{self.name}.{key}".lstrip(".")
+
+    def complain(self, key: str, expected: str) -> StudyError:
+        found = f" = {self.data[key]!r}" if key in self.data else ": missing"
+        return StudyError(f"{self.at(key)}{found}: expected {expected}")
+
+    def table(self, key: str, *known: str) -> _Table:
+        return _Table(self.at(key), self.data.get(key, {}), known or None)
+
+    def text(self, key: str, default: str | None = None, among: Sequence[str] = ()) -> str:
+        value = self.data.get(key, default)
+        if not isinstance(value, str) or (among and value not in among):
+            raise self.complain(key, "one of " + ", ".join(among) if among else "text")
+        return value
+
+    def texts(self, key: str, default: Sequence[str], among: Sequence[str]) -> tuple[str, ...]:
+        value = self.data.get(key, default)
+        listed = isinstance(value, Sequence) and not isinstance(value, str)
+        if not listed or not value or len(set(map(str, value))) < len(value):
+            raise self.complain(key, "a list of different names")
+        for item in value:
+            if item not in among:
+                raise StudyError(f"{self.at(key)} = {item!r}: expected one of {', '.join(among)}")
+        return tuple(value)
+
+    def number(self, key: str, default: float | None = None, expected: str = "a finite number") -> float:
+        value = self.data.get(key, default)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise self.complain(key, expected)
+        return float(value)
+
+    def whole(self, key: str, default: int | None, low: int, high: int) -> int:
+        value = self.data.get(key, default)
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise self.complain(key, f"a whole number from {low} to {high:,}")
+        return value
+
+
+def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
+    if top.data.get("schema") != 1:
+        raise top.complain("schema", "1")
+    engine = top.text("engine", "chain", list(ENGINE_GROUPS))
+    base_seed = top.whole("seed", 0, 0, 2**31)
+
+    def seed(table: _Table) -> int:
+        own = table.whole("seed", base_seed, 0, 2**31)
+        return own if given_seed is None else given_seed
+
+    inputs: dict[Path, str] = {path: _sha256(path)}
+    rig = _rig(path, top.table("rig"), inputs)
+    program = _program(path, top.table("program", "amplitude_mm", "cycles", "step_mm", "rate_Hz", "file"), inputs)
+    sample = _sample(top, seed)
+    axes = _axes(top.table("vary"), sampled=sample is not None)
+    names = [axis.name for axis in axes]
+    if (found := clash(names)) is not None:
+        raise StudyError(f"vary.{found[0]}: expected not beside {found[1]}, which it sets as well")
+    if "drive_mm" in program and any(name.startswith("program.") for name in names):
+        raise StudyError(f"program.file = {top.data['program']['file']!r}: expected absent where the program is varied")
+    _require_different_names(inputs)
+    groups = top.table("quantities", "groups").texts("groups", ENGINE_GROUPS[engine][:2], tuple(GROUPS))
+    for group in groups:
+        if group not in ENGINE_GROUPS[engine]:
+            raise StudyError(f"quantities.groups = {group!r}: expected one of those of the engine {engine}: "
+                             + ", ".join(ENGINE_GROUPS[engine]))  # fmt: skip
+    known = quantity_names(engine, groups)
+    study = Study(
+        path=path, text=text, title=top.text("title", path.stem), engine=engine, seed=seed(top), rig=rig,
+        program=program, axes=axes, groups=groups, sample=sample,
+        sensitivity=_sensitivity(top, known, seed), pareto=_pareto(top, known, names, seed), inputs=inputs,
+    )  # fmt: skip
+    _require_few(study)
+    return study
+
+
+def _require_different_names(inputs: Mapping[Path, str]) -> None:
+    """Refuse two files of one name: their copies stand side by side in the study's folder."""
+    names = [path.name for path in inputs]
+    for name in names:
+        if names.count(name) > 1:
+            raise StudyError(f"{name}: name of two files that the study reads: expected different names")
+
+
+def _require_few(study: Study) -> None:
+    grid = math.prod(len(axis.values) for axis in study.axes)
+    if study.sample is None and grid > MAX_CASES:
+        raise StudyError(f"vary: a grid of {grid:,} cases: expected at most {MAX_CASES:,}; [sample] takes fewer")
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _rig(path: Path, table: _Table, inputs: dict[Path, str]) -> dict[str, Any]:
+    """Give the tables of the rig: a preset or a file (from the study file's folder), with single values changed."""
+    if ("preset" in table.data) == ("file" in table.data):
+        raise StudyError("[rig]: expected either preset or file")
+    if "preset" in table.data:
+        base = preset(table.text("preset")).to_dict()
+    else:
+        file = path.parent / table.text("file")
+        base = read_rig(file).to_dict()
+        inputs[file] = _sha256(file)
+    changed = {}
+    for name, value in _dotted({k: v for k, v in table.data.items() if k not in ("preset", "file")}).items():
+        if name not in FIELDS or name.startswith("program."):
+            raise StudyError(f"rig.{name} = {value!r}: expected preset, file or a number of a rig, {_some(name)}")
+        changed[name] = _value(f"rig.{name}", value, FIELDS[name])
+    return with_values({"rig": base, "program": {}}, changed)["rig"]
+
+
+def _dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for key, value in table.items():
+        out |= _dotted(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+    return out
+
+
+def _program(path: Path, table: _Table, inputs: dict[Path, str]) -> dict[str, Any]:
+    if "file" in table.data:
+        if len(table.data) > 1:
+            raise table.complain("file", "to stand alone: it has the whole program")
+        file = path.parent / table.text("file")
+        program = program_of_file(file)
+        inputs[file] = _sha256(file)
+        time = program.time_s
+        return {"drive_mm": program.drive_mm.tolist()} | ({} if time is None else {"time_s": time.tolist()})
+    cycles = table.whole("cycles", 1, 1, 10_000)
+    found: dict[str, Any] = {"amplitude_mm": table.number("amplitude_mm"), "cycles": cycles}
+    if "rate_Hz" in table.data:
+        if "step_mm" in table.data:
+            raise table.complain("step_mm", "absent beside rate_Hz, which makes a sine")
+        return found | {"rate_Hz": table.number("rate_Hz")}
+    return found | {"step_mm": table.number("step_mm", 0.1)}
+
+
+def _sample(top: _Table, seed: Any) -> Sample | None:
+    if "sample" not in top.data:
+        return None
+    table = top.table("sample", "method", "count", "seed")
+    return Sample(table.text("method", None, METHODS), table.whole("count", None, 2, MAX_CASES), seed(table))
+
+
+def _axes(table: _Table, *, sampled: bool) -> tuple[Axis, ...]:
+    if not table.data:
+        raise StudyError("[vary]: missing, expected at least one field with its values")
+    return tuple(_axis(table, name, value, sampled) for name, value in _axes_dotted(table.data).items())
+
+
+def _axes_dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Take ``notch.depth_mm = [..]`` without quotes, which TOML nests, as with them."""
+    out: dict[str, Any] = {}
+    for key, value in table.items():
+        nested = isinstance(value, Mapping) and "from" not in value and "to" not in value
+        out |= _axes_dotted(value, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value}
+    return out
+
+
+def _axis(table: _Table, name: str, given: object, sampled: bool) -> Axis:
+    where = f"vary.{name}"
+    if name not in FIELDS:
+        raise StudyError(f"{where} = {given!r}: expected a number of the rig or the program, {_some(name)}")
+    whole = FIELDS[name]
+    if isinstance(given, Mapping):
+        span = _Table(where, given, ("from", "to", "count"))
+        low, high = _value(f"{where}.from", given.get("from"), whole), _value(f"{where}.to", given.get("to"), whole)
+        if not low < high:
+            raise span.complain("to", f"above from = {low:g}")
+        if sampled:
+            if "count" in given:
+                raise span.complain("count", "absent beside [sample], which has the count")
+            return Axis(name, (), low, high, whole)
+        count = span.whole("count", None, 2, MAX_CASES)
+        values = [low + (high - low) * k / (count - 1) for k in range(count - 1)] + [high]
+    elif isinstance(given, list) and given:
+        if sampled:
+            raise StudyError(f"{where} = {given!r}: expected {{from = , to = }} beside [sample]")
+        values = [_value(where, value, whole) for value in given]
+    else:
+        raise StudyError(f"{where} = {given!r}: expected a list of numbers, or {{from = , to = , count = }}")
+    values = [_value(where, value, whole) for value in values]
+    if len(set(values)) < len(values):
+        raise StudyError(f"{where} = {given!r}: expected different values")
+    return Axis(name, tuple(values), min(values), max(values), whole)
+
+
+def _value(where: str, value: object, whole: bool) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise StudyError(f"{where} = {value!r}: expected a finite number" if value is not None else
+                         f"{where}: missing, expected a number")  # fmt: skip
+    if whole and value != round(value):
+        raise StudyError(f"{where} = {value!r}: expected a whole number")
+    return float(value)
+
+
+def _some(name: str) -> str:
+    """Name the fields of the same table, or the tables."""
+    table = name.partition(".")[0] + "."
+    same = [field for field in FIELDS if "." in name and field.startswith(table)]
+    tables = sorted({field.partition(".")[0] + (".*" if "." in field else "") for field in FIELDS})
+    return "one of " + ", ".join(same or tables)
+
+
+def _sensitivity(top: _Table, known: Sequence[str], seed: Any) -> Sensitivity | None:
+    if "sensitivity" not in top.data:
+        return None
+    table = top.table("sensitivity", "count", "quantities", "confidence", "resamples", "seed")
+    count = table.whole("count", None, 4, MAX_CASES)
+    if count & (count - 1):
+        raise table.complain("count", "a power of two: Sobol's points are even over the ranges only then")
+    confidence = table.number("confidence", 0.95)
+    if not 0 < confidence < 1:
+        raise table.complain("confidence", "between 0 and 1")
+    quantities = table.texts("quantities", known, known)
+    return Sensitivity(count, quantities, confidence, table.whole("resamples", 200, 10, 100_000), seed(table))
+
+
+def _pareto(top: _Table, known: Sequence[str], axes: Sequence[str], seed: Any) -> Pareto | None:
+    if "pareto" not in top.data:
+        return None
+    table = top.table("pareto", "objectives", "limits", "variables", "population", "generations", "seed")
+    goals = table.table("objectives")
+    if len(goals.data) < 2:
+        raise table.complain("objectives", "two or more quantities, each with min or max")
+    for name in goals.data:
+        if name not in known:
+            raise goals.complain(name, "a quantity of this study, one of " + ", ".join(known))
+    limits = []
+    for name in table.table("limits").data:
+        limit = table.table("limits").table(name, "min", "max")
+        if name not in known or not limit.data:
+            raise StudyError(f"{limit.name} = {dict(limit.data)!r}: expected min or max of one of {', '.join(known)}")
+        low, high = (limit.number(key) if key in limit.data else None for key in ("min", "max"))
+        limits.append(Limit(name, low, high))
+    return Pareto(
+        objectives=tuple((name, goals.text(name, None, ("min", "max"))) for name in goals.data),
+        limits=tuple(limits),
+        variables=table.texts("variables", axes, axes),
+        population=table.whole("population", 40, 4, 10_000),
+        generations=table.whole("generations", 25, 1, 100_000),
+        seed=seed(table),
+    )

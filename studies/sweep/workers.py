@@ -1,0 +1,128 @@
+"""Where a study runs: Dask workers that are processes of this machine, or those of a cluster that is there."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from multiprocessing import forkserver
+
+import dask
+from dask.system import CPU_COUNT
+from distributed import Client, LocalCluster
+from distributed.utils import get_mp_context
+
+from studies.sweep.cases import StudyError, code_of
+from studies.sweep.inputs import code_version
+
+CONNECT_S = 10
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), 1)
+
+_SHORT_DIARIES = {
+    "distributed.admin.low-level-log-length": 1,
+    "distributed.admin.system-monitor.log-length": 60,
+    "distributed.diagnostics.computations.max-history": 1,
+}
+"""Dask remembers its last 1000 messages and 100 graphs, with the inputs of all their cases: not a study's to hold."""
+
+
+class Team:
+    """Workers of a study: processes of this machine, or those of a Dask cluster. They are called when first needed."""
+
+    def __init__(self, engine: str, workers: int | None = None, scheduler: str | None = None) -> None:
+        if scheduler is not None and workers is not None:
+            raise StudyError(f"--workers {workers}: expected absent beside --scheduler, which has its own")
+        if workers is not None and workers < 1:
+            raise StudyError(f"--workers {workers}: expected at least 1")
+        self._engine, self._scheduler = engine, scheduler
+        self._count = workers or CPU_COUNT
+        self._open = ExitStack()
+        self._client: Client | None = None
+
+    def __enter__(self) -> Team:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        self._open.close()
+
+    def client(self) -> Client:
+        """Give the client, connected."""
+        if self._client is None:
+            logging.getLogger("distributed").setLevel(logging.CRITICAL)
+            self._open.enter_context(dask.config.set(_SHORT_DIARIES))
+            with interrupts_wait():
+                self._client = self._checked(
+                    self._local() if self._scheduler is None else self._remote(self._scheduler)
+                )
+        return self._client
+
+    @property
+    def size(self) -> int:
+        """Threads that take cases."""
+        if self._scheduler is None:
+            return self._count
+        return max(1, sum(self.client().nthreads().values()))
+
+    def _local(self) -> Client:
+        # a case is a thread's work: libraries that start their own would only wait for each other
+        settings = {
+            "nanny.pre-spawn-environ": _ONE_THREAD,
+            "worker.multiprocessing-method": "forkserver",
+            "scheduler.allowed-failures": 0,  # we look ourselves which case took a worker down
+        }
+        self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
+        # one process reads the modules, and the workers are its copies: they start in no time, however many
+        get_mp_context().set_forkserver_preload(["distributed", "studies.sweep.cases"])
+        with interrupts_wait(signal.SIG_IGN):  # what a process ignores, those that it starts ignore, too
+            forkserver.ensure_running()
+        cluster = LocalCluster(
+            n_workers=self._count, threads_per_worker=1, processes=True, memory_limit=0, silence_logs=logging.CRITICAL,
+            dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},  # heard on this machine alone
+        )  # fmt: skip
+        self._open.enter_context(cluster)
+        return self._open.enter_context(Client(cluster))
+
+    def _remote(self, address: str) -> Client:
+        try:
+            client = self._open.enter_context(Client(address, timeout=CONNECT_S))
+            client.wait_for_workers(1, timeout=CONNECT_S)
+        except (OSError, ValueError) as error:
+            words = " ".join(str(error).split()) or "no answer"
+            raise StudyError(f"--scheduler {address}: {words}: expected a Dask scheduler with workers") from None
+        return client
+
+    def _checked(self, client: Client) -> Client:
+        """Refuse workers that would run other code than ours, whose numbers would be stored as if of ours."""
+        where = "workers" if self._scheduler is None else f"--scheduler {self._scheduler}"
+        expected = "expected notchbend there, and the same versions of it and its libraries as here"
+        try:
+            found = client.run(code_of, self._engine)
+        except Exception as error:  # Dask wraps what a worker cannot import in a plain one
+            words = " ".join(str(error).split())
+            raise StudyError(f"{where}: {words}: {expected}") from None
+        for worker, code in found.items():
+            if code != code_version(self._engine):
+                raise StudyError(f"{where}: {worker} runs other code: {expected}")
+        return client
+
+
+@contextmanager
+def interrupts_wait(handler: signal.Handlers | None = None) -> Iterator[None]:
+    """Let Ctrl-C, which a terminal sends to all processes of a command, wait till the block ends, or be ignored.
+
+    Dask's processes complain at length where they are interrupted while they start.
+    """
+    if threading.current_thread() is not threading.main_thread():  # others hear of no signals
+        yield
+        return
+    heard = []
+    before = signal.signal(signal.SIGINT, handler or (lambda *_: heard.append(True)))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if heard:
+            raise KeyboardInterrupt

@@ -1,0 +1,272 @@
+"""Run the same commands on two versions of notchbend and compare what they write, to the last digit.
+
+    python tests/same_results.py run --python OLD/.venv/bin/python --out old
+    python tests/same_results.py run --python NEW/.venv/bin/python --out new
+    python tests/same_results.py compare old new
+
+A change of the structure must leave every number alone. What may differ is left out: times, versions, checksums of the
+code, and the files of a figure. Texts that differ are listed apart, for a reader to judge.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import itertools
+import json
+import math
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+ALL_EFFECTS = """\
+name = "all-effects"
+preload_N = 20.0
+precurvature_deg = 0.1
+[tube]
+outer_diameter_mm = 6.2
+inner_diameter_mm = 5.64
+[notch]
+shape = "v_pair"
+count = 6
+depth_mm = 2.825
+width_mm = 1.4
+spacing_mm = 1.2
+root_width_mm = 0.8
+[material]
+youngs_modulus_GPa = 60.0
+poissons_ratio = 0.33
+loop_share = 0.3
+loop_angle_deg = 2.2
+[tendon]
+EA_N = 17000.0
+moment_arm_mm = 2.64
+free_length_mm = 150.0
+toe_N = 40.0
+[tendon_b]
+moment_arm_mm = 2.55
+EA_N = 16000.0
+[wheel]
+radius_mm = 10.0
+[friction]
+capstan_coefficient = 0.1
+guide_N = 0.01
+sheath_N = 1.0
+rest_wrap_deg = 5.0
+[slack]
+tendon_a_mm = 0.01
+[backlash]
+width_mm = 0.05
+[eccentricity]
+amplitude_mm = 0.05
+phase_deg = 20.0
+[superelastic]
+plateau_MPa = 450.0
+unloading_plateau_MPa = 220.0
+[closure]
+stiffness_Nmm_per_rad = 20000.0
+[gravity]
+ring_mass_g = 0.3
+[tip_stop]
+y_mm = 4.0
+stiffness_N_per_mm = 1.0
+[creep]
+fraction = 0.2
+time_s = 2.0
+[drag]
+sheath_N_s_per_mm = 0.05
+joint_Nmm_s_per_rad = 0.05
+[preload_loss]
+fraction = 0.1
+cycles = 2.0
+[fatigue]
+loop_loss = 0.2
+residual_deg = 0.05
+cycles = 2.0
+"""
+STUDY = """\
+schema = 1
+title = "twelve cases"
+engine = "chain"
+[rig]
+preset = "du2018"
+[program]
+amplitude_mm = 2.2
+cycles = 2
+[vary]
+preload_N = [10, 15, 20, 30]
+"notch.depth_mm" = [2.8, 2.825, 3.2]
+[quantities]
+groups = ["loop", "strain", "contributions"]
+"""
+TRACED = {"known": ("backlash", "guide_friction"), "unknown": ("tendon_slack", "time_delay")}
+LEFT_OUT = {"seconds", "wall_s", "versions", "sha256", "code", "version", "figures", "computed"}
+"""Keys of what no two runs, or no two versions, have in common."""
+PATHS = ("file", "record", "records", "source", "reference")
+
+
+def commands() -> Iterator[tuple[str, list[str]]]:
+    """Give all command lines, after ``notchbend``, with a name each; they run in the folder of the results."""
+    for engine, preload in itertools.product(("chain", "multibody", "analytic"), (10, 20)):
+        given = ["--preset", "du2018", "--preload", str(preload), "--amplitude", "2.2", "--cycles", "2"]
+        yield (
+            f"simulate {engine} {preload} N",
+            ["simulate", *given, "--engine", engine, "--out", f"{engine}-{preload}N.csv"],
+        )
+    for engine in ("chain", "multibody"):
+        given = [
+            "--rig",
+            "all-effects.toml",
+            "--amplitude",
+            "1.2",
+            "--rate",
+            "0.5",
+            "--cycles",
+            "2",
+            "--engine",
+            engine,
+        ]
+        yield f"simulate {engine}, all effects", ["simulate", *given, "--out", f"all-{engine}.csv"]
+    dynamic = ["--preset", "du2018", "--amplitude", "1.0", "--rate", "1", "--dynamic", "--out", "dynamic.csv"]
+    yield "simulate --dynamic", ["simulate", *dynamic]
+    yield "identify one", ["identify", "chain-20N.csv", "--out", "identify-one"]
+    yield "identify two", ["identify", "chain-20N.csv", "chain-10N.csv", "--elements", "0", "--out", "identify-two"]
+    yield "separate a rig", ["separate", "--preset", "du2018", "--preload", "20", "--out", "separate-rig"]
+    yield "separate records", ["separate", "chain-20N.csv", "chain-10N.csv", "--out", "separate-records"]
+    yield "effects", ["effects"]
+    for kind, labels in TRACED.items():
+        for label in labels:
+            folder = Path("cases") / f"work-{kind}" / f"{label}-00"
+            yield f"trace {kind} {label}", ["trace", str(folder), "--out", f"trace-{kind}-{label}"]
+    yield "study", ["study", "study.toml", "--workers", "1", "--out", "study"]
+    yield "validate", ["validate", "--out", "validate"]
+    yield "run", ["run", "--out", "run"]
+
+
+def run(python: Path, out: Path) -> None:
+    """Run everything with one version's interpreter; the JSON of a command goes beside what it writes."""
+    python = python.absolute()
+    out.mkdir(parents=True)
+    (out / "all-effects.toml").write_text(ALL_EFFECTS)
+    (out / "study.toml").write_text(STUDY)
+    for kind, labels in TRACED.items():
+        given = ["--kind", kind, "--effects", ",".join(labels), "--count", "1", "--out", "cases"]
+        subprocess.run([python, "-m", "validation.practice.cases", *given], cwd=out, check=True)
+    for number, (name, arguments) in enumerate(commands()):
+        if arguments[0] == "trace":
+            arguments[1:2] = sorted(str(path.relative_to(out)) for path in (out / arguments[1]).glob("*.csv"))
+        start = time.perf_counter()
+        done = subprocess.run(
+            [python.parent / "notchbend", *arguments, "--json"], cwd=out, check=False, capture_output=True, text=True
+        )
+        print(f"{name}: exit {done.returncode}, {time.perf_counter() - start:.1f} s", flush=True)
+        if done.returncode:
+            print(done.stderr, flush=True)
+        (out / f"{number:02d}-{arguments[0]}.json").write_text(done.stdout)
+
+
+@dataclass
+class Differences:
+    """What differs: texts, and numbers with how far they are apart."""
+
+    texts: list[str] = field(default_factory=list)
+    numbers: list[tuple[float, str]] = field(default_factory=list)
+    structure: list[str] = field(default_factory=list)
+    compared: int = 0
+
+    def number(self, where: str, a: float, b: float) -> None:
+        """Compare two numbers to the last digit."""
+        self.compared += 1
+        if a != b and not (math.isnan(a) and math.isnan(b)):
+            self.numbers.append((abs(a - b), f"{where}: {a!r} {b!r}"))
+
+    def values(self, where: str, a: Any, b: Any) -> None:
+        """Compare two values of JSON."""
+        if isinstance(a, dict) and isinstance(b, dict):
+            if list(a) != list(b):
+                self.structure.append(f"{where}: keys {sorted(set(a) ^ set(b)) or 'in another order'}")
+            for key in a.keys() & b.keys() - LEFT_OUT:
+                self.values(f"{where}.{key}", a[key], b[key])
+        elif isinstance(a, list) and isinstance(b, list):
+            if len(a) != len(b):
+                self.structure.append(f"{where}: {len(a)} and {len(b)} entries")
+            for i, (x, y) in enumerate(zip(a, b, strict=False)):
+                self.values(f"{where}[{i}]", x, y)
+        elif isinstance(a, int | float) and isinstance(b, int | float) and not isinstance(a, bool):
+            self.number(where, a, b)
+        elif a != b:
+            both_text = isinstance(a, str) and isinstance(b, str)
+            (self.texts if both_text else self.structure).append(f"{where}:\n    {a!r}\n    {b!r}")
+        else:
+            self.compared += 1
+
+    def tables(self, where: str, a: str, b: str) -> None:
+        """Compare two CSV files."""
+        rows_a, rows_b = (list(csv.reader(text.splitlines())) for text in (a, b))
+        if [len(row) for row in rows_a] != [len(row) for row in rows_b] or rows_a[:1] != rows_b[:1]:
+            self.structure.append(f"{where}: another shape or header")
+            return
+        for i, (x, y) in enumerate(zip(rows_a, rows_b, strict=True)):
+            for j, (p, q) in enumerate(zip(x, y, strict=True)):
+                if p == q:
+                    self.compared += 1
+                elif i == 0:
+                    self.structure.append(f"{where}: column {p!r} {q!r}")
+                else:
+                    self.number(f"{where}:{i + 1}:{rows_a[0][j]}", float(p), float(q))
+
+
+def compare(old: Path, new: Path) -> Differences:
+    """Compare all CSV, TOML and JSON files and the datasets of two folders."""
+    import xarray
+
+    out = Differences()
+    suffixes: dict[str, Callable[[str, str, str], None]] = {
+        ".csv": out.tables,
+        ".json": lambda where, a, b: out.values(where, *(json.loads(t) if t.strip() else None for t in (a, b))),
+        ".toml": lambda where, a, b: out.values(where, a, b),
+    }
+    files = [{p.relative_to(top) for p in top.rglob("*") if ".zarr" not in str(p)} for top in (old, new)]
+    out.structure += [f"{path}: in one folder only" for path in sorted(files[0] ^ files[1])]
+    for path in sorted(files[0] & files[1]):
+        if path.suffix in suffixes:
+            suffixes[path.suffix](str(path), (old / path).read_text(), (new / path).read_text())
+    a, b = (xarray.open_zarr(top / "study" / "study.zarr").load() for top in (old, new))
+    out.values("study.zarr", sorted(map(str, a.variables)), sorted(map(str, b.variables)))
+    for name in a.variables.keys() & b.variables.keys() - LEFT_OUT:
+        out.values(f"study.zarr {name}", a[name].values.tolist(), b[name].values.tolist())
+    return out
+
+
+def main() -> int:
+    """Run, or compare; 1 where a number, a key or a file differs."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    one = verbs.add_parser("run")
+    one.add_argument("--python", type=Path, required=True)
+    one.add_argument("--out", type=Path, required=True)
+    two = verbs.add_parser("compare")
+    two.add_argument("old", type=Path)
+    two.add_argument("new", type=Path)
+    options = parser.parse_args()
+    if options.verb == "run":
+        run(options.python, options.out)
+        return 0
+    found = compare(options.old, options.new)
+    for title, rows in (
+        ("texts", found.texts),
+        ("keys and files", found.structure),
+        ("numbers", [f"{gap:.2g} {where}" for gap, where in sorted(found.numbers, reverse=True)]),
+    ):
+        print(f"{title} that differ: {len(rows)}")
+        print(*(f"  {row}" for row in rows[:200]), sep="\n")
+    print(f"{found.compared} values agree to the last digit")
+    return 1 if found.structure or found.numbers else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,324 @@
+"""``notchbend trace`` and ``effects``: results as in the contract, all or nothing; pages, figures, next record."""
+
+import json
+import sys
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from docs.make.effects import PAGE, page
+from fem_models.chain.solve import simulate_chain
+from fem_models.load.program import SolverError, sine
+from fem_models.multibody import quasi_static as multibody
+from fem_models.rig.effects import Backlash
+from fem_models.rig.of_record import rig_of
+from hysteresis.files import write_files
+from hysteresis.record import Record, RecordError, write_record
+from studies import progress
+from studies.commands import tracing
+from studies.commands.cli import call
+from studies.engines import program_of_file
+from studies.report.trace_page import trace_page
+from validation.tracing.effect import catalogue
+from validation.tracing.figures import figures
+from validation.tracing.next_experiment import Experiment, Trial, next_experiment
+from validation.tracing.report import errors_of, in_words, to_dict
+from validation.tracing.second_opinion import confirm
+from validation.tracing.trace import trace_records
+
+MEASURED = {
+    "joints": 5,
+    "moment_arm_mm": 2.6,
+    "flexure_stiffness_Nmm_per_rad": 600.0,
+    "tendon_EA_N": 9000.0,
+    "tendon_free_length_mm": 150.0,
+    "pitch_mm": 2.6,
+}
+NOISE_DEG, WIDTH_MM = 0.02, 0.06
+ERROR_KEYS = {"rmse_deg", "max_abs_deg", "max_rel_percent", "normalised"}
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def bench_records(width_mm: float) -> list[Record]:
+    """Two records of a rig of five joints, at two preloads and amplitudes, from the chain, with noise."""
+    noise, out = np.random.default_rng(0), []
+    for preload, amplitude in ((20.0, 1.0), (10.0, 0.5)):
+        bare = Record(drive=[0, 1, 0], angle_deg=[0, 1, 0], kind="simulated", rig=MEASURED | {"preload_N": preload})
+        rig = rig_of(bare)
+        rig = replace(
+            rig,
+            friction=replace(rig.friction, sheath_N=1.0, capstan_coefficient=0.05),
+            material=replace(rig.material, loop_share=0.2),
+            backlash=Backlash(width_mm) if width_mm else None,
+        )
+        run = simulate_chain(rig, sine(amplitude, 0.1, cycles=2, samples_per_cycle=48))
+        angle = np.round(run.angle_deg + noise.normal(0, NOISE_DEG, run.angle_deg.size), 4)
+        out.append(replace(bare, drive=run.drive, angle_deg=angle, time_s=run.time_s, cycle=run.cycle))
+    return out
+
+
+@cache
+def traced(width_mm: float):
+    return trace_records(bench_records(width_mm), threads=1)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Records with play, and what the command makes of them."""
+    place = tmp_path_factory.mktemp("trace")
+    for i, record in enumerate(bench_records(WIDTH_MM)):
+        write_record(record, place / f"r{i}.csv")
+    arguments = ["trace", str(place / "r0.csv"), str(place / "r1.csv"), "--out", str(place / "out")]
+    assert call([*arguments, "--quiet", "--threads", "1"]) == 0
+    return place
+
+
+def stored(folder):
+    return json.loads((folder / "out" / "trace.json").read_text(), parse_constant=pytest.fail)  # no NaN
+
+
+def test_play_is_traced_and_the_file_is_as_the_contract_has_it(folder):
+    result = stored(folder)
+    assert result["schema"] == 1
+    assert result["records"] == ["r0.csv", "r1.csv"]
+    assert result["verdict"] == "effect"
+    for stage in ("before", "after"):
+        for part in ("train", "heldout"):
+            assert set(result[stage][part]) == ERROR_KEYS
+    (effect,) = result["effects"]
+    assert effect["name"] == "backlash"
+    assert effect["confusable_with"] == []
+    width = effect["parameters"]["width_mm"]
+    assert width["unit"] == "mm"
+    assert width["low"] < WIDTH_MM < width["high"]  # the width that the records were made with
+    assert effect["heldout_rmse_deg"] == pytest.approx(result["after"]["heldout"]["rmse_deg"], rel=1e-9)
+    assert effect["delta_bic"] == pytest.approx(result["candidates"][0]["delta_bic"])
+    # noise of the records; 2 x 109 samples tell its size to 5 % (1/sqrt(2 m)), floor and error to some more
+    assert result["noise_floor_deg"] == pytest.approx(NOISE_DEG, rel=0.2)
+    assert result["after"]["heldout"]["rmse_deg"] < 1.3 * NOISE_DEG < result["before"]["heldout"]["rmse_deg"]
+    gains = [row["delta_bic"] for row in result["candidates"]]
+    assert gains == sorted(gains, reverse=True)
+    assert all(set(row) == {"name", "heldout_rmse_deg", "delta_bic"} for row in result["candidates"])
+    assert set(result["multibody"]) == {"before", "after"}
+    assert result["multibody"]["after"]["rmse_deg"] < 0.5 * result["multibody"]["before"]["rmse_deg"]
+    assert "backlash" in result["next_experiment"]
+    assert "cycle 2" in result["heldout_by"]
+
+
+def test_the_page_stands_alone_with_its_figures(folder):
+    html = (folder / "out" / "report.html").read_text()
+    result = stored(folder)
+    assert "The residual is traced to backlash." in html
+    assert html.count("data:image/png;base64,") == len(result["figures"]) == 3
+    assert 'src="http' not in html
+    for item in result["figures"]:
+        assert (folder / "out" / item["file"]).read_bytes().startswith(PNG)
+
+
+def test_the_next_program_is_one_that_simulate_takes(folder):
+    program = program_of_file(folder / "out" / "next-experiment.csv")
+    assert stored(folder)["next_program"]["preload_N"] > 0
+    assert program.time_s is not None
+    assert np.abs(program.drive_mm).max() <= 1.25 + 1e-9  # of the widest record, 1 mm
+
+
+def test_clean_records_have_no_effect_and_files_of_an_older_trace_go(folder, tmp_path, capsys):
+    for i, record in enumerate(bench_records(0.0)):
+        write_record(record, tmp_path / f"r{i}.csv")
+    out = tmp_path / "out"
+    write_files({out / "next-experiment.csv": "old", out / "trace-candidates.png": b"old", out / "mine.txt": "mine"})
+    assert call(["trace", str(tmp_path / "r0.csv"), str(tmp_path / "r1.csv"), "--out", str(out), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert (result["verdict"], result["effects"]) == ("none", [])
+    assert result["after"] == result["before"]
+    assert result["before"]["heldout"]["rmse_deg"] < 1.3 * NOISE_DEG
+    assert result["next_program"] is None
+    kept = {path.name for path in out.iterdir()}
+    assert kept == {"trace.json", "report.html", "trace-residual.png", "trace-loops.png", "mine.txt"}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("drive_mm,angle_deg\n0,0\n1,1\n2,2\n3,3\n", ["r.csv", "never reverses"]),
+        ("drive_mm,angle_deg\n0,7\n1,7\n2,7\n1,7\n0,7\n", ["r.csv", "angle = 7 deg", "changes"]),
+        ("drive_mm,angle_deg\n0,0\n1,one\n0,0\n", ["r.csv:3", "one"]),
+    ],
+)
+def test_bad_records_end_with_one_line_and_leave_nothing(text, words, tmp_path, capsys):
+    (tmp_path / "r.csv").write_text(text)
+    assert call(["trace", str(tmp_path / "r.csv"), "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert all(word in error for word in words), error
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_record_is_not_replaced_by_the_next_program(tmp_path, capsys):
+    record = tmp_path / "next-experiment.csv"
+    write_record(bench_records(0.0)[0], record)
+    before = record.read_bytes()
+    assert call(["trace", str(record), "--out", str(tmp_path)]) == 2
+    assert "would replace it" in capsys.readouterr().err
+    assert record.read_bytes() == before
+
+
+def test_nothing_is_written_where_a_file_cannot_be(folder, tmp_path):
+    result = stored(folder)
+    pictures = {item["file"]: (folder / "out" / item["file"]).read_bytes() for item in result["figures"]}
+    (tmp_path / "trace.json").mkdir()  # a folder in the place of the last file
+    with pytest.raises(RecordError, match=r"trace\.json"):
+        tracing.write_trace(tracing.Traced(result, pictures, None), tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["trace.json"]
+
+
+def test_unexplained_names_nothing_and_says_what_to_measure():
+    found = traced(WIDTH_MM)
+    words = ("the residual goes with the rate",)
+    smooth = replace(found.smooth, names=("the rate",))
+    lost = replace(found, verdict="unexplained", grown=found.declared, confusable=(), words=words, smooth=smooth)
+    experiment = next_experiment(lost)
+    assert experiment.program is None
+    assert "ten times the rate, 1 Hz: the residual goes with the rate" in experiment.words
+    result = to_dict(lost, experiment=experiment)
+    assert result["effects"] == []
+    assert result["after"] == result["before"]
+    drawn = figures(lost)
+    html = trace_page(
+        result
+        | {"next_program": None, "figures": [{"file": name, "caption": text} for name, (_, text) in drawn.items()]},
+        {name: png for name, (png, _) in drawn.items()},
+    )
+    assert "no effect of the catalogue explains" in html
+    assert "The residual goes with the rate." in in_words(result)
+
+
+def test_alike_candidates_are_named_together():
+    found = traced(WIDTH_MM)
+    ranked = sorted((c for c in found.candidates if len(c.names) == 1), key=lambda c: -c.delta_bic)
+    best, second = ranked[:2]
+    near = replace(second, delta_bic=best.delta_bic - 1.0)
+    rest = tuple(c for c in found.candidates if c not in (best, second))
+    torn = replace(found, verdict="ambiguous", confusable=(second.names,), candidates=(best, near, *rest))
+    experiment = next_experiment(torn)
+    assert f"backlash and {second.names[0]} differ by" in experiment.words
+    result = to_dict(torn, experiment=experiment)
+    assert result["effects"][0]["confusable_with"] == list(second.names)
+    assert any(f"backlash or {second.names[0]}" in line for line in in_words(result))
+
+
+def test_the_proposed_record_tells_the_rivals_apart():
+    """Run again by hand, through the chain alone, for the two models that the words name."""
+    found = traced(WIDTH_MM)
+    experiment = next_experiment(found)
+    runner_up = max((c for c in found.candidates if "backlash" not in c.names), key=lambda c: c.delta_bic)
+    problem, angles = found.declared.model.problem, []
+    for fitted in (found.grown, runner_up.fitted):
+        declared, more = fitted.model.values(fitted.x)
+        added = [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
+        bare = problem.runs[0][0]
+        run = replace(bare, rig=replace(bare.rig, preload_N=experiment.preload_N))
+        angles.append(simulate_chain(problem.rig(run, declared, added), experiment.program).angle_deg)
+    apart = angles[1] - angles[0]
+    assert f"differ by {apart.std():.2g} deg rms" in experiment.words
+    assert apart.std() > found.floor.deg
+
+
+def test_rivals_of_unknown_geometry_are_simulated_on_the_record_s_own_path():
+    records = [replace(r, rig={"preload_N": r.rig["preload_N"]}) for r in bench_records(WIDTH_MM)]
+    found = trace_records(records, threads=1)
+    assert not found.known
+    best, second = sorted((c for c in found.candidates if len(c.names) == 1), key=lambda c: -c.delta_bic)[:2]
+    named = replace(
+        found, verdict="ambiguous", grown=best.fitted, candidates=(best, second), confusable=(second.names,)
+    )
+    experiment = next_experiment(named)
+    assert f"{best.names[0]} and {second.names[0]} differ by" in experiment.words
+    assert experiment.program is not None
+    assert experiment.preload_N == 20.0  # a preload that was measured: nothing is known of others
+    assert confirm(named).words == "not run: the geometry is unknown"
+    assert set(to_dict(named)["effects"][0]["parameters"])
+    assert len(figures(named)) == 3
+
+
+def test_multibody_errors_are_those_of_the_same_runs():
+    """Against errors_of: both engines follow the same laws, on the bench without shear or soft rings."""
+    found = traced(WIDTH_MM)
+    seen = confirm(found)
+    for errors, fitted in ((seen.before, found.declared), (seen.after, found.grown)):
+        whole = np.sqrt(fitted.square)
+        assert errors.rmse_deg == pytest.approx(whole, rel=0.2)
+    assert "2 of 2 records" in seen.words
+    assert "1 of 2 records" in confirm(found, cycles=2.0).words  # whole records, at least one
+
+
+def test_a_multibody_model_that_fails_is_said_in_words(monkeypatch):
+    found = traced(WIDTH_MM)
+
+    def fail(rig, program):
+        raise SolverError("sample 3")
+
+    monkeypatch.setattr(multibody, "solve_multibody", fail)
+    seen = confirm(found)
+    assert (seen.before, seen.after) == (None, None)
+    assert "sample 3" in seen.words
+    monkeypatch.setitem(
+        sys.modules, "fem_models.multibody.quasi_static", None
+    )  # as where Exudyn's libraries are missing
+    seen = confirm(found)
+    assert "cannot be imported" in seen.words
+    assert to_dict(found, confirmation=seen)["multibody"] is None
+
+
+def test_to_dict_alone_has_errors_of_the_trace():
+    found = traced(WIDTH_MM)
+    result = to_dict(found)
+    assert result["after"]["heldout"] == errors_of(found.grown)[1].to_dict()
+    assert result["multibody"] is None
+    json.dumps(result, allow_nan=False)
+
+
+def test_effects_lists_the_catalogue(capsys):
+    assert call(["effects", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["effects"]
+    assert [row["name"] for row in rows] == [effect.name for effect in catalogue()]
+    assert all(row["physics"] and row["tell_apart"] for row in rows)
+    assert call(["effects", "--quiet"]) == 0
+    assert capsys.readouterr().out.split() == [effect.name for effect in catalogue()]
+    assert call(["effects"]) == 0
+    assert "wheel_eccentricity" in capsys.readouterr().out
+
+
+def test_the_page_of_the_catalogue_is_up_to_date():
+    assert PAGE.read_text(encoding="utf-8") == page(catalogue()), "run python -m docs.make.effects"
+
+
+def test_progress_is_told_on_a_terminal_only(monkeypatch):
+    lines = []
+    monkeypatch.setattr(progress, "Console", lambda stderr: Console(force_terminal=True, file=_Lines(lines)))
+    with progress.told(True, "tracing") as tell:
+        tell("backlash")
+    with progress.told(False, "tracing") as tell:
+        tell("gravity")
+    assert "tracing" in "".join(lines)
+    assert "gravity" not in "".join(lines)
+
+
+class _Lines:
+    def __init__(self, lines):
+        self.lines = lines
+
+    def write(self, text):
+        self.lines.append(text)
+
+    def flush(self):
+        pass
+
+
+def test_a_program_without_times_is_written_without():
+    trial = Trial("at rest", np.array([0.0, 1.0]), None, np.zeros(2, dtype=np.int64), 20.0)
+    assert Experiment("words", trial).csv() == "drive_mm\n0\n1\n"
+    assert Experiment("words").csv() is None

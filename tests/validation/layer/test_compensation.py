@@ -1,0 +1,135 @@
+"""Compensation: the inverse is exact on its own layer, and good in the multibody model, which it has not seen."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fem_models.chain.solve import simulate_chain
+from fem_models.rig.presets import preset
+from hysteresis.bouc_wen import BoucWen, hysteresis
+from hysteresis.identify import identify
+from hysteresis.inverse import compensating_drive, inverse_curve, inverse_hysteresis, uncompensated_drive
+from hysteresis.record import read_columns, read_record, write_record
+from studies.commands.cli import call
+from studies.commands.identification import write_fit
+from validation.layer.compensation import layer, references, shrinking_loops, track
+
+RIG = preset("du2018", preload_N=20.0)
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return layer(RIG, simulate_chain, elements=2)
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(st.floats(-40, 40), min_size=1, max_size=25),
+    st.floats(0.01, 1.5).flatmap(lambda size: st.sampled_from([size, -size])),
+    st.floats(0.05, 3.0),
+    st.floats(1.0, 8.0),
+    st.floats(-0.9, 1.0),
+)
+def test_the_inverse_put_back_gives_the_angle(angles, A, saturation, n, rho):
+    total = abs(A) / saturation**n
+    model = BoucWen(A=A, beta=total / (1 + rho), gamma=total * rho / (1 + rho), n=n)
+    path = inverse_hysteresis(angles, [model], 0.0)
+    f = np.append(0.0, path)
+    assert (f + hysteresis(f, model))[1:] == pytest.approx(np.array(angles), abs=1e-8)
+
+
+def test_inverse_of_a_curve_and_what_it_refuses():
+    drives = np.linspace(-2, 2, 37)
+    assert inverse_curve(lambda x: -np.sinh(x), -np.sinh(drives), (-2.0, 2.0)) == pytest.approx(drives, abs=1e-10)
+    with pytest.raises(ValueError, match="sample 1: f = 5 deg"):
+        inverse_curve(np.sinh, [0.0, 5.0], (-2.0, 2.0))
+    with pytest.raises(ValueError, match="flat or turns"):
+        inverse_curve(lambda x: np.maximum(x, 0.0), [0.5], (-1.0, 1.0))
+
+
+def test_the_layer_follows_its_own_inverse(fit):
+    for wanted in references().values():
+        drive = np.append(0.0, compensating_drive(fit, wanted, 0.0))
+        assert fit.predict(drive)[1:] == pytest.approx(wanted, abs=1e-8)
+        plain = uncompensated_drive(fit, wanted)
+        assert fit.plain(plain) == pytest.approx(wanted, abs=1e-8)
+
+
+@pytest.mark.parametrize("what", list(references()))
+def test_the_multibody_model_follows_five_times_closer(fit, what):
+    pytest.importorskip("exudyn", reason="Exudyn cannot be imported here: its library libGL.so.1 is missing?")
+    from fem_models.multibody.quasi_static import simulate_multibody
+
+    assert track(fit, RIG, references()[what], simulate_multibody).ratio >= 5  # asked for
+
+
+@pytest.fixture(scope="module")
+def loops(tmp_path_factory):
+    path = tmp_path_factory.mktemp("loops") / "loops.csv"
+    write_record(simulate_chain(RIG, shrinking_loops()), path)
+    return path
+
+
+def test_command_writes_the_drive(loops, tmp_path, capsys):
+    wanted = 25 * np.sin(np.linspace(0, 9, 60))
+    reference, out = tmp_path / "wanted.csv", tmp_path / "drive.csv"
+    rows = (f"{t},{a}" for t, a in zip(np.arange(60.0).tolist(), wanted.tolist(), strict=True))
+    reference.write_text("time_s,angle_deg\n" + "\n".join(rows) + "\n")
+    assert call(["compensate", str(loops), "--reference", str(reference), "--out", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["samples"] == 60
+    columns = read_columns(out, ["drive_mm", "angle_deg", "time_s"])
+    assert columns["angle_deg"] == pytest.approx(wanted)
+    angle = simulate_chain(RIG, shrinking_loops()).angle_deg  # the record's own: the drive must stay within it
+    assert np.abs(columns["drive_mm"]).max() < 1.8
+    assert np.abs(angle).max() > 25
+
+
+def test_an_identify_json_gives_the_drive_of_its_record(loops, tmp_path):
+    """The layer from the file has f as a table: the same drive, but for what lies between its places."""
+    reference = tmp_path / "wanted.csv"
+    reference.write_text("angle_deg\n" + "\n".join(map(repr, (20 * np.sin(np.linspace(0, 9, 60))).tolist())) + "\n")
+    fit = identify(read_record(loops), elements=1)
+    write_fit(fit, [read_record(loops)], tmp_path, "identify")
+    drives = []
+    for source in (loops, tmp_path / "identify.json"):
+        out = tmp_path / f"drive-{source.suffix[1:]}.csv"
+        given = ["compensate", str(source), "--reference", str(reference), "--out", str(out), "--elements", "1"]
+        assert call([*given, "--quiet"]) == 0
+        drives.append(read_columns(out, ["drive_mm"])["drive_mm"])
+    assert np.abs(drives[0] - drives[1]).max() < 1e-4 * np.ptp(drives[0])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [("{", ["layer.json", "expected"]), ('{"schema": 1}', ["layer.json", "parameters", "missing"])]
+)
+def test_other_json_is_refused_in_one_line(text, words, tmp_path, capsys):
+    layer, reference, out = (tmp_path / name for name in ("layer.json", "wanted.csv", "drive.csv"))
+    layer.write_text(text)
+    reference.write_text("angle_deg\n0\n1\n0\n")
+    assert call(["compensate", str(layer), "--reference", str(reference), "--out", str(out), "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert all(word in error for word in words), error
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("angle_deg\n0\n70\n0\n", ["wanted.csv:3", "angle_deg", "70", "within"]),
+        ("angle\n0\n1\n0\n", ["wanted.csv", "angle_deg"]),
+        ("angle_deg\n0\none\n0\n", ["wanted.csv:3", "one"]),
+        ("time_s,angle_deg\n0,0\n1,1\n1,0\n", ["wanted.csv:4", "time_s"]),
+    ],
+)
+def test_bad_references_are_named_and_leave_nothing(text, words, loops, tmp_path, capsys):
+    reference, out = tmp_path / "wanted.csv", tmp_path / "drive.csv"
+    reference.write_text(text)
+    assert call(["compensate", str(loops), "--reference", str(reference), "--out", str(out), "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert all(word in error for word in words), error
+    assert not out.exists()

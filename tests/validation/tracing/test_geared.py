@@ -1,0 +1,91 @@
+"""Known rigs behind a motor whose gain is not known: the same verdicts as for a drive in mm."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.chain.solve import simulate_chain
+from fem_models.load.program import sine
+from fem_models.rig.effects import Slack
+from fem_models.rig.of_record import rig_of
+from fem_models.rig.presets import preset
+from hysteresis.record import Record, RecordError
+from validation.tracing.baseline.motor_drive import geared_problem
+from validation.tracing.next_experiment import next_experiment
+from validation.tracing.report import to_dict
+from validation.tracing.second_opinion import confirm
+from validation.tracing.trace import trace_records
+
+MM_PER_DEG = 0.035  # a wheel of 2 mm radius
+NOISE_DEG = 0.05
+
+
+def measured(rig, seed, unit="deg", mm=MM_PER_DEG):
+    run = simulate_chain(rig, sine(2.2, 0.1 * (1 + seed), cycles=2, samples_per_cycle=60))
+    noise = np.random.default_rng(seed).normal(0, NOISE_DEG, run.angle_deg.size)
+    return Record(
+        drive=run.drive / mm, angle_deg=run.angle_deg + noise, time_s=run.time_s, cycle=run.cycle, drive_unit=unit,
+        rig={"preset": "du2018", "preload_N": rig.preload_N}, source=f"motor-{seed}.csv",
+    )  # fmt: skip
+
+
+def test_gain_and_effect_are_found_together():
+    mm = -MM_PER_DEG  # a motor that turns the other way
+    rigs = [preset("du2018", preload_N=T) for T in (20.0, 10.0)]
+    records = [measured(replace(rig, slack=Slack(0.2, 0.2)), i, mm=mm) for i, rig in enumerate(rigs)]
+    trace = trace_records(records)
+    assert trace.known
+    assert trace.grown.names == ("tendon_slack",)
+    declared, (slack,) = trace.grown.model.values(trace.grown.x)
+    assert declared["drive_mm_per_deg"] == pytest.approx(mm, rel=0.02)
+    assert slack["slack_mm"] == pytest.approx(0.2, rel=0.1)
+    assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
+    result = to_dict(trace, experiment=next_experiment(trace), confirmation=(confirmed := confirm(trace)))
+    assert result["rig_known"]
+    assert confirmed.after.rmse_deg < min(1.3 * NOISE_DEG, 0.7 * confirmed.before.rmse_deg)
+
+
+def test_the_next_record_is_in_turns_of_the_motor():
+    rigs = [preset("du2018", preload_N=T) for T in (20.0, 10.0)]
+    trace = trace_records([measured(replace(rig, slack=Slack(0.2, 0.2)), i) for i, rig in enumerate(rigs)])
+    experiment = next_experiment(trace)
+    assert experiment.csv().startswith("drive_deg,time_s\n")
+    assert experiment.program is None  # which is in mm
+    assert 0.2 < np.abs(experiment.trial.drive).max() * MM_PER_DEG / 2.2 < 1.5  # no mm, which would be 0.035
+
+
+def test_nothing_is_missing_where_nothing_is():
+    trace = trace_records([measured(preset("du2018", preload_N=T), i) for i, T in enumerate((20.0, 10.0))])
+    assert trace.verdict == "none"
+    assert trace.grown.model.values(trace.grown.x)[0]["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.01)
+
+
+@pytest.mark.parametrize(("arm_mm", "EA_N"), [(1.0, 3000.0), (0.6, 9000.0), (2.6, 1000.0)])
+def test_the_gain_starts_from_the_stretch_of_the_declared_ropes(arm_mm, EA_N):
+    """Most of the rope that is wound in is stretch: the moment arm alone would say a third of the gain."""
+    bench = {"joints": 5, "moment_arm_mm": arm_mm, "flexure_stiffness_Nmm_per_rad": 600.0, "tendon_EA_N": EA_N}
+    bench |= {"tendon_free_length_mm": 200.0, "pitch_mm": 2.6, "preload_N": 20.0}
+    steps = sine(1.0, 0.1, cycles=2, samples_per_cycle=60)
+    empty = Record(drive=steps.drive_mm, angle_deg=np.zeros(steps.drive_mm.size), rig=bench)
+    run = simulate_chain(rig_of(empty), steps)
+    noise = np.random.default_rng(3).normal(0, NOISE_DEG, run.angle_deg.size)
+    record = replace(
+        empty, drive=steps.drive_mm / MM_PER_DEG, angle_deg=run.angle_deg + noise, time_s=steps.time_s, drive_unit="deg"
+    )
+    problem = geared_problem([record])
+    assert problem.start["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.05)
+    trace = trace_records([record])
+    assert trace.verdict == "none"
+    declared = trace.declared.model.values(trace.declared.x)[0]
+    assert declared["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.05)
+    assert declared["EA_N"] == pytest.approx(EA_N, rel=0.1)
+
+
+def test_units_must_agree_and_a_rig_must_be_known():
+    record = measured(preset("du2018"), 0)
+    with pytest.raises(RecordError, match=r"drive\.unit = step: expected deg"):
+        geared_problem([record, replace(record, drive_unit="step")])
+    assert geared_problem([record, replace(record, rig={"preload_N": 20.0})]) is None
+    with pytest.raises(RecordError, match="the other sign than in the first"):
+        geared_problem([record, replace(record, angle_deg=-record.angle_deg)])

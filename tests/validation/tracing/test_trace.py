@@ -1,0 +1,384 @@
+"""The tracer on records whose truth is known: made here, by the chain or by the law itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.chain.solve import simulate_chain
+from fem_models.load.program import SolverError, sine, triangle
+from fem_models.multibody.quasi_static import simulate_multibody
+from fem_models.rig.effects import Gravity, Superelastic, TipStop
+from fem_models.rig.presets import preset
+from hysteresis.bouc_wen import BoucWen, hysteresis
+from hysteresis.record import Record, RecordError, read_record
+from validation.practice.bench_record import SHIPPED
+from validation.practice.cases import draw_case
+from validation.tracing.baseline.known_rig import rig_problem
+from validation.tracing.effect import Constant, catalogue
+from validation.tracing.fitting import Division, Model, bic, columns, fit, independent
+from validation.tracing.holdout import Protocol, _most_covered
+from validation.tracing.report import in_words, to_dict
+from validation.tracing.residual import Floor, dependences, floor_of, smooth_functions
+from validation.tracing.search import CURVE
+from validation.tracing.trace import Trace, _believed, _verdict, trace_records
+
+NOISE_DEG = 0.05
+
+
+def measured(rig, program, seed, **known):
+    run = simulate_chain(rig, program)
+    noise = np.random.default_rng(seed).normal(0, NOISE_DEG, run.angle_deg.size)
+    return Record(
+        drive=run.drive, angle_deg=run.angle_deg + noise, time_s=run.time_s, cycle=run.cycle,
+        rig={"preset": "du2018", "preload_N": rig.preload_N}, source=f"{rig.preload_N:g}N.csv", **known,
+    )  # fmt: skip
+
+
+def two_preloads(change, program=None):
+    program = program or triangle(2.2, cycles=2)
+    return [measured(change(preset("du2018", preload_N=T)), program, int(T)) for T in (20.0, 10.0)]
+
+
+def test_unequal_tendons_of_five_percent_are_named():
+    """The paper puts its own residual down to them."""
+
+    def unequal(rig):
+        return replace(rig, tendon_b=replace(rig.tendon_b, moment_arm_mm=0.95 * rig.tendon_b.moment_arm_mm))
+
+    trace = trace_records(two_preloads(unequal))
+    assert trace.verdict == "effect"
+    assert trace.grown.names == ("unequal_tendons",)
+    assert trace.grown.model.values(trace.grown.x)[1][0]["arm_ratio"] == pytest.approx(0.95, abs=0.005)
+    assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
+    assert trace.declared.heldout_rmse_deg > 2 * trace.grown.heldout_rmse_deg
+
+
+def test_shipped_record_is_traced_to_what_was_hidden_in_it():
+    """validation/practice/bench_record.py: tendon b has another arm and free length, in the multibody model."""
+    trace = trace_records([read_record(SHIPPED)])
+    assert trace.grown.names == ("unequal_tendons",)
+    assert trace.verdict in ("effect", "ambiguous")  # one preload, one amplitude
+
+
+def test_nothing_is_missing_where_nothing_is():
+    assert trace_records(two_preloads(lambda rig: rig)).verdict == "none"
+
+
+def test_stop_on_the_negative_side_is_the_mirror_of_one_on_the_positive():
+    program = triangle(1.5, step_mm=0.25)
+    rig = preset("du2018", preload_N=20.0)
+    above, below = (replace(rig, tip_stop=TipStop(side * 5.0, 1.0)) for side in (1, -1))
+    mirrored = replace(program, drive_mm=-program.drive_mm)
+    for simulate in (simulate_chain, simulate_multibody):
+        a, b = simulate(above, program).angle_deg, simulate(below, mirrored).angle_deg
+        assert np.abs(a + b).max() < 1e-3
+        assert np.abs(a - simulate(rig, program).angle_deg).max() > 1.0
+
+
+def hidden_loop(amplitude, seed, law):
+    """A curve with a Bouc-Wen loop on it, geometry unknown."""
+    drive = amplitude * np.sin(2 * np.pi * np.linspace(0, 3.25, 400))
+    angle = 18.0 * drive + hysteresis(18.0 * drive, law)
+    angle = angle + np.random.default_rng(seed).normal(0, NOISE_DEG, drive.size)
+    return Record(drive=drive, angle_deg=angle, time_s=np.linspace(0, 30, 400))
+
+
+@pytest.mark.parametrize("saturation_deg", [1.5, 0.3])
+def test_hidden_hysteresis_is_not_taken_for_smooth_terms(saturation_deg):
+    """Traps seen on a sparse-regression tool: a hidden state became six smooth terms with a held-out R2 of 0.87, and a
+    quarter of the amplitude showed it (0.25). With a small yield, too, the loop must carry over to that amplitude."""
+    law = BoucWen(A=-0.6, beta=0.4 / saturation_deg, gamma=0.2 / saturation_deg, n=1.0)
+    records = [hidden_loop(amplitude, i, law) for i, amplitude in enumerate((2.0, 1.0, 0.5))]
+    trace = trace_records(records)
+    assert trace.verdict == "none"
+    assert not trace.declared.division.train[2][50:].any()  # the smallest is held out
+    assert trace.declared.heldout_rmse_deg < 1.3 * NOISE_DEG
+
+
+def test_lost_counts_have_no_word_in_the_catalogue():
+    case = draw_case("work", "known", "lost_counts", 0)
+    trace = trace_records(case.records)
+    assert trace.verdict == "unexplained"
+    assert trace.effects == ()
+
+
+def test_an_optimum_of_another_loop_does_not_hide_an_effect():
+    """A work case that was missed: the loop's slip angle of the declared fit is twice that of the best one."""
+    both = ("camera_misalignment", "wheel_eccentricity")
+    records = draw_case("work", "known", both[0], 22).records
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in both])
+    assert trace.verdict == "effect"
+    assert trace.grown.names == both[:1]
+
+
+def test_effects_that_do_nothing_do_not_take_the_place_of_the_one_that_is_there(monkeypatch):
+    """A work case that was missed: a free rig had taken the friction for its own, and all that does nothing stood near
+    it, where friction from a model of a few steps stood a little off still."""
+    with_a_short_last_fit(monkeypatch)
+    shown = ("guide_friction", "time_delay", "wheel_eccentricity", "gravity")
+    records = draw_case("work", "unknown", shown[0], 4).records
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
+    assert trace.verdict == "effect"
+    assert trace.grown.names == shown[:1]
+
+
+def test_a_free_rig_does_not_hide_a_second_effect_within_what_a_first_one_may_leave():
+    """A case of a retired set: beside drag the rig took so much of the friction of the guides that 1.17 times the noise
+    was left, and 1.86 times held out."""
+    shown = {"viscous_drag", "guide_friction"}
+    records = draw_case("score-6", "unknown", "pair", 5).records
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
+    assert set(trace.grown.names) == shown
+    assert trace.grown.heldout_rmse_deg < 1.3 * trace.floor.deg
+
+
+def with_a_short_last_fit(monkeypatch):
+    """For what the search names alone."""
+    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.SAMPLES_AT_LAST", 100)
+    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.PARTS_AT_LAST", 1)
+
+
+def test_a_rival_of_a_free_rig_is_fitted_from_other_loops_as_the_best_is(monkeypatch):
+    """A case of a retired set: slack alone was, and stiffening, which stood in another loop's optimum, lost by 72."""
+    with_a_short_last_fit(monkeypatch)
+    shown = {"tendon_stiffening", "tendon_slack"}
+    records = draw_case("score-8", "unknown", "tendon_stiffening", 6).records
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
+    assert trace.verdict == "ambiguous"
+    assert {*trace.grown.names, *trace.confusable[0]} == shown
+
+
+def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
+    """A case of a retired set: a delay was named for drag, beside which slack had lost its place to what does nothing.
+
+    With fewer effects, places are fewer for the same to happen; the last fit and the curves are not what is asked.
+    """
+    of_the_rig = list[Trace]()
+
+    def once(*given, **more):
+        of_the_rig[:] = of_the_rig or [_verdict(*given, **more)]
+        return of_the_rig[0]
+
+    monkeypatch.setattr("validation.tracing.trace._verdict", once)
+    monkeypatch.setattr("validation.tracing.search._FINISHED_FREE", 1)
+    with_a_short_last_fit(monkeypatch)
+    shown = {"time_delay", "viscous_drag", "tendon_slack", "unequal_tendons"}
+    records = draw_case("score-5", "unknown", "pair", 3).records
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
+    assert trace.grown.names == ("viscous_drag", "tendon_slack")
+    assert trace.confusable == (("time_delay",), ())
+    effects = to_dict(trace)["effects"]
+    assert all(effect["delta_bic"] > 0 for effect in effects)
+
+
+def test_a_free_rig_is_followed_to_the_noise_where_all_else_fails():
+    """A work case: friction of the guides leaves 1.26 times the noise, and free functions do better than it alone."""
+    shown = {"guide_friction", "tendon_slack"}
+    records = draw_case("work", "unknown", "pair", 3).records
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
+    assert set(trace.grown.names) == shown
+    assert trace.grown.heldout_rmse_deg < 1.3 * trace.floor.deg
+
+
+@pytest.mark.parametrize(("amplitude_mm", "ends"), [(2.0, True), (1.2, False)])
+def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_mm, ends):
+    """On a flat plateau one joint bends three times as far as the others do, to its end."""
+    law = Superelastic(180.0, 80.0, transformation_strain=0.03, plateau_modulus_GPa=0.1)
+    records = two_preloads(lambda rig: replace(rig, superelastic=law), triangle(amplitude_mm, cycles=2))
+    trace = trace_records(records, effects=[e for e in catalogue() if e.name == "superelastic_plateau"])
+    found = trace.grown.model.values(trace.grown.x)[1][0]
+    assert trace.verdict == "effect"
+    assert ("transformation_strain" in found) is ends
+    assert found["plateau_MPa"] == pytest.approx(180.0, rel=0.08)
+    assert found.get("transformation_strain", 0.03) == pytest.approx(0.03, rel=0.15)
+    assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
+    assert any(c.fitted is trace.grown for c in trace.candidates)
+
+
+def test_a_curve_with_a_loop_has_no_friction_of_guides():
+    """Records that are no rig's, by the formula: a free rig comes near the noise with friction of its guides alone."""
+    records = []
+    rng = np.random.default_rng(0)
+    for preload, part, rate in ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 1.0, 0.4), (10.0, 0.5, 0.4)):
+        program = sine(2.0 * part, rate, cycles=2, samples_per_cycle=60)
+        curve = 11.0 * program.drive_mm * (1 - 0.06 * (program.drive_mm / 2.0) ** 2)
+        angle = curve + hysteresis(curve, BoucWen(A=-(0.5 + 0.03 * preload) / 3.0, beta=0.2, gamma=0.4 / 3.0, n=1.0))
+        noisy = angle + rng.normal(0, 0.05, angle.size)
+        rig = {"preload_N": preload}
+        records.append(Record(program.drive_mm, noisy, time_s=program.time_s, cycle=program.cycle, rig=rig))
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "guide_friction"])
+    assert (trace.verdict, trace.model) == ("none", CURVE)
+
+
+def test_an_effect_that_leaves_the_held_out_error_where_it_was_is_not_named():
+    records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "gravity"])
+    assert trace.verdict == "effect"
+    assert _believed(trace) is trace
+    no_better = replace(trace, declared=replace(trace.declared, errors=trace.grown.errors))
+    assert _believed(no_better) is no_better  # at the noise: the declared model had met those samples by chance
+    doubted = _believed(replace(no_better, floor=Floor(0.1 * trace.floor.deg, trace.floor.repeats_deg)))
+    assert doubted.verdict == "unexplained"
+    assert not doubted.effects
+    assert not doubted.confusable
+    assert doubted.words[0].startswith("gravity leaves")
+
+
+def test_same_records_same_trace():
+    records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
+    one, other = (trace_records(records, threads=n) for n in (1, 2))
+    assert one.verdict == other.verdict
+    assert one.grown.names == other.grown.names
+    assert np.array_equal(one.grown.x, other.grown.x)
+
+
+def test_held_out_is_the_protocol_that_the_others_cover():
+    slow, fast = 0.1, 1.0
+    protocols = [Protocol(20, 2.2, slow), Protocol(10, 2.2, slow), Protocol(20, 2.2, fast), Protocol(20, 1.1, slow)]
+    assert _most_covered(protocols) == 3
+
+
+def test_derivatives_fall_with_the_step_and_repeats_are_exact():
+    """Columns against central differences of the model; repeated cycles against the whole run."""
+    records = two_preloads(lambda rig: rig, sine(2.2, 0.1, cycles=3, samples_per_cycle=40))
+    problem = rig_problem(records)
+    (run,) = problem.runs[0]
+    assert run.short is not None
+    whole = run.solve(run.rig).record.angle_deg[run.skip :]
+    assert np.abs(run.angle_deg(run.rig) - whole).max() < 1e-9
+    model, division = Model(problem), Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    x = model.row(problem.start, [])
+    J = columns(model, division, x, division.row(model.errors(x)), 1)
+    ahead, behind = (division.row(model.errors(x + s * np.eye(x.size)[0])) for s in (1e-3, -1e-3))
+    central = (ahead - behind) / 2e-3
+    assert np.linalg.norm(J[:, 0] - central) < 0.02 * np.linalg.norm(central)
+
+
+def test_noise_floor_and_free_functions_on_a_known_residual():
+    records = two_preloads(lambda rig: rig)
+    problem = rig_problem(records)
+    rng = np.random.default_rng(3)
+    noise = [rng.normal(0, 0.04, o.size) for o in problem.observed]
+    floor = floor_of(records, problem.kept, noise)
+    assert floor.deg == pytest.approx(0.04, rel=0.12)
+    model, division = Model(problem), Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    fitted = fit(model, division, model.row(problem.start, []), threads=1, most_calls=3)
+    even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.sights, strict=True))
+    smooth = smooth_functions(replace(fitted, errors=even), records, problem.sights, 400.0)
+    assert smooth.names[0] == "even in the drive"
+
+
+def test_dependence_of_white_noise_and_of_a_known_residual():
+    """White noise goes with nothing (p is uniform); a square of the drive goes with the drive, and is not white."""
+    records = two_preloads(lambda rig: rig)
+    problem = rig_problem(records)
+    model, division = Model(problem), Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    fitted = fit(model, division, model.row(problem.start, []), threads=1, most_calls=2)
+    rng, chances = np.random.default_rng(5), []
+    for _ in range(200):
+        white = tuple(rng.normal(0.0, 0.1, e.size) for e in fitted.errors)
+        noise = replace(fitted, errors=tuple(e - e.mean() for e in white))
+        chances.append([one.p for one in dependences(noise, records)])
+    assert np.all(np.mean(np.array(chances) < 0.05, axis=0) < 0.12)
+    assert np.all(np.mean(np.array(chances) < 0.5, axis=0) > 0.35)
+    square = [s.drive**2 + 0.01 * rng.normal(size=s.drive.size) for s in problem.sights]
+    found = {one.on: one for one in dependences(replace(fitted, errors=tuple(e - e.mean() for e in square)), records)}
+    assert found["drive"].part > 0.95
+    assert found["drive"].p < 1e-6
+    assert found["neighbours"].p < 1e-6
+    assert found["direction"].part < 0.05
+
+
+def test_criterion_and_coordinates():
+    assert bic(1.0, 2, np.e) == pytest.approx(2.0)  # m log 1 + p log m
+    assert independent(1000, 0.0, 10) == 1000
+    assert independent(1000, 0.99, 10) == 80  # eight a branch
+    for constant in (Constant("a", "-", 0, 1, 0.1), Constant("b", "-", 1e-3, 10, 0.3, log=True)):
+        assert constant.outer(constant.inner(0.25)) == pytest.approx(0.25)
+
+
+def test_catalogue_is_complete():
+    """The names of the table in docs/effects-catalogue.md, seventeen; each says what it is, and acts somewhere."""
+    names = [effect.name for effect in catalogue()]
+    assert len(names) == len(set(names)) == 17
+    for effect in catalogue():
+        assert effect.rig_forms
+        assert effect.curve_forms
+        assert len(effect.physics) > 80
+        assert len(effect.tell_apart) > 40
+
+
+def test_no_record_and_a_record_without_a_reversal_are_refused():
+    with pytest.raises(RecordError, match="no record"):
+        trace_records([])
+    with pytest.raises(RecordError, match="expected"):
+        trace_records([Record(drive=np.linspace(0, 1, 40), angle_deg=np.linspace(0, 20, 40))])
+
+
+@pytest.mark.parametrize("samples", [24, 88])
+def test_one_clean_cycle_of_few_samples_is_not_unexplained(samples):
+    """So few samples do not tell their own noise: its estimate is too small by a third, now and then."""
+    run = simulate_chain(preset("du2018"), sine(2.2, 0.1, cycles=1, samples_per_cycle=samples))
+    verdicts = []
+    for seed in range(12):
+        angle = run.angle_deg + np.random.default_rng(seed).normal(0, NOISE_DEG, run.angle_deg.size)
+        record = Record(
+            drive=run.drive, angle_deg=angle, time_s=run.time_s, rig={"preset": "du2018", "preload_N": 20.0}
+        )
+        verdicts.append(trace_records([record], effects=[]).verdict)
+    assert verdicts.count("none") >= 11
+
+
+def test_an_effect_does_not_pay_for_an_optimum_that_the_declared_model_missed():
+    """Two clean records whose declared fit ends at another loop, three times the noise: drag was named for that."""
+    records = []
+    for i, (preload, amplitude) in enumerate(((20.0, 2.2), (10.0, 1.1))):
+        rig = preset("du2018", preload_N=preload)
+        rope = replace(rig.tendon_a, EA_N=22_000.0)
+        metal = replace(rig.material, loop_share=0.5, loop_angle_deg=4.0)
+        rig = replace(rig, material=metal, tendon_a=rope, tendon_b=rope)
+        run = simulate_chain(rig, sine(amplitude, 0.1, cycles=2, samples_per_cycle=32))
+        angle = run.angle_deg + np.random.default_rng(10 + i).normal(0, 0.003, run.angle_deg.size)
+        known = {"preset": "du2018", "preload_N": preload}
+        records.append(Record(drive=run.drive, angle_deg=angle, time_s=run.time_s, cycle=run.cycle, rig=known))
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "viscous_drag"])
+    assert trace.verdict == "none"
+    assert trace.declared.model.values(trace.declared.x)[0]["loop_angle_deg"] == pytest.approx(4.0, rel=0.05)
+
+
+def test_a_declared_model_that_cannot_stand_where_the_grown_one_does_is_left_as_it_was(monkeypatch):
+    """Without its effect a rig may find no equilibrium at those constants: the finding stays, and nothing breaks."""
+    records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
+    gravity = [effect for effect in catalogue() if effect.name == "gravity"]
+    before = trace_records(records, effects=gravity)
+    calls = []
+
+    def once(*given, **more):
+        calls.append(given)
+        if len(calls) > 1:
+            raise SolverError("no equilibrium")
+        return fit(*given, **more)
+
+    monkeypatch.setattr("validation.tracing.trace.fit", once)
+    after = trace_records(records, effects=gravity)
+    assert len(calls) == 2
+    assert after.grown.names == before.grown.names == ("gravity",)
+    assert np.array_equal(after.grown.x, before.grown.x)
+
+
+def test_a_rig_that_bends_the_other_way_is_refused_but_not_one_that_is_unknown():
+    (record, _) = two_preloads(lambda rig: rig)
+    turned = replace(record, angle_deg=-record.angle_deg)
+    with pytest.raises(RecordError, match=r"20N\.csv: angle_deg: falls as drive_mm rises"):
+        trace_records([record, turned])
+    assert rig_problem([replace(turned, rig={"preload_N": 20.0})]) is None
+
+
+def test_a_record_without_a_rig_is_named_where_others_have_one():
+    one, other = two_preloads(lambda rig: rig, triangle(2.2, step_mm=0.2))
+    other = replace(other, rig={"preload_N": 10.0})
+    trace = trace_records([one, other], effects=[])
+    assert not trace.known
+    note = "10N.csv names no rig: those of the other records were not used"
+    assert any(note in sentence for sentence in in_words(to_dict(trace)))

@@ -1,0 +1,88 @@
+"""Model against model: the analytic curve and the compiled chain beside the multibody model."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fem_models.analytic.kinematics import theory_curve, tip_pose
+from fem_models.chain.solve import simulate_chain
+from fem_models.joint.flexure import beam, element_rotations, flexure
+from fem_models.load.program import triangle
+from fem_models.multibody.quasi_static import simulate_multibody
+from fem_models.rig.rig import Friction, Rig
+from hysteresis.metrics import errors
+
+
+@dataclass(frozen=True)
+class CrossCheck:
+    """Differences between the models of one rig; each number says what it compares.
+
+    ``element_error_percent``: rotation of a joint by the paper's two elements an arc against the closed form.
+    ``frictionless_*``: analytic curve against the multibody model without friction and material loop.
+    ``chain_max_deg``: the compiled twin against the multibody model, friction and material loop on.
+    ``friction_shift_rmse_deg``: analytic curve against the full multibody model, the part the analytic model lacks.
+    """
+
+    rig: str
+    preload_N: float
+    amplitude_mm: float
+    bending_stiffness_Nmm_per_rad: float
+    element_error_percent: float
+    full_scale_analytic_deg: float
+    full_scale_frictionless_deg: float
+    full_scale_deg: float
+    frictionless_max_deg: float
+    frictionless_rmse_deg: float
+    frictionless_tension_max_N: float
+    tip_pose_max_mm: float
+    chain_max_deg: float
+    friction_shift_rmse_deg: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
+
+
+def crosscheck(rig: Rig, *, amplitude_mm: float = 2.2, step_mm: float = 0.1) -> CrossCheck:
+    """Compare the models over one cycle of the paper's static program.
+
+    Raises
+    ------
+    SolverError, RigError
+        From the models.
+    """
+    program = triangle(amplitude_mm, step_mm=step_mm)
+    lossless = replace(rig, friction=Friction(), material=replace(rig.material, loop_share=0.0))
+    ideal, full = simulate_multibody(lossless, program), simulate_multibody(rig, program)
+    theory, tension_a, tension_b = theory_curve(lossless, program.drive_mm)
+    assert ideal.notches_deg is not None
+    assert ideal.tip_mm is not None
+    assert ideal.tension_a_N is not None
+    assert ideal.tension_b_N is not None
+    x, y, _ = tip_pose(rig, np.radians(ideal.notches_deg))
+    joint = flexure(rig)
+    moment_Nmm = 1.0
+    exact = moment_Nmm / (beam(rig) if rig.notch else joint).bending_Nmm_per_rad
+    element = exact if rig.bench is not None else element_rotations(rig, moment_Nmm).theta_kd_rad
+    against = errors(theory, ideal.angle_deg)
+    return CrossCheck(
+        rig=rig.name,
+        preload_N=rig.preload_N,
+        amplitude_mm=amplitude_mm,
+        bending_stiffness_Nmm_per_rad=joint.bending_Nmm_per_rad,
+        element_error_percent=100 * (element / exact - 1),
+        full_scale_analytic_deg=float(np.abs(theory).max()),
+        full_scale_frictionless_deg=float(np.abs(ideal.angle_deg).max()),
+        full_scale_deg=float(np.abs(full.angle_deg).max()),
+        frictionless_max_deg=against.max_abs_deg,
+        frictionless_rmse_deg=against.rmse_deg,
+        frictionless_tension_max_N=float(
+            max(np.abs(ideal.tension_a_N - tension_a).max(), np.abs(ideal.tension_b_N - tension_b).max())
+        ),
+        chain_max_deg=float(np.abs(simulate_chain(rig, program).angle_deg - full.angle_deg).max()),
+        tip_pose_max_mm=float(np.hypot(x - ideal.tip_mm[:, 0], y - ideal.tip_mm[:, 1]).max()),
+        friction_shift_rmse_deg=errors(theory_curve(rig, program.drive_mm).angle_deg, full.angle_deg).rmse_deg,
+    )

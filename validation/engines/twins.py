@@ -1,0 +1,133 @@
+"""Chain against multibody: the same rig in both engines, each effect alone and all together.
+
+``python -m validation.engines.twins`` prints the table of docs/twins.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fem_models.chain.solve import solve_chain
+from fem_models.load.program import LoadProgram, triangle
+from fem_models.multibody.quasi_static import solve_multibody
+from fem_models.rig.effects import (
+    Backlash,
+    Closure,
+    Creep,
+    Drag,
+    Eccentricity,
+    Fatigue,
+    Gravity,
+    PreloadLoss,
+    Slack,
+    Superelastic,
+    TipStop,
+)
+from fem_models.rig.presets import preset
+from fem_models.rig.rig import Friction, Rig
+from hysteresis.metrics import loop_width
+
+_ROPE = replace(preset("du2018").tendon_a, toe_N=0.0)
+_BARE = replace(
+    preset("du2018"),
+    friction=Friction(),
+    material=replace(preset("du2018").material, loop_share=0.0),
+    tendon_a=_ROPE,
+    tendon_b=_ROPE,
+)
+_FULL = preset("du2018")
+
+# Sizes that show: each changes the angle of the default rig at 20 N by more than 0.15 deg (a test holds that).
+EFFECTS: dict[str, dict[str, object]] = {
+    "slack": {"slack": Slack(tendon_b_mm=0.15)},
+    "backlash": {"backlash": Backlash(width_mm=0.1)},
+    "eccentricity": {"eccentricity": Eccentricity(amplitude_mm=0.1, phase_deg=40.0)},
+    "superelastic": {"superelastic": Superelastic(plateau_MPa=450.0, unloading_plateau_MPa=200.0)},
+    "closure": {"closure": Closure(stiffness_Nmm_per_rad=20_000.0, angle_deg=2.5)},
+    "gravity": {"gravity": Gravity(ring_mass_g=2.0, direction_deg=-90.0)},
+    "tip_stop": {"tip_stop": TipStop(y_mm=10.0, stiffness_N_per_mm=5.0)},
+    "creep": {"creep": Creep(fraction=0.5, time_s=20.0)},
+    "drag": {"drag": Drag(sheath_N_s_per_mm=15.0, joint_Nmm_s_per_rad=500.0)},
+    "preload_loss": {"preload_loss": PreloadLoss(fraction=0.4, cycles=1.0)},
+    "fatigue": {"fatigue": Fatigue(loop_loss=0.7, residual_deg=0.2, cycles=1.0)},
+}
+
+
+def switches(preload_N: float) -> dict[str, Rig]:
+    """Rigs to compare the engines on: the bare rig with each mechanism alone, the default rig, and all at once."""
+    bare, full = replace(_BARE, preload_N=preload_N), replace(_FULL, preload_N=preload_N)
+    rope = full.tendon_a
+    rigs = {
+        "elastic tendons": bare,
+        "toe region": replace(bare, tendon_a=rope, tendon_b=rope),
+        "capstan friction": replace(bare, friction=Friction(capstan_coefficient=0.1, rest_wrap_deg=30.0)),
+        "guide and sheath friction": replace(bare, friction=Friction(guide_N=0.05, sheath_N=1.0)),
+        "material loop": replace(bare, material=full.material),
+    }
+    rigs |= {f"{name} alone": replace(bare, **on) for name, on in EFFECTS.items()}  # type: ignore[arg-type]
+    rigs["du2018"] = full
+    everything: dict[str, object] = {key: value for on in EFFECTS.values() for key, value in on.items()}
+    rigs["all on"] = replace(full, **everything)  # type: ignore[arg-type]
+    return rigs
+
+
+def program(cycles: int = 2) -> LoadProgram:
+    """Take the paper's steps, a second a sample so that creep and drag have time."""
+    steps = triangle(2.2, cycles=cycles)
+    return replace(steps, time_s=np.arange(steps.drive_mm.size, dtype=float))
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """One rig in both engines over the whole program."""
+
+    name: str
+    preload_N: float
+    max_difference_deg: float
+    width_multibody_deg: float
+    width_chain_deg: float
+    max_tension_difference_N: float
+
+    @property
+    def width_difference_percent(self) -> float | None:
+        """Of the multibody model's; None where there is no loop to speak of (below 0.02 deg)."""
+        if abs(self.width_multibody_deg) < 0.02:
+            return None
+        return 100 * (self.width_chain_deg / self.width_multibody_deg - 1)
+
+
+def compare(name: str, rig: Rig, steps: LoadProgram) -> Agreement:
+    """Run a rig in both engines."""
+    chain, multibody = solve_chain(rig, steps), solve_multibody(rig, steps)
+    widths = [loop_width(r.drive, r.angle_deg, r.cycle).max_deg for r in (multibody.record, chain.record)]
+    return Agreement(
+        name=name,
+        preload_N=rig.preload_N,
+        max_difference_deg=float(np.abs(chain.record.angle_deg - multibody.record.angle_deg).max()),
+        width_multibody_deg=widths[0],
+        width_chain_deg=widths[1],
+        max_tension_difference_N=float(np.abs(chain.segment_tensions_N - multibody.segment_tensions_N).max()),
+    )
+
+
+def table() -> str:
+    """Both preloads, all switches, as Markdown."""
+    lines = [
+        "| switched on | preload, N | largest difference, deg | loop width, deg: multibody | chain | difference, % |",
+        "|---|---|---|---|---|---|",
+    ]
+    for preload in (10.0, 20.0):
+        for name, rig in switches(preload).items():
+            a = compare(name, rig, program())
+            share = a.width_difference_percent
+            lines.append(
+                f"| {name} | {preload:g} | {a.max_difference_deg:.3f} | {a.width_multibody_deg:.3f} | "
+                f"{a.width_chain_deg:.3f} | {'' if share is None else f'{share:.2f}'} |"
+            )
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(table())  # noqa: T201

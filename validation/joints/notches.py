@@ -1,0 +1,253 @@
+"""Where the analytic notch may be trusted: Timoshenko against the solid over depth, width and wall of three shapes.
+
+``python -m validation.joints.notches`` solves the grid and writes ``docs/notches.csv``, and from it ``docs/notches.md`` and
+``docs/images/notches.png``.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import multiprocessing
+import time
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, astuple, dataclass, fields, replace
+from pathlib import Path
+from typing import Any, cast, get_args
+
+import numpy as np
+
+from fem_models.joint.flexure import Flexure, beam, flexure
+from fem_models.rig.presets import preset
+from fem_models.rig.rig import Material, Notch, NotchShape, Rig, Tube
+from fem_models.solid.linear import as_flexure, chain_stiffness, snr_stiffness, solid_snr
+from fem_models.solid.strain import bent_chain, peak_strain
+from hysteresis.files import write_files
+
+POISSON = 0.33
+DOCS = Path(__file__).parents[2] / "docs"
+
+WALLS = (0.04, 0.07, 0.12)
+WIDTHS = (0.1, 0.2, 0.4, 0.8, 1.6)
+PAIR_DEPTHS = (0.30, 0.38, 0.43, 0.46, 0.48)
+ONE_SIDED_DEPTHS = (0.50, 0.65, 0.75, 0.85, 0.92)
+SPACINGS = (0.05, 0.1, 0.4, 0.8)
+SPACING = 0.2
+TRUSTED_PERCENT = 5.0
+GRID_REFINEMENT = 0.7
+"""Of the meshes of the grid: their stiffness is 1 to 2 % above the converged one of sharp corners."""
+
+FILLETS_MM = (0.0, 0.125)
+"""Sharp, and the radius of the 0.25 mm wire that the preset's root width comes from."""
+REFINEMENTS = (0.5, 0.7, 1.0, 1.4)
+
+
+@dataclass(frozen=True)
+class NotchCase:
+    """One notch; lengths as shares of the tube's outer diameter, the root of a V as a share of its width."""
+
+    shape: NotchShape
+    wall: float
+    depth: float
+    width: float
+    spacing: float = SPACING
+    root: float = 1.0
+    fillet: float = 0.0
+
+
+@dataclass(frozen=True)
+class NotchResult:
+    """Stiffness of one pitch, made dimensionless: bending by E D^3, shear and axial by E D, offset by D.
+
+    ``beam_*`` is the analytic flexure in series with the tube of the ring, ``roots_bending`` the same with the root
+    length of :mod:`fem_models.joint.roots`. ``plates_*`` is the solid between rigid end plates, ``chain_*`` the solid in an
+    endless chain of equal joints, which is what bending and tension are compared with; shear has only the plates.
+    """
+
+    case: NotchCase
+    beam_bending: float
+    beam_shear: float
+    beam_axial: float
+    beam_offset: float
+    plates_bending: float
+    plates_shear: float
+    plates_axial: float
+    plates_offset: float
+    chain_bending: float
+    chain_axial: float
+    roots_bending: float
+    nodes: int
+
+    @property
+    def in_grid(self) -> bool:
+        """Whether it belongs to the grid of depth, width and wall, not to the variations of spacing and fillet."""
+        return self.case.spacing == SPACING and self.case.fillet == 0
+
+    def error_percent(self, quantity: str, model: str) -> float:
+        """Error of a model, ``beam`` or ``roots``, against the solid in ``bending``, ``axial`` or ``shear``."""
+        judge = "plates" if quantity == "shear" else "chain"
+        return 100 * float(getattr(self, f"{model}_{quantity}") / getattr(self, f"{judge}_{quantity}") - 1)
+
+
+@dataclass(frozen=True)
+class MeshRun:
+    """One mesh of a study of convergence: bending in the chain, Nmm/rad, peak strain per radian, and what it cost."""
+
+    fillet_mm: float
+    refinement: float
+    elements: int
+    bending: float
+    strain: float
+    seconds: float
+    megabytes: float
+
+
+def grid() -> Iterator[NotchCase]:
+    """Give all cases: depth, width and wall of each shape, then the spacing at a middle one of each."""
+    for shape in get_args(NotchShape):
+        depths = ONE_SIDED_DEPTHS if shape == "rectangular" else PAIR_DEPTHS
+        root = 4 / 7 if shape == "v_pair" else 1.0  # that of the paper's preset
+        for wall in WALLS:
+            for depth in depths:
+                for width in WIDTHS:
+                    yield NotchCase(shape, wall, depth, width, root=root)
+        middle = NotchCase(shape, WALLS[1], depths[2], WIDTHS[2], root=root)
+        yield from (replace(middle, spacing=spacing) for spacing in SPACINGS)
+        yield from (replace(middle, fillet=fillet) for fillet in (0.01, 0.02, 0.04))
+
+
+def rig_of(case: NotchCase) -> Rig:
+    """Rig with a tube of 1 mm outer diameter and E = 1 N/mm^2, so that its stiffness is dimensionless."""
+    base = preset("du2018")
+    tendon = replace(base.tendon_a, moment_arm_mm=0.4)
+    root = case.root * case.width if case.shape == "v_pair" else None
+    return replace(
+        base,
+        name="notch",
+        tube=Tube(1.0, 1.0 - 2 * case.wall),
+        notch=Notch(case.shape, 1, case.depth, case.width, case.spacing, root),
+        material=Material(youngs_modulus_GPa=1e-3, poissons_ratio=POISSON),
+        tendon_a=tendon,
+        tendon_b=tendon,
+    )
+
+
+def beam_pitch(rig: Rig) -> Flexure:
+    """Analytic stiffness of a pitch about its middle: the flexure in series with the uncut tube on both sides."""
+    joint, tube, notch = beam(rig), rig.tube, rig.notch
+    assert tube is not None
+    assert notch is not None
+    assert joint.shear_N_per_mm is not None
+    assert joint.axial_N_per_mm is not None
+    young = rig.material.youngs_modulus_GPa * 1e3
+    outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
+    area, second = np.pi * (outer**2 - inner**2), np.pi / 4 * (outer**4 - inner**4)
+    half, edge, length = notch.pitch_mm / 2, notch.width_mm / 2, notch.spacing_mm
+    joint_bend, y = 1 / joint.bending_Nmm_per_rad, joint.neutral_offset_mm
+    bend = joint_bend + length / (young * second)
+    # kappa = 1/2 as in fem_models.joint.flexure.ring_stiffness
+    lateral = 1 / joint.shear_N_per_mm + 2 * (half**3 - edge**3) / (3 * young * second)
+    lateral += length * 4 * (1 + rig.material.poissons_ratio) / (young * area)
+    axial = 1 / joint.axial_N_per_mm + y**2 * joint_bend + length / (young * area)  # at the tube axis
+    coupling = y * joint_bend
+    return Flexure(1 / bend, 1 / lateral, 1 / (axial - coupling**2 / bend), coupling / bend)
+
+
+def solve(case: NotchCase, refinement: float = GRID_REFINEMENT) -> NotchResult:
+    """Solve one case with both models."""
+    rig = rig_of(case)
+    pitch = beam_pitch(rig)
+    solid = solid_snr(rig, refinement=refinement, fillet_mm=case.fillet)
+    plates = as_flexure(snr_stiffness(solid).stiffness)
+    chain = np.linalg.inv(chain_stiffness(solid).stiffness)
+    roots = 1 / flexure(rig).bending_Nmm_per_rad - 1 / beam(rig).bending_Nmm_per_rad
+    return NotchResult(
+        case=case,
+        **_named("beam", pitch),
+        **_named("plates", plates),
+        chain_bending=float(1 / chain[2, 2]),
+        chain_axial=float(1 / (chain[0, 0] - chain[0, 2] ** 2 / chain[2, 2])),
+        roots_bending=1 / (1 / pitch.bending_Nmm_per_rad + roots),
+        nodes=len(solid.points_mm),
+    )
+
+
+def _named(model: str, stiffness: Flexure) -> dict[str, Any]:
+    names = ("bending", "shear", "axial", "offset")
+    return {f"{model}_{name}": value for name, value in zip(names, astuple(stiffness), strict=True)}
+
+
+def solve_all(cases: Iterable[NotchCase], workers: int = 2) -> list[NotchResult]:
+    """Solve cases in processes of their own, in the order given."""
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        return list(pool.map(solve, cases, chunksize=2))
+
+
+def csv_text(results: Iterable[NotchResult]) -> str:
+    """Results as CSV, a row a case, the fields of case and result as columns."""
+    rows = [{**asdict(r.case), **_six_digits({k: v for k, v in asdict(r).items() if k != "case"})} for r in results]
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return stream.getvalue()
+
+
+def _six_digits(row: dict[str, Any]) -> dict[str, Any]:
+    return {k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()}
+
+
+def read_results(path: Path) -> list[NotchResult]:
+    """Read what :func:`csv_text` wrote."""
+    with path.open(newline="") as stream:
+        return [_from_row(row) for row in csv.DictReader(stream)]
+
+
+def _from_row(row: dict[str, str]) -> NotchResult:
+    numbers = {f.name: float(row[f.name]) for f in fields(NotchResult) if f.name not in ("case", "nodes")}
+    lengths = {f.name: float(row[f.name]) for f in fields(NotchCase) if f.name != "shape"}
+    return NotchResult(NotchCase(cast(NotchShape, row["shape"]), **lengths), **numbers, nodes=int(row["nodes"]))
+
+
+def mesh_run(fillet_mm: float, refinement: float) -> MeshRun:
+    """Solve the default SNR on one mesh; memory is the peak of this process, so give it one of its own."""
+    import resource
+
+    solid = solid_snr(preset("du2018"), refinement=refinement, fillet_mm=fillet_mm)
+    chain = np.linalg.inv(chain_stiffness(solid).stiffness)
+    peak = peak_strain(solid, bent_chain(solid))
+    return MeshRun(
+        fillet_mm=fillet_mm,
+        refinement=refinement,
+        elements=solid.mesh.nelements,
+        bending=float(1 / chain[2, 2]),
+        strain=peak.principal_nodes,
+        seconds=time.process_time(),  # of the process from its start: imports and two factorisations are in it
+        megabytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+    )
+
+
+def convergence() -> list[MeshRun]:
+    """Give the study of convergence, each mesh in a process of its own."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context, max_tasks_per_child=1) as pool:
+        return [pool.submit(mesh_run, fillet, r).result() for fillet in FILLETS_MM for r in REFINEMENTS]
+
+
+def main() -> None:
+    """Solve everything and write the page, its table and its figure into the documentation."""
+    from docs.make.notches import figure, page
+
+    results = solve_all(grid())
+    text = csv_text(results)
+    write_files({DOCS / "notches.csv": text, DOCS / "notches.md": page(results, convergence())})
+    picture = DOCS / "images" / "notches.png"
+    picture.parent.mkdir(exist_ok=True)
+    part = picture.with_suffix(".part")
+    part.write_bytes(figure(results))
+    part.replace(picture)
+
+
+if __name__ == "__main__":
+    main()

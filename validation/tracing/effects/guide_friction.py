@@ -1,0 +1,56 @@
+"""Friction of the guides that bends and a constant force do not make."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fem_models.rig.rig import Rig
+from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+
+BASE = Constant("base_capstan", "-", 0.0, 2.0, 0.01, linear=True)
+GUIDE = Constant("guide_N", "N", 0.0, 5.0, 0.02, linear=True)
+LEAST_MU = 1e-3
+
+
+def _at_base(rig: Rig, values: Values) -> Rig:
+    """Wrap at the base, given by mu phi, since only the product acts there."""
+    mu = max(rig.friction.capstan_coefficient, LEAST_MU)
+    wrap = math.degrees(values["base_capstan"] / mu)
+    return replace(rig, friction=replace(rig.friction, capstan_coefficient=mu, rest_wrap_deg=wrap))
+
+
+def _at_guides(rig: Rig, values: Values) -> Rig:
+    """Set the friction of all guides, in place of what is declared: of a sum neither part could be told."""
+    return replace(rig, friction=replace(rig.friction, guide_N=values["guide_N"]))
+
+
+def _base_starts(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"base_capstan": value} for value in (0.02, 0.1)]
+
+
+def _guide_starts(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"guide_N": rig.friction.guide_N + value} for value in (0.03, 0.15)]
+
+
+def _wrap(f: Floats, curve: Curve, values: Values) -> Floats:
+    """Let the loop grow with the bend, by the capstan's law."""
+    return np.exp(values["capstan"] * np.radians(np.abs(f - curve.straight_deg)))
+
+
+_CURVE = CurveForm((Relative("capstan", "-", 0.0, 5.0, 0.05),), ({"capstan": 0.1}, {"capstan": 0.6}), loop=_wrap)
+
+EFFECT = Effect(
+    name="guide_friction",
+    physics="Ropes rub where they are led round: T2 = T1 exp(mu phi) (Euler 1769). The declared model has the capstan "
+    "in the bends and a constant force at the base; this is what they lack: friction in proportion to tension on the "
+    "way to the base, which does not wait for the bend, or a constant force at every guide.",
+    tell_apart="It grows with tension, a Bouc-Wen loop and a constant force do not: record a second preload.",
+    rig_forms=(
+        RigForm((BASE,), _base_starts, rig=_at_base, needs=frozenset({"wheel"})),
+        RigForm((GUIDE,), _guide_starts, rig=_at_guides),
+    ),
+    curve_forms=(_CURVE,),
+)

@@ -1,0 +1,48 @@
+"""Ropes that stretch with time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fem_models.rig.effects import Creep
+from fem_models.rig.rig import Rig
+from validation.tracing.baseline.curve_kernels import lagged
+from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+
+FRACTION = Constant("fraction", "-", 0.0, 5.0, 0.05, linear=True)
+TIME = Constant("time_s", "s", 1e-2, 1e5, 0.3, log=True)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    return replace(rig, creep=Creep(values["fraction"], values["time_s"]))
+
+
+def _starts(scale: Scale, rig: Rig) -> list[Values]:
+    times = np.geomspace(0.02 * scale.duration_s, 2.0 * scale.longest_s, 6).tolist()
+    return [{"fraction": 0.15, "time_s": time_s} for time_s in times]
+
+
+def _stretch(x: Floats, curve: Curve, values: Values) -> Floats:
+    """Take from the drive a part that follows it with time; the tension goes as the drive."""
+    return x - values["fraction"] * lagged(x, curve.sight.time_s, values["time_s"])
+
+
+_CURVE = CurveForm(
+    (Relative("fraction", "-", 0.0, 0.95, 0.01), Relative("time_s", "time", 3e-3, 1e2, 0.3, log=True)),
+    tuple({"fraction": 0.03, "time_s": part} for part in (0.02, 0.1, 0.5, 2.0, 10.0)),
+    drive=_stretch,
+    needs=frozenset({"time"}),
+)
+
+EFFECT = Effect(
+    name="tendon_creep",
+    physics="Polymer and laid ropes go on stretching under load and come back without it: Kelvin-Voigt creep of the "
+    "rope between wheel and base, exponential in time, in proportion to tension (Findley, Lai, Onaran 1976, ISBN "
+    "978-0-486-66016-5).",
+    tell_apart="Thermal drift keeps its sign when the load turns round; drag has no memory. Record a dwell at full "
+    "drive on either side.",
+    rig_forms=(RigForm((FRACTION, TIME), _starts, rig=_rig, needs=frozenset({"time", "wheel"})),),
+    curve_forms=(_CURVE,),
+)

@@ -1,0 +1,89 @@
+"""Ropes longer than the preload asks for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fem_models.rig.effects import Slack
+from fem_models.rig.rig import Rig
+from validation.tracing.baseline.curve_kernels import two_ropes
+from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, RigForm, Scale, Values
+
+SLACK = Constant("slack_mm", "mm", 0.0, 5.0, 0.05, linear=True)
+CENTRE = Constant("centre_mm", "mm", -5.0, 5.0, 0.05, linear=True)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    here = rig.slack or Slack()
+    more, centre = values["slack_mm"], values.get("centre_mm", 0.0)
+    return replace(rig, slack=Slack(here.tendon_a_mm + more + centre, here.tendon_b_mm + more - centre))
+
+
+def _starts(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"slack_mm": part * scale.drive} for part in (0.02, 0.08, 0.2)]
+
+
+def _off_centre(scale: Scale, rig: Rig) -> list[Values]:
+    return [
+        {"slack_mm": part * scale.drive, "centre_mm": side * 0.02 * scale.drive}
+        for part in (0.04, 0.12)
+        for side in (-1, 1)
+    ]
+
+
+_TWO: frozenset[Need] = frozenset({"two tendons"})
+
+
+def _dead_zone(x: Floats, curve: Curve, values: Values) -> Floats:
+    """Stand still within the slack about a place."""
+    centre, slack = values.get("centre", 0.0), values["slack"]
+    return x - np.clip(x - centre, -slack, slack)
+
+
+def _ropes(x: Floats, curve: Curve, values: Values) -> tuple[Floats, Floats]:
+    slack = values["slack"]
+    return two_ropes(x, values["give"] * curve.preload, values["stiffness_ratio"], 0.0, slack, slack)
+
+
+def _turn(x: Floats, curve: Curve, values: Values) -> Floats:
+    """Let the preload take some of the slack up, and either rope go slack as the other one pulls."""
+    return _ropes(x, curve, values)[0] * (1.0 + 0.5 / values["stiffness_ratio"])
+
+
+def _soft(f: Floats, curve: Curve, values: Values) -> Floats:
+    return _ropes(f * (curve.half / curve.angle), curve, values)[1]
+
+
+_SLACK = Relative("slack", "drive", 0.0, 0.9, 0.01)
+_CENTRE = Relative("centre", "drive", -1.0, 1.0, 0.01)
+_GIVE = Relative("give", "drive", 1e-3, 2.0, 0.2, log=True)  # of a rope by its preload
+_RATIO = Relative("stiffness_ratio", "-", 0.05, 50.0, 0.2, log=True)
+_CURVES = (
+    CurveForm((_SLACK,), ({"slack": 0.02}, {"slack": 0.1}), drive=_dead_zone),
+    CurveForm(
+        (_SLACK, _CENTRE),
+        tuple({"slack": 0.08, "centre": centre} for centre in (-0.9, -0.5, -0.1, 0.1, 0.5)),
+        drive=_dead_zone,
+    ),
+    CurveForm(
+        (_SLACK, _GIVE, _RATIO),
+        tuple({"slack": 0.1, "give": give, "stiffness_ratio": 5.0} for give in (0.05, 0.2)),
+        drive=_turn,
+        loop=_soft,
+    ),
+)
+
+EFFECT = Effect(
+    name="tendon_slack",
+    physics="Ropes that are longer than the declared preload asks for carry nothing about the centre, where neither is "
+    "taut and the tube does not move: a dead zone at a position of the drive, the same on the way up and down. "
+    "A rope pulls and never pushes (unilateral tendon, as in fem_models.multibody.quasi_static).",
+    tell_apart="Backlash comes after every reversal, slack at one position. A record with more preload has less of it.",
+    rig_forms=(
+        RigForm((SLACK,), _starts, rig=_rig, needs=_TWO),
+        RigForm((SLACK, CENTRE), _off_centre, rig=_rig, needs=_TWO),
+    ),
+    curve_forms=(*_CURVES,),
+)

@@ -1,0 +1,37 @@
+"""An angle that is read late."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fem_models.rig.rig import Rig
+from validation.tracing.effect import Constant, CurveForm, Effect, Floats, Relative, RigForm, Scale, Sight, Values
+
+DELAY = Constant("delay_s", "s", -1e3, 1e3, 0.001, linear=True)
+
+
+def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
+    """Angle that was there ``delay_s`` ago; before the first sample it was the first one."""
+    return np.interp(sight.time_s - values["delay_s"], sight.time_s, angle_deg)
+
+
+def _starts(scale: Scale, rig: Rig | None) -> list[Values]:
+    swing = scale.drive / scale.speed
+    return [{"delay_s": part * swing} for part in (0.02, 0.1)]
+
+
+_CURVE = CurveForm(
+    (Relative("delay_s", "time", -0.2, 0.2, 1e-4),),
+    tuple({"delay_s": part} for part in (1e-3, 5e-3, 0.02)),
+    seen=seen,
+    needs=frozenset({"time"}),
+)
+
+EFFECT = Effect(
+    name="time_delay",
+    physics="Sensor filters, transmission and logging: the angle logged is that of a moment ago, theta(t - tau).",
+    tell_apart="Viscous drag grows with the rate as well, but also at the ends of the stroke, where a delay shows "
+    "nothing. Record two rates, or a dwell.",
+    rig_forms=(RigForm((DELAY,), _starts, seen=seen, needs=frozenset({"time"})),),
+    curve_forms=(_CURVE,),
+)

@@ -1,0 +1,113 @@
+"""Tendons that differ from side to side."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fem_models.rig.effects import Slack
+from fem_models.rig.rig import Rig
+from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, RigForm, Scale, Values
+
+ARM = Constant("arm_ratio", "-", 0.5, 2.0, 0.02)
+STIFFNESS = Constant("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True)
+EA = Constant("EA_ratio", "-", 0.1, 10.0, 0.05, log=True)
+REST = Constant("rest_length_mm", "mm", -3.0, 3.0, 0.02, linear=True)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    """Tendon b differs from tendon a: moment arm, stiffness of the free length or of all of it by factors, rest by mm.
+
+    The rope that is led through the rings is stretched as its friction has it, so that the two stiffnesses differ.
+    """
+    b = rig.tendon_b
+    assert b is not None  # the form needs two tendons
+    b = replace(
+        b,
+        moment_arm_mm=b.moment_arm_mm * values.get("arm_ratio", 1.0),
+        EA_N=b.EA_N * values.get("EA_ratio", 1.0),
+        free_length_mm=b.free_length_mm / values.get("stiffness_ratio", 1.0),
+    )
+    here = rig.slack or Slack()
+    slack = Slack(here.tendon_a_mm, here.tendon_b_mm + values.get("rest_length_mm", 0.0))
+    return replace(rig, tendon_b=b, slack=slack if slack != Slack() else None)
+
+
+def _arm(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"arm_ratio": 0.96}, {"arm_ratio": 1.04}]
+
+
+def _stiffness(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"stiffness_ratio": 0.85}, {"stiffness_ratio": 1.18}]
+
+
+def _EA(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"EA_ratio": 0.85}, {"EA_ratio": 1.18}]
+
+
+def _rest(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"rest_length_mm": part * scale.drive} for part in (-0.03, 0.03)]
+
+
+def _arm_stiffness(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"arm_ratio": a, "stiffness_ratio": s} for a in (0.97, 1.03) for s in (0.9, 1.1)]
+
+
+def _arm_EA(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"arm_ratio": a, "EA_ratio": e} for a in (0.97, 1.03) for e in (0.9, 1.1)]
+
+
+_TWO: frozenset[Need] = frozenset({"two tendons"})
+
+
+def _sides(x: Floats, curve: Curve, values: Values) -> Floats:
+    """Slopes that differ from side to side."""
+    return x + values.get("kink", 0.0) * np.abs(x)
+
+
+def _even(f: Floats, curve: Curve, values: Values) -> Floats:
+    """Add an even part to f, which a low preload makes larger; f takes that of the largest preload."""
+    return f + values.get("even_deg", 0.0) * (1.0 / curve.preload - 1.0) * (f / curve.angle) ** 2
+
+
+def _skew(f: Floats, curve: Curve, values: Values) -> Floats:
+    """Make the loop wider on one side than on the other."""
+    return np.exp(values["skew"] * f / curve.angle)
+
+
+_SKEW = Relative("skew", "-", -2.0, 2.0, 0.02)
+_CURVES = (
+    CurveForm((_SKEW,), ({"skew": 0.1}, {"skew": -0.1}), loop=_skew),
+    CurveForm(
+        (_SKEW, Relative("kink", "-", -0.6, 0.6, 0.01)),
+        tuple({"skew": skew, "kink": kink} for skew in (-0.1, 0.1) for kink in (-0.03, 0.03)),
+        drive=_sides,
+        loop=_skew,
+    ),
+    CurveForm(
+        (_SKEW, Relative("even_deg", "angle", -1.0, 1.0, 0.005)),
+        tuple({"skew": skew, "even_deg": even} for skew in (-0.1, 0.1) for even in (-0.01, 0.01)),
+        bend=_even,
+        loop=_skew,
+        needs=frozenset({"preloads"}),
+    ),
+)
+
+EFFECT = Effect(
+    name="unequal_tendons",
+    physics="Assembly leaves the two sides unequal: moment arm, stiffness or rest length of one tendon. The angle gets "
+    "a part that is even in the drive: an offset, and slopes and widths that differ from side to side. The reference "
+    "rig's authors put their residual down to it (Mechanical Sciences 9, 2018, section 4.4).",
+    tell_apart="A misaligned camera gives an even part, too, but the same at every preload, and none in the loop's "
+    "width; one end stop clips one side only. Record a second preload.",
+    rig_forms=(
+        RigForm((ARM,), _arm, rig=_rig, needs=_TWO),
+        RigForm((STIFFNESS,), _stiffness, rig=_rig, needs=_TWO),
+        RigForm((EA,), _EA, rig=_rig, needs=_TWO),
+        RigForm((REST,), _rest, rig=_rig, needs=_TWO),
+        RigForm((ARM, STIFFNESS), _arm_stiffness, rig=_rig, needs=_TWO),
+        RigForm((ARM, EA), _arm_EA, rig=_rig, needs=_TWO),
+    ),
+    curve_forms=(*_CURVES,),
+)

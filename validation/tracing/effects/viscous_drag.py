@@ -1,0 +1,60 @@
+"""Losses that grow with the rate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fem_models.rig.effects import Drag
+from fem_models.rig.rig import Rig
+from validation.tracing.baseline.curve_kernels import lagged
+from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+
+SHEATH = Constant("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True, linear=True)
+JOINT = Constant("joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True, linear=True)
+
+
+def _sheath(rig: Rig, values: Values) -> Rig:
+    return replace(rig, drag=Drag(sheath_N_s_per_mm=values["sheath_N_s_per_mm"]))
+
+
+def _joint(rig: Rig, values: Values) -> Rig:
+    return replace(rig, drag=Drag(joint_Nmm_s_per_rad=values["joint_Nmm_s_per_rad"]))
+
+
+def _sheath_starts(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"sheath_N_s_per_mm": force / scale.speed} for force in (0.3, 2.0)]  # N, at the greatest speed
+
+
+def _joint_starts(scale: Scale, rig: Rig) -> list[Values]:
+    turn = max(scale.speed / rig.tendon_a.moment_arm_mm / rig.joints, 1e-9)
+    return [{"joint_Nmm_s_per_rad": moment / turn} for moment in (1.0, 6.0)]  # Nmm, at the greatest speed
+
+
+def _damped(theta: Floats, curve: Curve, values: Values) -> Floats:
+    """Add a damper against the ropes' elasticity: a first-order lag."""
+    return lagged(theta, curve.sight.time_s, values["lag_s"])
+
+
+def _damped_by_loop(theta: Floats, curve: Curve, values: Values) -> Floats:
+    """Add a damper in the sheath: it acts through the elasticity that dry friction acts through, so it goes as h."""
+    return lagged(theta, curve.sight.time_s, values["lag_s"] * curve.loop)
+
+
+_LAG = Relative("lag_s", "time", 1e-5, 0.5, 0.3, log=True)
+_LAGS: tuple[Values, ...] = ({"lag_s": 1e-3}, {"lag_s": 1e-2})
+_CURVES = (
+    CurveForm((_LAG,), _LAGS, turn=_damped, needs=frozenset({"time"})),
+    CurveForm((_LAG,), _LAGS, turn=_damped_by_loop, needs=frozenset({"time", "preloads"})),
+)
+
+EFFECT = Effect(
+    name="viscous_drag",
+    physics="Lubricant in the sheath, or a damper: a force in proportion to the rate. The loop is wider the faster it "
+    "is gone round, and there is nothing of it in static data.",
+    tell_apart="A delay keeps the loop's shape and vanishes at turning points. Record two rates.",
+    rig_forms=(
+        RigForm((SHEATH,), _sheath_starts, rig=_sheath, needs=frozenset({"time", "wheel"})),
+        RigForm((JOINT,), _joint_starts, rig=_joint, needs=frozenset({"time", "wheel"})),
+    ),
+    curve_forms=(*_CURVES,),
+)

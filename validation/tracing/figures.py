@@ -1,0 +1,247 @@
+"""Figures of a trace, as PNG: what is left before and after, the loops, and the candidates ranked."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from hysteresis.record import Record
+from validation.tracing.effect import Sight
+from validation.tracing.fitting import Fitted, correlation_of_neighbours, independent, rms
+from validation.tracing.report import UNNAMED, ranked, record_name
+from validation.tracing.trace import Candidate, Trace
+
+Floats = NDArray[np.float64]
+
+BEFORE, AFTER, MEASURED, BAND = "#d55e00", "#0072b2", "#7a7f87", "#e9ebee"
+RECORDS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+"""Colours that the colour-blind tell apart (Okabe and Ito 2008); from the seventh record on all are grey."""
+MARKERS = ("o", "s", "^", "D", "v", "P")
+STYLE: dict[Any, Any] = {
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e4e6ea",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.2,
+    "legend.frameon": False,
+}
+_DPI = 150
+_WIDTH_IN = 11.0
+_MOST_POINTS = 600  # of a record in a panel
+_MOST_BARS, _MOST_LOOPS = 10, 2
+_ROOM = 1.15  # above the largest residual
+_Z = 1.96
+_ALIKE_LONG = 3.0  # longest record over the shortest one, up to which they share an axis of time
+
+
+def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
+    """Draw all figures of a trace: file name -> PNG and caption."""
+    named = trace.verdict not in UNNAMED
+    what = "the declared model and the grown one" if named else "the declared model"
+    out = {
+        "trace-residual.png": (
+            residual_figure(trace),
+            f"Measured less predicted angle of {what}, a zero of each record taken out. The band is two standard "
+            "deviations of the noise: where nothing is missing, 95 % of the points are inside, without a pattern. In "
+            "the third column a point is the mean of a cycle, its bar the spread.",
+        ),
+        "trace-loops.png": (
+            loop_figure(trace),
+            f"Left: measured angle, and {what}. Right: the same less a {_curve(trace)[1]} fitted to the measurement, "
+            "which makes small differences visible.",
+        ),
+    }
+    if any(map(_followed, trace.candidates)):
+        out["trace-candidates.png"] = (
+            candidates_figure(trace),
+            "Left: error on data held out of the fit, with a 95 % interval. Right: how far the criterion (BIC) lies "
+            "behind the best; a small difference tells nothing apart (shaded).",
+        )
+    return out
+
+
+def residual_figure(trace: Trace, dpi: int = _DPI) -> bytes:
+    """Residual over drive, time, cycle and angle: the declared model above, the grown one below, on one scale."""
+    named = trace.verdict not in UNNAMED
+    rows = [(trace.declared, "declared model")]
+    if named:
+        rows.append((trace.grown, f"with {' + '.join(trace.grown.names)}"))
+    reach = _ROOM * max(3 * trace.floor.deg, *(float(np.abs(r).max()) for r in trace.declared.residuals))
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(_WIDTH_IN, 2.5 * len(rows) + 0.9), layout="constrained")
+        panels = figure.subplots(len(rows), 4, sharey=True, sharex="col", squeeze=False)
+        for axes, (fitted, title) in zip(panels, rows, strict=True):
+            _residual_row(axes, trace, fitted)
+            axes[0].set_ylim(-reach, reach)
+            axes[0].set_ylabel("residual, deg")
+            axes[0].set_title(f"{title}: {rms(fitted.row):.3g} deg rms", loc="left", fontsize=10, fontweight="bold")
+        time, _ = _time_axis(trace.declared.model.problem.sights)
+        names = (f"drive, {trace.records[0].drive_unit}", time, "cycle", "angle, deg")
+        for axis, name in zip(panels[-1], names, strict=True):
+            axis.set_xlabel(name)
+        _record_legend(figure, panels[0][0], trace)
+        return _png(figure, dpi)
+
+
+def _residual_row(axes: Sequence[Axes], trace: Trace, fitted: Fitted) -> None:
+    problem = fitted.model.problem
+    band = 2 * trace.floor.deg
+    for axis in axes:
+        axis.axhspan(-band, band, color=BAND, zorder=0)
+        axis.axhline(0, color="#9aa0a8", lw=0.7)
+    count, (_, lengths) = len(problem.sights), _time_axis(problem.sights)
+    for i, (sight, angle, left) in enumerate(zip(problem.sights, problem.observed, fitted.residuals, strict=True)):
+        some = slice(None, None, max(1, math.ceil(left.size / _MOST_POINTS)))
+        style: dict[str, Any] = {"color": _colour(i, count), "alpha": 0.75, "ms": 1.8, "lw": 0, "marker": "o", "mew": 0}
+        axes[0].plot(sight.drive[some], left[some], **style)
+        axes[1].plot(sight.time_s[some] / lengths[i], left[some], **style)
+        axes[3].plot(angle[some], left[some], **style)
+        cycles = np.unique(sight.cycle)
+        means = [left[sight.cycle == c].mean() for c in cycles]
+        spread = [left[sight.cycle == c].std() for c in cycles]
+        at = cycles + 0.12 * (i - (count - 1) / 2)
+        mark = MARKERS[i % len(MARKERS)]
+        axes[2].errorbar(at, means, spread, color=_colour(i, count), fmt=mark, ms=4, lw=1, capsize=0)
+    first, last = (pick(int(pick(s.cycle)) for s in problem.sights) for pick in (min, max))
+    axes[2].set_xlim(first - 0.5, last + 0.5)
+    axes[2].xaxis.set_major_locator(MaxNLocator(integer=True))
+
+
+def _time_axis(sights: Sequence[Sight]) -> tuple[str, list[float]]:
+    """Name of the time axis, and what the times of each record are divided by: its length where they differ much."""
+    lengths = [float(s.time_s[-1]) for s in sights]
+    if max(lengths) > _ALIKE_LONG * min(lengths):
+        return "time, part of the record", lengths
+    return "time, s" if all(s.timed for s in sights) else "sample", [1.0] * len(lengths)
+
+
+def _record_legend(figure: Figure, axis: Axes, trace: Trace) -> None:
+    count = len(trace.records)
+    if count == 1:
+        return
+    for i, record in enumerate(trace.records[: len(RECORDS)]):
+        held = trace.declared.division.held(i)
+        name = _label(record, i) + (" (held out)" if held else "")
+        axis.plot([], [], "o", ms=5, color=_colour(i, count), label=name)
+    figure.legend(loc="outside upper center", ncols=min(count, 4), fontsize=9)
+
+
+def loop_figure(trace: Trace) -> bytes:
+    """Loops of two records, one of them held out: measured, declared and grown model, whole and less a curve."""
+    shown = _loops_shown(trace)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(_WIDTH_IN, 3.2 * len(shown)), layout="constrained")
+        panels = figure.subplots(len(shown), 2, squeeze=False, width_ratios=(1, 1.7))
+        for (whole, less), i in zip(panels, shown, strict=True):
+            _loop_row(whole, less, trace, i)
+        for axis in panels[-1]:
+            axis.set_xlabel(f"drive, {trace.records[0].drive_unit}")
+        figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=9)
+        return _png(figure)
+
+
+def _curve(trace: Trace) -> tuple[int, str]:
+    """Degree and name of the curve that is taken off; records that only load have no loop to bring out."""
+    return (1, "straight line") if trace.records[0].drive_unit == "N" else (3, "cubic of the drive")
+
+
+def _loops_shown(trace: Trace) -> list[int]:
+    """Choose the record that is held out, and the one with the largest residual besides."""
+    count = len(trace.records)
+    whole = [i for i in range(count) if trace.declared.division.held(i)]
+    rest = sorted((i for i in range(count) if i not in whole), key=lambda i: -rms(trace.declared.residuals[i]))
+    return [*rest[:1], *whole, *rest[1:]][:_MOST_LOOPS]
+
+
+def _loop_row(whole: Axes, less: Axes, trace: Trace, i: int) -> None:
+    sight, angle = trace.declared.model.problem.sights[i], trace.declared.model.problem.observed[i]
+    curve = np.polynomial.Polynomial.fit(sight.drive, angle, _curve(trace)[0])(sight.drive)
+    breaks = np.flatnonzero((np.diff(sight.cycle) != 0) & (np.abs(np.diff(sight.drive)) > 0.5 * np.ptp(sight.drive)))
+    lines = [(angle - trace.declared.residuals[i], BEFORE, "declared model")]
+    if trace.verdict not in UNNAMED:
+        lines.append((angle - trace.grown.residuals[i], AFTER, f"with {' + '.join(trace.grown.names)}"))
+    for axis, base in ((whole, np.zeros_like(angle)), (less, curve)):
+        axis.plot(sight.drive, angle - base, "o", ms=2.4, mew=0, color=MEASURED, alpha=0.7, label="measured")
+        for predicted, colour, name in lines:
+            x, y = (np.insert(row, breaks + 1, np.nan) for row in (sight.drive, predicted - base))
+            axis.plot(x, y, color=colour, label=name)
+    held = trace.declared.division.held(i)
+    title = _label(trace.records[i], i) + (", held out" if held else "")
+    whole.set_title(title, loc="left", fontsize=10, fontweight="bold")
+    whole.set_ylabel("angle, deg")
+    less.set_ylabel(f"angle less a {_curve(trace)[1]}, deg")
+
+
+def _followed(candidate: Candidate) -> bool:
+    """Tell whether a candidate has an error on data held out: one may find no equilibrium there."""
+    return math.isfinite(candidate.fitted.heldout_rmse_deg)
+
+
+def candidates_figure(trace: Trace) -> bytes:
+    """Candidates ranked: error held out with its interval, and how far the criterion lies behind the best."""
+    best = ranked([c for c in trace.candidates if _followed(c)])[:_MOST_BARS]
+    names = [" + ".join(c.names) for c in best]
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(_WIDTH_IN, 1.3 + 0.34 * (len(best) + 1)), layout="constrained")
+        left, right = figure.subplots(1, 2, sharey=True)
+        places = np.arange(len(best) + 1)
+        for at, fitted in zip(places, [*(c.fitted for c in best), trace.declared], strict=True):
+            value, half = _with_interval(fitted)
+            chosen = fitted is trace.grown and fitted is not trace.declared
+            colour = AFTER if chosen else BEFORE if fitted is trace.declared else MEASURED
+            left.errorbar(value, at, xerr=half, fmt="o", ms=6 if chosen else 5, color=colour, lw=1.6, capsize=3)
+        left.axvline(trace.floor.deg, color="#333", lw=1, ls=":")
+        left.annotate(
+            "noise", (trace.floor.deg, 1.0), (0, 2), xycoords=("data", "axes fraction"),
+            textcoords="offset points", ha="center", va="bottom", fontsize=8, color="#333",
+        )  # fmt: skip
+        left.set_xlim(left=0)
+        left.set_xlabel("held-out error, deg rms")
+        behind = [best[0].delta_bic - c.delta_bic for c in best] + [best[0].delta_bic]
+        colours = [AFTER if c.fitted is trace.grown else MEASURED for c in best] + [BEFORE]
+        right.axvspan(0, trace.alike, color=BAND, zorder=0)
+        right.hlines(places, 0, behind, color=colours, lw=1.2)
+        right.scatter(behind, places, color=colours, s=28, zorder=3)
+        right.set_xscale("symlog", linthresh=10)
+        right.set_xlim(left=min(-0.4, 1.1 * min(behind)))
+        right.set_xlabel("BIC behind the best")
+        left.set_yticks(places, [*names, "declared model alone"])
+        left.invert_yaxis()
+        left.grid(axis="y", visible=False)
+        right.grid(axis="y", visible=False)
+        right.tick_params(axis="y", length=0)
+        return _png(figure)
+
+
+def _with_interval(fitted: Fitted) -> tuple[float, float]:
+    """Held-out error and half its 95 % interval, for as many samples as are independent."""
+    out = [e[~t] for e, t in zip(fitted.errors, fitted.division.train, strict=True) if not t.all()]
+    count = max(2.0, independent(fitted.heldout.size, correlation_of_neighbours(out), len(out)))
+    return fitted.heldout_rmse_deg, _Z * fitted.heldout_rmse_deg / math.sqrt(2 * count)
+
+
+def _label(record: Record, i: int) -> str:
+    """Name of a record, short."""
+    return record_name(record.source, i).removesuffix(".csv")
+
+
+def _colour(i: int, count: int) -> str:
+    return MEASURED if count > len(RECORDS) else RECORDS[i]
+
+
+def _png(figure: Figure, dpi: int = _DPI) -> bytes:
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
+    return stream.getvalue()

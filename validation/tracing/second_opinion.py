@@ -1,0 +1,95 @@
+"""The multibody model as a second opinion on a trace.
+
+The search runs on the compiled chain. Its constants, of the declared model and of the grown one, are put into the
+multibody model as they are, without another fit; errors are taken as in the search. Both models follow the same laws,
+but the multibody model has shear and the rings' compliance besides: a few hundredths of a degree are between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_models.load.program import LoadProgram, SolverError
+from fem_models.rig.checks import RigError
+from fem_models.rig.rig import Rig
+from hysteresis.metrics import Errors, errors
+from hysteresis.record import Record
+from validation.tracing.baseline.known_rig import RigProblem, Run, observe
+from validation.tracing.fitting import Fitted
+from validation.tracing.trace import Trace
+
+Floats = NDArray[np.float64]
+Solver = Callable[[Rig, LoadProgram | Floats], Record]
+
+CYCLES = 12.0
+"""Of drive in all, about: the multibody model takes a third of a second for each."""
+_OF_CYCLE = 100  # samples that count as a cycle, where there are more of them
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """Errors of the multibody model before and after; None where it could not be run, which ``words`` says."""
+
+    before: Errors | None
+    after: Errors | None
+    words: str
+
+
+def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
+    """Run the declared and the grown model of a trace in the multibody engine.
+
+    Parameters
+    ----------
+    cycles
+        Of drive, over all records that are run: whole records, the smallest first, at least one.
+    """
+    problem = trace.declared.model.problem
+    if not trace.known or not isinstance(problem, RigProblem):
+        return Confirmation(None, None, "not run: the geometry is unknown")
+    try:
+        from fem_models.multibody.quasi_static import quiet, solve_multibody, solve_pulled_multibody
+    except ImportError as error:  # also where the system lacks a library that Exudyn loads
+        return Confirmation(None, None, f"not run: exudyn cannot be imported: {' '.join(str(error).split())}")
+
+    def solver(rig: Rig, program: LoadProgram | Floats) -> Record:
+        run = (
+            solve_multibody(rig, program) if isinstance(program, LoadProgram) else solve_pulled_multibody(rig, program)
+        )
+        return run.record
+
+    chosen = _chosen(problem, cycles)
+    try:
+        with quiet():
+            before = _errors(trace.declared, problem, chosen, solver)
+            after = before if trace.grown is trace.declared else _errors(trace.grown, problem, chosen, solver)
+    except (SolverError, RigError) as error:
+        return Confirmation(None, None, f"not run to the end: {error}")
+    return Confirmation(before, after, f"{len(chosen)} of {len(problem.runs)} records, with the chain's constants")
+
+
+def _chosen(problem: RigProblem, cycles: float) -> list[int]:
+    """Choose records, the smallest first."""
+    cost = [max(float(s.cycle.max()), 1.0, s.drive.size / _OF_CYCLE) for s in problem.sights]
+    order = sorted(range(len(cost)), key=lambda i: cost[i])
+    total = np.cumsum([cost[i] for i in order])
+    return sorted(i for i, t in zip(order, total.tolist(), strict=True) if t <= cycles) or order[:1]
+
+
+def _errors(fitted: Fitted, problem: RigProblem, chosen: list[int], solver: Solver) -> Errors:
+    """Errors over the chosen records, the zero of each taken out as in the search."""
+    declared, more = fitted.model.values(fitted.x)
+    added = [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
+    predicted = []
+    for i in chosen:
+
+        def angle_deg(run: Run) -> Floats:
+            program = problem.driven(run, declared).program
+            return solver(problem.rig(run, declared, added), program).angle_deg[run.skip :]
+
+        angle = observe(np.concatenate([angle_deg(run) for run in problem.runs[i]]), problem.sights[i], added)
+        predicted.append(angle - fitted.division.zero(i, angle - problem.observed[i]))
+    return errors(np.concatenate([problem.observed[i] for i in chosen]), np.concatenate(predicted))
