@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from hysteresis.files import write_files
-from validation.tracing.effect import Constant, Effect, Need, Relative, catalogue
+from validation.tracing.effect import Effect, FreeParameter, Need, RelativeParameter, catalogue
 
 PAGE = Path(__file__).parents[2] / "docs" / "effects-catalogue.md"
 
@@ -41,17 +41,17 @@ def page(effects: Sequence[Effect]) -> str:
 
 def _section(effect: Effect) -> str:
     rows = [
-        _row("known, at the end" if form.refines else "known", form.constants, form.needs) for form in effect.rig_forms
+        _row("known, at the end" if form.refines else "known", form.parameters, form.needs) for form in effect.rig_forms
     ]
-    rows += [_row("unknown", form.constants, form.needs) for form in effect.curve_forms]
+    rows += [_row("unknown", form.parameters, form.needs) for form in effect.curve_forms]
     table = "\n".join(["| geometry | constants | needs |", "|---|---|---|", *rows])
     told = textwrap.fill(f"*Told apart by.* {effect.tell_apart}", _WIDTH, break_long_words=False)
     physics = textwrap.fill(effect.physics, _WIDTH, break_long_words=False, break_on_hyphens=False)
     return f"## {effect.name}\n\n{physics}\n\n{told}\n\n{table}\n"
 
 
-def _row(geometry: str, constants: Sequence[Constant | Relative], needs: Collection[Need]) -> str:
-    shown = [f"`{c.name}`" + (f" ({c.unit})" if c.unit != "-" else "") for c in constants]
+def _row(geometry: str, parameters: Sequence[FreeParameter | RelativeParameter], needs: Collection[Need]) -> str:
+    shown = [f"`{c.name}`" + (f" ({c.unit})" if c.unit != "-" else "") for c in parameters]
     return f"| {geometry} | {', '.join(shown)} | {', '.join(_NEEDS[need] for need in sorted(needs)) or '-'} |"
 
 

@@ -223,8 +223,8 @@ def effects(seed: Seed = 0, quiet: Quiet = False, as_json: AsJson = False) -> No
         return
     table = Table("effect", "physics", "told apart by", show_lines=True)
     for effect in catalogue():
-        table.add_row(effect.name, escape(effect.physics), escape(effect.tell_apart))
-    rows = [{"name": e.name, "physics": e.physics, "tell_apart": e.tell_apart} for e in catalogue()]
+        table.add_row(effect.name, escape(effect.physics), escape(effect.distinguished_by))
+    rows = [{"name": e.name, "physics": e.physics, "tell_apart": e.distinguished_by} for e in catalogue()]
     _show({"schema": 1, "effects": rows}, quiet, as_json, table)
 
 

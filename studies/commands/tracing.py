@@ -66,13 +66,13 @@ def trace_loaded(records: Sequence[Record], *, seed: int = 0, threads: int = 2, 
     for record in records:
         _require_moving(record)
     start = time.perf_counter()
-    with told(progress, "tracing") as tell:
-        trace = trace_records(records, threads=threads, progress=tell)
-        tell("the next experiment")
+    with told(progress, "tracing") as report:
+        trace = trace_records(records, threads=threads, progress=report)
+        report("the next experiment")
         experiment = next_experiment(trace)
-        tell("the multibody model")
+        report("the multibody model")
         confirmation = confirm(trace)
-        tell("figures")
+        report("figures")
         drawn = figures(trace)
     seconds = time.perf_counter() - start
     result = to_dict(trace, experiment=experiment, confirmation=confirmation, seconds=seconds, seed=seed)
@@ -105,12 +105,12 @@ def write_trace(traced: Traced, out: Path) -> None:
 
 def summary(result: dict[str, Any]) -> list[str]:
     """Lines for a terminal: the verdict in words, constants of the effects, what to measure next."""
-    constants = [
+    parameters = [
         f"{effect['name']}: {name} = {p['value']:.4g}{_interval(p)} {p['unit']}"
         for effect in result["effects"]
         for name, p in effect["parameters"].items()
     ]
-    return [*in_words(result), *constants, f"Measure next: {result['next_experiment']}."]
+    return [*in_words(result), *parameters, f"Measure next: {result['next_experiment']}."]
 
 
 def _interval(parameter: dict[str, Any]) -> str:

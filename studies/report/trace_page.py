@@ -51,9 +51,9 @@ def trace_page(result: Mapping[str, Any], figures: Mapping[str, bytes]) -> str:
 
 def _error_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Rows of the table of errors; one for both models where nothing was added."""
-    grown = " + ".join(effect["name"] for effect in result["effects"])
+    augmented = " + ".join(effect["name"] for effect in result["effects"])
     rows = []
-    stages = [("declared model", "before"), *([(f"with {grown}", "after")] if grown else [])]
+    stages = [("declared model", "before"), *([(f"with {augmented}", "after")] if augmented else [])]
     for model, key in stages:
         for part, words in (("heldout", "held out"), ("train", "fitted")):
             rows.append((f"{model}, {words}", result[key][part]))

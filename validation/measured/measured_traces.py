@@ -76,7 +76,7 @@ def _alike(effect: Mapping[str, Any]) -> str:
 
 
 def _section(name: str, result: Mapping[str, Any]) -> str:
-    constants = [
+    parameters = [
         f"`{effect['name']}`: {key} = {p['value']:.3g} {p['unit']}{_interval(p)}"
         for effect in result["effects"]
         for key, p in effect["parameters"].items()
@@ -85,7 +85,7 @@ def _section(name: str, result: Mapping[str, Any]) -> str:
         f"### {name}",
         " ".join(in_words(result)),
         f"Held out: {result['heldout_by']}. Multibody: {_multibody(result)}.",
-        *(["Constants: " + "; ".join(constants) + "."] if constants else []),
+        *(["Constants: " + "; ".join(parameters) + "."] if parameters else []),
         f"Measure next: {result['next_experiment']}.",
         f"![Residual of {name} over drive, time, cycle and angle](images/trace-{name}.png)",
     ]

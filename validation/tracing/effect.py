@@ -26,7 +26,7 @@ _SAME = 0.03  # amplitudes of cycles that repeat each other
 
 
 @dataclass(frozen=True)
-class Constant:
+class FreeParameter:
     """A number that is fitted.
 
     ``size`` is a change that matters, which makes constants comparable. A constant with ``log`` is positive and fitted
@@ -42,11 +42,11 @@ class Constant:
     log: bool = False
     linear: bool = False
 
-    def inner(self, value: float) -> float:
+    def to_unit(self, value: float) -> float:
         """Coordinate of the fit."""
         return math.log(value) / self.size if self.log else value / self.size
 
-    def outer(self, x: float) -> float:
+    def from_unit(self, x: float) -> float:
         """Value of a coordinate."""
         return math.exp(x * self.size) if self.log else x * self.size
 
@@ -109,7 +109,7 @@ class RigForm:
         Not looked for: what is named is fitted in it at the end, and left so on very strong evidence.
     """
 
-    constants: tuple[Constant, ...]
+    parameters: tuple[FreeParameter, ...]
     starts: Callable[[Scale, Rig], Sequence[Values]]
     rig: Callable[[Rig, Values], Rig] | None = None
     seen: Callable[[Floats, Sight, Values], Floats] | None = None
@@ -118,7 +118,7 @@ class RigForm:
 
 
 @dataclass(frozen=True)
-class Relative:
+class RelativeParameter:
     """A constant of a curve's operator, in units of the records: what fits a drive of mm fits one of motor steps.
 
     ``unit`` is a product of ``drive`` and ``angle`` (half the largest range), ``time`` (duration of the shortest
@@ -182,7 +182,7 @@ class CurveForm:
         What the records must have.
     """
 
-    constants: tuple[Relative, ...]
+    parameters: tuple[RelativeParameter, ...]
     starts: tuple[Values, ...]
     drive: CurveLaw | None = None
     bend: CurveLaw | None = None
@@ -201,7 +201,7 @@ class Effect:
 
     name: str
     physics: str
-    tell_apart: str
+    distinguished_by: str
     rig_forms: tuple[RigForm, ...]
     curve_forms: tuple[CurveForm, ...] = ()
 

@@ -75,10 +75,10 @@ def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
 def residual_figure(trace: Trace, dpi: int = _DPI) -> bytes:
     """Residual over drive, time, cycle and angle: the declared model above, the grown one below, on one scale."""
     named = trace.verdict not in UNNAMED
-    rows = [(trace.declared, "declared model")]
+    rows = [(trace.baseline, "declared model")]
     if named:
-        rows.append((trace.grown, f"with {' + '.join(trace.grown.names)}"))
-    reach = _ROOM * max(3 * trace.floor.deg, *(float(np.abs(r).max()) for r in trace.declared.residuals))
+        rows.append((trace.augmented, f"with {' + '.join(trace.augmented.names)}"))
+    reach = _ROOM * max(3 * trace.floor.deg, *(float(np.abs(r).max()) for r in trace.baseline.residuals))
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH_IN, 2.5 * len(rows) + 0.9), layout="constrained")
         panels = figure.subplots(len(rows), 4, sharey=True, sharex="col", squeeze=False)
@@ -87,7 +87,7 @@ def residual_figure(trace: Trace, dpi: int = _DPI) -> bytes:
             axes[0].set_ylim(-reach, reach)
             axes[0].set_ylabel("residual, deg")
             axes[0].set_title(f"{title}: {rms(fitted.row):.3g} deg rms", loc="left", fontsize=10, fontweight="bold")
-        time, _ = _time_axis(trace.declared.model.problem.sights)
+        time, _ = _time_axis(trace.baseline.model.problem.sights)
         names = (f"drive, {trace.records[0].drive_unit}", time, "cycle", "angle, deg")
         for axis, name in zip(panels[-1], names, strict=True):
             axis.set_xlabel(name)
@@ -132,7 +132,7 @@ def _record_legend(figure: Figure, axis: Axes, trace: Trace) -> None:
     if count == 1:
         return
     for i, record in enumerate(trace.records[: len(RECORDS)]):
-        held = trace.declared.division.held(i)
+        held = trace.baseline.holdout.held(i)
         name = _label(record, i) + (" (held out)" if held else "")
         axis.plot([], [], "o", ms=5, color=_colour(i, count), label=name)
     figure.legend(loc="outside upper center", ncols=min(count, 4), fontsize=9)
@@ -160,24 +160,24 @@ def _curve(trace: Trace) -> tuple[int, str]:
 def _loops_shown(trace: Trace) -> list[int]:
     """Choose the record that is held out, and the one with the largest residual besides."""
     count = len(trace.records)
-    whole = [i for i in range(count) if trace.declared.division.held(i)]
-    rest = sorted((i for i in range(count) if i not in whole), key=lambda i: -rms(trace.declared.residuals[i]))
+    whole = [i for i in range(count) if trace.baseline.holdout.held(i)]
+    rest = sorted((i for i in range(count) if i not in whole), key=lambda i: -rms(trace.baseline.residuals[i]))
     return [*rest[:1], *whole, *rest[1:]][:_MOST_LOOPS]
 
 
 def _loop_row(whole: Axes, less: Axes, trace: Trace, i: int) -> None:
-    sight, angle = trace.declared.model.problem.sights[i], trace.declared.model.problem.observed[i]
+    sight, angle = trace.baseline.model.problem.sights[i], trace.baseline.model.problem.observed[i]
     curve = np.polynomial.Polynomial.fit(sight.drive, angle, _curve(trace)[0])(sight.drive)
     breaks = np.flatnonzero((np.diff(sight.cycle) != 0) & (np.abs(np.diff(sight.drive)) > 0.5 * np.ptp(sight.drive)))
-    lines = [(angle - trace.declared.residuals[i], BEFORE, "declared model")]
+    lines = [(angle - trace.baseline.residuals[i], BEFORE, "declared model")]
     if trace.verdict not in UNNAMED:
-        lines.append((angle - trace.grown.residuals[i], AFTER, f"with {' + '.join(trace.grown.names)}"))
+        lines.append((angle - trace.augmented.residuals[i], AFTER, f"with {' + '.join(trace.augmented.names)}"))
     for axis, base in ((whole, np.zeros_like(angle)), (less, curve)):
         axis.plot(sight.drive, angle - base, "o", ms=2.4, mew=0, color=MEASURED, alpha=0.7, label="measured")
         for predicted, colour, name in lines:
             x, y = (np.insert(row, breaks + 1, np.nan) for row in (sight.drive, predicted - base))
             axis.plot(x, y, color=colour, label=name)
-    held = trace.declared.division.held(i)
+    held = trace.baseline.holdout.held(i)
     title = _label(trace.records[i], i) + (", held out" if held else "")
     whole.set_title(title, loc="left", fontsize=10, fontweight="bold")
     whole.set_ylabel("angle, deg")
@@ -197,10 +197,10 @@ def candidates_figure(trace: Trace) -> bytes:
         figure = Figure(figsize=(_WIDTH_IN, 1.3 + 0.34 * (len(best) + 1)), layout="constrained")
         left, right = figure.subplots(1, 2, sharey=True)
         places = np.arange(len(best) + 1)
-        for at, fitted in zip(places, [*(c.fitted for c in best), trace.declared], strict=True):
+        for at, fitted in zip(places, [*(c.fitted for c in best), trace.baseline], strict=True):
             value, half = _with_interval(fitted)
-            chosen = fitted is trace.grown and fitted is not trace.declared
-            colour = AFTER if chosen else BEFORE if fitted is trace.declared else MEASURED
+            chosen = fitted is trace.augmented and fitted is not trace.baseline
+            colour = AFTER if chosen else BEFORE if fitted is trace.baseline else MEASURED
             left.errorbar(value, at, xerr=half, fmt="o", ms=6 if chosen else 5, color=colour, lw=1.6, capsize=3)
         left.axvline(trace.floor.deg, color="#333", lw=1, ls=":")
         left.annotate(
@@ -210,7 +210,7 @@ def candidates_figure(trace: Trace) -> bytes:
         left.set_xlim(left=0)
         left.set_xlabel("held-out error, deg rms")
         behind = [best[0].delta_bic - c.delta_bic for c in best] + [best[0].delta_bic]
-        colours = [AFTER if c.fitted is trace.grown else MEASURED for c in best] + [BEFORE]
+        colours = [AFTER if c.fitted is trace.augmented else MEASURED for c in best] + [BEFORE]
         right.axvspan(0, trace.alike, color=BAND, zorder=0)
         right.hlines(places, 0, behind, color=colours, lw=1.2)
         right.scatter(behind, places, color=colours, s=28, zorder=3)
@@ -227,7 +227,7 @@ def candidates_figure(trace: Trace) -> bytes:
 
 def _with_interval(fitted: Fitted) -> tuple[float, float]:
     """Held-out error and half its 95 % interval, for as many samples as are independent."""
-    out = [e[~t] for e, t in zip(fitted.errors, fitted.division.train, strict=True) if not t.all()]
+    out = [e[~t] for e, t in zip(fitted.errors, fitted.holdout.train, strict=True) if not t.all()]
     count = max(2.0, independent(fitted.heldout.size, correlation_of_neighbours(out), len(out)))
     return fitted.heldout_rmse_deg, _Z * fitted.heldout_rmse_deg / math.sqrt(2 * count)
 

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 
 from fem_models.load.program import SolverError
 from fem_models.rig.checks import RigError
-from validation.tracing.effect import Constant, Values
+from validation.tracing.effect import FreeParameter, Values
 from validation.tracing.problem import Added, Problem
 
 Floats = NDArray[np.float64]
@@ -42,35 +42,35 @@ class Model:
     added: tuple[Added, ...] = ()
 
     @cached_property
-    def constants(self) -> tuple[Constant, ...]:
+    def parameters(self) -> tuple[FreeParameter, ...]:
         """All constants, shape (p,)."""
-        return (*self.problem.constants, *(c for a in self.added for c in a.form.constants))
+        return (*self.problem.parameters, *(c for a in self.added for c in a.form.parameters))
 
     @property
     def own(self) -> int:
         """Number of constants of the declared model."""
-        return len(self.problem.constants)
+        return len(self.problem.parameters)
 
-    def row(self, declared: Values, more: Sequence[Values]) -> Floats:
+    def row(self, baseline: Values, more: Sequence[Values]) -> Floats:
         """Coordinates of values, shape (p,)."""
-        values = [declared[c.name] for c in self.problem.constants]
+        values = [baseline[c.name] for c in self.problem.parameters]
         for a, given in zip(self.added, more, strict=True):
-            values += [given[c.name] for c in a.form.constants]
-        return np.array([c.inner(v) for c, v in zip(self.constants, values, strict=True)])
+            values += [given[c.name] for c in a.form.parameters]
+        return np.array([c.to_unit(v) for c, v in zip(self.parameters, values, strict=True)])
 
     def values(self, x: Floats) -> tuple[Values, list[Values]]:
         """Values of coordinates: of the declared model, and of each effect."""
-        outer = [c.outer(v) for c, v in zip(self.constants, x.tolist(), strict=True)]
+        from_unit = [c.from_unit(v) for c, v in zip(self.parameters, x.tolist(), strict=True)]
         at, more = self.own, list[Values]()
         for a in self.added:
-            names = [c.name for c in a.form.constants]
-            more.append(dict(zip(names, outer[at : at + len(names)], strict=True)))
+            names = [c.name for c in a.form.parameters]
+            more.append(dict(zip(names, from_unit[at : at + len(names)], strict=True)))
             at += len(names)
-        return dict(zip([c.name for c in self.problem.constants], outer[: self.own], strict=True)), more
+        return dict(zip([c.name for c in self.problem.parameters], from_unit[: self.own], strict=True)), more
 
     def bounds(self) -> tuple[Floats, Floats]:
         """Bounds of the coordinates, shapes (p,)."""
-        low, high = zip(*((c.inner(c.low), c.inner(c.high)) for c in self.constants), strict=True)
+        low, high = zip(*((c.to_unit(c.low), c.to_unit(c.high)) for c in self.parameters), strict=True)
         return np.array(low), np.array(high)
 
     def errors(self, x: Floats) -> list[Floats]:
@@ -81,13 +81,13 @@ class Model:
         SolverError, RigError
             From the model.
         """
-        declared, more = self.values(x)
-        angles = self.problem.predict(declared, [(a.form, v) for a, v in zip(self.added, more, strict=True)])
+        baseline, more = self.values(x)
+        angles = self.problem.predict(baseline, [(a.form, v) for a, v in zip(self.added, more, strict=True)])
         return [angle - seen for angle, seen in zip(angles, self.problem.observed, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
-class Division:
+class Holdout:
     """Which samples of each record are fitted, shapes (m_i,), the others being held out; and by what rule."""
 
     train: tuple[Mask, ...]
@@ -124,7 +124,7 @@ class Fitted:
     """
 
     model: Model
-    division: Division
+    holdout: Holdout
     x: Floats
     errors: tuple[Floats, ...]
     jacobian: Floats
@@ -138,12 +138,12 @@ class Fitted:
     @property
     def train(self) -> Floats:
         """Errors of the fitted samples."""
-        return np.asarray(self.row[self.division.seen])
+        return np.asarray(self.row[self.holdout.seen])
 
     @property
     def heldout(self) -> Floats:
         """Errors of the others."""
-        return np.asarray(self.row[~self.division.seen])
+        return np.asarray(self.row[~self.holdout.seen])
 
     @property
     def residuals(self) -> list[Floats]:
@@ -178,13 +178,13 @@ def rms(error: Floats) -> float:
 
 def fit(
     model: Model,
-    division: Division,
+    holdout: Holdout,
     start: Floats,
     *,
     threads: int = 2,
     most_calls: int = _MOST_CALLS,
     known: Floats | None = None,
-    home: Floats | None = None,
+    prior_mean: Floats | None = None,
 ) -> Fitted:
     """Fit all constants together by bounded least squares (trust region reflective, scipy).
 
@@ -208,7 +208,7 @@ def fit(
         The model cannot follow its records at the start.
     """
     low, high = model.bounds()
-    calls, seen, size = 0, division.seen, division.seen.size
+    calls, seen, size = 0, holdout.seen, holdout.seen.size
     latest: list[Floats] = []  # whole Jacobian, of which the fit takes its rows
     visited: dict[bytes, Floats] = {}  # errors by coordinates: a Jacobian is asked for where errors have been
 
@@ -217,7 +217,7 @@ def fit(
         if (key := x.tobytes()) not in visited:
             calls += 1
             try:
-                visited[key] = division.row(model.errors(x))
+                visited[key] = holdout.row(model.errors(x))
             except (SolverError, RigError):
                 visited[key] = np.full(size, _FAR)
         return visited[key]
@@ -225,28 +225,30 @@ def fit(
     def jacobian(x: Floats) -> Floats:
         nonlocal calls
         calls += x.size - (0 if known is None or latest else known.shape[1])
-        latest[:] = [columns(model, division, x, errors(x), threads, known if not latest else None)]
+        latest[:] = [columns(model, holdout, x, errors(x), threads, known if not latest else None)]
         return np.asarray(latest[0][seen])
 
     start = np.clip(start, low + _INSIDE, high - _INSIDE)
-    division.row(model.errors(start))  # raises where there is no way
-    hold, own = model.problem.hold_deg, model.own
-    home = start[:own] if home is None else home
+    holdout.row(model.errors(start))  # raises where there is no way
+    prior_weight, own = model.problem.prior_weight_deg, model.own
+    prior_mean = start[:own] if prior_mean is None else prior_mean
 
     def held(x: Floats) -> Floats:
-        return np.concatenate([errors(x)[seen], hold * (x[:own] - home)]) if hold else errors(x)[seen]
+        return (
+            np.concatenate([errors(x)[seen], prior_weight * (x[:own] - prior_mean)])
+            if prior_weight
+            else errors(x)[seen]
+        )
 
     def slope(x: Floats) -> Floats:
-        return np.vstack([jacobian(x), hold * np.eye(own, x.size)]) if hold else jacobian(x)
+        return np.vstack([jacobian(x), prior_weight * np.eye(own, x.size)]) if prior_weight else jacobian(x)
 
     found = least_squares(held, start, slope, bounds=(low, high), xtol=_CLOSE, ftol=_CLOSE, max_nfev=most_calls)
-    at = np.split(errors(found.x), np.cumsum([t.size for t in division.train])[:-1])
-    return Fitted(model, division, found.x, tuple(at), latest[0], calls)
+    at = np.split(errors(found.x), np.cumsum([t.size for t in holdout.train])[:-1])
+    return Fitted(model, holdout, found.x, tuple(at), latest[0], calls)
 
 
-def columns(
-    model: Model, division: Division, x: Floats, at: Floats, threads: int, known: Floats | None = None
-) -> Floats:
+def columns(model: Model, holdout: Holdout, x: Floats, at: Floats, threads: int, known: Floats | None = None) -> Floats:
     """Differentiate all errors, shape (m, p); one-sided, away from the nearer bound, columns in threads.
 
     ``known`` are the first columns where they need not be worked out again.
@@ -259,7 +261,7 @@ def columns(
         moved = x.copy()
         moved[i] += step
         try:
-            return (division.row(model.errors(moved)) - at) / step
+            return (holdout.row(model.errors(moved)) - at) / step
         except (SolverError, RigError):
             return np.zeros_like(at)
 
@@ -282,26 +284,26 @@ class Start:
     gain: float  # part of the sum of squares, fitted samples
 
 
-def promise(fitted: Fitted, added: Added, values: Values, *, sized: bool = False) -> Start | None:
+def linearised_gain(fitted: Fitted, added: Added, values: Values, *, sized: bool = False) -> Start | None:
     """Judge a start of an effect by one run of the model with it; None where it cannot be run or changes nothing.
 
     The change of the angle, as it is or in any size, and of all that is fitted already, linearly, is fitted to the
     residual. The start takes the other constants along. Values may name constants of the declared model, too. Where
     another size promises more, constants that are linear get it, once (``sized``).
     """
-    division = fitted.division
+    holdout = fitted.holdout
     model = Model(fitted.model.problem, (*fitted.model.added, added))
-    declared, more = fitted.model.values(fitted.x)
-    declared = {name: values.get(name, value) for name, value in declared.items()}
+    baseline, more = fitted.model.values(fitted.x)
+    baseline = {name: values.get(name, value) for name, value in baseline.items()}
     low, high = model.bounds()
-    x = np.clip(model.row(declared, [*more, values]), low + _INSIDE, high - _INSIDE)
+    x = np.clip(model.row(baseline, [*more, values]), low + _INSIDE, high - _INSIDE)
     try:
-        change = (division.row(model.errors(x)) - fitted.row)[division.seen]
+        change = (holdout.row(model.errors(x)) - fitted.row)[holdout.seen]
     except (SolverError, RigError):
         return None
     if not np.isfinite(change).all() or np.abs(change).max() < _NOTHING:
         return None
-    own = fitted.jacobian[division.seen]
+    own = fitted.jacobian[holdout.seen]
     whole = float(fitted.train @ fitted.train)
     others = solve(own, -(fitted.train + change))
     left = fitted.train + change + own @ others
@@ -315,10 +317,10 @@ def promise(fitted: Fitted, added: Added, values: Values, *, sized: bool = False
     if (linear := 1 - float(left @ left) / whole) <= gain:
         return best
     best = Start(added, _moved(x, moves[:-1] * min(1.0, _FURTHEST / size), low, high), linear)
-    if sized or not any(c.linear for c in added.form.constants) or 1 / _FURTHEST < size < _FURTHEST:
+    if sized or not any(c.linear for c in added.form.parameters) or 1 / _FURTHEST < size < _FURTHEST:
         return best
-    by = {c.name: min(size, _MOST_TIMES) if c.linear else 1.0 for c in added.form.constants}
-    other = promise(fitted, added, {name: v * by.get(name, 1.0) for name, v in values.items()}, sized=True)
+    by = {c.name: min(size, _MOST_TIMES) if c.linear else 1.0 for c in added.form.parameters}
+    other = linearised_gain(fitted, added, {name: v * by.get(name, 1.0) for name, v in values.items()}, sized=True)
     return other if other is not None and other.gain > _AS_PROMISED * linear else best
 
 
@@ -327,7 +329,7 @@ def together(added: Added, starts: Sequence[Values]) -> list[Values]:
 
     None where there is at most one such constant, which :func:`promise` finds the size of.
     """
-    linear = [c.name for c in added.form.constants if c.linear and not c.log]
+    linear = [c.name for c in added.form.parameters if c.linear and not c.log]
     groups: dict[tuple[tuple[str, float], ...], dict[str, float]] = {}
     for values in starts if len(linear) > 1 else ():
         others = tuple(sorted((name, value) for name, value in values.items() if name not in linear))
@@ -336,21 +338,21 @@ def together(added: Added, starts: Sequence[Values]) -> list[Values]:
     return [{**dict(others), **sizes} for others, sizes in groups.items() if all(sizes.values())]
 
 
-def promise_together(fitted: Fitted, added: Added, sizes: Values) -> Start | None:
+def joint_linearised_gain(fitted: Fitted, added: Added, sizes: Values) -> Start | None:
     """Judge a start whose linear constants get the sizes and signs that promise most together, each tried by itself.
 
     A tilted camera's gain and perspective promise little one by one, since each fits the other's part badly.
     """
     model = Model(fitted.model.problem, (*fitted.model.added, added))
-    declared, more = fitted.model.values(fitted.x)
-    declared = {name: sizes.get(name, value) for name, value in declared.items()}
-    linear = [c.name for c in added.form.constants if c.linear and not c.log]
+    baseline, more = fitted.model.values(fitted.x)
+    baseline = {name: sizes.get(name, value) for name, value in baseline.items()}
+    linear = [c.name for c in added.form.parameters if c.linear and not c.log]
     low, high = model.bounds()
     none = {**sizes, **dict.fromkeys(linear, 0.0)}
 
     def at(values: Values) -> Floats:
-        x = np.clip(model.row(declared, [*more, values]), low + _INSIDE, high - _INSIDE)
-        return fitted.division.row(model.errors(x))[fitted.division.seen]
+        x = np.clip(model.row(baseline, [*more, values]), low + _INSIDE, high - _INSIDE)
+        return fitted.holdout.row(model.errors(x))[fitted.holdout.seen]
 
     try:
         without = at(none)
@@ -359,10 +361,10 @@ def promise_together(fitted: Fitted, added: Added, sizes: Values) -> Start | Non
         return None
     if not np.isfinite(changes).all() or (np.abs(changes).max(axis=0) < _NOTHING).any():
         return None
-    moves = solve(np.column_stack([fitted.jacobian[fitted.division.seen], changes]), -without)
+    moves = solve(np.column_stack([fitted.jacobian[fitted.holdout.seen], changes]), -without)
     found = np.clip(moves[-len(linear) :], -_MOST_TIMES, _MOST_TIMES)
     values = {**sizes, **{name: sizes[name] * float(k) for name, k in zip(linear, found, strict=True)}}
-    return promise(fitted, added, values, sized=True)
+    return linearised_gain(fitted, added, values, sized=True)
 
 
 def _moved(x: Floats, others: Floats, low: Floats, high: Floats) -> Floats:
@@ -393,6 +395,6 @@ def independent(samples: int, correlation: float, branches: int) -> float:
     return max(min(samples, _OF_BRANCH * branches), samples * (1 - correlation) / (1 + correlation))
 
 
-def bic(square: float, constants: int, samples: float) -> float:
+def bic(square: float, parameters: int, samples: float) -> float:
     """Bayesian information criterion of a mean square error (Schwarz 1978, doi 10.1214/aos/1176344136)."""
-    return samples * math.log(max(square, 1e-300)) + constants * math.log(samples)
+    return samples * math.log(max(square, 1e-300)) + parameters * math.log(samples)

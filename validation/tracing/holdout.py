@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hysteresis.holdout import hold_out
 from hysteresis.record import Record
 from validation.tracing.effect import Sight
-from validation.tracing.fitting import Division
+from validation.tracing.fitting import Holdout
 
 _START = 0.05  # of a record held out: where it comes from is no secret
 _SAME = 0.1  # protocols are the same within this part of their size
@@ -34,13 +34,13 @@ def protocol(record: Record, sight: Sight) -> Protocol:
     return Protocol(float(record.rig.get("preload_N", float("nan"))), float(np.ptp(record.drive)) / 2, rate)
 
 
-def divide(
+def divide_records(
     records: Sequence[Record],
     sights: Sequence[Sight],
     kept: Sequence[NDArray[np.int64]],
     *,
     own_preload: bool = True,
-) -> Division:
+) -> Holdout:
     """Divide records into what is fitted and what is held out.
 
     Of three records or more the one is held out whose protocol the others cover best: its preload and rate are among
@@ -71,9 +71,9 @@ def divide(
             for i, sight in enumerate(sights)
         )
         begins = f"its first {100 * _START:.0f} %, which tell the state it starts in, and its zero are its own"
-        return Division(masks, f"{name}, another protocol than those fitted; {begins}")
+        return Holdout(masks, f"{name}, another protocol than those fitted; {begins}")
     parts = [_within(r, s, k) for r, s, k in zip(records, sights, kept, strict=True)]
-    return Division(tuple(mask for mask, _ in parts), "; ".join(dict.fromkeys(by for _, by in parts)))
+    return Holdout(tuple(mask for mask, _ in parts), "; ".join(dict.fromkeys(by for _, by in parts)))
 
 
 def _within(record: Record, sight: Sight, keep: NDArray[np.int64]) -> tuple[NDArray[np.bool_], str]:

@@ -19,12 +19,12 @@ from fem_models.load.program import LoadProgram, SolverError
 from fem_models.rig.checks import RigError
 from hysteresis.path import branches
 from hysteresis.record import Record
-from validation.tracing import holdout as division
+from validation.tracing import holdout as holdout
 from validation.tracing.baseline.known_rig import RigProblem, Run, observe
 from validation.tracing.effect import Sight, Values
 from validation.tracing.fitting import Fitted, rms
 from validation.tracing.holdout import Protocol
-from validation.tracing.trace import Trace, rivals_of
+from validation.tracing.trace import Trace, competitors_of
 
 Floats = NDArray[np.float64]
 
@@ -93,19 +93,20 @@ def next_experiment(trace: Trace) -> Experiment:
     """
     if trace.verdict in ("none", "unexplained"):
         return Experiment(_lacking(trace))
-    rivals = rivals_of(trace)
-    if len(rivals) < 2:
+    competitors = competitors_of(trace)
+    if len(competitors) < 2:
         return Experiment(f"no other effect came near; {_lacking(trace)}")
-    found = _most_different(trace, rivals)
+    found = _most_different(trace, competitors)
     if found is None:
-        names = " and ".join(_name(fitted) for fitted in rivals)
+        names = " and ".join(_name(fitted) for fitted in competitors)
         return Experiment(f"{names} were not told apart by simulation; {_lacking(trace)}")
     trial, apart = found
     floor = trace.floor.deg
     noise = f", {apart[0] / floor:.2g} times the noise" if floor > 0 else ""
-    pairs = [f"{_name(rivals[0])} and {_name(rivals[1])} differ by {apart[0]:.2g} deg rms there{noise}"]
+    pairs = [f"{_name(competitors[0])} and {_name(competitors[1])} differ by {apart[0]:.2g} deg rms there{noise}"]
     pairs += [
-        f"{_name(rivals[0])} and {_name(other)} by {d:.2g} deg" for other, d in zip(rivals[2:], apart[1:], strict=True)
+        f"{_name(competitors[0])} and {_name(other)} by {d:.2g} deg"
+        for other, d in zip(competitors[2:], apart[1:], strict=True)
     ]
     words = f"a record {trial.words}: {'; '.join(pairs)}"
     return Experiment(words, trial, trace.records[0].drive_unit)
@@ -118,11 +119,11 @@ def _name(fitted: Fitted) -> str:
 # --- simulation ----------------------------------------------------------------------------------------------------
 
 
-def _most_different(trace: Trace, rivals: Sequence[Fitted]) -> tuple[Trial, list[float]] | None:
+def _most_different(trace: Trace, competitors: Sequence[Fitted]) -> tuple[Trial, list[float]] | None:
     """Find the program at which the first rival is furthest from the nearest other, and by how much; None if none."""
-    problem = trace.declared.model.problem
+    problem = trace.baseline.model.problem
     results = []
-    for trial, angles in _simulated(trace, problem, rivals):
+    for trial, angles in _simulated(trace, problem, competitors):
         first = angles[0]
         results.append((trial, [rms((a - first) - (a - first).mean()) for a in angles[1:]]))
     if not results:
@@ -131,34 +132,34 @@ def _most_different(trace: Trace, rivals: Sequence[Fitted]) -> tuple[Trial, list
     return next(r for r in results if min(r[1]) >= _NEARLY * most) if most > 0 else None
 
 
-def _simulated(trace: Trace, problem: Any, rivals: Sequence[Fitted]) -> Iterator[tuple[Trial, list[Floats]]]:
+def _simulated(trace: Trace, problem: Any, competitors: Sequence[Fitted]) -> Iterator[tuple[Trial, list[Floats]]]:
     """Angles of all rivals at each program that all of them can follow."""
     widest = max(range(len(trace.records)), key=lambda i: float(np.ptp(trace.records[i].drive)))
     known = isinstance(problem, RigProblem)
     for trial in _trials(trace, widest) if known else _altered(trace, problem, widest):
         try:
-            yield trial, [_angle(rival.model.problem, widest, trial, rival) for rival in rivals]
+            yield trial, [_angle(rival.model.problem, widest, trial, rival) for rival in competitors]
         except (SolverError, RigError, ValueError):  # ValueError: a preload that a rig cannot have with an effect
             continue
 
 
 def _angle(problem: Any, widest: int, trial: Trial, rival: Fitted) -> Floats:
-    declared, more = rival.model.values(rival.x)
+    baseline, more = rival.model.values(rival.x)
     added = [(a.form, values) for a, values in zip(rival.model.added, more, strict=True)]
     if isinstance(problem, RigProblem):
-        return _angle_of_rig(problem, problem.runs[widest][0], trial, declared, added)
+        return _angle_of_rig(problem, problem.runs[widest][0], trial, baseline, added)
     sights = tuple(trial.sight if i == widest else s for i, s in enumerate(problem.sights))
-    return np.asarray(replace(problem, sights=sights).predict(declared, added)[widest])
+    return np.asarray(replace(problem, sights=sights).predict(baseline, added)[widest])
 
 
 def _angle_of_rig(
-    problem: RigProblem, run: Run, trial: Trial, declared: Values, added: Sequence[tuple[Any, Values]]
+    problem: RigProblem, run: Run, trial: Trial, baseline: Values, added: Sequence[tuple[Any, Values]]
 ) -> Floats:
     rig = run.rig if math.isnan(trial.preload_N) else replace(run.rig, preload_N=trial.preload_N)
     pulled = not isinstance(run.program, LoadProgram)
     program = np.maximum(trial.drive, 0.0) if pulled else problem.program(trial.drive, trial.time_s, trial.cycle)
-    moved = problem.driven(Run(rig, program, 0), declared)
-    angle = moved.angle_deg(problem.rig(moved, declared, added))
+    moved = problem.driven(Run(rig, program, 0), baseline)
+    angle = moved.angle_deg(problem.rig(moved, baseline, added))
     return observe(angle, trial.sight, added)
 
 
@@ -167,7 +168,7 @@ def _angle_of_rig(
 
 def _trials(trace: Trace, widest: int) -> list[Trial]:
     """Programs about the protocol of one record: those measured already are left out."""
-    record, sight = trace.records[widest], trace.declared.model.problem.sights[widest]
+    record, sight = trace.records[widest], trace.baseline.model.problem.sights[widest]
     base = protocol(record, sight)
     pulled = record.drive_unit == "N"
     if pulled:
@@ -175,14 +176,14 @@ def _trials(trace: Trace, widest: int) -> list[Trial]:
     low, high = float(record.drive.min()), float(record.drive.max())
     preloads = (1.0,) if math.isnan(base.preload_N) or base.preload_N == 0 else PRELOADS
     rates = (1.0,) if math.isnan(base.rate_Hz) else RATES
-    seen = [protocol(r, s) for r, s in zip(trace.records, trace.declared.model.problem.sights, strict=True)]
+    seen = [protocol(r, s) for r, s in zip(trace.records, trace.baseline.model.problem.sights, strict=True)]
     plans = [(p, a, 1.0) for p in preloads for a in AMPLITUDES] + [(1.0, 1.0, r) for r in rates[1:]]
     out = []
     for p, a, r in plans:
         at = Protocol(base.preload_N * p, base.amplitude * a, base.rate_Hz * r)
         if not any(_same(at, other) for other in seen):
             out.append(_trial(at, low * a, high * a, record.drive_unit))
-    most = max(float(s.cycle.max()) for s in trace.declared.model.problem.sights)
+    most = max(float(s.cycle.max()) for s in trace.baseline.model.problem.sights)
     if not pulled and most < MORE_CYCLES:
         out.append(_trial(base, low, high, record.drive_unit, cycles=MORE_CYCLES))
     if len(rates) > 1:
@@ -192,7 +193,7 @@ def _trials(trace: Trace, widest: int) -> list[Trial]:
 
 def protocol(record: Record, sight: Sight) -> Protocol:
     """Read the protocol off a record; the rate by the drive's way, parts of a cycle counted."""
-    whole, drive = division.protocol(record, sight), sight.drive
+    whole, drive = holdout.protocol(record, sight), sight.drive
     way = sum(abs(float(drive[b.stop - 1] - drive[b.start])) for b in branches(drive))
     seconds = float(sight.time_s[-1] - sight.time_s[0])
     return replace(whole, rate_Hz=way / (2 * float(np.ptp(drive))) / seconds if sight.timed else math.nan)
@@ -294,7 +295,7 @@ def _lacking(trace: Trace) -> str:
 
 def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
     """Protocols that all records have alike: what to measure in their place, and what it would show."""
-    sights = trace.declared.model.problem.sights
+    sights = trace.baseline.model.problem.sights
     seen = [protocol(r, s) for r, s in zip(trace.records, sights, strict=True)]
     preload, amplitude, rate = seen[0].preload_N, seen[0].amplitude, seen[0].rate_Hz
     unit, pulled = trace.records[0].drive_unit, trace.records[0].drive_unit == "N"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hysteresis.record import Record, RecordError
-from validation.tracing.effect import Constant, Effect, Sight, Values
+from validation.tracing.effect import Effect, FreeParameter, Sight, Values
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -20,7 +20,7 @@ class Form(Protocol):
     """One way in which an effect acts: :class:`validation.tracing.effect.RigForm` or ``CurveForm``."""
 
     @property
-    def constants(self) -> tuple[Constant, ...]:
+    def parameters(self) -> tuple[FreeParameter, ...]:
         """What is fitted."""
 
 
@@ -51,7 +51,7 @@ class Problem(Protocol):
         """Which samples of each record these are."""
 
     @property
-    def hold_deg(self) -> float:
+    def prior_weight_deg(self) -> float:
         """Error that a declared constant counts as that is one size away from where a fit began; 0 leaves all free.
 
         Constants that make good for each other, as all forces of a rig in proportion nearly do, then stay near,
@@ -59,7 +59,7 @@ class Problem(Protocol):
         """
 
     @property
-    def constants(self) -> tuple[Constant, ...]:
+    def parameters(self) -> tuple[FreeParameter, ...]:
         """Those of the declared model."""
 
     @property

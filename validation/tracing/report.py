@@ -39,8 +39,8 @@ def to_dict(
     than that of the model before it was added. ``declared`` has the constants of the declared model as fitted
     together with the effects. ``seconds`` and ``seed`` are passed through.
     """
-    found = parameters(trace.grown, samples_of(trace.grown))
-    before = _pair(errors_of(trace.declared))
+    found = fitted_parameters(trace.augmented, samples_of(trace.augmented))
+    before = _pair(errors_of(trace.baseline))
     named = trace.verdict not in UNNAMED
     confirmed = confirmation is not None and confirmation.before is not None and confirmation.after is not None
     result: dict[str, Any] = {
@@ -50,21 +50,21 @@ def to_dict(
         "before": before,
         "verdict": trace.verdict,
         "effects": _effects(trace, found[1:]) if named else [],
-        "after": _pair(errors_of(trace.grown)) if named else before,
+        "after": _pair(errors_of(trace.augmented)) if named else before,
         "multibody": None,
         "candidates": [_candidate(candidate) for candidate in ranked(trace.candidates)],
         "next_experiment": experiment.words if experiment else "",
         "rig_known": trace.known,
         "model": trace.model,
-        "heldout_by": trace.declared.division.by,
+        "heldout_by": trace.baseline.holdout.by,
         "declared": {name: p.to_dict() for name, p in found[0].items()},
         "words": list(trace.words),
         "smooth": {"names": list(trace.smooth.names), "rmse_deg": math.sqrt(trace.smooth.square)},
         "residual": {
-            "before": _dependences(trace, trace.declared),
-            "after": _dependences(trace, trace.grown) if named else None,
+            "before": _dependences(trace, trace.baseline),
+            "after": _dependences(trace, trace.augmented) if named else None,
         },
-        "samples": {"all": int(trace.declared.row.size), "independent": samples_of(trace.grown)},
+        "samples": {"all": int(trace.baseline.row.size), "independent": samples_of(trace.augmented)},
         "multibody_words": confirmation.words if confirmation else "not run",
         "alike": trace.alike,
         "seconds": seconds,
@@ -145,8 +145,8 @@ def _dependences(trace: Trace, fitted: Fitted) -> list[dict[str, Any]]:
 def _stage(trace: Trace, k: int) -> tuple[Fitted, float]:
     """Model with the first k effects, and how much lower its criterion is than the declared model's."""
     if k == 0:
-        return trace.declared, 0.0
-    there = [c for c in trace.candidates if set(c.names) == set(trace.grown.names[:k])]
+        return trace.baseline, 0.0
+    there = [c for c in trace.candidates if set(c.names) == set(trace.augmented.names[:k])]
     if not there:  # an effect between was left out as needless
         return _stage(trace, k - 1)
     best = max(there, key=lambda c: c.delta_bic)
@@ -172,9 +172,9 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def parameters(fitted: Fitted, samples: float) -> list[dict[str, Parameter]]:
+def fitted_parameters(fitted: Fitted, samples: float) -> list[dict[str, Parameter]]:
     """Values of the declared model's constants and of each effect's, with 95 % intervals from the Jacobian."""
-    J, seen = fitted.jacobian[fitted.division.seen], int(fitted.division.seen.sum())
+    J, seen = fitted.jacobian[fitted.holdout.seen], int(fitted.holdout.seen.sum())
     count = max(2.0, samples * seen / fitted.row.size)
     variance = float(fitted.train @ fitted.train) / max(1, seen - J.shape[1]) * seen / count
     scale = np.maximum(np.linalg.norm(J, axis=0), 1e-12)
@@ -186,23 +186,23 @@ def parameters(fitted: Fitted, samples: float) -> list[dict[str, Parameter]]:
         (
             c.name,
             Parameter(
-                c.outer(x),
-                max(c.low, c.outer(max(x - h, c.inner(c.low)))),
-                min(c.high, c.outer(min(x + h, c.inner(c.high)))),
+                c.from_unit(x),
+                max(c.low, c.from_unit(max(x - h, c.to_unit(c.low)))),
+                min(c.high, c.from_unit(min(x + h, c.to_unit(c.high)))),
                 c.unit,
             ),
         )
-        for c, x, h in zip(fitted.model.constants, fitted.x.tolist(), half.tolist(), strict=True)
+        for c, x, h in zip(fitted.model.parameters, fitted.x.tolist(), half.tolist(), strict=True)
     ]
     out, at = [dict(shown[: fitted.model.own])], fitted.model.own
     for added in fitted.model.added:
-        out.append(dict(shown[at : at + len(added.form.constants)]))
-        at += len(added.form.constants)
+        out.append(dict(shown[at : at + len(added.form.parameters)]))
+        at += len(added.form.parameters)
     return out
 
 
 def errors_of(fitted: Fitted) -> tuple[Errors, Errors]:
     """Errors of the fitted samples, and of those held out."""
-    observed, seen = np.concatenate(fitted.model.problem.observed), fitted.division.seen
+    observed, seen = np.concatenate(fitted.model.problem.observed), fitted.holdout.seen
     predicted = observed + fitted.row
     return errors(observed[seen], predicted[seen]), errors(observed[~seen], predicted[~seen])

@@ -87,7 +87,7 @@ class Smooth:
 
     names: tuple[str, ...]
     square: float  # mean square over all samples
-    constants: int
+    parameters: int
     gains: tuple[float, ...]  # part of the mean square, one after the other
 
 
@@ -102,21 +102,21 @@ def smooth_functions(fitted: Fitted, records: Sequence[Record], sights: Sequence
         How many samples count as independent.
     """
     left = _bases(records, sights)
-    seen, own = fitted.division.seen, fitted.jacobian
+    seen, own = fitted.holdout.seen, fitted.jacobian
     taken: list[str] = []
-    squares, columns, constants = [fitted.square], own, own.shape[1]
+    squares, columns, parameters = [fitted.square], own, own.shape[1]
     while left:
         trials = {name: _remaining(fitted.row, np.column_stack([columns, b]), seen) for name, b in left.items()}
-        scores = {name: bic(s, constants + left[name].shape[1], samples) for name, s in trials.items()}
+        scores = {name: bic(s, parameters + left[name].shape[1], samples) for name, s in trials.items()}
         best = min(scores, key=lambda name: scores[name])
-        if scores[best] > bic(squares[-1], constants, samples) - _GAIN:
+        if scores[best] > bic(squares[-1], parameters, samples) - _GAIN:
             break
         basis = left.pop(best)
         taken.append(best)
-        columns, constants = np.column_stack([columns, basis]), constants + basis.shape[1]
+        columns, parameters = np.column_stack([columns, basis]), parameters + basis.shape[1]
         squares.append(trials[best])
     gains = tuple(1 - b / a for a, b in pairwise(squares))
-    return Smooth(tuple(taken), squares[-1], constants, gains)
+    return Smooth(tuple(taken), squares[-1], parameters, gains)
 
 
 def _remaining(row: Floats, columns: Floats, seen: NDArray[np.bool_]) -> float:
@@ -251,8 +251,8 @@ def _bases(records: Sequence[Record], sights: Sequence[Sight]) -> dict[str, Floa
 def _spline(x: Floats, low: float, high: float, count: int) -> Floats:
     """Cubic B-splines on even knots, shape (m, count); of lower degree where there are few."""
     degree = min(3, count - 1)
-    inner = np.linspace(low, high, count - degree + 1)
-    knots = np.concatenate([[low] * degree, inner, [high] * degree])
+    to_unit = np.linspace(low, high, count - degree + 1)
+    knots = np.concatenate([[low] * degree, to_unit, [high] * degree])
     return np.asarray(BSpline.design_matrix(np.clip(x, low, high), knots, degree).toarray())
 
 

@@ -28,8 +28,8 @@ from validation.tracing.fitting import (
     correlation_of_neighbours,
     fit,
     independent,
-    promise,
-    promise_together,
+    joint_linearised_gain,
+    linearised_gain,
     together,
 )
 from validation.tracing.problem import Added
@@ -76,7 +76,7 @@ class Search:
     model: ModelName
     effects: Sequence[Effect]
     threads: int
-    tell: Progress
+    report: Progress
     early: Fitted | None = None  # the declared model after a few steps, before it takes an effect for its own
     starts: dict[str, list[tuple[Any, Sequence[Values]]]] = field(default_factory=dict)
 
@@ -89,7 +89,7 @@ class Search:
         """Noise of the records beneath what a model leaves."""
         return floor_of(self.records, self.problem.kept, fitted.residuals)
 
-    def grow(self, fitted: Fitted, most: int) -> list[Fitted]:
+    def augment(self, fitted: Fitted, most: int) -> list[Fitted]:
         """Add each effect that is not there yet: those that promise most, fitted in full."""
         calls = FEW_CALLS if self.costly else ALL_CALLS
         bases = [fitted] if fitted.names or self.early is None else [fitted, self.early]
@@ -111,7 +111,7 @@ class Search:
         others that do nothing stand as near as that model does, and would take all places.
         """
         most = _FINISHED if self.model == RIG else _FINISHED_FREE
-        grown = list[Fitted]()
+        augmented = list[Fitted]()
         best = dict[str, float]()  # mean square after the first steps, of the effects that are followed
         followed = set[tuple[str, int]]()  # with the bases that they have been followed from
         heard = set[int]()  # bases that have put one forward
@@ -127,55 +127,55 @@ class Search:
             more = self._fit(fitted, g.model.added[-1], g.x) if on else None
             if on:
                 followed.add((name, number))
-            grown.append(more or g)
+            augmented.append(more or g)
             if more is not None and more.square < least:
                 least, noise_too = more.square, self.is_noise(more)
                 if self.model == RIG:
                     near = _NEAR_NOISE_TOO if noise_too else _NEAR
-        if not grown:
-            return grown
+        if not augmented:
+            return augmented
         leading = dict[str, Fitted]()  # best forms of the best effects
-        for g in sorted(grown, key=lambda g: g.square):
+        for g in sorted(augmented, key=lambda g: g.square):
             if len(leading) < (_LEADING if self.model == RIG else _LEADING_FREE):
                 leading.setdefault(g.names[-1], g)
-        rest = [g for g in grown if leading.get(g.names[-1]) is not g]
-        best_of_all = min(grown, key=lambda g: g.square)
+        rest = [g for g in augmented if leading.get(g.names[-1]) is not g]
+        best_of_all = min(augmented, key=lambda g: g.square)
         enough = _RIVAL * best_of_all.square if self.is_noise(best_of_all) else math.inf
         return [*(self._led_on(fitted, g) if g.square <= enough else g for g in leading.values()), *rest]
 
-    def _led_on(self, fitted: Fitted, grown: Fitted) -> Fitted:
+    def _led_on(self, fitted: Fitted, augmented: Fitted) -> Fitted:
         """Fit a leading effect on, in richer forms and from other loops."""
-        return self.of_other_loops(self._of_richer_form(fitted, grown))
+        return self.of_other_loops(self._of_richer_form(fitted, augmented))
 
-    def _of_richer_form(self, fitted: Fitted, grown: Fitted) -> Fitted:
+    def _of_richer_form(self, fitted: Fitted, augmented: Fitted) -> Fitted:
         """Fit an effect in its forms with more constants, from where it stands, if noise is not all that it leaves."""
-        if self.is_noise(grown):
-            return grown
-        *before, last = grown.model.added
-        declared, more = grown.model.values(grown.x)
+        if self.is_noise(augmented):
+            return augmented
+        *before, last = augmented.model.added
+        baseline, more = augmented.model.values(augmented.x)
         few = list[Fitted | None]()
         for form, starts in self._known_starts(last.effect):
-            if set(more[-1]) < {c.name for c in form.constants}:
+            if set(more[-1]) < {c.name for c in form.parameters}:
                 added = Added(last.effect, form)
                 model = Model(self.problem, (*before, added))
-                rows = [model.row(declared, [*more[:-1], {**values, **more[-1]}]) for values in starts]
+                rows = [model.row(baseline, [*more[:-1], {**values, **more[-1]}]) for values in starts]
                 few += [self._fit(fitted, added, x, FEW_CALLS) for x in np.unique(rows, axis=0)]
         found = [g for g in few if g is not None]
         if not found:
-            return grown
+            return augmented
         best = min(found, key=lambda g: g.square)
         best = self._fit(fitted, best.model.added[-1], best.x) or best
         samples = samples_of(best)
-        return min((grown, best), key=lambda g: score(g, samples))
+        return min((augmented, best), key=lambda g: score(g, samples))
 
     def _fit(
         self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30, known: Floats | None = None
     ) -> Fitted | None:
         """Fit a model with one more effect; None where it cannot follow its records."""
-        self.tell(" + ".join([*fitted.names, added.effect.name]))
+        self.report(" + ".join([*fitted.names, added.effect.name]))
         model = Model(self.problem, (*fitted.model.added, added))
         try:
-            return fit(model, fitted.division, x, threads=self.threads, most_calls=most_calls, known=known)
+            return fit(model, fitted.holdout, x, threads=self.threads, most_calls=most_calls, known=known)
         except (SolverError, RigError):
             return None
 
@@ -196,9 +196,9 @@ class Search:
             return fitted
         found = [fitted]
         for x in other_loops(fitted, _OTHER_LOOPS):
-            self.tell(f"{' + '.join(fitted.names) or 'the declared model'}, another loop")
+            self.report(f"{' + '.join(fitted.names) or 'the declared model'}, another loop")
             with suppress(SolverError, RigError):
-                found.append(fit(fitted.model, fitted.division, x, threads=self.threads))
+                found.append(fit(fitted.model, fitted.holdout, x, threads=self.threads))
         return min(found, key=lambda other: other.square)
 
     def settled(self, fitted: Fitted) -> Fitted:
@@ -211,11 +211,11 @@ class Search:
             return fitted
         found = [fitted]
         for x in (*other_loops(fitted), *(along_the_valley(fitted) if self.model == RIG else ())):
-            self.tell(f"{' + '.join(fitted.names)}, another start")
+            self.report(f"{' + '.join(fitted.names)}, another start")
             with suppress(SolverError, RigError):
-                there = fit(fitted.model, fitted.division, x, threads=self.threads, most_calls=FEW_CALLS)
+                there = fit(fitted.model, fitted.holdout, x, threads=self.threads, most_calls=FEW_CALLS)
                 if there.train_rmse_deg < _NOT_FAR * fitted.train_rmse_deg:
-                    found.append(fit(fitted.model, fitted.division, there.x, threads=self.threads))
+                    found.append(fit(fitted.model, fitted.holdout, there.x, threads=self.threads))
         return min(found, key=lambda other: other.train_rmse_deg)
 
     def pruned(self, fitted: Fitted) -> Fitted:
@@ -224,12 +224,12 @@ class Search:
             if len(fitted.names) < 2:
                 break
             kept = tuple(a for a in fitted.model.added if a.effect.name != name)
-            declared, more = fitted.model.values(fitted.x)
+            baseline, more = fitted.model.values(fitted.x)
             values = [v for a, v in zip(fitted.model.added, more, strict=True) if a.effect.name != name]
             model = Model(self.problem, kept)
-            self.tell(" + ".join(a.effect.name for a in kept))
+            self.report(" + ".join(a.effect.name for a in kept))
             try:
-                without = fit(model, fitted.division, model.row(declared, values), threads=self.threads)
+                without = fit(model, fitted.holdout, model.row(baseline, values), threads=self.threads)
             except (SolverError, RigError):
                 continue
             samples = samples_of(fitted)
@@ -242,12 +242,12 @@ class Search:
 
         A rival of the first one may never have been beside the second: it fell behind where the first stood alone.
         """
-        grown = list[Fitted]()
+        augmented = list[Fitted]()
         for i, added in enumerate(fitted.model.added):
             others = replace(self, effects=[e for e in self.effects if e.name != added.effect.name])
             with suppress(SolverError, RigError):
-                grown += [_put_in(g, i) for g in others.grow(_without(fitted, i), most)]
-        return grown
+                augmented += [_put_in(g, i) for g in others.augment(_without(fitted, i), most)]
+        return augmented
 
     def _known_starts(self, effect: Effect) -> list[tuple[Any, Sequence[Values]]]:
         """Forms of an effect with their starts, which are worked out once."""
@@ -264,8 +264,8 @@ class Search:
         best = []
         for form, values in self._known_starts(effect):
             added = Added(effect, form)
-            found = [promise(fitted, added, v) for v in values]
-            found += [promise_together(fitted, added, v) for v in together(added, values)]
+            found = [linearised_gain(fitted, added, v) for v in values]
+            found += [joint_linearised_gain(fitted, added, v) for v in together(added, values)]
             there = [s for s in found if s is not None and s.gain > _PROMISE]
             if there:
                 best.append(max(there, key=lambda s: s.gain))
@@ -278,8 +278,8 @@ def _without(fitted: Fitted, place: int) -> Fitted:
     kept = [i for i in range(len(fitted.model.added)) if i != place]
     model, columns = _of_effects(fitted.model, kept)
     x = fitted.x[columns]
-    errors = tuple(fitted.division.centred(model.errors(x)))
-    return Fitted(model, fitted.division, x, errors, fitted.jacobian[:, columns], 1)
+    errors = tuple(fitted.holdout.centred(model.errors(x)))
+    return Fitted(model, fitted.holdout, x, errors, fitted.jacobian[:, columns], 1)
 
 
 def _put_in(fitted: Fitted, place: int) -> Fitted:
@@ -291,22 +291,22 @@ def _put_in(fitted: Fitted, place: int) -> Fitted:
 
 def _of_effects(model: Model, which: Sequence[int]) -> tuple[Model, NDArray[np.int64]]:
     """Give the model with some of its effects, in that order, and where their coordinates are in the whole one's."""
-    ends = np.cumsum([model.own, *(len(a.form.constants) for a in model.added)])
+    ends = np.cumsum([model.own, *(len(a.form.parameters) for a in model.added)])
     columns = [np.arange(model.own), *(np.arange(ends[i], ends[i + 1]) for i in which)]
     return Model(model.problem, tuple(model.added[i] for i in which)), np.concatenate(columns)
 
 
 def other_loops(fitted: Fitted, at: Sequence[float] = _AT_LAST) -> list[Floats]:
     """Give the coordinates of a fitted model with other loops of the material; none of a model without one."""
-    declared, more = fitted.model.values(fitted.x)
-    if _LOOP not in declared:
+    baseline, more = fitted.model.values(fitted.x)
+    if _LOOP not in baseline:
         return []
-    return [fitted.model.row({**declared, _LOOP: times * declared[_LOOP]}, more) for times in at]
+    return [fitted.model.row({**baseline, _LOOP: times * baseline[_LOOP]}, more) for times in at]
 
 
 def along_the_valley(fitted: Fitted) -> list[Floats]:
     """Give the coordinates a size away, either way, along what the fitted samples tell least."""
-    slopes = fitted.jacobian[fitted.division.seen]
+    slopes = fitted.jacobian[fitted.holdout.seen]
     lengths = np.linalg.norm(slopes, axis=0)
     acts = lengths > _ACTS * lengths.max()
     *_, directions = np.linalg.svd(slopes[:, acts], full_matrices=False)
@@ -321,7 +321,7 @@ def samples_of(fitted: Fitted, *, held_out: bool = True) -> float:
     turns = sum(len(branches(part)) for s in sights for part in _loads(s.drive, s.cycle))
     if held_out:
         return independent(fitted.row.size, correlation_of_neighbours(fitted.errors), turns)
-    seen = [error[train] for error, train in zip(fitted.errors, fitted.division.train, strict=True)]
+    seen = [error[train] for error, train in zip(fitted.errors, fitted.holdout.train, strict=True)]
     part = fitted.train.size / fitted.row.size
     return independent(fitted.train.size, correlation_of_neighbours(seen), round(part * turns))
 

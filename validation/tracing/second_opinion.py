@@ -47,7 +47,7 @@ def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
     cycles
         Of drive, over all records that are run: whole records, the smallest first, at least one.
     """
-    problem = trace.declared.model.problem
+    problem = trace.baseline.model.problem
     if not trace.known or not isinstance(problem, RigProblem):
         return Confirmation(None, None, "not run: the geometry is unknown")
     try:
@@ -64,8 +64,8 @@ def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
     chosen = _chosen(problem, cycles)
     try:
         with quiet():
-            before = _errors(trace.declared, problem, chosen, solver)
-            after = before if trace.grown is trace.declared else _errors(trace.grown, problem, chosen, solver)
+            before = _errors(trace.baseline, problem, chosen, solver)
+            after = before if trace.augmented is trace.baseline else _errors(trace.augmented, problem, chosen, solver)
     except (SolverError, RigError) as error:
         return Confirmation(None, None, f"not run to the end: {error}")
     return Confirmation(before, after, f"{len(chosen)} of {len(problem.runs)} records, with the chain's constants")
@@ -81,15 +81,15 @@ def _chosen(problem: RigProblem, cycles: float) -> list[int]:
 
 def _errors(fitted: Fitted, problem: RigProblem, chosen: list[int], solver: Solver) -> Errors:
     """Errors over the chosen records, the zero of each taken out as in the search."""
-    declared, more = fitted.model.values(fitted.x)
+    baseline, more = fitted.model.values(fitted.x)
     added = [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
     predicted = []
     for i in chosen:
 
         def angle_deg(run: Run) -> Floats:
-            program = problem.driven(run, declared).program
-            return solver(problem.rig(run, declared, added), program).angle_deg[run.skip :]
+            program = problem.driven(run, baseline).program
+            return solver(problem.rig(run, baseline, added), program).angle_deg[run.skip :]
 
         angle = observe(np.concatenate([angle_deg(run) for run in problem.runs[i]]), problem.sights[i], added)
-        predicted.append(angle - fitted.division.zero(i, angle - problem.observed[i]))
+        predicted.append(angle - fitted.holdout.zero(i, angle - problem.observed[i]))
     return errors(np.concatenate([problem.observed[i] for i in chosen]), np.concatenate(predicted))

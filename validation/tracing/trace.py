@@ -29,13 +29,13 @@ from validation.tracing.baseline.known_rig import pulled_rig, rig_problem
 from validation.tracing.baseline.motor_drive import geared_problem
 from validation.tracing.effect import Effect, catalogue
 from validation.tracing.fitting import (
-    Division,
     Fitted,
+    Holdout,
     Model,
     bic,
     fit,
 )
-from validation.tracing.holdout import divide
+from validation.tracing.holdout import divide_records
 from validation.tracing.problem import Added, Problem
 from validation.tracing.refine import refined
 from validation.tracing.residual import Floor, Smooth, smooth_functions
@@ -74,7 +74,7 @@ MOST_EFFECTS = 3
 FOLLOWED, FOLLOWED_LATER = 6, 5
 """Candidates that are fitted in full, of those that promise most: for the first effect, and for further ones."""
 _FOLLOWED_FREE = 8  # the same for a first effect of a rig of which all is free, where promises are worth less
-MOST_RIVALS = 3
+MOST_COMPETITORS = 3
 """Models beside the grown one that are fitted as it is, and between which an experiment is to decide."""
 _TRIED = 2  # models that a further effect is added to
 _NEAR_FREE = 1.5  # of the mean square: who is as near in the search of a free rig is fitted from other loops, too
@@ -103,8 +103,8 @@ class Trace:
     records: tuple[Record, ...]
     model: ModelName
     verdict: str
-    declared: Fitted
-    grown: Fitted
+    baseline: Fitted
+    augmented: Fitted
     candidates: tuple[Candidate, ...]  # with one more effect than the model before, best first
     confusable: tuple[tuple[str, ...], ...]  # of each effect in the grown model
     floor: Floor
@@ -120,7 +120,7 @@ class Trace:
     @property
     def effects(self) -> tuple[Added, ...]:
         """Effects that are named; none where the verdict names none."""
-        return self.grown.model.added
+        return self.augmented.model.added
 
 
 def trace_records(
@@ -150,7 +150,7 @@ def trace_records(
     """
     if not records:
         raise RecordError("no record: expected at least one")
-    tell = progress or (lambda words: None)
+    report = progress or (lambda words: None)
     known = [r if r.cycle is not None else replace(r, cycle=cycle_index(r)) for r in records]
     for record in known:
         if record.drive_unit != "N":
@@ -160,9 +160,9 @@ def trace_records(
     chosen = catalogue() if effects is None else effects
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
         if mechanical is None:
-            trace = _of_unknown(known, chosen, threads, tell)
+            trace = _of_unknown(known, chosen, threads, report)
         else:
-            trace = _of_known(Search(tuple(known), mechanical, RIG, chosen, threads, tell))
+            trace = _of_known(Search(tuple(known), mechanical, RIG, chosen, threads, report))
     trace = _believed(trace)
     return replace(trace, words=(*trace.words, *words))
 
@@ -172,16 +172,16 @@ def _believed(trace: Trace) -> Trace:
 
     A declared model that meets held-out samples by chance is no witness against an effect that meets them, too.
     """
-    before, after = trace.declared.heldout_rmse_deg, trace.grown.heldout_rmse_deg
+    before, after = trace.baseline.heldout_rmse_deg, trace.augmented.heldout_rmse_deg
     if not trace.effects or after <= max(AT_FLOOR * trace.floor.deg, PAYS * before):
         return trace
     said = (
-        f"{' + '.join(trace.grown.names)} leaves {after:.3g} deg held out, where the declared model leaves {before:.3g}"
+        f"{' + '.join(trace.augmented.names)} leaves {after:.3g} deg held out, where the declared model leaves {before:.3g}"
     )
     return replace(
         trace,
         verdict="unexplained",
-        grown=trace.declared,
+        augmented=trace.baseline,
         confusable=(),
         words=(said, f"the residual goes with {_names(trace.smooth)}"),
     )
@@ -197,13 +197,13 @@ def _rigs_not_used(records: Sequence[Record]) -> tuple[str, ...]:
 
 def _of_known(search: Search) -> Trace:
     """Trace records of a rig that is declared."""
-    division = divide(search.records, search.problem.sights, search.problem.kept)
-    search.tell("the declared model")
+    holdout = divide_records(search.records, search.problem.sights, search.problem.kept)
+    search.report("the declared model")
     model = Model(search.problem)
-    declared = fit(model, division, model.row(search.problem.start, []), threads=search.threads)
-    if search.doubtful(declared):
-        declared = search.of_other_loops(declared)
-    trace = _verdict(search, declared)
+    baseline = fit(model, holdout, model.row(search.problem.start, []), threads=search.threads)
+    if search.doubtful(baseline):
+        baseline = search.of_other_loops(baseline)
+    trace = _verdict(search, baseline)
     return _of_better_start(search, trace) if trace.effects else trace
 
 
@@ -212,37 +212,39 @@ def _of_better_start(search: Search, trace: Trace) -> Trace:
 
     Where it does not pay beside that fit, or free functions of what that leaves do better, all is looked for anew.
     """
-    was, grown, model = trace.declared, trace.grown, Model(search.problem)
+    was, augmented, model = trace.baseline, trace.augmented, Model(search.problem)
     try:
-        declared = fit(model, was.division, grown.x[: model.own], threads=search.threads)
+        baseline = fit(model, was.holdout, augmented.x[: model.own], threads=search.threads)
     except (SolverError, RigError):  # constants that the rig has beside its effect alone
         return trace
-    if declared.square >= was.square:
+    if baseline.square >= was.square:
         return trace
-    samples = samples_of(grown)
-    smooth = smooth_functions(declared, search.records, search.problem.sights, samples_of(declared))
-    nothing = math.sqrt(declared.square) <= _limit(search, declared) * search.floor(declared).deg
-    if nothing or not (_pays(declared, grown, len(search.effects)) and _better_than_free(grown, smooth, samples)):
-        return _verdict(search, declared)
-    less = score(was, samples) - score(declared, samples)
+    samples = samples_of(augmented)
+    smooth = smooth_functions(baseline, search.records, search.problem.sights, samples_of(baseline))
+    nothing = math.sqrt(baseline.square) <= _limit(search, baseline) * search.floor(baseline).deg
+    if nothing or not (
+        _pays(baseline, augmented, len(search.effects)) and _better_than_free(augmented, smooth, samples)
+    ):
+        return _verdict(search, baseline)
+    less = score(was, samples) - score(baseline, samples)
     candidates = tuple(replace(c, delta_bic=c.delta_bic - less) for c in trace.candidates)
-    return replace(trace, declared=declared, smooth=smooth, candidates=candidates)
+    return replace(trace, baseline=baseline, smooth=smooth, candidates=candidates)
 
 
-def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: int, tell: Progress) -> Trace:
+def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: int, report: Progress) -> Trace:
     """Trace records of unknown geometry: by the simplest rig where one explains them, else by a curve and a loop."""
     found = []
     if records[0].drive_unit != "N":
         with suppress(SolverError, RigError):  # records that no such rig follows
-            rig = Search(tuple(records), equivalent_problem(records), EQUIVALENT, effects, threads, tell)
+            rig = Search(tuple(records), equivalent_problem(records), EQUIVALENT, effects, threads, report)
             rig = replace(rig, early=_declared(rig, _EARLY))
-            declared = _declared(rig)
-            if math.sqrt(declared.square) < _UNLIKE * rig.problem.scale.angle_deg:
-                found.append(_verdict(rig, declared))
+            baseline = _declared(rig)
+            if math.sqrt(baseline.square) < _UNLIKE * rig.problem.scale.angle_deg:
+                found.append(_verdict(rig, baseline))
     told = bool(found) and _explained(found[0])
     if not told or found[0].effects:
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
-            curve = Search(tuple(records), curve_problem(records, elements=elements), CURVE, effects, 1, tell)
+            curve = Search(tuple(records), curve_problem(records, elements=elements), CURVE, effects, 1, report)
             simple = _declared(curve)
             if not told:
                 found.append(_verdict(curve, simple))
@@ -251,19 +253,19 @@ def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: i
     if not told:
         unexplained = all(trace.verdict == "unexplained" for trace in found)
         if unexplained and found[0].model == EQUIVALENT and _let_pass(rig, found[0]):
-            found.append(_verdict(rig, declared, to_the_noise=True))
-    samples = samples_of(min((trace.grown for trace in found), key=lambda fitted: fitted.square))
-    return _held_out(min(found, key=lambda trace: _worth(trace, samples)), threads, tell)
+            found.append(_verdict(rig, baseline, to_the_noise=True))
+    samples = samples_of(min((trace.augmented for trace in found), key=lambda fitted: fitted.square))
+    return _held_out(min(found, key=lambda trace: _worth(trace, samples)), threads, report)
 
 
-def _is_all(search: Search, declared: Fitted) -> bool:
+def _is_all(search: Search, baseline: Fitted) -> bool:
     """Tell whether a declared model leaves nothing to explain: an effect of another one must be better than that."""
-    return math.sqrt(declared.square) <= _limit(search, declared) * search.floor(declared).deg
+    return math.sqrt(baseline.square) <= _limit(search, baseline) * search.floor(baseline).deg
 
 
 def _let_pass(search: Search, trace: Trace) -> bool:
     """Tell whether a search may have ended with structure left beside an effect (:data:`STILL`)."""
-    limit = max(STILL, _limit(search, trace.declared))
+    limit = max(STILL, _limit(search, trace.baseline))
     return any(math.sqrt(c.fitted.square) <= limit * search.floor(c.fitted).deg for c in trace.candidates)
 
 
@@ -273,12 +275,12 @@ def _worth(trace: Trace, samples: float) -> float:
     A declared model that needs an effect less than another one does not win by it.
     """
     if trace.verdict == "unexplained":
-        return bic(trace.smooth.square, trace.smooth.constants, samples)
-    return score(trace.grown, samples)
+        return bic(trace.smooth.square, trace.smooth.parameters, samples)
+    return score(trace.augmented, samples)
 
 
 def _explained(trace: Trace) -> bool:
-    return trace.verdict != "unexplained" and math.sqrt(trace.grown.square) <= STILL * trace.floor.deg
+    return trace.verdict != "unexplained" and math.sqrt(trace.augmented.square) <= STILL * trace.floor.deg
 
 
 def _declared(search: Search, most_calls: int = ALL_CALLS) -> Fitted:
@@ -286,126 +288,130 @@ def _declared(search: Search, most_calls: int = ALL_CALLS) -> Fitted:
 
     What is free takes what one amplitude shows for its own; all records together tell effects apart.
     """
-    division = divide(search.records, search.problem.sights, search.problem.kept)
-    everything = Division(tuple(np.ones_like(mask) for mask in division.train), division.by)
-    search.tell(f"the declared model ({search.model})")
+    holdout = divide_records(search.records, search.problem.sights, search.problem.kept)
+    everything = Holdout(tuple(np.ones_like(mask) for mask in holdout.train), holdout.by)
+    search.report(f"the declared model ({search.model})")
     model = Model(search.problem)
     start = model.row(search.problem.start, []) if search.early is None else search.early.x
     return fit(model, everything, start, threads=search.threads, most_calls=most_calls)
 
 
-def _held_out(whole: Trace, threads: int, tell: Progress) -> Trace:
+def _held_out(whole: Trace, threads: int, report: Progress) -> Trace:
     """Fit again what was found, without the samples that are held out: errors are of fits that have not seen them.
 
     What is named is fitted to more samples than the search needs, and from other loops, the one that fits best.
     """
-    problem = whole.declared.model.problem
+    problem = whole.baseline.model.problem
     rig = whole.model == EQUIVALENT
-    division = divide(whole.records, problem.sights, problem.kept, own_preload=rig)
+    holdout = divide_records(whole.records, problem.sights, problem.kept, own_preload=rig)
     at_last = for_the_last_fit(problem, whole.records) if rig else problem
-    divided = divide(whole.records, at_last.sights, at_last.kept, own_preload=rig)
+    divided = divide_records(whole.records, at_last.sights, at_last.kept, own_preload=rig)
 
-    def again(fitted: Fitted, problem: Problem, division: Division, *, of_loops: bool = True) -> Fitted | None:
+    def again(fitted: Fitted, problem: Problem, holdout: Holdout, *, of_loops: bool = True) -> Fitted | None:
         """Fit what is named, declared or a rival from where it was and from other loops."""
-        tell(f"{' + '.join(fitted.names) or 'the declared model'}, held out")
+        report(f"{' + '.join(fitted.names) or 'the declared model'}, held out")
         model, found = Model(problem, fitted.model.added), list[Fitted]()
-        home = Model(problem).row(problem.start, [])  # where all data have brought them would tell what is held out
+        prior_mean = Model(problem).row(
+            problem.start, []
+        )  # where all data have brought them would tell what is held out
         for x in (fitted.x, *(other_loops(fitted) if of_loops else ())):
-            declared, more = fitted.model.values(x)
-            there = model.row({**problem.start, **declared}, more)
+            baseline, more = fitted.model.values(x)
+            there = model.row({**problem.start, **baseline}, more)
             with suppress(SolverError, RigError):
-                found.append(fit(model, division, there, threads=threads, most_calls=ALL_CALLS, home=home))
+                found.append(fit(model, holdout, there, threads=threads, most_calls=ALL_CALLS, prior_mean=prior_mean))
         best = min(found, key=lambda one: one.train_rmse_deg, default=None)
-        return best and refined(best, tell, threads=threads, home=home)
+        return best and refined(best, report, threads=threads, prior_mean=prior_mean)
 
     def briefly(fitted: Fitted) -> Fitted:
         """Fit another candidate by a step from where it was, where the derivatives of a rig are known."""
-        tell(f"{' + '.join(fitted.names)}, held out")
+        report(f"{' + '.join(fitted.names)}, held out")
         calls, known = (3, fitted.jacobian) if rig else (ALL_CALLS, None)
-        home = Model(problem).row(problem.start, [])
+        prior_mean = Model(problem).row(problem.start, [])
         try:
-            return fit(fitted.model, division, fitted.x, threads=threads, most_calls=calls, known=known, home=home)
+            return fit(
+                fitted.model, holdout, fitted.x, threads=threads, most_calls=calls, known=known, prior_mean=prior_mean
+            )
         except (SolverError, RigError):  # it stood where an equilibrium hangs on the last digit: no error is known
-            return replace(fitted, division=division, errors=tuple(np.full(e.size, np.nan) for e in fitted.errors))
+            return replace(fitted, holdout=holdout, errors=tuple(np.full(e.size, np.nan) for e in fitted.errors))
 
-    named = [whole.declared, *([whole.grown] if whole.grown is not whole.declared else [])]
+    named = [whole.baseline, *([whole.augmented] if whole.augmented is not whole.baseline else [])]
     last = (at_last, divided)
     found = [one for fitted in named if (one := again(fitted, *last)) is not None]
     if len(found) < len(named):  # of one problem both, whose errors are compared sample by sample
-        last = (problem, division)
+        last = (problem, holdout)
         found = [one for fitted in named if (one := again(fitted, *last)) is not None]
     if len(found) < len(named):
         raise SolverError("no equilibrium without the samples that are held out")
     refitted = {id(fitted): one for fitted, one in zip(named, found, strict=True)}
-    for rival in rivals_of(whole)[1:] if rig and whole.effects else ():  # which an experiment is to tell from it
+    for rival in competitors_of(whole)[1:] if rig and whole.effects else ():  # which an experiment is to tell from it
         if (one := again(rival, *last, of_loops=False)) is not None:
             refitted[id(rival)] = one
     for candidate in whole.candidates:
         if id(candidate.fitted) not in refitted:
             refitted[id(candidate.fitted)] = briefly(candidate.fitted)
     candidates = tuple(replace(c, fitted=refitted[id(c.fitted)]) for c in whole.candidates)
-    return replace(whole, declared=found[0], grown=found[-1], candidates=candidates)
+    return replace(whole, baseline=found[0], augmented=found[-1], candidates=candidates)
 
 
-def rivals_of(trace: Trace) -> list[Fitted]:
+def competitors_of(trace: Trace) -> list[Fitted]:
     """Give the grown model, then those that explain the records alike, or else the runner-up."""
-    mine = set(trace.grown.names)
+    mine = set(trace.augmented.names)
     others = [c for c in trace.candidates if not mine <= set(c.names) and not set(c.names) <= mine]
     others.sort(key=lambda c: -c.delta_bic)
     confusable = {name for names in trace.confusable for name in names}
-    best = max((c.delta_bic for c in trace.candidates if c.fitted is trace.grown), default=math.inf)
+    best = max((c.delta_bic for c in trace.candidates if c.fitted is trace.augmented), default=math.inf)
 
     def alike(c: Candidate) -> bool:
         return len(c.names) <= len(mine) and best - c.delta_bic < trace.alike and bool(set(c.names) & confusable)
 
     near = [c for c in others if alike(c)] or others[:1]
-    return [trace.grown, *(c.fitted for c in near[:MOST_RIVALS])]
+    return [trace.augmented, *(c.fitted for c in near[:MOST_COMPETITORS])]
 
 
-def _limit(search: Search, declared: Fitted) -> float:
+def _limit(search: Search, baseline: Fitted) -> float:
     """Residual over the noise floor from which there is something to explain."""
-    return max(STRUCTURE if search.costly else STILL, 1.0 + OF_FEW / math.sqrt(declared.row.size))
+    return max(STRUCTURE if search.costly else STILL, 1.0 + OF_FEW / math.sqrt(baseline.row.size))
 
 
-def _verdict(search: Search, declared: Fitted, *, to_the_noise: bool = False) -> Trace:
+def _verdict(search: Search, baseline: Fitted, *, to_the_noise: bool = False) -> Trace:
     """Add effects as long as they pay, then judge what they explain.
 
     Some structure may be left beside a first effect (:data:`STILL`), unless it is wanted down to the noise or a free
     rig's effect is better than free functions: such a rig hides a good part of a second one.
     """
-    floor = search.floor(declared)
-    before = math.sqrt(declared.square)
-    smooth = smooth_functions(declared, search.records, search.problem.sights, samples_of(declared))
+    floor = search.floor(baseline)
+    before = math.sqrt(baseline.square)
+    smooth = smooth_functions(baseline, search.records, search.problem.sights, samples_of(baseline))
     stages: list[list[Fitted]] = []
-    front, best = [declared], declared
-    structure = limit = _limit(search, declared)
+    front, best = [baseline], baseline
+    structure = limit = _limit(search, baseline)
     while len(stages) < MOST_EFFECTS and math.sqrt(best.square) > limit * search.floor(best).deg:
         most = (_FOLLOWED_FREE if search.model == EQUIVALENT else FOLLOWED) if not stages else FOLLOWED_LATER
-        grown = _distinct([g for model in front for g in search.grow(model, most)])
-        if not grown:
+        augmented = _distinct([g for model in front for g in search.augment(model, most)])
+        if not augmented:
             break
-        stages.append(grown)
-        if not _pays(best, grown[0], len(search.effects)):
+        stages.append(augmented)
+        if not _pays(best, augmented[0], len(search.effects)):
             break
-        front, best = grown[:_TRIED], grown[0]
+        front, best = augmented[:_TRIED], augmented[0]
         sure = search.model == EQUIVALENT and _better_than_free(best, smooth, samples_of(best))
         limit = structure if sure or to_the_noise else max(STILL, structure)
     if search.model == EQUIVALENT and len(best.names) > 1 and math.sqrt(best.square) <= AT_FLOOR * floor.deg:
         best = _exchanged(search, best, stages)
     best = _at_its_end(search, search.pruned(best), stages)
     samples = samples_of(best)
-    stages = _settled_rivals(search, best, stages)
-    if all(best is not g for stage in stages for g in stage) and best is not declared:
+    stages = _settled_competitors(search, best, stages)
+    if all(best is not g for stage in stages for g in stage) and best is not baseline:
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
         stages.append([best])
-    candidates = tuple(Candidate(g, score(declared, samples) - score(g, samples)) for stage in stages for g in stage)
+    candidates = tuple(Candidate(g, score(baseline, samples) - score(g, samples)) for stage in stages for g in stage)
     floor = Floor(min(floor.local_deg, search.floor(best).local_deg), search.floor(best).repeats_deg)
-    after, excess = math.sqrt(best.square), max(declared.square - floor.deg**2, 1e-300)
-    explained = (declared.square - best.square) / excess
+    after, excess = math.sqrt(best.square), max(baseline.square - floor.deg**2, 1e-300)
+    explained = (baseline.square - best.square) / excess
     words = []
     if before <= structure * floor.deg:
-        verdict, best = "none", declared
-    elif best is declared:
+        verdict, best = "none", baseline
+    elif best is baseline:
         verdict = "unexplained"
     elif not _better_than_free(best, smooth, samples):
         verdict = "unexplained"
@@ -415,21 +421,21 @@ def _verdict(search: Search, declared: Fitted, *, to_the_noise: bool = False) ->
         words.append(f"{' + '.join(best.names)} explains {100 * explained:.0f} % of what is above the noise")
     else:
         verdict = "effect"
-    alike = ALIKE if search.model == RIG else max(ALIKE, OF_GAIN * (score(declared, samples) - score(best, samples)))
+    alike = ALIKE if search.model == RIG else max(ALIKE, OF_GAIN * (score(baseline, samples) - score(best, samples)))
     confusable = _confusable(best, stages, samples, alike) if verdict == "effect" else ()
     if any(confusable):
         verdict = "ambiguous"
     if verdict == "unexplained":
         words.append(f"the residual goes with {_names(smooth)}")
-        best = declared
-    elif best is not declared and after > AT_FLOOR * floor.deg:
+        best = baseline
+    elif best is not baseline and after > AT_FLOOR * floor.deg:
         rest = smooth_functions(best, search.records, search.problem.sights, samples)
         words.append(f"{after:.2g} deg is left, {after / floor.deg:.2g} times the noise; it goes with {_names(rest)}")
     return Trace(
         search.records,
         search.model,
         verdict,
-        declared,
+        baseline,
         best,
         candidates,
         confusable,
@@ -452,7 +458,7 @@ def _at_its_end(search: Search, best: Fitted, stages: list[list[Fitted]]) -> Fit
     if search.model == EQUIVALENT and best.names:
         return _best_of_settled(search, best, stages)
     best = search.settled(best)
-    return refined(best, search.tell, threads=search.threads) if search.model == RIG else best
+    return refined(best, search.report, threads=search.threads) if search.model == RIG else best
 
 
 def _best_of_settled(search: Search, best: Fitted, stages: list[list[Fitted]]) -> Fitted:
@@ -461,19 +467,19 @@ def _best_of_settled(search: Search, best: Fitted, stages: list[list[Fitted]]) -
     Of a free rig an optimum of another loop may be further below than one effect is below another: slack and stiffening
     stood alike before, and far apart once one of them alone had been settled.
     """
-    rivals = [
+    competitors = [
         g for stage in stages for g in stage
         if len(g.names) == len(best.names) and g.names != best.names and g.square < _NEAR_FREE * best.square
     ]  # fmt: skip
     samples = samples_of(best)
-    rivals = sorted(rivals, key=lambda g: score(g, samples))[:MOST_RIVALS]
-    again = {id(g): search.settled(g) for g in (best, *rivals)}
+    competitors = sorted(competitors, key=lambda g: score(g, samples))[:MOST_COMPETITORS]
+    again = {id(g): search.settled(g) for g in (best, *competitors)}
     stages[:] = [[again.get(id(g), g) for g in stage] for stage in stages]
     found = min(again.values(), key=lambda g: score(g, samples))
     return found if found is again[id(best)] else search.pruned(found)
 
 
-def _settled_rivals(search: Search, best: Fitted, stages: list[list[Fitted]]) -> list[list[Fitted]]:
+def _settled_competitors(search: Search, best: Fitted, stages: list[list[Fitted]]) -> list[list[Fitted]]:
     """Fit who is near the best again from elsewhere, where the rig is known: rivals may stand in a valley, too."""
     if search.model != RIG:
         return stages
@@ -490,13 +496,13 @@ def _names(smooth: Smooth) -> str:
     return ", ".join(smooth.names) or "nothing that was looked at"
 
 
-def _distinct(grown: list[Fitted]) -> list[Fitted]:
+def _distinct(augmented: list[Fitted]) -> list[Fitted]:
     """Sort by score, and keep the best form of each set of effects."""
-    if not grown:
+    if not augmented:
         return []
-    samples = samples_of(min(grown, key=lambda g: g.square))
+    samples = samples_of(min(augmented, key=lambda g: g.square))
     out: dict[frozenset[str], Fitted] = {}
-    for g in sorted(grown, key=lambda g: score(g, samples)):
+    for g in sorted(augmented, key=lambda g: score(g, samples)):
         out.setdefault(frozenset(g.names), g)
     return list(out.values())
 
@@ -509,7 +515,7 @@ def _pays(before: Fitted, after: Fitted, tried: int) -> bool:
 
 
 def _better_than_free(best: Fitted, smooth: Smooth, samples: float) -> bool:
-    return score(best, samples) < bic(smooth.square, smooth.constants, samples)
+    return score(best, samples) < bic(smooth.square, smooth.parameters, samples)
 
 
 def _confusable(best: Fitted, stages: list[list[Fitted]], samples: float, near: float) -> tuple[tuple[str, ...], ...]:

@@ -179,7 +179,7 @@ def test_unexplained_names_nothing_and_says_what_to_measure():
     found = traced(WIDTH_MM)
     words = ("the residual goes with the rate",)
     smooth = replace(found.smooth, names=("the rate",))
-    lost = replace(found, verdict="unexplained", grown=found.declared, confusable=(), words=words, smooth=smooth)
+    lost = replace(found, verdict="unexplained", augmented=found.baseline, confusable=(), words=words, smooth=smooth)
     experiment = next_experiment(lost)
     assert experiment.program is None
     assert "ten times the rate, 1 Hz: the residual goes with the rate" in experiment.words
@@ -215,13 +215,13 @@ def test_the_proposed_record_tells_the_rivals_apart():
     found = traced(WIDTH_MM)
     experiment = next_experiment(found)
     runner_up = max((c for c in found.candidates if "backlash" not in c.names), key=lambda c: c.delta_bic)
-    problem, angles = found.declared.model.problem, []
-    for fitted in (found.grown, runner_up.fitted):
-        declared, more = fitted.model.values(fitted.x)
+    problem, angles = found.baseline.model.problem, []
+    for fitted in (found.augmented, runner_up.fitted):
+        baseline, more = fitted.model.values(fitted.x)
         added = [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
         bare = problem.runs[0][0]
         run = replace(bare, rig=replace(bare.rig, preload_N=experiment.preload_N))
-        angles.append(simulate_chain(problem.rig(run, declared, added), experiment.program).angle_deg)
+        angles.append(simulate_chain(problem.rig(run, baseline, added), experiment.program).angle_deg)
     apart = angles[1] - angles[0]
     assert f"differ by {apart.std():.2g} deg rms" in experiment.words
     assert apart.std() > found.floor.deg
@@ -233,7 +233,7 @@ def test_rivals_of_unknown_geometry_are_simulated_on_the_record_s_own_path():
     assert not found.known
     best, second = sorted((c for c in found.candidates if len(c.names) == 1), key=lambda c: -c.delta_bic)[:2]
     named = replace(
-        found, verdict="ambiguous", grown=best.fitted, candidates=(best, second), confusable=(second.names,)
+        found, verdict="ambiguous", augmented=best.fitted, candidates=(best, second), confusable=(second.names,)
     )
     experiment = next_experiment(named)
     assert f"{best.names[0]} and {second.names[0]} differ by" in experiment.words
@@ -248,7 +248,7 @@ def test_multibody_errors_are_those_of_the_same_runs():
     """Against errors_of: both engines follow the same laws, on the bench without shear or soft rings."""
     found = traced(WIDTH_MM)
     seen = confirm(found)
-    for errors, fitted in ((seen.before, found.declared), (seen.after, found.grown)):
+    for errors, fitted in ((seen.before, found.baseline), (seen.after, found.augmented)):
         whole = np.sqrt(fitted.square)
         assert errors.rmse_deg == pytest.approx(whole, rel=0.2)
     assert "2 of 2 records" in seen.words
@@ -276,7 +276,7 @@ def test_a_multibody_model_that_fails_is_said_in_words(monkeypatch):
 def test_to_dict_alone_has_errors_of_the_trace():
     found = traced(WIDTH_MM)
     result = to_dict(found)
-    assert result["after"]["heldout"] == errors_of(found.grown)[1].to_dict()
+    assert result["after"]["heldout"] == errors_of(found.augmented)[1].to_dict()
     assert result["multibody"] is None
     json.dumps(result, allow_nan=False)
 
@@ -299,10 +299,10 @@ def test_the_page_of_the_catalogue_is_up_to_date():
 def test_progress_is_told_on_a_terminal_only(monkeypatch):
     lines = []
     monkeypatch.setattr(progress, "Console", lambda stderr: Console(force_terminal=True, file=_Lines(lines)))
-    with progress.told(True, "tracing") as tell:
-        tell("backlash")
-    with progress.told(False, "tracing") as tell:
-        tell("gravity")
+    with progress.told(True, "tracing") as report:
+        report("backlash")
+    with progress.told(False, "tracing") as report:
+        report("gravity")
     assert "tracing" in "".join(lines)
     assert "gravity" not in "".join(lines)
 

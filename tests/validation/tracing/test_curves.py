@@ -61,7 +61,7 @@ def problem():
     return curve_problem(bare_records())
 
 
-def declared(problem):
+def baseline(problem):
     return {**problem.start, **TRUE, **{f"state_{i}": 0.0 for i in range(len(problem.observed))}}
 
 
@@ -165,39 +165,39 @@ def placed(problem, effect, i):
 def test_no_size_no_effect(problem, effect, i):
     form = placed(problem, effect, i)
     names = [
-        (relative.name, constant.name) for relative, constant in zip(form.form.constants, form.constants, strict=True)
+        (relative.name, constant.name) for relative, constant in zip(form.form.parameters, form.parameters, strict=True)
     ]
     values = {name: NOTHING.get(bare, form.starts[0][name]) for bare, name in names}
-    without = problem.predict(declared(problem), ())
-    for a, b in zip(problem.predict(declared(problem), [(form, values)]), without, strict=True):
+    without = problem.predict(baseline(problem), ())
+    for a, b in zip(problem.predict(baseline(problem), [(form, values)]), without, strict=True):
         assert np.allclose(a, b, atol=1e-9)
 
 
 @pytest.mark.parametrize(("effect", "i"), FORMS, ids=lambda v: getattr(v, "name", v))
 def test_starts_lie_within_bounds_and_act(problem, effect, i):
     form = placed(problem, effect, i)
-    without = problem.predict(declared(problem), ())
+    without = problem.predict(baseline(problem), ())
     for start in form.starts:
-        assert all(c.low <= start[c.name] <= c.high for c in form.constants)
-        with_it = problem.predict(declared(problem), [(form, start)])
+        assert all(c.low <= start[c.name] <= c.high for c in form.parameters)
+        with_it = problem.predict(baseline(problem), [(form, start)])
         assert max(float(np.abs(a - b).max()) for a, b in zip(with_it, without, strict=True)) > 1e-3
 
 
 def recovered(problem, form):
     """Constants of a form, and the root mean square left, deg, from a fit of all constants together."""
-    cs = (*problem.constants, *form.constants)
-    low, high = np.array([[c.inner(c.low) for c in cs], [c.inner(c.high) for c in cs]])
+    cs = (*problem.parameters, *form.parameters)
+    low, high = np.array([[c.to_unit(c.low) for c in cs], [c.to_unit(c.high) for c in cs]])
     start = problem.starts(form)[0]
 
     def errors(x):
-        values = {c.name: min(max(c.outer(v), c.low), c.high) for c, v in zip(cs, x, strict=True)}
+        values = {c.name: min(max(c.from_unit(v), c.low), c.high) for c, v in zip(cs, x, strict=True)}
         angles = problem.predict(values, [(form, values)])
         pairs = zip(angles, problem.observed, strict=True)
         return np.concatenate([(a - b) - (a - b).mean() for a, b in pairs])
 
-    x0 = np.clip([c.inner(start[c.name]) for c in cs], low + 1e-9, high - 1e-9)
+    x0 = np.clip([c.to_unit(start[c.name]) for c in cs], low + 1e-9, high - 1e-9)
     fit = least_squares(errors, x0, bounds=(low, high), x_scale="jac", max_nfev=80)
-    return {c.name: c.outer(v) for c, v in zip(cs, fit.x, strict=True)}, float(np.sqrt(np.mean(fit.fun**2)))
+    return {c.name: c.from_unit(v) for c, v in zip(cs, fit.x, strict=True)}, float(np.sqrt(np.mean(fit.fun**2)))
 
 
 @pytest.mark.parametrize(
@@ -217,7 +217,7 @@ def recovered(problem, form):
 def test_a_fit_finds_what_was_put_in(problem, name, i, truth):
     effect = next(effect for effect in catalogue() if effect.name == name)
     form = placed(problem, effect, i)
-    observed = problem.predict(declared(problem), [(form, truth)])
+    observed = problem.predict(baseline(problem), [(form, truth)])
     records = [replace(record, angle_deg=angle) for record, angle in zip(bare_records(), observed, strict=True)]
     found, left = recovered(curve_problem(records), form)
     assert left < 0.02  # half of what noise there is in records such as the paper's
@@ -229,7 +229,7 @@ def test_constants_come_in_the_drive_s_unit():
     """A drive in steps of 1 um is a thousand times as many: bounds and starts follow."""
     effect = next(effect for effect in catalogue() if effect.name == "backlash")
     mm, step = curve_problem(bare_records()), curve_problem(bare_records("step", 1e3))
-    (a,), (b,) = placed(mm, effect, 0).constants, placed(step, effect, 0).constants
+    (a,), (b,) = placed(mm, effect, 0).parameters, placed(step, effect, 0).parameters
     assert (a.name, b.name) == ("width_mm", "width_step")
     assert (b.high, b.size) == pytest.approx((1e3 * a.high, 1e3 * a.size))
 
@@ -293,10 +293,10 @@ def test_measured_records_are_represented(measured, pattern, limit):
 
 def test_starts_bring_the_declared_constants_that_go_with_them(problem):
     """Names of both stand in one mapping, so they must differ."""
-    own = {constant.name for constant in problem.constants}
+    own = {constant.name for constant in problem.parameters}
     for effect in catalogue():
         for form in problem.forms(effect):
-            names = {constant.name for constant in form.constants}
+            names = {constant.name for constant in form.parameters}
             assert own.isdisjoint(names), effect.name
     form = placed(problem, next(e for e in catalogue() if e.name == "backlash"), 0)
     assert all(set(start) == own | {"width_mm"} for start in problem.starts(form))

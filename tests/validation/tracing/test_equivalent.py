@@ -14,8 +14,8 @@ from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.equivalent_rig import JOINTS, divided, equivalent_problem, for_the_last_fit
 from validation.tracing.effect import catalogue
 from validation.tracing.figures import candidates_figure
-from validation.tracing.fitting import Division, Model, fit
-from validation.tracing.holdout import divide
+from validation.tracing.fitting import Holdout, Model, fit
+from validation.tracing.holdout import divide_records
 from validation.tracing.problem import Added
 from validation.tracing.report import in_words, to_dict
 from validation.tracing.search import EQUIVALENT
@@ -58,8 +58,8 @@ def records_of(rig, amplitude_mm, *, unit="mm", per_mm=1.0, seed=0):
 def fitted(records, added=()):
     problem = equivalent_problem(records)
     model = Model(problem, added)
-    division = divide(records, problem.sights, problem.kept)
-    everything = Division(tuple(np.ones_like(mask) for mask in division.train), division.by)
+    holdout = divide_records(records, problem.sights, problem.kept)
+    everything = Holdout(tuple(np.ones_like(mask) for mask in holdout.train), holdout.by)
     return fit(model, everything, model.row(problem.start, []), threads=1)
 
 
@@ -96,10 +96,10 @@ def test_play_is_named_with_its_width_in_the_drive_s_unit():
     trace = trace_records(records_of(rig, 1.2, unit="step", per_mm=-1000.0))
     assert (trace.verdict, trace.model, trace.known) == ("effect", EQUIVALENT, False)
     assert [added.effect.name for added in trace.effects] == ["backlash"]
-    width = trace.grown.model.values(trace.grown.x)[1][0]
+    width = trace.augmented.model.values(trace.augmented.x)[1][0]
     assert list(width) == ["width_step"]
     assert width["width_step"] == pytest.approx(90.0, rel=0.1)
-    assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
+    assert trace.augmented.heldout_rmse_deg < 1.3 * NOISE_DEG
 
 
 def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkeypatch):
@@ -116,7 +116,7 @@ def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkey
     shown = {"backlash", "time_delay", "guide_friction"}
     records = records_of(replace(BENCH, backlash=Backlash(width_mm=0.09)), 1.2)
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
-    assert trace.grown.names == ("backlash",)
+    assert trace.augmented.names == ("backlash",)
     result = to_dict(trace)
     assert result["verdict"] == "effect"
     errors = {c["name"]: c["heldout_rmse_deg"] for c in result["candidates"]}
@@ -140,7 +140,7 @@ def test_forms_act_alike_in_any_unit(unit):
     for effect in catalogue():
         for here, there in zip(mm.forms(effect), other.forms(effect), strict=True):
             a, b = mm.starts(here)[0], other.starts(there)[0]
-            assert set(b) == {c.name for c in there.constants}
+            assert set(b) == {c.name for c in there.parameters}
             ours, theirs = mm.predict(mm.start, [(here, a)]), other.predict(other.start, [(there, b)])
             assert np.allclose(ours[0], theirs[0], atol=1e-4), effect.name
 
@@ -148,7 +148,7 @@ def test_forms_act_alike_in_any_unit(unit):
 def test_records_without_preload_have_one_group_and_no_toe():
     bare = [replace(record, rig={}) for record in records_of(BENCH, 1.2)]
     problem = equivalent_problem(bare)
-    assert "toe_N" not in {constant.name for constant in problem.constants}
+    assert "toe_N" not in {constant.name for constant in problem.parameters}
     assert {run.rig.preload_N for runs in problem.runs for run in runs} == {20.0}
 
 
@@ -156,7 +156,7 @@ def test_held_constants_stay_where_data_do_not_tell():
     """All forces in proportion, with linear ropes and no capstan, leave the angle as it is: the fit must not wander."""
     found = fitted([replace(record, rig={}) for record in records_of(BENCH, 1.2)])
     start, end = found.model.problem.start, found.model.values(found.x)[0]
-    free = [c for c in found.model.problem.constants if c.unit in ("N", "Nmm/rad") and c.log]
+    free = [c for c in found.model.problem.parameters if c.unit in ("N", "Nmm/rad") and c.log]
     assert free
     assert all(0.1 < end[c.name] / start[c.name] < 10.0 for c in free)
 
@@ -171,7 +171,7 @@ def test_friction_of_the_guides_is_that_of_the_effect():
     """In place of the declared one: of a sum neither part could be told."""
     problem = equivalent_problem(records_of(BENCH, 1.2))
     effect = next(e for e in catalogue() if e.name == "guide_friction")
-    form = next(form for form in problem.forms(effect) if form.constants[0].name == "guide_N")
+    form = next(form for form in problem.forms(effect) if form.parameters[0].name == "guide_N")
     values = {**problem.start, "guide_N": 0.02}
     assert problem.rig(problem.runs[0][0], values, ()).friction.guide_N == 0.02
     assert problem.rig(problem.runs[0][0], values, [(form, {"guide_N": 0.05})]).friction.guide_N == 0.05
@@ -183,10 +183,10 @@ def test_an_effect_may_be_softer_than_what_is_declared():
     effect = next(e for e in catalogue() if e.name == "tendon_stiffening")
     (form,) = problem.forms(effect)
     model = Model(problem, (Added(effect, form),))
-    assert max(c.high for c in form.constants) > max(c.high for c in problem.constants if c.name == "toe_N")
+    assert max(c.high for c in form.parameters) > max(c.high for c in problem.parameters if c.name == "toe_N")
     rig = problem.rig(problem.runs[0][0], problem.start, [(form, {"toe_N": 90.0})])
     assert rig.tendon_a.toe_N == rig.tendon_b.toe_N == 90.0
-    assert model.own == len(problem.constants)
+    assert model.own == len(problem.parameters)
 
 
 def test_a_divided_rig_moves_as_the_whole_one_does():
@@ -207,8 +207,8 @@ def test_the_last_fit_has_more_samples_and_joints_and_one_constant_more():
     records = records_of(BENCH, 1.2)
     problem = equivalent_problem(records, samples=60)
     finer = for_the_last_fit(problem, records)
-    assert finer.constants[:-1] == problem.constants
-    assert finer.constants[-1].name == "rigid_gap_mm"
+    assert finer.parameters[:-1] == problem.parameters
+    assert finer.parameters[-1].name == "rigid_gap_mm"
     assert sum(map(len, finer.observed)) > sum(map(len, problem.observed))
     rigs = [p.rig(p.runs[0][0], p.start, []) for p in (problem, finer)]
     assert [rig.joints for rig in rigs] == [6, 12]

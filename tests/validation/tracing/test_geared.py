@@ -36,11 +36,11 @@ def test_gain_and_effect_are_found_together():
     records = [measured(replace(rig, slack=Slack(0.2, 0.2)), i, mm=mm) for i, rig in enumerate(rigs)]
     trace = trace_records(records)
     assert trace.known
-    assert trace.grown.names == ("tendon_slack",)
-    declared, (slack,) = trace.grown.model.values(trace.grown.x)
-    assert declared["drive_mm_per_deg"] == pytest.approx(mm, rel=0.02)
+    assert trace.augmented.names == ("tendon_slack",)
+    baseline, (slack,) = trace.augmented.model.values(trace.augmented.x)
+    assert baseline["drive_mm_per_deg"] == pytest.approx(mm, rel=0.02)
     assert slack["slack_mm"] == pytest.approx(0.2, rel=0.1)
-    assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
+    assert trace.augmented.heldout_rmse_deg < 1.3 * NOISE_DEG
     result = to_dict(trace, experiment=next_experiment(trace), confirmation=(confirmed := confirm(trace)))
     assert result["rig_known"]
     assert confirmed.after.rmse_deg < min(1.3 * NOISE_DEG, 0.7 * confirmed.before.rmse_deg)
@@ -58,7 +58,7 @@ def test_the_next_record_is_in_turns_of_the_motor():
 def test_nothing_is_missing_where_nothing_is():
     trace = trace_records([measured(preset("du2018", preload_N=T), i) for i, T in enumerate((20.0, 10.0))])
     assert trace.verdict == "none"
-    assert trace.grown.model.values(trace.grown.x)[0]["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.01)
+    assert trace.augmented.model.values(trace.augmented.x)[0]["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.01)
 
 
 @pytest.mark.parametrize(("arm_mm", "EA_N"), [(1.0, 3000.0), (0.6, 9000.0), (2.6, 1000.0)])
@@ -77,9 +77,9 @@ def test_the_gain_starts_from_the_stretch_of_the_declared_ropes(arm_mm, EA_N):
     assert problem.start["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.05)
     trace = trace_records([record])
     assert trace.verdict == "none"
-    declared = trace.declared.model.values(trace.declared.x)[0]
-    assert declared["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.05)
-    assert declared["EA_N"] == pytest.approx(EA_N, rel=0.1)
+    baseline = trace.baseline.model.values(trace.baseline.x)[0]
+    assert baseline["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.05)
+    assert baseline["EA_N"] == pytest.approx(EA_N, rel=0.1)
 
 
 def test_units_must_agree_and_a_rig_must_be_known():

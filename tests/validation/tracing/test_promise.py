@@ -12,13 +12,13 @@ from fem_models.rig.presets import preset
 from hysteresis.record import Record
 from validation.tracing.baseline.known_rig import rig_problem
 from validation.tracing.effect import catalogue
-from validation.tracing.fitting import Division, Fitted, Model, fit, promise, promise_together, together
+from validation.tracing.fitting import Fitted, Holdout, Model, fit, joint_linearised_gain, linearised_gain, together
 from validation.tracing.problem import Added
 
 EFFECTS = {effect.name: effect for effect in catalogue()}
 
 
-def declared(change=lambda rig: rig, seen=lambda angle: angle) -> Fitted:
+def baseline(change=lambda rig: rig, seen=lambda angle: angle) -> Fitted:
     records = []
     for preload in (20.0, 10.0):
         run = simulate_chain(
@@ -29,22 +29,22 @@ def declared(change=lambda rig: rig, seen=lambda angle: angle) -> Fitted:
             Record(drive=run.drive, angle_deg=seen(run.angle_deg), time_s=run.time_s, cycle=run.cycle, rig=known)
         )
     problem = rig_problem(records)
-    division = Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    holdout = Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
     model = Model(problem)
-    return fit(model, division, model.row(problem.start, []))
+    return fit(model, holdout, model.row(problem.start, []))
 
 
 @pytest.mark.parametrize(("gain", "perspective"), [(-0.03, 6e-4), (0.04, 3e-4), (0.02, -8e-4)])
 def test_sizes_and_signs_of_two_constants_are_found_together(gain, perspective):
-    fitted = declared(seen=lambda angle: angle * (1 + gain + perspective * angle))
+    fitted = baseline(seen=lambda angle: angle * (1 + gain + perspective * angle))
     camera = EFFECTS["camera_misalignment"]
-    both = next(Added(camera, form) for form in camera.rig_forms if len(form.constants) == 2)
+    both = next(Added(camera, form) for form in camera.rig_forms if len(form.parameters) == 2)
     starts = both.form.starts(fitted.model.problem.scale, preset("du2018"))
     (sizes,) = together(both, starts)
-    start = promise_together(fitted, both, sizes)
+    start = joint_linearised_gain(fitted, both, sizes)
     alone = [
-        promise(fitted, Added(camera, form), values)
-        for form in camera.rig_forms if len(form.constants) == 1
+        linearised_gain(fitted, Added(camera, form), values)
+        for form in camera.rig_forms if len(form.parameters) == 1
         for values in form.starts(fitted.model.problem.scale, preset("du2018"))
     ]  # fmt: skip
     assert start.gain > 0.95
@@ -60,8 +60,8 @@ def test_one_constant_is_not_sized_together():
 
 
 def test_drag_is_found_from_a_start_that_is_too_small():
-    fitted = declared(lambda rig: replace(rig, drag=Drag(sheath_N_s_per_mm=0.5)))
+    fitted = baseline(lambda rig: replace(rig, drag=Drag(sheath_N_s_per_mm=0.5)))
     drag = EFFECTS["viscous_drag"]
-    start = promise(fitted, Added(drag, drag.rig_forms[0]), {"sheath_N_s_per_mm": 0.02})
+    start = linearised_gain(fitted, Added(drag, drag.rig_forms[0]), {"sheath_N_s_per_mm": 0.02})
     found = Model(fitted.model.problem, (start.added,)).values(start.x)[1][0]
     assert found["sheath_N_s_per_mm"] > 0.2

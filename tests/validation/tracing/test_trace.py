@@ -15,8 +15,8 @@ from hysteresis.record import Record, RecordError, read_record
 from validation.practice.bench_record import SHIPPED
 from validation.practice.cases import draw_case
 from validation.tracing.baseline.known_rig import rig_problem
-from validation.tracing.effect import Constant, catalogue
-from validation.tracing.fitting import Division, Model, bic, columns, fit, independent
+from validation.tracing.effect import FreeParameter, catalogue
+from validation.tracing.fitting import Holdout, Model, bic, columns, fit, independent
 from validation.tracing.holdout import Protocol, _most_covered
 from validation.tracing.report import in_words, to_dict
 from validation.tracing.residual import Floor, dependences, floor_of, smooth_functions
@@ -48,16 +48,16 @@ def test_unequal_tendons_of_five_percent_are_named():
 
     trace = trace_records(two_preloads(unequal))
     assert trace.verdict == "effect"
-    assert trace.grown.names == ("unequal_tendons",)
-    assert trace.grown.model.values(trace.grown.x)[1][0]["arm_ratio"] == pytest.approx(0.95, abs=0.005)
-    assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
-    assert trace.declared.heldout_rmse_deg > 2 * trace.grown.heldout_rmse_deg
+    assert trace.augmented.names == ("unequal_tendons",)
+    assert trace.augmented.model.values(trace.augmented.x)[1][0]["arm_ratio"] == pytest.approx(0.95, abs=0.005)
+    assert trace.augmented.heldout_rmse_deg < 1.3 * NOISE_DEG
+    assert trace.baseline.heldout_rmse_deg > 2 * trace.augmented.heldout_rmse_deg
 
 
 def test_shipped_record_is_traced_to_what_was_hidden_in_it():
     """validation/practice/bench_record.py: tendon b has another arm and free length, in the multibody model."""
     trace = trace_records([read_record(SHIPPED)])
-    assert trace.grown.names == ("unequal_tendons",)
+    assert trace.augmented.names == ("unequal_tendons",)
     assert trace.verdict in ("effect", "ambiguous")  # one preload, one amplitude
 
 
@@ -92,8 +92,8 @@ def test_hidden_hysteresis_is_not_taken_for_smooth_terms(saturation_deg):
     records = [hidden_loop(amplitude, i, law) for i, amplitude in enumerate((2.0, 1.0, 0.5))]
     trace = trace_records(records)
     assert trace.verdict == "none"
-    assert not trace.declared.division.train[2][50:].any()  # the smallest is held out
-    assert trace.declared.heldout_rmse_deg < 1.3 * NOISE_DEG
+    assert not trace.baseline.holdout.train[2][50:].any()  # the smallest is held out
+    assert trace.baseline.heldout_rmse_deg < 1.3 * NOISE_DEG
 
 
 def test_lost_counts_have_no_word_in_the_catalogue():
@@ -109,7 +109,7 @@ def test_an_optimum_of_another_loop_does_not_hide_an_effect():
     records = draw_case("work", "known", both[0], 22).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in both])
     assert trace.verdict == "effect"
-    assert trace.grown.names == both[:1]
+    assert trace.augmented.names == both[:1]
 
 
 def test_effects_that_do_nothing_do_not_take_the_place_of_the_one_that_is_there(monkeypatch):
@@ -120,7 +120,7 @@ def test_effects_that_do_nothing_do_not_take_the_place_of_the_one_that_is_there(
     records = draw_case("work", "unknown", shown[0], 4).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.verdict == "effect"
-    assert trace.grown.names == shown[:1]
+    assert trace.augmented.names == shown[:1]
 
 
 def test_a_free_rig_does_not_hide_a_second_effect_within_what_a_first_one_may_leave():
@@ -129,8 +129,8 @@ def test_a_free_rig_does_not_hide_a_second_effect_within_what_a_first_one_may_le
     shown = {"viscous_drag", "guide_friction"}
     records = draw_case("score-6", "unknown", "pair", 5).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
-    assert set(trace.grown.names) == shown
-    assert trace.grown.heldout_rmse_deg < 1.3 * trace.floor.deg
+    assert set(trace.augmented.names) == shown
+    assert trace.augmented.heldout_rmse_deg < 1.3 * trace.floor.deg
 
 
 def with_a_short_last_fit(monkeypatch):
@@ -146,7 +146,7 @@ def test_a_rival_of_a_free_rig_is_fitted_from_other_loops_as_the_best_is(monkeyp
     records = draw_case("score-8", "unknown", "tendon_stiffening", 6).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.verdict == "ambiguous"
-    assert {*trace.grown.names, *trace.confusable[0]} == shown
+    assert {*trace.augmented.names, *trace.confusable[0]} == shown
 
 
 def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
@@ -166,7 +166,7 @@ def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
     shown = {"time_delay", "viscous_drag", "tendon_slack", "unequal_tendons"}
     records = draw_case("score-5", "unknown", "pair", 3).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
-    assert trace.grown.names == ("viscous_drag", "tendon_slack")
+    assert trace.augmented.names == ("viscous_drag", "tendon_slack")
     assert trace.confusable == (("time_delay",), ())
     effects = to_dict(trace)["effects"]
     assert all(effect["delta_bic"] > 0 for effect in effects)
@@ -177,8 +177,8 @@ def test_a_free_rig_is_followed_to_the_noise_where_all_else_fails():
     shown = {"guide_friction", "tendon_slack"}
     records = draw_case("work", "unknown", "pair", 3).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
-    assert set(trace.grown.names) == shown
-    assert trace.grown.heldout_rmse_deg < 1.3 * trace.floor.deg
+    assert set(trace.augmented.names) == shown
+    assert trace.augmented.heldout_rmse_deg < 1.3 * trace.floor.deg
 
 
 @pytest.mark.parametrize(("amplitude_mm", "ends"), [(2.0, True), (1.2, False)])
@@ -187,13 +187,13 @@ def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_
     law = Superelastic(180.0, 80.0, transformation_strain=0.03, plateau_modulus_GPa=0.1)
     records = two_preloads(lambda rig: replace(rig, superelastic=law), triangle(amplitude_mm, cycles=2))
     trace = trace_records(records, effects=[e for e in catalogue() if e.name == "superelastic_plateau"])
-    found = trace.grown.model.values(trace.grown.x)[1][0]
+    found = trace.augmented.model.values(trace.augmented.x)[1][0]
     assert trace.verdict == "effect"
     assert ("transformation_strain" in found) is ends
     assert found["plateau_MPa"] == pytest.approx(180.0, rel=0.08)
     assert found.get("transformation_strain", 0.03) == pytest.approx(0.03, rel=0.15)
-    assert trace.grown.heldout_rmse_deg < 1.3 * NOISE_DEG
-    assert any(c.fitted is trace.grown for c in trace.candidates)
+    assert trace.augmented.heldout_rmse_deg < 1.3 * NOISE_DEG
+    assert any(c.fitted is trace.augmented for c in trace.candidates)
 
 
 def test_a_curve_with_a_loop_has_no_friction_of_guides():
@@ -216,7 +216,7 @@ def test_an_effect_that_leaves_the_held_out_error_where_it_was_is_not_named():
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "gravity"])
     assert trace.verdict == "effect"
     assert _believed(trace) is trace
-    no_better = replace(trace, declared=replace(trace.declared, errors=trace.grown.errors))
+    no_better = replace(trace, baseline=replace(trace.baseline, errors=trace.augmented.errors))
     assert _believed(no_better) is no_better  # at the noise: the declared model had met those samples by chance
     doubted = _believed(replace(no_better, floor=Floor(0.1 * trace.floor.deg, trace.floor.repeats_deg)))
     assert doubted.verdict == "unexplained"
@@ -229,8 +229,8 @@ def test_same_records_same_trace():
     records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
     one, other = (trace_records(records, threads=n) for n in (1, 2))
     assert one.verdict == other.verdict
-    assert one.grown.names == other.grown.names
-    assert np.array_equal(one.grown.x, other.grown.x)
+    assert one.augmented.names == other.augmented.names
+    assert np.array_equal(one.augmented.x, other.augmented.x)
 
 
 def test_held_out_is_the_protocol_that_the_others_cover():
@@ -247,10 +247,10 @@ def test_derivatives_fall_with_the_step_and_repeats_are_exact():
     assert run.short is not None
     whole = run.solve(run.rig).record.angle_deg[run.skip :]
     assert np.abs(run.angle_deg(run.rig) - whole).max() < 1e-9
-    model, division = Model(problem), Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
     x = model.row(problem.start, [])
-    J = columns(model, division, x, division.row(model.errors(x)), 1)
-    ahead, behind = (division.row(model.errors(x + s * np.eye(x.size)[0])) for s in (1e-3, -1e-3))
+    J = columns(model, holdout, x, holdout.row(model.errors(x)), 1)
+    ahead, behind = (holdout.row(model.errors(x + s * np.eye(x.size)[0])) for s in (1e-3, -1e-3))
     central = (ahead - behind) / 2e-3
     assert np.linalg.norm(J[:, 0] - central) < 0.02 * np.linalg.norm(central)
 
@@ -262,8 +262,8 @@ def test_noise_floor_and_free_functions_on_a_known_residual():
     noise = [rng.normal(0, 0.04, o.size) for o in problem.observed]
     floor = floor_of(records, problem.kept, noise)
     assert floor.deg == pytest.approx(0.04, rel=0.12)
-    model, division = Model(problem), Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
-    fitted = fit(model, division, model.row(problem.start, []), threads=1, most_calls=3)
+    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    fitted = fit(model, holdout, model.row(problem.start, []), threads=1, most_calls=3)
     even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.sights, strict=True))
     smooth = smooth_functions(replace(fitted, errors=even), records, problem.sights, 400.0)
     assert smooth.names[0] == "even in the drive"
@@ -273,8 +273,8 @@ def test_dependence_of_white_noise_and_of_a_known_residual():
     """White noise goes with nothing (p is uniform); a square of the drive goes with the drive, and is not white."""
     records = two_preloads(lambda rig: rig)
     problem = rig_problem(records)
-    model, division = Model(problem), Division(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
-    fitted = fit(model, division, model.row(problem.start, []), threads=1, most_calls=2)
+    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    fitted = fit(model, holdout, model.row(problem.start, []), threads=1, most_calls=2)
     rng, chances = np.random.default_rng(5), []
     for _ in range(200):
         white = tuple(rng.normal(0.0, 0.1, e.size) for e in fitted.errors)
@@ -294,8 +294,8 @@ def test_criterion_and_coordinates():
     assert bic(1.0, 2, np.e) == pytest.approx(2.0)  # m log 1 + p log m
     assert independent(1000, 0.0, 10) == 1000
     assert independent(1000, 0.99, 10) == 80  # eight a branch
-    for constant in (Constant("a", "-", 0, 1, 0.1), Constant("b", "-", 1e-3, 10, 0.3, log=True)):
-        assert constant.outer(constant.inner(0.25)) == pytest.approx(0.25)
+    for constant in (FreeParameter("a", "-", 0, 1, 0.1), FreeParameter("b", "-", 1e-3, 10, 0.3, log=True)):
+        assert constant.from_unit(constant.to_unit(0.25)) == pytest.approx(0.25)
 
 
 def test_catalogue_is_complete():
@@ -306,7 +306,7 @@ def test_catalogue_is_complete():
         assert effect.rig_forms
         assert effect.curve_forms
         assert len(effect.physics) > 80
-        assert len(effect.tell_apart) > 40
+        assert len(effect.distinguished_by) > 40
 
 
 def test_no_record_and_a_record_without_a_reversal_are_refused():
@@ -344,7 +344,7 @@ def test_an_effect_does_not_pay_for_an_optimum_that_the_declared_model_missed():
         records.append(Record(drive=run.drive, angle_deg=angle, time_s=run.time_s, cycle=run.cycle, rig=known))
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "viscous_drag"])
     assert trace.verdict == "none"
-    assert trace.declared.model.values(trace.declared.x)[0]["loop_angle_deg"] == pytest.approx(4.0, rel=0.05)
+    assert trace.baseline.model.values(trace.baseline.x)[0]["loop_angle_deg"] == pytest.approx(4.0, rel=0.05)
 
 
 def test_a_declared_model_that_cannot_stand_where_the_grown_one_does_is_left_as_it_was(monkeypatch):
@@ -363,8 +363,8 @@ def test_a_declared_model_that_cannot_stand_where_the_grown_one_does_is_left_as_
     monkeypatch.setattr("validation.tracing.trace.fit", once)
     after = trace_records(records, effects=gravity)
     assert len(calls) == 2
-    assert after.grown.names == before.grown.names == ("gravity",)
-    assert np.array_equal(after.grown.x, before.grown.x)
+    assert after.augmented.names == before.augmented.names == ("gravity",)
+    assert np.array_equal(after.augmented.x, before.augmented.x)
 
 
 def test_a_rig_that_bends_the_other_way_is_refused_but_not_one_that_is_unknown():

@@ -22,13 +22,13 @@ from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record
 from validation.tracing.baseline.curve_kernels import loops
 from validation.tracing.effect import (
-    Constant,
     Curve,
     CurveForm,
     Effect,
     Floats,
+    FreeParameter,
     Need,
-    Relative,
+    RelativeParameter,
     Sight,
     Values,
     cycles_repeat,
@@ -53,14 +53,14 @@ class Placed:
     """A form with its constants in the units of the records."""
 
     form: CurveForm
-    constants: tuple[Constant, ...]
+    parameters: tuple[FreeParameter, ...]
     starts: tuple[Values, ...]
 
     def values_of(self, values: Values) -> Values:
         """Values under the names that the operators know."""
         return {
             relative.name: values[constant.name]
-            for relative, constant in zip(self.form.constants, self.constants, strict=True)
+            for relative, constant in zip(self.form.parameters, self.parameters, strict=True)
         }
 
 
@@ -81,20 +81,20 @@ class CurveScale:
     def _factor(self, name: str) -> float:
         return {"drive": self.drive, "angle": self.angle, "time": self.time}.get(name, 1.0)
 
-    def place(self, constant: Relative) -> Constant:
+    def place(self, constant: RelativeParameter) -> FreeParameter:
         """Give a constant its unit."""
         scale = self.of(constant.unit)
         names = {"drive": self.unit, "angle": "deg", "time": "s"}
         unit = "/".join(names.get(part, part) for part in constant.unit.split("/"))
         name = f"{constant.name}_{self.unit}" if constant.unit == "drive" else constant.name
         size = constant.size if constant.log else constant.size * scale
-        return Constant(name, unit, constant.low * scale, constant.high * scale, size, constant.log)
+        return FreeParameter(name, unit, constant.low * scale, constant.high * scale, size, constant.log)
 
     def form(self, form: CurveForm) -> Placed:
         """Give a form the units of the records."""
-        constants = tuple(map(self.place, form.constants))
-        pairs = [(a.name, b.name, self.of(a.unit)) for a, b in zip(form.constants, constants, strict=True)]
-        return Placed(form, constants, tuple({b: start[a] * by for a, b, by in pairs} for start in form.starts))
+        parameters = tuple(map(self.place, form.parameters))
+        pairs = [(a.name, b.name, self.of(a.unit)) for a, b in zip(form.parameters, parameters, strict=True)]
+        return Placed(form, parameters, tuple({b: start[a] * by for a, b, by in pairs} for start in form.starts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class CurveProblem:
 
     observed: tuple[Floats, ...]
     sights: tuple[Sight, ...]
-    constants: tuple[Constant, ...]
+    parameters: tuple[FreeParameter, ...]
     start: Values
     groups: tuple[int, ...]
     preloads: tuple[float, ...]
@@ -117,7 +117,7 @@ class CurveProblem:
     """Which samples of each record these are."""
 
     @property
-    def hold_deg(self) -> float:
+    def prior_weight_deg(self) -> float:
         """See :class:`validation.tracing.problem.Problem`."""
         return 0.0
 
@@ -140,7 +140,7 @@ class CurveProblem:
         """
         fits = [(*_fit(self, self.start, [(form, start)], _GIVE_WAY), start) for start in form.starts]
         fits.sort(key=lambda fit: fit[0])
-        return [{**declared, **start} for _, declared, start in fits[:_STARTS]]
+        return [{**baseline, **start} for _, baseline, start in fits[:_STARTS]]
 
     @cached_property
     def _strokes(self) -> tuple[Floats, ...]:
@@ -255,7 +255,7 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements
     problem = CurveProblem(
         observed=observed,
         sights=sights,
-        constants=tuple(
+        parameters=tuple(
             constant
             for constant in _constants(scale, slope, len(preloads), len(records))
             if elements == 2 or constant.name not in _ONE_ELEMENT
@@ -308,28 +308,28 @@ def mean_slope(drives: Sequence[Floats], angles: Sequence[Floats]) -> float:
     return float(x @ y / (x @ x))
 
 
-def _constants(scale: CurveScale, slope: float, groups: int, records: int) -> tuple[Constant, ...]:
+def _constants(scale: CurveScale, slope: float, groups: int, records: int) -> tuple[FreeParameter, ...]:
     angle, (low, high) = scale.angle, sorted((0.2 * slope, 5.0 * slope))
-    constants = [
-        Constant("slope", f"deg/{scale.unit}", low, high, 0.01 * abs(slope)),
-        Constant("even", "-", -_SHAPE, _SHAPE, 0.01),
-        Constant("odd", "-", -_SHAPE, _SHAPE, 0.01),
-        Constant("A", "-", _STANDSTILL, 3.0, 0.02),
-        Constant("reach", "deg", 2e-3 * angle, 2.0 * angle, 0.1, log=True),
-        Constant("n", "-", 1.0, 10.0, 0.1, log=True),
-        Constant("gamma_beta", "-", -0.95, 1.0, 0.1),
-        Constant("far_A", "-", -1.0 - _STANDSTILL, 0.5, 0.01),
-        Constant("bend_loop", "-", -_BEND_LOOP, _BEND_LOOP, 0.05),
-        Constant("far_reach", "-", 3.0, 200.0, 0.2, log=True),
+    parameters = [
+        FreeParameter("slope", f"deg/{scale.unit}", low, high, 0.01 * abs(slope)),
+        FreeParameter("even", "-", -_SHAPE, _SHAPE, 0.01),
+        FreeParameter("odd", "-", -_SHAPE, _SHAPE, 0.01),
+        FreeParameter("A", "-", _STANDSTILL, 3.0, 0.02),
+        FreeParameter("reach", "deg", 2e-3 * angle, 2.0 * angle, 0.1, log=True),
+        FreeParameter("n", "-", 1.0, 10.0, 0.1, log=True),
+        FreeParameter("gamma_beta", "-", -0.95, 1.0, 0.1),
+        FreeParameter("far_A", "-", -1.0 - _STANDSTILL, 0.5, 0.01),
+        FreeParameter("bend_loop", "-", -_BEND_LOOP, _BEND_LOOP, 0.05),
+        FreeParameter("far_reach", "-", 3.0, 200.0, 0.2, log=True),
     ]
     for group in range(1, groups):
-        constants += [
-            Constant(f"slope_{group}", "-", 0.5, 2.0, 0.01, log=True),
-            Constant(f"loop_{group}", "-", 0.05, 20.0, 0.05, log=True),
-            Constant(f"reach_{group}", "-", 0.1, 10.0, 0.1, log=True),
+        parameters += [
+            FreeParameter(f"slope_{group}", "-", 0.5, 2.0, 0.01, log=True),
+            FreeParameter(f"loop_{group}", "-", 0.05, 20.0, 0.05, log=True),
+            FreeParameter(f"reach_{group}", "-", 0.1, 10.0, 0.1, log=True),
         ]
-    constants += [Constant(f"state_{i}", "-", -1.0, 1.0, 0.1) for i in range(records)]
-    return tuple(constants)
+    parameters += [FreeParameter(f"state_{i}", "-", -1.0, 1.0, 0.1) for i in range(records)]
+    return tuple(parameters)
 
 
 def _first_fit(problem: CurveProblem, slope: float) -> Values:
@@ -342,7 +342,7 @@ def _first_fit(problem: CurveProblem, slope: float) -> Values:
     best: tuple[float, dict[str, float]] | None = None
     for sign in (-1.0, 1.0):
         for far, n in ((6.0, 1.5), (20.0, 4.0)):
-            start = {constant.name: 1.0 if constant.log else 0.0 for constant in problem.constants}
+            start = {constant.name: 1.0 if constant.log else 0.0 for constant in problem.parameters}
             start |= {"slope": slope, "A": 0.6 * sign, "reach": 1.7 * width, "n": n, "gamma_beta": 0.8}
             start |= {"far_A": 0.2 * sign / far, "far_reach": far}
             found = _fit(problem, start, (), 60)
@@ -356,13 +356,13 @@ def _fit(
     problem: CurveProblem, start: Values, added: Sequence[tuple[Any, Values]], most_steps: int
 ) -> tuple[float, dict[str, float]]:
     """Fit the declared model with forms of given constants: half the sum of squares, and values."""
-    constants = problem.constants
-    low = np.array([c.inner(c.low) for c in constants])
-    high = np.array([c.inner(c.high) for c in constants])
-    x0 = np.clip([c.inner(float(np.clip(start[c.name], c.low, c.high))) for c in constants], low, high)
+    parameters = problem.parameters
+    low = np.array([c.to_unit(c.low) for c in parameters])
+    high = np.array([c.to_unit(c.high) for c in parameters])
+    x0 = np.clip([c.to_unit(float(np.clip(start[c.name], c.low, c.high))) for c in parameters], low, high)
 
     def values(x: Floats) -> dict[str, float]:
-        return {c.name: float(np.clip(c.outer(v), c.low, c.high)) for c, v in zip(constants, x, strict=True)}
+        return {c.name: float(np.clip(c.from_unit(v), c.low, c.high)) for c, v in zip(parameters, x, strict=True)}
 
     def residual(x: Floats) -> Floats:
         parts = []

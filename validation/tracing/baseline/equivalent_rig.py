@@ -33,7 +33,7 @@ from validation.tracing.baseline.known_rig import (
     sight_of,
     thinned,
 )
-from validation.tracing.effect import Constant, Effect, RigForm, Scale, Values
+from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Values
 from validation.tracing.problem import Problem, require_one_unit
 
 Floats = NDArray[np.float64]
@@ -50,7 +50,7 @@ _TOE = 2.2  # of the largest preload: as soft as the paper's rope at 20 N; softe
 _GUIDES = 0.02  # of the largest preload, all guides together: more is an effect
 _HOLD = 5e-4  # of half the largest range of the angle
 _SHAPE = 0.45  # even and odd part of the cubic, as in the curve model
-_GAP = Constant("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / PARTS_AT_LAST**2, 0.05)
+_GAP = FreeParameter("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / PARTS_AT_LAST**2, 0.05)
 _ROOTS = 1 / 3
 """Of the last fit alone: what of a notch does not bend, which shortens the paths of both ropes in a bend, and the part
 of the compliance in the roots of a flexure, that of the preset ``du2018``. A deep bend tells them; the search does
@@ -73,7 +73,7 @@ class EquivalentProblem(RigProblem):
     parts: int = 1
 
     @property
-    def hold_deg(self) -> float:
+    def prior_weight_deg(self) -> float:
         """See :class:`validation.tracing.problem.Problem`."""
         return _HOLD * self.scale.angle_deg
 
@@ -81,7 +81,7 @@ class EquivalentProblem(RigProblem):
         """Forms whose needs are met, lengths of rope in the drive's unit."""
         return tuple(_in_unit(form, self.unit, self.mm) for form in super().forms(effect))
 
-    def declared(self, rig: Rig, values: Values) -> Rig:
+    def baseline(self, rig: Rig, values: Values) -> Rig:
         """Give a rig the constants that were fitted."""
         rope = replace(
             rig.tendon_a,
@@ -161,7 +161,7 @@ def equivalent_problem(records: Sequence[Record], samples: int = SAMPLES) -> Equ
     return EquivalentProblem(
         observed=observed,
         sights=sights,
-        constants=_constants(largest, joint, several=several),
+        parameters=_constants(largest, joint, several=several),
         start=_start(largest, joint, several=several),
         runs=runs,
         kept=kept,
@@ -219,7 +219,7 @@ def for_the_last_fit(problem: Problem, records: Sequence[Record]) -> EquivalentP
         sights=tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True)),
         runs=tuple(runs_of(record, rig, keep) for record, rig, keep in zip(moved, rigs, kept, strict=True)),
         kept=kept,
-        constants=(*problem.constants, _GAP),
+        parameters=(*problem.parameters, _GAP),
         start={**problem.start, _GAP.name: 0.0},
         parts=PARTS_AT_LAST,
     )
@@ -241,24 +241,24 @@ def _rig(preload_N: float, joint_deg: float) -> Rig:
     )
 
 
-def _constants(preload_N: float, joint_deg: float, *, several: bool) -> tuple[Constant, ...]:
+def _constants(preload_N: float, joint_deg: float, *, several: bool) -> tuple[FreeParameter, ...]:
     unit = preload_N / _PRELOAD_N
-    constants = [
-        Constant("sheath_N", "N", 0.0, 0.5 * preload_N, unit),
-        Constant("capstan_coefficient", "-", 0.0, 0.5, 0.05),
-        Constant("guide_N", "N", 0.0, _GUIDES * preload_N / JOINTS, 0.1 * _GUIDES * preload_N / JOINTS),
-        Constant("loop_share", "-", 0.0, 0.9, 0.2),
-        Constant("loop_angle_deg", "deg", joint_deg / 10, 4 * joint_deg, 0.4, log=True),
-        Constant("EA_at_preload_N", "N", _EA_N * unit / 20, _EA_N * unit * 10, 0.2, log=True),
-        Constant("moment_arm_mm", "mm", 0.4 * _ARM_MM, 2.5 * _ARM_MM, 0.01, log=True),
-        Constant("flexure_stiffness_Nmm_per_rad", "Nmm/rad", 10.0 * unit, 5_000.0 * unit, 0.2, log=True),
-        Constant("free_length_mm", "mm", *_FREE_BOUNDS_MM, 0.2, log=True),
-        Constant("even", "-", -_SHAPE, _SHAPE, 0.01),
-        Constant("odd", "-", -_SHAPE, _SHAPE, 0.01),
+    parameters = [
+        FreeParameter("sheath_N", "N", 0.0, 0.5 * preload_N, unit),
+        FreeParameter("capstan_coefficient", "-", 0.0, 0.5, 0.05),
+        FreeParameter("guide_N", "N", 0.0, _GUIDES * preload_N / JOINTS, 0.1 * _GUIDES * preload_N / JOINTS),
+        FreeParameter("loop_share", "-", 0.0, 0.9, 0.2),
+        FreeParameter("loop_angle_deg", "deg", joint_deg / 10, 4 * joint_deg, 0.4, log=True),
+        FreeParameter("EA_at_preload_N", "N", _EA_N * unit / 20, _EA_N * unit * 10, 0.2, log=True),
+        FreeParameter("moment_arm_mm", "mm", 0.4 * _ARM_MM, 2.5 * _ARM_MM, 0.01, log=True),
+        FreeParameter("flexure_stiffness_Nmm_per_rad", "Nmm/rad", 10.0 * unit, 5_000.0 * unit, 0.2, log=True),
+        FreeParameter("free_length_mm", "mm", *_FREE_BOUNDS_MM, 0.2, log=True),
+        FreeParameter("even", "-", -_SHAPE, _SHAPE, 0.01),
+        FreeParameter("odd", "-", -_SHAPE, _SHAPE, 0.01),
     ]
     if several:  # one preload does not tell a soft rope from a soft strand
-        constants.append(Constant("toe_N", "N", 0.0, _TOE * preload_N, 5.0 * unit))
-    return tuple(constants)
+        parameters.append(FreeParameter("toe_N", "N", 0.0, _TOE * preload_N, 5.0 * unit))
+    return tuple(parameters)
 
 
 def _start(preload_N: float, joint_deg: float, *, several: bool) -> Mapping[str, float]:
@@ -282,7 +282,7 @@ def _start(preload_N: float, joint_deg: float, *, several: bool) -> Mapping[str,
 def _in_unit(form: RigForm, unit: str, mm: float) -> RigForm:
     """Give a form's lengths of rope in the drive's unit; a tip's way stays in mm of the equivalent rig."""
     size = abs(mm)
-    roped = {c.name for c in form.constants if c.unit == "mm" and c.name in _ROPE}
+    roped = {c.name for c in form.parameters if c.unit == "mm" and c.name in _ROPE}
     if unit == "mm" and math.isclose(size, 1.0):
         return form
     named = {name: f"{name.removesuffix('_mm')}_{unit}" for name in roped}
@@ -296,7 +296,7 @@ def _in_unit(form: RigForm, unit: str, mm: float) -> RigForm:
     def there(values: Values) -> Values:
         return {named.get(name, name): v / by(name) if name in named else v for name, v in values.items()}
 
-    def scaled(c: Constant) -> Constant:
+    def scaled(c: FreeParameter) -> FreeParameter:
         if c.name not in named:
             return c
         per = c.size if c.log else c.size / size
@@ -308,7 +308,7 @@ def _in_unit(form: RigForm, unit: str, mm: float) -> RigForm:
     rig_of_form = form.rig
     return replace(
         form,
-        constants=tuple(map(scaled, form.constants)),
+        parameters=tuple(map(scaled, form.parameters)),
         starts=starts,
         rig=None if rig_of_form is None else lambda rig, values: rig_of_form(rig, back(values)),
     )

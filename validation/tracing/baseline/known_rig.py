@@ -23,13 +23,13 @@ from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record, RecordError
-from validation.tracing.effect import Constant, Effect, RigForm, Scale, Sight, Values, cycles_repeat
+from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Sight, Values, cycles_repeat
 
 Floats = NDArray[np.float64]
 
 PULLED = (
-    Constant("youngs_modulus_GPa", "GPa", 1.0, 200.0, 0.1, log=True),
-    Constant("capstan_coefficient", "-", 0.0, 1.5, 0.05),
+    FreeParameter("youngs_modulus_GPa", "GPa", 1.0, 200.0, 0.1, log=True),
+    FreeParameter("capstan_coefficient", "-", 0.0, 1.5, 0.05),
 )
 """Of the declared model under tendon forces, loading only: a material's loop does not show."""
 SAMPLES, LEAST_OF_RECORD = 4000, 200
@@ -78,7 +78,7 @@ class RigProblem:
 
     observed: tuple[Floats, ...]
     sights: tuple[Sight, ...]
-    constants: tuple[Constant, ...]
+    parameters: tuple[FreeParameter, ...]
     start: Values
     runs: tuple[tuple[Run, ...], ...]
     kept: tuple[NDArray[np.int64], ...]
@@ -86,7 +86,7 @@ class RigProblem:
     has: frozenset[str]
 
     @property
-    def hold_deg(self) -> float:
+    def prior_weight_deg(self) -> float:
         """See :class:`validation.tracing.problem.Problem`: the few constants of a known rig need no hold."""
         return 0.0
 
@@ -98,7 +98,7 @@ class RigProblem:
         """Values to start from."""
         return form.starts(self.scale, self.runs[0][0].rig)
 
-    def declared(self, rig: Rig, values: Values) -> Rig:
+    def baseline(self, rig: Rig, values: Values) -> Rig:
         """Give a rig constants of the declared model."""
         return with_constants(rig, values)
 
@@ -112,7 +112,7 @@ class RigProblem:
 
     def rig(self, run: Run, values: Values, added: Sequence[tuple[RigForm, Values]]) -> Rig:
         """Rig of a run with constants of the declared model, and with effects."""
-        rig = self.declared(run.rig, values)
+        rig = self.baseline(run.rig, values)
         for form, more in added:
             if form.rig is not None:
                 rig = form.rig(rig, more)
@@ -187,7 +187,7 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
     return RigProblem(
         observed=tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True)),
         sights=sights,
-        constants=PULLED if pulled else _constants(rig for rig in rigs if rig),
+        parameters=PULLED if pulled else _constants(rig for rig in rigs if rig),
         start=_start(first, pulled),
         runs=runs,
         kept=kept,
@@ -206,7 +206,7 @@ def _require_the_rigs_sense(records: Sequence[Record]) -> None:
             )
 
 
-def _constants(rigs: Iterable[Rig]) -> tuple[Constant, ...]:
+def _constants(rigs: Iterable[Rig]) -> tuple[FreeParameter, ...]:
     """Constants of the declared model under a drive in mm, within what a rig that was declared so can be.
 
     Friction and stretch make good for each other: without bounds, an effect that is missing drives both to where no
@@ -217,11 +217,11 @@ def _constants(rigs: Iterable[Rig]) -> tuple[Constant, ...]:
     preload = max(r.preload_N for r in all_rigs)
     turn, EA = rig.material.loop_angle_deg, rig.tendon_a.EA_N
     return (
-        Constant("sheath_N", "N", 0.0, max(4 * rig.friction.sheath_N, 0.3 * preload, 1.0), 1.0),
-        Constant("capstan_coefficient", "-", 0.0, 0.5, 0.05),
-        Constant("loop_share", "-", 0.0, 0.9, 0.2),
-        Constant("loop_angle_deg", "deg", turn / 4, 4 * turn, 0.4, log=True),
-        Constant("EA_N", "N", EA / 4, 4 * EA, 0.2, log=True),
+        FreeParameter("sheath_N", "N", 0.0, max(4 * rig.friction.sheath_N, 0.3 * preload, 1.0), 1.0),
+        FreeParameter("capstan_coefficient", "-", 0.0, 0.5, 0.05),
+        FreeParameter("loop_share", "-", 0.0, 0.9, 0.2),
+        FreeParameter("loop_angle_deg", "deg", turn / 4, 4 * turn, 0.4, log=True),
+        FreeParameter("EA_N", "N", EA / 4, 4 * EA, 0.2, log=True),
     )
 
 

@@ -21,7 +21,7 @@ from fem_models.rig.rig import Rig
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.curve import mean_slope
 from validation.tracing.baseline.known_rig import RigProblem, Run, rig_problem
-from validation.tracing.effect import Constant, Values
+from validation.tracing.effect import FreeParameter, Values
 from validation.tracing.problem import require_one_unit
 
 Floats = NDArray[np.float64]
@@ -43,7 +43,7 @@ class GearedProblem(RigProblem):
     unit: str
 
     @property
-    def hold_deg(self) -> float:
+    def prior_weight_deg(self) -> float:
         """See :class:`validation.tracing.problem.Problem`: one preload does not tell the gain from the ropes' stretch."""
         return _HOLD * self.scale.angle_deg
 
@@ -85,16 +85,16 @@ def geared_problem(records: Sequence[Record]) -> GearedProblem | None:
     require_one_unit(records)
     _require_one_sense(records)
     mm = _mm_per_unit(records, rigs[0])
-    inner = rig_problem([replace(r, drive=r.drive * mm, drive_unit="mm") for r in records])
-    assert inner is not None  # all rigs are known
+    in_mm = rig_problem([replace(r, drive=r.drive * mm, drive_unit="mm") for r in records])
+    assert in_mm is not None  # all rigs are known
     unit = records[0].drive_unit
     low, high = sorted((mm / _TIMES, mm * _TIMES))
-    gain = Constant(f"drive_mm_per_{unit}", f"mm/{unit}", low, high, _SIZE * abs(mm))
-    shared = {field.name: getattr(inner, field.name) for field in fields(inner)}
+    gain = FreeParameter(f"drive_mm_per_{unit}", f"mm/{unit}", low, high, _SIZE * abs(mm))
+    shared = {field.name: getattr(in_mm, field.name) for field in fields(in_mm)}
     own = {
-        "sights": tuple(replace(sight, drive=sight.drive / mm) for sight in inner.sights),
-        "constants": (*inner.constants, gain),
-        "start": {**inner.start, gain.name: mm},
+        "sights": tuple(replace(sight, drive=sight.drive / mm) for sight in in_mm.sights),
+        "parameters": (*in_mm.parameters, gain),
+        "start": {**in_mm.start, gain.name: mm},
     }
     return GearedProblem(**{**shared, **own}, mm=mm, unit=unit)
 

@@ -7,9 +7,19 @@ from dataclasses import replace
 from fem_models.rig.effects import Backlash
 from fem_models.rig.rig import Rig
 from validation.tracing.baseline.curve_kernels import play
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-WIDTH = Constant("width_mm", "mm", 0.0, 5.0, 0.05, linear=True)
+WIDTH = FreeParameter("width_mm", "mm", 0.0, 5.0, 0.05, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -25,14 +35,14 @@ def _play(x: Floats, curve: Curve, values: Values) -> Floats:
 
 
 _CURVE = CurveForm(
-    (Relative("width", "drive", 0.0, 1.0, 0.01),), tuple({"width": w} for w in (0.02, 0.08, 0.25)), drive=_play
+    (RelativeParameter("width", "drive", 0.0, 1.0, 0.01),), tuple({"width": w} for w in (0.02, 0.08, 0.25)), drive=_play
 )
 
 EFFECT = Effect(
     name="backlash",
     physics="Clearance in the gears or couplings between motor and wheel: the wheel stands still for the width of the "
     "play after every reversal, as a play operator does (Krasnosel'skii and Pokrovskii 1989, ISBN 978-3-642-64782-6).",
-    tell_apart="A Bouc-Wen loop or friction with a soft rope also stands still after a reversal. Play has a sharp "
+    distinguished_by="A Bouc-Wen loop or friction with a soft rope also stands still after a reversal. Play has a sharp "
     "corner and the same width at every amplitude and preload: record a second amplitude and a second preload.",
     rig_forms=(RigForm((WIDTH,), _starts, rig=_rig, needs=frozenset({"wheel"})),),
     curve_forms=(_CURVE,),

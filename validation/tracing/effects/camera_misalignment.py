@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import Constant, CurveForm, Effect, Floats, Relative, RigForm, Scale, Sight, Values
+from validation.tracing.effect import (
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Sight,
+    Values,
+)
 
-GAIN = Constant("gain", "-", -0.9, 5.0, 0.01, linear=True)
-PERSPECTIVE = Constant("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4, linear=True)
+GAIN = FreeParameter("gain", "-", -0.9, 5.0, 0.01, linear=True)
+PERSPECTIVE = FreeParameter("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4, linear=True)
 
 
 def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
@@ -28,7 +38,7 @@ def _both(scale: Scale, rig: Rig | None) -> list[Values]:
 
 
 _CURVE = CurveForm(
-    (Relative("perspective_per_deg", "1/angle", -0.5, 0.5, 0.005),),
+    (RelativeParameter("perspective_per_deg", "1/angle", -0.5, 0.5, 0.005),),
     ({"perspective_per_deg": 0.02}, {"perspective_per_deg": -0.02}),
     seen=seen,  # f takes the gain
 )
@@ -38,7 +48,7 @@ EFFECT = Effect(
     physics="A tilted or uncalibrated camera reads a wrong angle: gain, offset and, to first order of its tilt, a part "
     "even in the angle. A function of the angle alone, without a loop (pinhole model; Hartley and Zisserman 2004, doi "
     "10.1017/CBO9780511811685).",
-    tell_apart="Gravity is a smooth function of the angle, too, and unequal tendons have an even part, which changes "
+    distinguished_by="Gravity is a smooth function of the angle, too, and unequal tendons have an even part, which changes "
     "with preload. Turn the camera, or read a known angle.",
     rig_forms=(
         RigForm((GAIN,), _gain, seen=seen),

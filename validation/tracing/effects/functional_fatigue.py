@@ -8,11 +8,21 @@ import numpy as np
 
 from fem_models.rig.effects import Fatigue
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-LOSS = Constant("loop_loss", "-", 0.0, 1.0, 0.05, linear=True)
-RESIDUAL = Constant("residual_deg", "deg", -5.0, 5.0, 0.02, linear=True)
-CYCLES = Constant("cycles", "-", 0.2, 200.0, 0.3, log=True)
+LOSS = FreeParameter("loop_loss", "-", 0.0, 1.0, 0.05, linear=True)
+RESIDUAL = FreeParameter("residual_deg", "deg", -5.0, 5.0, 0.02, linear=True)
+CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -44,9 +54,9 @@ def _left_over(theta: Floats, curve: Curve, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        Relative("loop_loss", "-", 0.0, 0.99, 0.02),
-        Relative("residual_deg", "angle", -1.0, 1.0, 0.002),
-        Relative("cycles", "-", 0.2, 200.0, 0.3, log=True),
+        RelativeParameter("loop_loss", "-", 0.0, 0.99, 0.02),
+        RelativeParameter("residual_deg", "angle", -1.0, 1.0, 0.002),
+        RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True),
     ),
     tuple({"loop_loss": 0.1, "residual_deg": side * 0.02, "cycles": c} for side in (-1, 1) for c in (1.0, 5.0)),
     loop=_shrunk,
@@ -58,7 +68,7 @@ EFFECT = Effect(
     name="functional_fatigue",
     physics="Cycling trains Nitinol: its loop shrinks and a residual strain grows, both exponential in the number of "
     "cycles (Eggeler et al. 2004, doi 10.1016/j.msea.2003.10.327).",
-    tell_apart="A loss of preload acts on tension and widens the loop; record tensions, or a second preload.",
+    distinguished_by="A loss of preload acts on tension and widens the loop; record tensions, or a second preload.",
     rig_forms=(RigForm((LOSS, RESIDUAL, CYCLES), _starts, rig=_rig, needs=frozenset({"cycles"})),),
     curve_forms=(_CURVE,),
 )

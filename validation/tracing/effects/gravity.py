@@ -9,10 +9,20 @@ import numpy as np
 
 from fem_models.rig.effects import Gravity
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-ALONG = Constant("ring_mass_along_g", "g", -200.0, 200.0, 0.2, linear=True)
-ACROSS = Constant("ring_mass_across_g", "g", -200.0, 200.0, 0.2, linear=True)
+ALONG = FreeParameter("ring_mass_along_g", "g", -200.0, 200.0, 0.2, linear=True)
+ACROSS = FreeParameter("ring_mass_across_g", "g", -200.0, 200.0, 0.2, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -34,7 +44,10 @@ def _weight(theta: Floats, curve: Curve, values: Values) -> Floats:
 
 
 _CURVE = CurveForm(
-    (Relative("along_deg", "angle", -0.8, 0.8, 0.005), Relative("across_deg", "angle", -0.8, 0.8, 0.005)),
+    (
+        RelativeParameter("along_deg", "angle", -0.8, 0.8, 0.005),
+        RelativeParameter("across_deg", "angle", -0.8, 0.8, 0.005),
+    ),
     tuple({"along_deg": a, "across_deg": b} for a, b in ((0.02, 0.0), (-0.02, 0.0), (0.0, 0.02), (0.0, -0.02))),
     turn=_weight,
 )
@@ -43,7 +56,7 @@ EFFECT = Effect(
     name="gravity",
     physics="Weight of rings and tool bends the tube: a moment that follows sine and cosine of the headings, given by "
     "its parts along and across the straight tube. Smooth, no loop; odd or even by the way the rig is mounted.",
-    tell_apart="A misaligned camera gives a function of the angle, too. Mount the rig turned by 90 or 180 degrees.",
+    distinguished_by="A misaligned camera gives a function of the angle, too. Mount the rig turned by 90 or 180 degrees.",
     rig_forms=(RigForm((ALONG, ACROSS), _starts, rig=_rig),),
     curve_forms=(_CURVE,),
 )

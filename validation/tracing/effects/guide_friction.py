@@ -8,10 +8,20 @@ from dataclasses import replace
 import numpy as np
 
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-BASE = Constant("base_capstan", "-", 0.0, 2.0, 0.01, linear=True)
-GUIDE = Constant("guide_N", "N", 0.0, 5.0, 0.02, linear=True)
+BASE = FreeParameter("base_capstan", "-", 0.0, 2.0, 0.01, linear=True)
+GUIDE = FreeParameter("guide_N", "N", 0.0, 5.0, 0.02, linear=True)
 LEAST_MU = 1e-3
 
 
@@ -40,14 +50,16 @@ def _wrap(f: Floats, curve: Curve, values: Values) -> Floats:
     return np.exp(values["capstan"] * np.radians(np.abs(f - curve.straight_deg)))
 
 
-_CURVE = CurveForm((Relative("capstan", "-", 0.0, 5.0, 0.05),), ({"capstan": 0.1}, {"capstan": 0.6}), loop=_wrap)
+_CURVE = CurveForm(
+    (RelativeParameter("capstan", "-", 0.0, 5.0, 0.05),), ({"capstan": 0.1}, {"capstan": 0.6}), loop=_wrap
+)
 
 EFFECT = Effect(
     name="guide_friction",
     physics="Ropes rub where they are led round: T2 = T1 exp(mu phi) (Euler 1769). The declared model has the capstan "
     "in the bends and a constant force at the base; this is what they lack: friction in proportion to tension on the "
     "way to the base, which does not wait for the bend, or a constant force at every guide.",
-    tell_apart="It grows with tension, a Bouc-Wen loop and a constant force do not: record a second preload.",
+    distinguished_by="It grows with tension, a Bouc-Wen loop and a constant force do not: record a second preload.",
     rig_forms=(
         RigForm((BASE,), _base_starts, rig=_at_base, needs=frozenset({"wheel"})),
         RigForm((GUIDE,), _guide_starts, rig=_at_guides),

@@ -8,10 +8,20 @@ import numpy as np
 
 from fem_models.rig.effects import Closure
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-ANGLE = Constant("angle_deg", "deg", 0.1, 90.0, 0.05)
-STIFFNESS = Constant("stiffness_Nmm_per_rad", "Nmm/rad", 1.0, 1e6, 0.3, log=True)
+ANGLE = FreeParameter("angle_deg", "deg", 0.1, 90.0, 0.05)
+STIFFNESS = FreeParameter("stiffness_Nmm_per_rad", "Nmm/rad", 1.0, 1e6, 0.3, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -29,7 +39,7 @@ def _shut(theta: Floats, curve: Curve, values: Values) -> Floats:
 
 
 _CURVE = CurveForm(
-    (Relative("angle_deg", "angle", 0.05, 1.1, 0.01), Relative("slope_loss", "-", 0.0, 1.0, 0.02)),
+    (RelativeParameter("angle_deg", "angle", 0.05, 1.1, 0.01), RelativeParameter("slope_loss", "-", 0.0, 1.0, 0.02)),
     tuple({"angle_deg": part, "slope_loss": loss} for part in (0.6, 0.8, 0.93) for loss in (0.1, 0.5)),
     turn=_shut,
 )
@@ -38,7 +48,7 @@ EFFECT = Effect(
     name="notch_closure",
     physics="The edges of a notch meet at an angle of the joint (width over lever, York et al., ICRA 2015, doi "
     "10.1109/ICRA.2015.7139414) and carry load from then on: the tube stiffens past it, on both sides for pairs.",
-    tell_apart="A superelastic plateau curves the other way; an obstacle clips one end. Record a smaller amplitude.",
+    distinguished_by="A superelastic plateau curves the other way; an obstacle clips one end. Record a smaller amplitude.",
     rig_forms=(RigForm((ANGLE, STIFFNESS), _starts, rig=_rig),),
     curve_forms=(_CURVE,),
 )

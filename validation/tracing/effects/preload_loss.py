@@ -8,10 +8,20 @@ import numpy as np
 
 from fem_models.rig.effects import PreloadLoss
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-FRACTION = Constant("fraction", "-", 0.0, 0.95, 0.05, linear=True)
-CYCLES = Constant("cycles", "-", 0.2, 200.0, 0.3, log=True)
+FRACTION = FreeParameter("fraction", "-", 0.0, 0.95, 0.05, linear=True)
+CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -44,17 +54,21 @@ def _loop_free(f: Floats, curve: Curve, values: Values) -> Floats:
     return 1.0 + values["widening"] * -np.expm1(-curve.sight.cycle / values["cycles"])
 
 
-_CYCLES = Relative("cycles", "-", 0.2, 200.0, 0.3, log=True)
+_CYCLES = RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
 _CURVES = (
     CurveForm(  # what preload does is known from the other records
-        (Relative("fraction", "-", 0.0, 0.95, 0.02), _CYCLES),
+        (RelativeParameter("fraction", "-", 0.0, 0.95, 0.02), _CYCLES),
         tuple({"fraction": 0.2, "cycles": c} for c in (1.0, 5.0)),
         bend=_slope_known,
         loop=_loop_known,
         needs=frozenset({"cycles", "preloads"}),
     ),
     CurveForm(
-        (Relative("widening", "-", 0.0, 10.0, 0.05), Relative("slope_loss", "-", -0.5, 0.9, 0.005), _CYCLES),
+        (
+            RelativeParameter("widening", "-", 0.0, 10.0, 0.05),
+            RelativeParameter("slope_loss", "-", -0.5, 0.9, 0.005),
+            _CYCLES,
+        ),
         tuple({"widening": 0.2, "slope_loss": 0.01, "cycles": c} for c in (1.0, 5.0)),
         bend=_slope_free,
         loop=_loop_free,
@@ -66,7 +80,7 @@ EFFECT = Effect(
     name="preload_loss",
     physics="Knots, crimps and rope seats settle: the preload falls with the number of cycles, T0 (1 - a (1 - "
     "exp(-c/c0))), so that loops widen, or shift, from cycle to cycle.",
-    tell_apart="Functional fatigue changes with the cycles, too, but acts on the material's loop, not on tension; "
+    distinguished_by="Functional fatigue changes with the cycles, too, but acts on the material's loop, not on tension; "
     "record tensions, or a second preload.",
     rig_forms=(RigForm((FRACTION, CYCLES), _starts, rig=_rig, needs=frozenset({"cycles", "two tendons"})),),
     curve_forms=(*_CURVES,),

@@ -7,12 +7,22 @@ from dataclasses import replace
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.rig import Rig
 from validation.tracing.baseline.curve_kernels import transformed
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-PLATEAU = Constant("plateau_MPa", "MPa", 20.0, 1e4, 0.05, log=True)
-SLOPE = Constant("plateau_modulus_GPa", "GPa", 0.0, 30.0, 0.5)
-UNLOADING = Constant("unloading_ratio", "-", 0.05, 1.0, 0.05)
-STRAIN = Constant("transformation_strain", "-", 5e-3, 0.5, 0.2, log=True)
+PLATEAU = FreeParameter("plateau_MPa", "MPa", 20.0, 1e4, 0.05, log=True)
+SLOPE = FreeParameter("plateau_modulus_GPa", "GPa", 0.0, 30.0, 0.5)
+UNLOADING = FreeParameter("unloading_ratio", "-", 0.05, 1.0, 0.05)
+STRAIN = FreeParameter("transformation_strain", "-", 5e-3, 0.5, 0.2, log=True)
 
 _UNSEEN = 0.5  # unloading plateau over the loading one, where nothing unloads
 _FLAT = 0.1  # GPa: a plateau that hardly climbs
@@ -67,9 +77,9 @@ def _flag(f: Floats, curve: Curve, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        Relative("onset_deg", "angle", 0.05, 1.0, 0.01),
-        Relative("loop_deg", "angle", 0.0, 0.4, 0.01),
-        Relative("part", "-", -0.95, 3.0, 0.01),
+        RelativeParameter("onset_deg", "angle", 0.05, 1.0, 0.01),
+        RelativeParameter("loop_deg", "angle", 0.0, 0.4, 0.01),
+        RelativeParameter("part", "-", -0.95, 3.0, 0.01),
     ),
     tuple({"onset_deg": onset, "loop_deg": 0.1, "part": part} for onset in (0.3, 0.6) for part in (-0.1, 0.1)),
     bend=_flag,
@@ -80,7 +90,7 @@ EFFECT = Effect(
     physics="Beyond about 1 % of strain Nitinol transforms at a nearly constant stress and comes back at a lower one "
     "(flag; Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7): the slope changes past a strain, "
     "with a loop away from the centre.",
-    tell_apart="Notches that close curve the other way; record a larger amplitude.",
+    distinguished_by="Notches that close curve the other way; record a larger amplitude.",
     rig_forms=(
         RigForm((PLATEAU, UNLOADING), _starts, rig=_rig, needs=frozenset({"wheel"})),
         RigForm((PLATEAU, UNLOADING, SLOPE), _climbing, rig=_rig, needs=frozenset({"wheel"})),

@@ -9,10 +9,20 @@ import numpy as np
 from fem_models.rig.effects import Creep
 from fem_models.rig.rig import Rig
 from validation.tracing.baseline.curve_kernels import lagged
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-FRACTION = Constant("fraction", "-", 0.0, 5.0, 0.05, linear=True)
-TIME = Constant("time_s", "s", 1e-2, 1e5, 0.3, log=True)
+FRACTION = FreeParameter("fraction", "-", 0.0, 5.0, 0.05, linear=True)
+TIME = FreeParameter("time_s", "s", 1e-2, 1e5, 0.3, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -30,7 +40,10 @@ def _stretch(x: Floats, curve: Curve, values: Values) -> Floats:
 
 
 _CURVE = CurveForm(
-    (Relative("fraction", "-", 0.0, 0.95, 0.01), Relative("time_s", "time", 3e-3, 1e2, 0.3, log=True)),
+    (
+        RelativeParameter("fraction", "-", 0.0, 0.95, 0.01),
+        RelativeParameter("time_s", "time", 3e-3, 1e2, 0.3, log=True),
+    ),
     tuple({"fraction": 0.03, "time_s": part} for part in (0.02, 0.1, 0.5, 2.0, 10.0)),
     drive=_stretch,
     needs=frozenset({"time"}),
@@ -41,7 +54,7 @@ EFFECT = Effect(
     physics="Polymer and laid ropes go on stretching under load and come back without it: Kelvin-Voigt creep of the "
     "rope between wheel and base, exponential in time, in proportion to tension (Findley, Lai, Onaran 1976, ISBN "
     "978-0-486-66016-5).",
-    tell_apart="Thermal drift keeps its sign when the load turns round; drag has no memory. Record a dwell at full "
+    distinguished_by="Thermal drift keeps its sign when the load turns round; drag has no memory. Record a dwell at full "
     "drive on either side.",
     rig_forms=(RigForm((FRACTION, TIME), _starts, rig=_rig, needs=frozenset({"time", "wheel"})),),
     curve_forms=(_CURVE,),

@@ -9,10 +9,21 @@ import numpy as np
 from fem_models.rig.effects import Slack
 from fem_models.rig.rig import Rig
 from validation.tracing.baseline.curve_kernels import two_ropes
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    Need,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-SLACK = Constant("slack_mm", "mm", 0.0, 5.0, 0.05, linear=True)
-CENTRE = Constant("centre_mm", "mm", -5.0, 5.0, 0.05, linear=True)
+SLACK = FreeParameter("slack_mm", "mm", 0.0, 5.0, 0.05, linear=True)
+CENTRE = FreeParameter("centre_mm", "mm", -5.0, 5.0, 0.05, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -56,10 +67,10 @@ def _soft(f: Floats, curve: Curve, values: Values) -> Floats:
     return _ropes(f * (curve.half / curve.angle), curve, values)[1]
 
 
-_SLACK = Relative("slack", "drive", 0.0, 0.9, 0.01)
-_CENTRE = Relative("centre", "drive", -1.0, 1.0, 0.01)
-_GIVE = Relative("give", "drive", 1e-3, 2.0, 0.2, log=True)  # of a rope by its preload
-_RATIO = Relative("stiffness_ratio", "-", 0.05, 50.0, 0.2, log=True)
+_SLACK = RelativeParameter("slack", "drive", 0.0, 0.9, 0.01)
+_CENTRE = RelativeParameter("centre", "drive", -1.0, 1.0, 0.01)
+_GIVE = RelativeParameter("give", "drive", 1e-3, 2.0, 0.2, log=True)  # of a rope by its preload
+_RATIO = RelativeParameter("stiffness_ratio", "-", 0.05, 50.0, 0.2, log=True)
 _CURVES = (
     CurveForm((_SLACK,), ({"slack": 0.02}, {"slack": 0.1}), drive=_dead_zone),
     CurveForm(
@@ -80,7 +91,7 @@ EFFECT = Effect(
     physics="Ropes that are longer than the declared preload asks for carry nothing about the centre, where neither is "
     "taut and the tube does not move: a dead zone at a position of the drive, the same on the way up and down. "
     "A rope pulls and never pushes (unilateral tendon, as in fem_models.multibody.quasi_static).",
-    tell_apart="Backlash comes after every reversal, slack at one position. A record with more preload has less of it.",
+    distinguished_by="Backlash comes after every reversal, slack at one position. A record with more preload has less of it.",
     rig_forms=(
         RigForm((SLACK,), _starts, rig=_rig, needs=_TWO),
         RigForm((SLACK, CENTRE), _off_centre, rig=_rig, needs=_TWO),

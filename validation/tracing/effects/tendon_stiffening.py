@@ -6,9 +6,19 @@ from dataclasses import replace
 
 from fem_models.rig.rig import Rig
 from validation.tracing.baseline.curve_kernels import two_ropes
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-TOE = Constant("toe_N", "N", 0.0, 500.0, 5.0)
+TOE = FreeParameter("toe_N", "N", 0.0, 500.0, 5.0)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -43,9 +53,9 @@ def _soft(f: Floats, curve: Curve, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        Relative("toe", "-", 0.0, 50.0, 0.2),
-        Relative("give", "drive", 1e-3, 2.0, 0.2, log=True),
-        Relative("stiffness_ratio", "-", 0.05, 50.0, 0.2, log=True),
+        RelativeParameter("toe", "-", 0.0, 50.0, 0.2),
+        RelativeParameter("give", "drive", 1e-3, 2.0, 0.2, log=True),
+        RelativeParameter("stiffness_ratio", "-", 0.05, 50.0, 0.2, log=True),
     ),
     tuple({"toe": toe, "give": give, "stiffness_ratio": 4.0} for toe in (0.5, 3.0) for give in (0.05, 0.4)),
     drive=_turn,
@@ -56,7 +66,7 @@ EFFECT = Effect(
     name="tendon_stiffening",
     physics="A laid rope is soft until its strands bed down: k(T) = k_inf T/(T + toe) (toe region; Costello, Theory of "
     "Wire Rope, 1997, doi 10.1007/978-1-4612-1970-5). The sign is odd in the drive, strongest at low tension.",
-    tell_apart="At one preload a wider loop passes for backlash or more friction; the effect falls with preload, they "
+    distinguished_by="At one preload a wider loop passes for backlash or more friction; the effect falls with preload, they "
     "do not. Record a second preload.",
     rig_forms=(RigForm((TOE,), _starts, rig=_rig, needs=frozenset({"wheel", "two tendons"})),),
     curve_forms=(_CURVE,),

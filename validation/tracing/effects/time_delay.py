@@ -5,9 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import Constant, CurveForm, Effect, Floats, Relative, RigForm, Scale, Sight, Values
+from validation.tracing.effect import (
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Sight,
+    Values,
+)
 
-DELAY = Constant("delay_s", "s", -1e3, 1e3, 0.001, linear=True)
+DELAY = FreeParameter("delay_s", "s", -1e3, 1e3, 0.001, linear=True)
 
 
 def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
@@ -21,7 +31,7 @@ def _starts(scale: Scale, rig: Rig | None) -> list[Values]:
 
 
 _CURVE = CurveForm(
-    (Relative("delay_s", "time", -0.2, 0.2, 1e-4),),
+    (RelativeParameter("delay_s", "time", -0.2, 0.2, 1e-4),),
     tuple({"delay_s": part} for part in (1e-3, 5e-3, 0.02)),
     seen=seen,
     needs=frozenset({"time"}),
@@ -30,7 +40,7 @@ _CURVE = CurveForm(
 EFFECT = Effect(
     name="time_delay",
     physics="Sensor filters, transmission and logging: the angle logged is that of a moment ago, theta(t - tau).",
-    tell_apart="Viscous drag grows with the rate as well, but also at the ends of the stroke, where a delay shows "
+    distinguished_by="Viscous drag grows with the rate as well, but also at the ends of the stroke, where a delay shows "
     "nothing. Record two rates, or a dwell.",
     rig_forms=(RigForm((DELAY,), _starts, seen=seen, needs=frozenset({"time"})),),
     curve_forms=(_CURVE,),

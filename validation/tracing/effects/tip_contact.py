@@ -8,11 +8,21 @@ import numpy as np
 
 from fem_models.rig.effects import TipStop
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-ABOVE = Constant("y_mm", "mm", 0.0, 1e3, 0.1)
-BELOW = Constant("y_mm", "mm", -1e3, -1e-6, 0.1)
-STIFFNESS = Constant("stiffness_N_per_mm", "N/mm", 1e-4, 1e5, 0.3, log=True)
+ABOVE = FreeParameter("y_mm", "mm", 0.0, 1e3, 0.1)
+BELOW = FreeParameter("y_mm", "mm", -1e3, -1e-6, 0.1)
+STIFFNESS = FreeParameter("stiffness_N_per_mm", "N/mm", 1e-4, 1e5, 0.3, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -32,10 +42,10 @@ def _stop_below(theta: Floats, curve: Curve, values: Values) -> Floats:
     return theta - values["slope_loss"] * np.minimum(theta - values["angle_deg"], 0.0)
 
 
-_LOSS = Relative("slope_loss", "-", 0.0, 1.0, 0.02)
+_LOSS = RelativeParameter("slope_loss", "-", 0.0, 1.0, 0.02)
 _CURVES = tuple(
     CurveForm(
-        (Relative("angle_deg", "angle", -1.1, 1.1, 0.01), _LOSS),
+        (RelativeParameter("angle_deg", "angle", -1.1, 1.1, 0.01), _LOSS),
         tuple({"angle_deg": side * part, "slope_loss": loss} for part in (0.6, 0.8, 0.93) for loss in (0.1, 0.5)),
         turn=law,
     )
@@ -46,7 +56,7 @@ EFFECT = Effect(
     name="tip_contact",
     physics="The tip meets an obstacle (a wall, a camera stand) on one side: past an angle the bending goes on with "
     "less slope, with a kink where it touches.",
-    tell_apart="Unequal tendons change the whole of one side, without a kink; notches clip both ends. Record a smaller "
+    distinguished_by="Unequal tendons change the whole of one side, without a kink; notches clip both ends. Record a smaller "
     "amplitude, or look.",
     rig_forms=(
         RigForm((ABOVE, STIFFNESS), lambda scale, rig: _starts(1.0, scale), rig=_rig),

@@ -8,12 +8,23 @@ import numpy as np
 
 from fem_models.rig.effects import Slack
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Need, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    Need,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-ARM = Constant("arm_ratio", "-", 0.5, 2.0, 0.02)
-STIFFNESS = Constant("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True)
-EA = Constant("EA_ratio", "-", 0.1, 10.0, 0.05, log=True)
-REST = Constant("rest_length_mm", "mm", -3.0, 3.0, 0.02, linear=True)
+ARM = FreeParameter("arm_ratio", "-", 0.5, 2.0, 0.02)
+STIFFNESS = FreeParameter("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True)
+EA = FreeParameter("EA_ratio", "-", 0.1, 10.0, 0.05, log=True)
+REST = FreeParameter("rest_length_mm", "mm", -3.0, 3.0, 0.02, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -76,17 +87,17 @@ def _skew(f: Floats, curve: Curve, values: Values) -> Floats:
     return np.exp(values["skew"] * f / curve.angle)
 
 
-_SKEW = Relative("skew", "-", -2.0, 2.0, 0.02)
+_SKEW = RelativeParameter("skew", "-", -2.0, 2.0, 0.02)
 _CURVES = (
     CurveForm((_SKEW,), ({"skew": 0.1}, {"skew": -0.1}), loop=_skew),
     CurveForm(
-        (_SKEW, Relative("kink", "-", -0.6, 0.6, 0.01)),
+        (_SKEW, RelativeParameter("kink", "-", -0.6, 0.6, 0.01)),
         tuple({"skew": skew, "kink": kink} for skew in (-0.1, 0.1) for kink in (-0.03, 0.03)),
         drive=_sides,
         loop=_skew,
     ),
     CurveForm(
-        (_SKEW, Relative("even_deg", "angle", -1.0, 1.0, 0.005)),
+        (_SKEW, RelativeParameter("even_deg", "angle", -1.0, 1.0, 0.005)),
         tuple({"skew": skew, "even_deg": even} for skew in (-0.1, 0.1) for even in (-0.01, 0.01)),
         bend=_even,
         loop=_skew,
@@ -99,7 +110,7 @@ EFFECT = Effect(
     physics="Assembly leaves the two sides unequal: moment arm, stiffness or rest length of one tendon. The angle gets "
     "a part that is even in the drive: an offset, and slopes and widths that differ from side to side. The reference "
     "rig's authors put their residual down to it (Mechanical Sciences 9, 2018, section 4.4).",
-    tell_apart="A misaligned camera gives an even part, too, but the same at every preload, and none in the loop's "
+    distinguished_by="A misaligned camera gives an even part, too, but the same at every preload, and none in the loop's "
     "width; one end stop clips one side only. Record a second preload.",
     rig_forms=(
         RigForm((ARM,), _arm, rig=_rig, needs=_TWO),

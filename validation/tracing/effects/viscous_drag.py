@@ -7,10 +7,20 @@ from dataclasses import replace
 from fem_models.rig.effects import Drag
 from fem_models.rig.rig import Rig
 from validation.tracing.baseline.curve_kernels import lagged
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-SHEATH = Constant("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True, linear=True)
-JOINT = Constant("joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True, linear=True)
+SHEATH = FreeParameter("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True, linear=True)
+JOINT = FreeParameter("joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True, linear=True)
 
 
 def _sheath(rig: Rig, values: Values) -> Rig:
@@ -40,7 +50,7 @@ def _damped_by_loop(theta: Floats, curve: Curve, values: Values) -> Floats:
     return lagged(theta, curve.sight.time_s, values["lag_s"] * curve.loop)
 
 
-_LAG = Relative("lag_s", "time", 1e-5, 0.5, 0.3, log=True)
+_LAG = RelativeParameter("lag_s", "time", 1e-5, 0.5, 0.3, log=True)
 _LAGS: tuple[Values, ...] = ({"lag_s": 1e-3}, {"lag_s": 1e-2})
 _CURVES = (
     CurveForm((_LAG,), _LAGS, turn=_damped, needs=frozenset({"time"})),
@@ -51,7 +61,7 @@ EFFECT = Effect(
     name="viscous_drag",
     physics="Lubricant in the sheath, or a damper: a force in proportion to the rate. The loop is wider the faster it "
     "is gone round, and there is nothing of it in static data.",
-    tell_apart="A delay keeps the loop's shape and vanishes at turning points. Record two rates.",
+    distinguished_by="A delay keeps the loop's shape and vanishes at turning points. Record two rates.",
     rig_forms=(
         RigForm((SHEATH,), _sheath_starts, rig=_sheath, needs=frozenset({"time", "wheel"})),
         RigForm((JOINT,), _joint_starts, rig=_joint, needs=frozenset({"time", "wheel"})),

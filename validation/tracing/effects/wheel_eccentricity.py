@@ -9,11 +9,21 @@ import numpy as np
 
 from fem_models.rig.effects import Eccentricity
 from fem_models.rig.rig import Rig, Wheel
-from validation.tracing.effect import Constant, Curve, CurveForm, Effect, Floats, Relative, RigForm, Scale, Values
+from validation.tracing.effect import (
+    Curve,
+    CurveForm,
+    Effect,
+    Floats,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
-SINE = Constant("sine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
-COSINE = Constant("cosine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
-RADIUS = Constant("radius_mm", "mm", 0.02, 200.0, 0.02, log=True)
+SINE = FreeParameter("sine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
+COSINE = FreeParameter("cosine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
+RADIUS = FreeParameter("radius_mm", "mm", 0.02, 200.0, 0.02, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -42,9 +52,9 @@ def _uneven(x: Floats, curve: Curve, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        Relative("sine", "drive", -1.0, 1.0, 0.005),
-        Relative("cosine", "drive", -1.0, 1.0, 0.005),
-        Relative("radius", "drive", 0.02, 0.7, 0.02, log=True),
+        RelativeParameter("sine", "drive", -1.0, 1.0, 0.005),
+        RelativeParameter("cosine", "drive", -1.0, 1.0, 0.005),
+        RelativeParameter("radius", "drive", 0.02, 0.7, 0.02, log=True),
     ),
     tuple(
         {"sine": 0.01 * s, "cosine": 0.01 * c, "radius": 1.0 / (math.pi * waves)}
@@ -58,7 +68,7 @@ EFFECT = Effect(
     name="wheel_eccentricity",
     physics="A wheel whose bore is off its centre winds x + e sin(x/R + p) in place of x: an error that is periodic in "
     "the drive, the same on the way up and down.",
-    tell_apart="Gravity and a misaligned camera are smooth over the whole stroke; this has the period of one turn. "
+    distinguished_by="Gravity and a misaligned camera are smooth over the whole stroke; this has the period of one turn. "
     "Record a larger amplitude.",
     rig_forms=(
         RigForm((SINE, COSINE), _declared_wheel, rig=_rig, needs=frozenset({"wheel"})),
