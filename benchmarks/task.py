@@ -6,15 +6,13 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.analytic.kinematics import theory_curve
 from fem_models.joint.flexure import flexure, moment_arms_mm
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, Rig
-
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 AMPLITUDE_MM = 2.2
 STEP_MM = 0.1

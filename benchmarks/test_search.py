@@ -15,12 +15,10 @@ from typing import Any
 import numpy as np
 import ordinary_search
 import pytest
-from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen, hysteresis, hysteresis_batch
 from hysteresis.optimizers import evolve
-
-Floats = NDArray[np.float64]
 
 PAPER = BoucWen(A=1.895, beta=0.315, gamma=0.2606, n=1.176)  # eq. 10
 BOUNDS = np.array([[0.1, 5.0], [0.05, 1.0], [0.0, 1.0], [1.0, 3.0]])  # A, beta, gamma (admissible where <= beta), n

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fem_models.chain.solve import ChainSolution, solve_pulled_chain
 from fem_models.multibody.quasi_static import MultibodySolution, solve_pulled_multibody
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

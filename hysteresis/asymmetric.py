@@ -15,9 +15,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from hysteresis.arrays import Floats
 from hysteresis.flow import FREE, advance, set_kappa, workspace
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

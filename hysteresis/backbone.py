@@ -10,11 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import least_squares, lsq_linear
 
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
+
 Kinematics = Callable[[Floats], ArrayLike]
 
 _MOST_TRAVEL_MM, _LEAST_TRAVEL_MM = 100.0, 0.1

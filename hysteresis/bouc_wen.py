@@ -17,9 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import hyp2f1
 
+from hysteresis.arrays import Floats
 from hysteresis.flow import FREE, advance, set_kappa, workspace
-
-Floats = NDArray[np.float64]
 
 _WORTH_THREADS = 100_000  # samples in all
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen, hysteresis_batch
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,15 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hysteresis.arrays import Floats, Mask
 from hysteresis.bouc_wen import BoucWen, hysteresis_batch
 from hysteresis.metrics import Errors
 from hysteresis.record import DriveUnit
 from hysteresis.search import Form, Point
 from hysteresis.uncertainty import Parameter
 
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Label = Literal["analytic", "chain", "fitted", "theory"]
 
 

@@ -16,9 +16,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 ORDER = 24  # highest power of R and Y
 _TAYLOR_ORDER = 16

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hysteresis.arrays import Mask
 from hysteresis.path import branches, cycle_index, cycle_slices
 from hysteresis.record import Record, RecordError
-
-Mask = NDArray[np.bool_]
 
 _PARTS = 10  # blocks are tenths of the drive's range, on each branch
 _FEWEST_TRAIN, _FEWEST_HELD = 20, 3

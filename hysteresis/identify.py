@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from hysteresis import search
+from hysteresis.arrays import Mask
 from hysteresis.backbone import Backbone, Kinematics, fitted_backbone, given_backbone
 from hysteresis.fit import Fit as Fit
 from hysteresis.fit import Label
@@ -22,9 +23,6 @@ from hysteresis.optimizers import METHODS, Method
 from hysteresis.path import branches, cycle_index, require_reversal
 from hysteresis.record import Record, RecordError
 from hysteresis.search import Effort, Fitness, Form, Point, Samples
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _KNOTS = (1, 2, 3, 5, 9, 17)  # numbers of slopes that a fitted f is tried with
 _SEARCH_KNOTS = 9  # number of slopes during the global search

@@ -11,13 +11,12 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.optimize.elementwise import find_root
 
+from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen, hysteresis_batch
-
-Floats = NDArray[np.float64]
 
 _PRECISION = 1e-12  # of a root, over the range in which it is looked for
 _PLACES = 2001  # at which f is asked whether it is monotone

@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hysteresis import search
+from hysteresis.arrays import Floats
 from hysteresis.fit import Fit
 from hysteresis.holdout import Split
 from hysteresis.metrics import Errors, errors, noise_floor
 from hysteresis.record import Record
 from hysteresis.search import Form, Point, Samples
 from hysteresis.uncertainty import Uncertainty, bootstrap, coordinates, parameters_of, uncertainty
-
-Floats = NDArray[np.float64]
 
 _NO_HYSTERESIS = "no hysteresis above the noise in this record"
 _STANDSTILL = -1.1  # A; -1 is a play, some more is within what steps of the drive can tell

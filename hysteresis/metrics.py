@@ -11,12 +11,11 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hysteresis.arrays import Floats
 from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles
 from hysteresis.record import Record
-
-Array = NDArray[np.float64]
 
 _CLOSED = 0.05  # of a cycle's drive range: it ends where it began; cycles this much alike repeat each other
 _BIN = 0.002  # of a cycle's drive range: samples of one branch nearer than this are averaged
@@ -78,7 +77,7 @@ def signed_mean_fitness(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> fl
     return float(np.mean(deviation) / span)
 
 
-def _deviation(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> tuple[Array, float]:
+def _deviation(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> tuple[Floats, float]:
     measured, predicted = _rows("measured_deg", measured_deg, "predicted_deg", predicted_deg)
     span = float(np.ptp(measured))
     if span == 0:
@@ -86,7 +85,7 @@ def _deviation(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> tuple[Array
     return predicted - measured, span
 
 
-def _rows(first: str, a: ArrayLike, second: str, b: ArrayLike) -> tuple[Array, Array]:
+def _rows(first: str, a: ArrayLike, second: str, b: ArrayLike) -> tuple[Floats, Floats]:
     x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     if x.ndim != 1 or x.size == 0 or x.shape != y.shape:
         raise ValueError(f"{first}, {second}: shapes {x.shape}, {y.shape}: expected two rows of the same length")
@@ -110,8 +109,8 @@ class LoopWidth:
     max_deg: float  # largest |width|; noise adds to it, see loop_width
     at_drive: float  # where that is
     at_zero_deg: float | None  # width, with its sign, at zero drive; None where no loop crosses it
-    drive: Array = field(repr=False)  # shape (k,), increasing
-    width_deg: Array = field(repr=False)  # shape (k,), with its sign
+    drive: Floats = field(repr=False)  # shape (k,), increasing
+    width_deg: Floats = field(repr=False)  # shape (k,), with its sign
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
@@ -193,7 +192,7 @@ def closed_work_mJ(drive_mm: ArrayLike, force_N: ArrayLike, cycle: ArrayLike | N
     return _mean_integral(x, y, loops)
 
 
-def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None) -> tuple[Array, Array, list[slice]]:
+def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None) -> tuple[Floats, Floats, list[slice]]:
     """Give the samples of the cycles that go there and back; the last one must also come back to its start."""
     x, y = _rows("drive", drive, "angle", value)
     numbers = find_cycles(x, y) if cycle is None else np.asarray(cycle)
@@ -211,18 +210,18 @@ def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None
     return x, y, loops
 
 
-def _is_closed(x: Array) -> bool:
+def _is_closed(x: Floats) -> bool:
     # One step is allowed: a cycle numbered from its turning sample ends a sample short of the next one.
     return bool(abs(x[0] - x[-1]) <= max(_CLOSED * np.ptp(x), abs(x[-1] - x[-2])))
 
 
-def _lag_sign(x: Array, y: Array) -> float:
+def _lag_sign(x: Floats, y: Floats) -> float:
     """Give -1 for an angle that falls with the drive, else 1 (a loop with no slope to speak of counts as rising)."""
     u, v = x - x.mean(), y - y.mean()
     return -1.0 if u @ v < -0.1 * np.sqrt((u @ u) * (v @ v)) else 1.0
 
 
-def _mean_integral(x: Array, y: Array, loops: list[slice]) -> float:
+def _mean_integral(x: Floats, y: Floats, loops: list[slice]) -> float:
     closed = [s for s in loops if _is_closed(x[s])]
     if not closed:
         ends = f"{x[loops[0]][0]:g} to {x[loops[0]][-1]:g}"
@@ -234,7 +233,7 @@ def _mean_integral(x: Array, y: Array, loops: list[slice]) -> float:
     return float(np.mean(areas))
 
 
-def _profile(x: Array, y: Array) -> tuple[Array, Array] | None:
+def _profile(x: Floats, y: Floats) -> tuple[Floats, Floats] | None:
     """Width (down - up) of one cycle over the drives of its branches; None where they share no drive."""
     ways: dict[bool, list[int]] = {True: [], False: []}
     for s in branches(x):
@@ -248,7 +247,7 @@ def _profile(x: Array, y: Array) -> tuple[Array, Array] | None:
     return grid, np.interp(grid, down_x, down_y) - np.interp(grid, up_x, up_y)
 
 
-def _single_valued(x: Array, y: Array, span: float) -> tuple[Array, Array]:
+def _single_valued(x: Floats, y: Floats, span: float) -> tuple[Floats, Floats]:
     bins = np.floor((x - x.min()) / (_BIN * span)).astype(np.int64)
     _, which, count = np.unique(bins, return_inverse=True, return_counts=True)
     return np.bincount(which, x) / count, np.bincount(which, y) / count
@@ -315,14 +314,14 @@ def _spread(record: Record, cycles: list[list[slice]]) -> float:
     return float(np.sqrt(squares / variance)) if variance > 0 else _local_noise(record.drive, record.angle_deg)
 
 
-def _onward(x: Array, y: Array) -> tuple[Array, Array]:
+def _onward(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Keep the samples of one branch that go further than all before; drive counted as increasing."""
     x = x if x[-1] >= x[0] else -x
     further = np.concatenate([[True], x[1:] > np.maximum.accumulate(x)[:-1]])
     return x[further], y[further]
 
 
-def _interpolate(grid: Array, x: Array, y: Array) -> tuple[Array, Array]:
+def _interpolate(grid: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Interpolate linearly; also give the variance of the result for noise of variance 1 in y."""
     if x.size == 1:
         return np.full(grid.shape, y[0]), np.ones(grid.shape)
@@ -331,7 +330,7 @@ def _interpolate(grid: Array, x: Array, y: Array) -> tuple[Array, Array]:
     return (1 - w) * y[i] + w * y[i + 1], (1 - w) ** 2 + w**2
 
 
-def _local_noise(drive: Array, angle_deg: Array) -> float:
+def _local_noise(drive: Floats, angle_deg: Floats) -> float:
     if drive.size < 3:
         raise ValueError(f"drive: {drive.size} samples: expected at least 3")
     step = np.abs(np.diff(drive))

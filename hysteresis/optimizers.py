@@ -16,7 +16,8 @@ import pygad
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
+
 Score = Callable[[Floats], Floats]  # genes (k, 1 + p) -> fitness (k,), higher is better
 Method = Literal["genetic", "cma", "differential-evolution", "least-squares"]
 METHODS: tuple[str, ...] = get_args(Method)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 
 def plays(u: ArrayLike, radii: ArrayLike, start: ArrayLike | None = None) -> Floats:

@@ -18,13 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from hysteresis.arrays import Floats, Mask
 from hysteresis.backbone import Backbone, fit_curves
 from hysteresis.bouc_wen import BoucWen, hysteresis_batch
 from hysteresis.optimizers import Method, evolve
 from hysteresis.path import branches
 
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Fitness = Literal["rmse", "paper-signed-mean"]
 
 LAW = ("A", "saturation_deg", "n", "gamma / beta")  # coordinates of an element

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from hysteresis.arrays import Floats
 from hysteresis.search import Form, Point, Samples, residual_of
-
-Floats = NDArray[np.float64]
 
 _CONFIDENCE = 0.95
 _STEP = 1e-6  # of finite differences; the kernel of h is exact to about 1e-13

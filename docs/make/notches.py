@@ -6,9 +6,9 @@ import io
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.rig.rig import NOTCH_SHAPES
+from hysteresis.arrays import Floats
 from validation.joints.notches import (
     ONE_SIDED_DEPTHS,
     PAIR_DEPTHS,
@@ -19,8 +19,6 @@ from validation.joints.notches import (
     NotchResult,
 )
 from validation.joints.richardson import richardson
-
-Floats = NDArray[np.float64]
 
 MIDDLE_WALL = WALLS[1]
 _NAMES = {"v_pair": "V pair", "rectangular_pair": "slot pair", "rectangular": "one-sided slot"}

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 from scipy.special import wrightomega
 
@@ -23,25 +23,24 @@ from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import EFFECT_TABLES, Rig, Tendon
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
-
-Array = NDArray[np.float64]
 
 
 class TipPose(NamedTuple):
     """Tip of the manipulator in the bending plane; the shape of the joint angles without their last axis."""
 
-    x_mm: Array
-    y_mm: Array
-    angle_rad: Array
+    x_mm: Floats
+    y_mm: Floats
+    angle_rad: Floats
 
 
 class TheoryCurve(NamedTuple):
     """Static equilibrium without friction, sample by sample, shape (m,). Tensions are those of the whole tendon."""
 
-    angle_deg: Array
-    tension_a_N: Array
-    tension_b_N: Array
+    angle_deg: Floats
+    tension_a_N: Floats
+    tension_b_N: Floats
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class InverseFit:
     y_limit_mm: float
     max_residual_deg: float
 
-    def __call__(self, y_mm: ArrayLike) -> Array:
+    def __call__(self, y_mm: ArrayLike) -> Floats:
         """Bending angle, rad, at the position ``y_mm`` of the tip; ValueError outside the fitted range."""
         y = np.asarray(y_mm, dtype=float)
         outside = ~(np.abs(y) <= self.y_limit_mm * (1 + 1e-12))
@@ -67,7 +66,7 @@ class InverseFit:
         return np.asarray(chebyshev.chebval(y / self.y_limit_mm, self.coefficients), dtype=float)
 
 
-def _joint_angles(rig: Rig, joint_angles_rad: ArrayLike) -> Array:
+def _joint_angles(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
     angles = np.asarray(joint_angles_rad, dtype=float)
     if angles.ndim == 0 or angles.shape[-1] != rig.joints:
         raise ValueError(f"joint_angles_rad: shape {angles.shape}: expected (..., {rig.joints}), one angle a joint")
@@ -96,7 +95,7 @@ def tip_pose(rig: Rig, joint_angles_rad: ArrayLike) -> TipPose:
     return TipPose(tip.real, tip.imag, heading[..., -1])
 
 
-def chain_transforms(rig: Rig, joint_angles_rad: ArrayLike) -> Array:
+def chain_transforms(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
     """Frames of the chain in the base frame, homogeneous, shape (..., N + 2, 4, 4): eq. 2, product by product.
 
     Standard Denavit-Hartenberg links with theta_i, d = 0, alpha = 0 and a = H(i), the rotation before the
@@ -123,14 +122,14 @@ def chain_transforms(rig: Rig, joint_angles_rad: ArrayLike) -> Array:
     return np.stack(frames, axis=-3)
 
 
-def _link(angle: Array, length: float) -> Array:
+def _link(angle: Floats, length: float) -> Floats:
     """Rot_z(angle) Trans_x(length), shape (..., 4, 4)."""
     c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
     rows = [[c, -s, zero, length * c], [s, c, zero, length * s], [zero, zero, one, zero], [zero, zero, zero, one]]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def equal_joints(rig: Rig, theta_sum_rad: ArrayLike) -> Array:
+def equal_joints(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
     """Joint angles, shape (..., N), that share the bending ``theta_sum_rad`` (shape (...)) equally."""
     theta = np.asarray(theta_sum_rad, dtype=float)
     return np.repeat(theta[..., None] / rig.joints, rig.joints, axis=-1)
@@ -169,14 +168,14 @@ def inverse_tip(rig: Rig, limit_deg: float = 60.0, degree: int = 11) -> InverseF
     return InverseFit(tuple(fit.tolist()), y_limit, math.degrees(residual))
 
 
-def _path(rig: Rig, theta: Array, arm_mm: float) -> Array:
+def _path(rig: Rig, theta: Floats, arm_mm: float) -> Floats:
     half_turn = theta / (2 * rig.joints)
     if rig.notch is None:
         return arm_mm * theta + 2 * rig.joints * rigid_gap_mm(rig) * np.sin(half_turn / 2) ** 2
     return 2 * rig.joints * (arm_mm * np.sin(half_turn) + rig.notch.width_mm * np.sin(half_turn / 2) ** 2)
 
 
-def _path_arm(rig: Rig, theta: Array, arm_mm: float) -> Array:
+def _path_arm(rig: Rig, theta: Floats, arm_mm: float) -> Floats:
     """Differentiate :func:`_path`: the lever arm of the chord about the joint."""
     half_turn = theta / (2 * rig.joints)
     if rig.notch is None:
@@ -199,7 +198,7 @@ def _chain_stiffness(rig: Rig) -> float:
     return flexure(rig).bending_Nmm_per_rad * (1 - rig.material.loop_share) / rig.joints
 
 
-def _require_open(rig: Rig, theta: Array) -> None:
+def _require_open(rig: Rig, theta: Floats) -> None:
     limit = _limit_rad(rig)
     outside = ~(np.abs(theta) <= limit * (1 + 1e-12))
     if outside.any():
@@ -209,7 +208,7 @@ def _require_open(rig: Rig, theta: Array) -> None:
         )
 
 
-def path_shortening_mm(rig: Rig, theta_sum_rad: ArrayLike, moment_arm_mm: float) -> Array:
+def path_shortening_mm(rig: Rig, theta_sum_rad: ArrayLike, moment_arm_mm: float) -> Floats:
     """How much the path of a tendon in the tube gets shorter by bending towards it, equal joint angles.
 
     The tendon leaves and enters the rings at their edges, half a notch width g from the joint, and spans the notch
@@ -238,7 +237,7 @@ def _rope(tendon: Tendon, length_in_tube_mm: float) -> tuple[float, float]:
     return (length_in_tube_mm + tendon.free_length_mm) / tendon.EA_N, tendon.free_length_mm * toe / tendon.EA_N
 
 
-def tendon_stretch_mm(tendon: Tendon, tension_N: ArrayLike, preload_N: float, length_in_tube_mm: float) -> Array:
+def tendon_stretch_mm(tendon: Tendon, tension_N: ArrayLike, preload_N: float, length_in_tube_mm: float) -> Floats:
     """Elongation of a tendon against its preloaded state, mm, the shape of ``tension_N``.
 
     Linear in the tube; between wheel and base k(T) = k_inf T/(T + toe), which integrates to
@@ -260,7 +259,7 @@ def tendon_stretch_mm(tendon: Tendon, tension_N: ArrayLike, preload_N: float, le
         return a * (tension - preload_N) + b * np.log(tension / preload_N)
 
 
-def tendon_tension_N(tendon: Tendon, stretch_mm: ArrayLike, preload_N: float, length_in_tube_mm: float) -> Array:
+def tendon_tension_N(tendon: Tendon, stretch_mm: ArrayLike, preload_N: float, length_in_tube_mm: float) -> Floats:
     """Tension at an elongation against the preloaded state: the inverse of :func:`tendon_stretch_mm`.
 
     A linear rope is slack (0 N) below its free length. With a toe, a T + b ln T = c is solved by the Wright omega
@@ -274,7 +273,7 @@ def tendon_tension_N(tendon: Tendon, stretch_mm: ArrayLike, preload_N: float, le
     return b / a * wrightomega(c / b + math.log(a / b))
 
 
-def _tensions(rig: Rig, drive: Array, theta: Array) -> tuple[Array, Array]:
+def _tensions(rig: Rig, drive: Floats, theta: Floats) -> tuple[Floats, Floats]:
     inside, rest = rig.joints * rig.pitch_mm, np.asarray(_rest_rad(rig))
     pulls = [
         tendon_tension_N(
@@ -285,7 +284,7 @@ def _tensions(rig: Rig, drive: Array, theta: Array) -> tuple[Array, Array]:
     return pulls[0], pulls[1] if len(pulls) == 2 else np.zeros_like(pulls[0])
 
 
-def _imbalance(rig: Rig) -> Callable[[Array, Array], Array]:
+def _imbalance(rig: Rig) -> Callable[[Floats, Floats], Floats]:
     """Moment on a joint left over by tendons and flexure, Nmm, as a function of bending and drive.
 
     The derivative of the potential energy, so that path and arm belong together.
@@ -293,7 +292,7 @@ def _imbalance(rig: Rig) -> Callable[[Array, Array], Array]:
     stiffness = _chain_stiffness(rig)
     arm_a, arm_b = moment_arms_mm(rig)
 
-    def moment(theta: Array, drive: Array) -> Array:
+    def moment(theta: Floats, drive: Floats) -> Floats:
         pull_a, pull_b = _tensions(rig, drive, theta)
         return (
             _path_arm(rig, theta, arm_a) * pull_a
@@ -304,7 +303,7 @@ def _imbalance(rig: Rig) -> Callable[[Array, Array], Array]:
     return moment
 
 
-def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Array:
+def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
     """Drive that bends the manipulator by ``theta_sum_rad``, x = xi(theta_sum) of eq. 3, without friction.
 
     Path of the tendons plus their stretch, in static equilibrium with flexures that all bend alike.
@@ -338,7 +337,7 @@ def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Array:
         )
     resistance = _chain_stiffness(rig) * np.abs(theta - rest)
 
-    def bound(tendon: Tendon, path: Array, other: Array, arm: Array, other_arm: Array) -> Array:
+    def bound(tendon: Tendon, path: Floats, other: Floats, arm: Floats, other_arm: Floats) -> Floats:
         # a drive at which this tendon surely wins: the other one is at its preload at most
         needed = np.maximum((preload * other_arm + resistance) / arm, preload)
         return np.maximum(path, -other) + tendon_stretch_mm(tendon, needed, preload, inside)
@@ -353,7 +352,7 @@ def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Array:
     return np.asarray(root.x)
 
 
-def angle_for_drive_rad(rig: Rig, drive_mm: ArrayLike) -> Array:
+def angle_for_drive_rad(rig: Rig, drive_mm: ArrayLike) -> Floats:
     """Bending angle theta_sum at a drive, static equilibrium without friction; the paper's f(x) in rad.
 
     Parameters

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from fem_models.load.schedule import Load
+from hysteresis.arrays import Floats
 
-Floats = NDArray[np.float64]
 BAND = 5  # half width of the tangent in the headings; it is stored as a[i, j - i + BAND]
 BAND_OF_JOINTS = 4  # the same in the angles of the joints
 SLACK_STIFFNESS = 1e-6

@@ -13,13 +13,12 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 # numba keeps compiled code by this file's date and size: with a change of chain_equations alone it would run the old
 from fem_models.chain.equations import BAND, BAND_OF_JOINTS, Constants, History, Work, assemble, flag
 from fem_models.load.schedule import Load, part_of_way, way_mm
+from hysteresis.arrays import Floats
 
-Floats = NDArray[np.float64]
 LARGEST_TURN = 0.02  # rad a joint in a step of Newton's method, lest ropes go slack on its way
 FINE = 0.5001  # of the longest step: half, but for rounding
 

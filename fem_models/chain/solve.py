@@ -20,7 +20,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.chain.equations import Constants, History
 from fem_models.chain.newton import follow
@@ -49,9 +48,8 @@ from fem_models.load.schedule import (
 )
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

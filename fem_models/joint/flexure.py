@@ -16,13 +16,13 @@ from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fem_models.joint.roots import root_length
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Material, Notch, Rig, Tendon, Tube, Wheel
+from hysteresis.arrays import Floats
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 BENCH_GAP = 0.2
@@ -39,10 +39,10 @@ class Section:
     one-sided notch (0 for pairs). ``shear_coefficient`` is Timoshenko's kappa for shear in the bending plane.
     """
 
-    area_mm2: Array
-    second_moment_mm4: Array
-    shear_coefficient: Array
-    neutral_offset_mm: Array
+    area_mm2: Floats
+    second_moment_mm4: Floats
+    shear_coefficient: Floats
+    neutral_offset_mm: Floats
 
 
 @dataclass(frozen=True)
@@ -78,9 +78,9 @@ class ElementSolution:
     of the notch) and ``theta_d_rad`` the further rotation from node k to node d (distal end).
     """
 
-    z_mm: Array
-    deflection_mm: Array
-    rotation_rad: Array
+    z_mm: Floats
+    deflection_mm: Floats
+    rotation_rad: Floats
     lateral_mm: float
     theta_k_rad: float
     theta_d_rad: float
@@ -97,7 +97,7 @@ def _cut(rig: Rig) -> tuple[Tube, Notch]:
     return rig.tube, rig.notch
 
 
-def cut_height_mm(rig: Rig, z_mm: ArrayLike) -> Array:
+def cut_height_mm(rig: Rig, z_mm: ArrayLike) -> Floats:
     """Distance of the cut face from the tube axis at z, the shape of ``z_mm``.
 
     A V has its flat root over ``root_width_mm`` and rises linearly to the outer surface at ``width_mm``; a slot is
@@ -142,7 +142,7 @@ def section(rig: Rig, z_mm: ArrayLike) -> Section:
     return _one_arc(outer, inner, np.arccos(np.maximum(-ratio, -1.0)))
 
 
-def _two_arcs(outer: float, inner: float, angle: Array) -> Section:
+def _two_arcs(outer: float, inner: float, angle: Floats) -> Section:
     """Two annular sectors of half angle ``angle`` at +-90 deg from the bending plane, x = r sin(phi)."""
     radius, wall = (outer + inner) / 2, outer - inner
     area = 2 * angle * (outer**2 - inner**2)
@@ -154,7 +154,7 @@ def _two_arcs(outer: float, inner: float, angle: Array) -> Section:
     return Section(area, second, shear, np.zeros_like(angle))
 
 
-def _one_arc(outer: float, inner: float, angle: Array) -> Section:
+def _one_arc(outer: float, inner: float, angle: Floats) -> Section:
     """One annular sector of half angle ``angle`` around the side away from the notch, -x = r cos(phi)."""
     radius, wall = (outer + inner) / 2, outer - inner
     area = angle * (outer**2 - inner**2)
@@ -167,8 +167,8 @@ def _one_arc(outer: float, inner: float, angle: Array) -> Section:
 
 
 def _shear_coefficient(
-    area: Array, second: Array, half_length: Array, wall: float, beyond: Array, slope: Array
-) -> Array:
+    area: Floats, second: Floats, half_length: Floats, wall: float, beyond: Floats, slope: Floats
+) -> Floats:
     """Kappa from the energy of the shear flow along the arcs (Jourawski) and of the shear across their wall.
 
     1/kappa = A/I^2 * integral of (Q^2/t + 6/5 (t^3/12 dx/dr)^2/t) ds, Q (``beyond``) being the first moment of the
@@ -195,7 +195,7 @@ def _kinks(rig: Rig) -> list[float]:
     return [z for z in (root, half - (half - root) * to_mid_wall / notch.depth_mm) if 0 < z < half]
 
 
-def _graded_gauss(kinks: list[float]) -> tuple[Array, Array]:
+def _graded_gauss(kinks: list[float]) -> tuple[Floats, Floats]:
     """Points and weights for integrands that are smooth between kinks but steep after them, as 1/I of a V.
 
     Each piece is cut at halves of halves towards both of its ends, with Gauss points on every cut.
@@ -340,7 +340,7 @@ def ring_stiffness(rig: Rig) -> tuple[float, float, float]:
     return young * second / length_mm, young * area / length_mm, 1 / shear
 
 
-def section_fibres(rig: Rig, count: int) -> tuple[Array, Array]:
+def section_fibres(rig: Rig, count: int) -> tuple[Floats, Floats]:
     """Distances from the neutral axis (mm, above 0) and areas (mm^2) of fibres at the root, shapes (k,).
 
     Of a pair of notches, Gauss points over the arcs at the mid-wall, ``count`` on either side of the neutral axis; the
@@ -455,7 +455,7 @@ def element_rotations(rig: Rig, moment_Nmm: float, shear_N: float = 0.0, n_eleme
     )
 
 
-def _beam_stiffness(rig: Rig, nodes: Array) -> Array:
+def _beam_stiffness(rig: Rig, nodes: Floats) -> Floats:
     """Stiffness of the beam, shape (2 m, 2 m) for m nodes, unknowns (v, phi) node by node.
 
     Strain energy of curvature phi' and shear v' - phi.
@@ -479,7 +479,7 @@ def _beam_stiffness(rig: Rig, nodes: Array) -> Array:
     return stiffness
 
 
-def theta_sum(rig: Rig, force_N: ArrayLike, n_elements: int | None = None) -> Array:
+def theta_sum(rig: Rig, force_N: ArrayLike, n_elements: int | None = None) -> Floats:
     """Bending of the manipulator under the force of tendon a alone, g(F_T) of the paper's eq. 1, rad.
 
     Every joint carries the moment F * arm: no friction, and the arm does not change with the angle.
@@ -504,7 +504,7 @@ def theta_sum(rig: Rig, force_N: ArrayLike, n_elements: int | None = None) -> Ar
     return rig.joints * compliance * moment_arms_mm(rig)[0] * force
 
 
-def force_for_angle(rig: Rig, theta_sum_rad: ArrayLike, n_elements: int | None = None) -> Array:
+def force_for_angle(rig: Rig, theta_sum_rad: ArrayLike, n_elements: int | None = None) -> Floats:
     """Force of tendon a, N, that bends the manipulator by ``theta_sum_rad``: the inverse of :func:`theta_sum`."""
     return np.asarray(theta_sum_rad, dtype=float) / theta_sum(rig, 1.0, n_elements)
 

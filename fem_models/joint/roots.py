@@ -10,10 +10,10 @@ to a notched tube, and Poisson's ratio does not enter.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 HALF_PLANE = 0.415
 """Root length of a strip on a half plane, of its width."""

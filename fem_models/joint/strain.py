@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fem_models.joint.flexure import peak_strain_per_rad
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
-
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 
 @dataclass(frozen=True)

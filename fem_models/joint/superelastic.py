@@ -5,18 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.joint.flexure import beam, flexure, peak_strain_per_rad, section_fibres
 from fem_models.rig.checks import require
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 
 FIBRES = 8
 """Fibres from the neutral axis to the edge: the moment at the plateau is within 1 % of that of 200."""
 LEAST_PART = 1e-9
 """Of the stiffness of the whole: smaller parts are rounding."""
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.load.program import LoadProgram
 from fem_models.rig.presets import sidecar_table
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
-
-Floats = NDArray[np.float64]
 
 
 def simulated_record(

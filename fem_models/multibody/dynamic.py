@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from fem_models.joint.contact import require_open
@@ -25,12 +24,11 @@ from fem_models.multibody.assembly import RingInertia
 from fem_models.multibody.quasi_static import MultibodySettings, Stepper, creep_goal_mm, quiet
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
 
 NITI_DENSITY_T_PER_MM3 = 6.45e-9
 """6450 kg/m^3, nickel-titanium (Duerig and Pelton, Materials Properties Handbook: Titanium Alloys, ASM 1994)."""
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from fem_models.solid.linear import Solid, end_nodes, factorize, free_unknowns, mass_matrix, plates_stiffness
-
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 NITINOL_T_PER_MM3 = 6.45e-9
 """Density of Nitinol, 6.45 g/cm^3, as makers of tube give it."""

@@ -36,8 +36,7 @@ from fem_models.multibody.quasi_static import quiet
 from fem_models.multibody.reduced_body import NITINOL_T_PER_MM3, ReducedBody
 from fem_models.rig.rig import Rig
 from fem_models.solid.linear import Solid, as_flexure, mass_matrix, rigid_motions
-
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 LARGEST_STEP_RAD = 0.1
 """By which a chain may bend in all in one load step, as the linear chain has it."""

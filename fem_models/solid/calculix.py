@@ -14,12 +14,9 @@ from pathlib import Path
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.solid.linear import Solid, cells, end_nodes, rigid_motions
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from hysteresis.arrays import Floats, Ints
 
 TIME_LIMIT_S = 600.0
 

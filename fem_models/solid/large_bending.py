@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 from skfem import MeshTet2
 
@@ -35,10 +35,7 @@ from fem_models.solid.superelastic import (
     unknowns,
 )
 from fem_models.solid.superelastic_kernel import SPAN
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
+from hysteresis.arrays import Floats, Ints, Mask
 
 _HALVINGS = 7
 
@@ -60,7 +57,7 @@ class QuarterJoint:
     rig: Rig
     solid: FlagSolid
     unknowns: Unknowns
-    end: Bools
+    end: Mask
 
 
 @dataclass(frozen=True)

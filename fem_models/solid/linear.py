@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from cholespy import CholeskySolverD, MatrixType
-from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementTetP2, MeshTet2
 from skfem.models.elasticity import lame_parameters
@@ -20,9 +19,7 @@ from skfem.models.elasticity import lame_parameters
 from fem_models.joint.flexure import Flexure
 from fem_models.rig.rig import Rig
 from fem_models.solid.mesh import snr_mesh
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from hysteresis.arrays import Floats, Ints
 
 QUADRATURE = 4
 """Order of quadrature: gradients on curved elements are integrated exactly from 3 on, which the patch test needs."""

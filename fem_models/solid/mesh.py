@@ -16,15 +16,12 @@ from pathlib import Path
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from fem_models.joint.flexure import cut_height_mm, section
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from hysteresis.arrays import Floats, Ints
 
 # Vertices 0 and 1 swapped, with the middles of their edges: a mirror image turns a tetrahedron inside out.
 _MIRRORED = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]

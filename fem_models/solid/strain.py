@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import Basis, ElementTetP2
 
 from fem_models.rig.rig import Rig
 from fem_models.solid.linear import QUADRATURE, Solid, cells, chain_stiffness
-
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 SUPERELASTIC_LIMIT = 0.01
 """Strain at which Nitinol's plateau starts where a rig does not say: about 1 % (docs/analytic-model.md)."""

@@ -18,9 +18,7 @@ from fem_models.load.program import SolverError
 from fem_models.rig.rig import Rig
 from fem_models.solid.linear import factorize
 from fem_models.solid.superelastic_kernel import LOWER, SHEAR, SPAN, UPPER, assemble, strains
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from hysteresis.arrays import Floats, Ints
 
 HARDENING_SHARE = 0.005
 """Slope of the plateau over Young's modulus, which keeps the tangent regular."""

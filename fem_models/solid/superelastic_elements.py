@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
 from fem_models.joint.superelastic import FlagFibres, flag_moment
@@ -16,8 +16,7 @@ from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.rig import Rig
 from fem_models.solid.large_bending import MomentAngle
-
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 ONSETS = 40
 LOWERS = (0.9, 1.0, 1.15, 1.3)

@@ -11,10 +11,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from hysteresis.arrays import Floats, Ints
 
 _ROOT2 = math.sqrt(2.0)
 _I = np.array([0, 1, 2, 1, 0, 0])

@@ -25,12 +25,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem_models.joint import flexure as snr
 from fem_models.rig.rig import NotchShape, Rig
+from hysteresis.arrays import Floats, Ints
 
 if TYPE_CHECKING:
     import pyvista as pv
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # A child draws, because VTK may abort the whole process where there is no OpenGL. -P keeps the working folder from
 # shadowing modules; the folder of this package goes last on the path, for a source tree that is not installed.

@@ -14,18 +14,17 @@ from typing import TYPE_CHECKING
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from fem_models.solid.large_bending import BentJoint, QuarterJoint, whole
 from fem_models.solid.linear import Solid, cells
 from fem_models.solid.strain import equivalent, nodal_strain, principal
 from fem_models.view.manipulator import SceneError
+from hysteresis.arrays import Floats
 
 if TYPE_CHECKING:
     import pyvista as pv
 
-Floats = NDArray[np.float64]
 
 _STEEL, _BEYOND = "#b9c0c9", "#7b1fa2"
 _HEAT = ("#e8ebee", "#f2c14e", "#e4572e", "#8c1c13")

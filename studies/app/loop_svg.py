@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 WIDTH, HEIGHT = 620, 460
 LEFT, RIGHT, TOP, BOTTOM = 66, 14, 14, 54

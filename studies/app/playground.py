@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.chain.solve import solve_chain
 from fem_models.load.program import SolverError
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig, numeric_fields
+from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
 from studies.report.tube import surface_to_turn
 from validation.separation.contributions import loop_program
@@ -21,7 +21,6 @@ from validation.separation.contributions import loop_program
 if TYPE_CHECKING:
     import pyvista as pv
 
-Floats = NDArray[np.float64]
 
 AMPLITUDE = "amplitude_mm"
 

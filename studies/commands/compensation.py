@@ -9,16 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen
 from hysteresis.files import write_files
 from hysteresis.inverse import UnreachableError, compensating_drive, uncompensated_drive
 from hysteresis.record import RecordError, read_columns, read_record
 from studies.commands.identification import identify_records
-
-Floats = NDArray[np.float64]
 
 
 def read_reference(path: Path) -> dict[str, Floats]:

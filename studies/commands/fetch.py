@@ -21,13 +21,12 @@ import numpy as np
 import platformdirs
 import pooch
 import requests
-from numpy.typing import NDArray
 from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
 
+from hysteresis.arrays import Floats
 from hysteresis.record import DriveUnit, Record, write_record
 
-Floats = NDArray[np.float64]
 Arrays = dict[str, Any]  # fields of a Record, each an array
 
 RAW = "https://raw.githubusercontent.com"

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.load.program import LoadProgram
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.identify import identify
 from hysteresis.metrics import dissipated_area, loop_width
 from hysteresis.record import Record
@@ -27,8 +27,6 @@ from validation.separation.contributions import (
     shapley_shares,
 )
 from validation.separation.rig_calibration import CONSTANTS, RigCalibration, calibrate_rig, constants_of, with_constants
-
-Floats = NDArray[np.float64]
 
 MEASURES = {"width_deg": "width_share", "area": "area_share", "dissipated_mJ": "share"}
 """What is divided, and the name of its shares: ``share`` is that of the energy, which every loop has."""

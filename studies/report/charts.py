@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from hysteresis.arrays import Floats
+
 Tone = Literal["blue", "orange", "green", "purple", "grey"]
 Style = Literal["solid", "dash", "dot", "points"]
 TONES: tuple[Tone, ...] = ("blue", "orange", "green", "purple", "grey")
@@ -23,8 +23,8 @@ TONES: tuple[Tone, ...] = ("blue", "orange", "green", "purple", "grey")
 class Line:
     """A curve, or points; ``x``, ``y`` of shape (m,)."""
 
-    x: Array
-    y: Array
+    x: Floats
+    y: Floats
     name: str
     tone: Tone = "blue"
     style: Style = "solid"
@@ -35,20 +35,20 @@ class Bars:
     """Bars lying on their side, one a category; ``low``, ``high`` are ends of intervals, NaN where there is none."""
 
     categories: tuple[str, ...]
-    values: Array
+    values: Floats
     name: str
     tone: Tone = "blue"
-    low: Array | None = None
-    high: Array | None = None
+    low: Floats | None = None
+    high: Floats | None = None
 
 
 @dataclass(frozen=True)
 class Heat:
     """A field over two axes: ``z`` of shape (y, x), NaN where there is no result."""
 
-    x: Array
-    y: Array
-    z: Array
+    x: Floats
+    y: Floats
+    z: Floats
     label: str
 
 
@@ -56,9 +56,9 @@ class Heat:
 class Dots:
     """Points with a third value as colour; ``notes`` are what is said of each where a reader points at it."""
 
-    x: Array
-    y: Array
-    value: Array
+    x: Floats
+    y: Floats
+    value: Floats
     label: str
     notes: tuple[str, ...] = ()
 
@@ -86,6 +86,6 @@ class Plate:
     columns: int = 2
 
 
-def finite(values: Sequence[Any] | Array) -> Array:
+def finite(values: Sequence[Any] | Floats) -> Floats:
     """Values as floats, None as NaN."""
     return np.array([np.nan if v is None else v for v in values], dtype=float)

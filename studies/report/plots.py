@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
 from hysteresis.record import Record
-from studies.report.charts import Array, Bars, Chart, Line, Plate, Tone, finite
+from studies.report.charts import Bars, Chart, Line, Plate, Tone, finite
 from studies.report.live import chart_json
 from studies.report.still import chart_svg
 
@@ -24,10 +25,10 @@ _PRELOADS: tuple[Tone, ...] = ("orange", "blue", "green", "purple")
 class Series:
     """A fit sample by sample, as stored beside its JSON; shapes (m,)."""
 
-    drive: Array
-    angle_deg: Array
-    base_deg: Array
-    predicted_deg: Array
+    drive: Floats
+    angle_deg: Floats
+    base_deg: Floats
+    predicted_deg: Floats
     heldout: NDArray[np.bool_]
 
 
@@ -141,7 +142,7 @@ def parts_plate(result: Mapping[str, Any]) -> Plate | None:
     )
 
 
-def columns_plate(table: Array, names: Sequence[str], caption: str) -> Plate:
+def columns_plate(table: Floats, names: Sequence[str], caption: str) -> Plate:
     """First column against the others, as they stand beside a trace; ``table`` of shape (m, columns)."""
     tones: tuple[Tone, ...] = ("blue", "orange", "green", "purple", "grey")
     lines = tuple(

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats
 from hysteresis.record import RecordError
-from studies.report.charts import Array, Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
+from studies.report.charts import Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
 from studies.report.live import as_json, packed
 from studies.units import label_of, unit_of, words_of
 
@@ -186,7 +187,7 @@ def _heading(data: xr.Dataset, name: str) -> str:
     return _title(str(data[name].attrs.get("long_name", words_of(name))))
 
 
-def _flat(data: xr.Dataset, name: str) -> tuple[Array, dict[str, Any]]:
+def _flat(data: xr.Dataset, name: str) -> tuple[Floats, dict[str, Any]]:
     """Values over the first two axes, shape (first, second) or (first,), and where the others are held."""
     axes = _axes(data)
     held = {axis: data[axis].values[0] for axis in axes[2:]}
@@ -216,7 +217,7 @@ def _grids(data: xr.Dataset, quantities: Sequence[str]) -> list[Plate]:
     return [Plate(tuple(charts), caption, columns=3 if len(charts) > 2 else 2)]
 
 
-def _span(values: Array) -> str:
+def _span(values: Floats) -> str:
     """Say from where to where values go; nothing where there are none."""
     known = values[np.isfinite(values)]
     return f": from {known.min():.3g} to {known.max():.3g}" if known.size else ""
@@ -314,7 +315,7 @@ def _sensitivity(path: Path) -> Plate | None:
     return Plate(tuple(charts[:ROOM]), caption, columns=2) if charts else None
 
 
-def _ends(rows: Sequence[Mapping[str, float]], name: str, tone: Tone) -> tuple[Array, str, Tone, Array, Array]:
+def _ends(rows: Sequence[Mapping[str, float]], name: str, tone: Tone) -> tuple[Floats, str, Tone, Floats, Floats]:
     value, low, high = (finite([row[key] for row in rows]) for key in ("value", "low", "high"))
     return value, name, tone, low, high
 
@@ -364,7 +365,7 @@ def read_front(path: Path) -> Front | None:
     return Front(names, rows, goals, Plate(charts, caption, columns=2))
 
 
-def _front_chart(a: str, b: str, colour: str, column: Mapping[str, Array], notes: tuple[str, ...]) -> Chart:
+def _front_chart(a: str, b: str, colour: str, column: Mapping[str, Floats], notes: tuple[str, ...]) -> Chart:
     """Two objectives against each other, coloured by a third or by a variable."""
     dots = Dots(column[a], column[b], column[colour], label_of(colour), notes)
     ends = (f"{label_of(n)} from {column[n].min():.3g} to {column[n].max():.3g}" for n in (a, b))

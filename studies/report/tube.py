@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem_models.rig.rig import Rig
 from fem_models.view.manipulator import tendon_lines, tube_mesh
+from hysteresis.arrays import Floats, Ints
 from hysteresis.files import write_files
 from studies.report.live import as_json, packed
 
 if TYPE_CHECKING:
     import pyvista as pv
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 DETAIL = 0.35
 """Of :func:`fem_models.view.manipulator.tube_mesh`: 26,000 triangles for the default rig, which a browser turns without effort."""

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.analytic.kinematics import simulate_analytic
 from fem_models.chain.solve import solve_chain
@@ -19,13 +18,13 @@ from fem_models.joint.strain import SUPERELASTIC, limits_passed, peak_strain, st
 from fem_models.load.program import LoadProgram, sine, triangle
 from fem_models.rig.rig import Rig
 from fem_models.rig.rig_file import rig_of_tables
+from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
 from hysteresis.record import Record
 from studies.engines import mechanics
 from studies.sweep.inputs import code_version, with_values
 from validation.separation.contributions import PARTS, contributions, loop_program
 
-Floats = NDArray[np.float64]
 Quantities = dict[str, float]
 
 

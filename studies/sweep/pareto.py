@@ -12,11 +12,11 @@ from pymoo.core.problem import Problem
 from pymoo.termination import get_termination
 from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 
+from hysteresis.arrays import Floats
 from studies.sweep.cases import QUANTITIES, Outcome, StudyError
 from studies.sweep.plan import on_axes
 from studies.sweep.study_file import Axis, Limit, Pareto, Study
 
-Floats = NDArray[np.float64]
 Evaluate = Callable[[list[Mapping[str, float]]], Sequence[Outcome | None]]
 _WORST = 1e30  # of a case that failed: it is out by its constraint anyway, but the search wants numbers
 

@@ -10,14 +10,12 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from fem_models.rig.checks import RigError
+from hysteresis.arrays import Floats
 from studies.sweep.inputs import key_of, with_values
 from studies.sweep.study_file import Axis, Sample, Study
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from SALib.analyze import sobol as analysis
 from SALib.sample import sobol as sampling
 
+from hysteresis.arrays import Floats
 from studies.sweep.cases import QUANTITIES
 from studies.sweep.plan import Spread, cases, on_axes
 from studies.sweep.store import Store
 from studies.sweep.study_file import Axis, Sensitivity, Study
 
-Floats = NDArray[np.float64]
 CONSTANT = 1e-9  # of its size: a quantity that changes by less has no indices
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
@@ -20,6 +19,7 @@ from fem_models.multibody.quasi_static import solve_multibody
 from fem_models.rig.effects import Drag
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
 from hysteresis.record import Record
 
@@ -27,8 +27,6 @@ AMPLITUDE_MM = 2.2
 RATES_HZ = (0.1, 1.0, 5.0)
 DRAG = Drag(sheath_N_s_per_mm=0.05)  # assumed: at 1 Hz it takes 0.7 N at most, half of the dry friction of the sheath
 PAGE = Path(__file__).parents[2] / "docs" / "dynamics.md"
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from fem_models.analytic.frictionless_chain import bend_by_tendon, tendon_arm_mm, tendon_for_angle_N
@@ -25,10 +24,9 @@ from fem_models.multibody.reduced_chain import PlaneLoad, solve_beam_chain, solv
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import EFFECT_TABLES, Friction, Rig
 from fem_models.solid.linear import Solid, as_flexure, snr_stiffness, solid_snr
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from validation.joints.notches import beam_pitch
-
-Floats = NDArray[np.float64]
 
 ANGLES_DEG = (15.0, 30.0, 45.0)
 """To which the solid's chain is bent; less where its notches would close."""

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.joint.flexure import closure_angle_rad, peak_strain_per_rad
 from fem_models.joint.superelastic import flag_fibres
@@ -27,9 +26,8 @@ from fem_models.solid.strain import superelastic_limit
 from fem_models.solid.superelastic import HARDENING_SHARE
 from fem_models.solid.superelastic_elements import fibres_of_curve, flag_path
 from fem_models.view.solid import bent_mesh, draw_mesh
+from hysteresis.arrays import Floats
 from hysteresis.files import write_files
-
-Floats = NDArray[np.float64]
 
 LAW = Superelastic(plateau_MPa=450.0, unloading_plateau_MPa=200.0, transformation_strain=0.04)
 REFINEMENTS = (0.4, 0.6, 0.9)

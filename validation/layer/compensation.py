@@ -11,19 +11,18 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.chain.solve import simulate_chain
 from fem_models.load.program import LoadProgram
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.fit import Fit
 from hysteresis.identify import identify
 from hysteresis.inverse import compensating_drive, uncompensated_drive
 from hysteresis.record import Record
 
-Floats = NDArray[np.float64]
 Engine = Callable[[Rig, LoadProgram], Record]
 
 AMPLITUDES_MM = (1.8, 1.4, 1.0)

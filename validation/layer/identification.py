@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.analytic.kinematics import theory_curve
 from fem_models.chain.solve import simulate_chain
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.rig.presets import preset
+from hysteresis.arrays import Floats, Mask
 from hysteresis.files import write_files
 from hysteresis.fit import Fit
 from hysteresis.holdout import Split, hold_out
@@ -29,9 +29,6 @@ from hysteresis.search import polish, with_curve_of
 from validation.layer.comparators import Kind, fit_operator
 from validation.layer.interpolation import between_fits, between_operators, within_fit, within_operator
 from validation.layer.trials import coverage, recovery
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 RATES_HZ = (0.1, 0.2, 0.3)  # of the catheter
 OPERATORS: dict[Kind, str] = {

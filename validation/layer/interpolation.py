@@ -6,14 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hysteresis.arrays import Floats
 from hysteresis.backbone import Backbone
 from hysteresis.fit import Fit
 from hysteresis.search import Form, Point
 from validation.layer.comparators import Operator
-
-Floats = NDArray[np.float64]
 
 
 def between_fits(low: Fit, high: Fit, share: float) -> Callable[..., Floats]:

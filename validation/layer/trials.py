@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.fit import Fit
 from hysteresis.identify import identify
 from hysteresis.record import Record
-
-Floats = NDArray[np.float64]
 
 PAPER = {"A": 1.895, "beta": 0.315, "gamma": 0.2606, "n": 1.176}  # eq. 10
 NAMES = ("A", "beta", "gamma", "n", "saturation_deg")

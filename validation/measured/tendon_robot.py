@@ -13,8 +13,8 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats
 from hysteresis.holdout import Split
 from hysteresis.record import Record, read_record
 from validation.layer.comparators import Kind, fit_operator
@@ -33,8 +33,6 @@ from validation.separation.tendon_fit import (
 )
 from validation.separation.tendon_parts import Parts, parts
 from validation.separation.tendon_rig import TendonRig
-
-Floats = NDArray[np.float64]
 
 TRAINING = ("zero-0.10hz", "zero-0.20hz")
 HELD_OUT = ("zero-0.15hz", "zero-0.30hz", "mean-0.02hz")

@@ -23,9 +23,8 @@ from fem_models.load_control import pull
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, Rig
+from hysteresis.arrays import Floats
 from hysteresis.record import Record, read_record
-
-Floats = NDArray[np.float64]
 
 TUBES = ("90", "150")
 TRAINING: Mapping[str, tuple[int, ...]] = {"90": (1, 2, 3), "150": (1, 2)}

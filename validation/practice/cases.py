@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.progress import track
 
 from fem_models.chain.solve import simulate_chain
@@ -27,12 +26,12 @@ from fem_models.load.program import LoadProgram, SolverError
 from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.record import Record, write_record
 from validation.practice.hidden import CATALOGUE, DISTINCT, Family, Hidden
 from validation.practice.outside import OUTSIDE
 from validation.practice.protocols import KINDS, Ground, Kind, Protocol, draw_ground
 
-Floats = NDArray[np.float64]
 Engine = Callable[[Rig, LoadProgram], Record]
 SetName = Literal[
     "work", "score", "score-2", "score-3", "score-4", "score-5", "score-6", "score-7", "score-8", "score-9"

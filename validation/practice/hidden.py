@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from fem_models.load.program import LoadProgram
@@ -28,10 +27,9 @@ from fem_models.rig.effects import (
     TipStop,
 )
 from fem_models.rig.rig import Rig, Wheel
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from validation.practice.protocols import Ground
-
-Floats = NDArray[np.float64]
 
 
 def _same(rig: Rig) -> Rig:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.load.program import LoadProgram
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from validation.practice.hidden import Draw, Family, Hidden, Rng, either_sign
 from validation.practice.protocols import Ground
-
-Floats = NDArray[np.float64]
 
 
 def _lost_counts(rng: Rng, ground: Ground) -> Family:

@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.chain.solve import ChainSolution, solve_chain
 from fem_models.load.program import LoadProgram, sine
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Bench, Friction, Material, Rig, Tendon, Wheel
+from hysteresis.arrays import Floats
 
-Floats = NDArray[np.float64]
 Kind = Literal["known", "unknown"]
 KINDS: tuple[Kind, ...] = ("known", "unknown")
 

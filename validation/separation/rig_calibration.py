@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
@@ -21,12 +20,11 @@ from fem_models.load.program import LoadProgram, SolverError
 from fem_models.rig.checks import RigError
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.path import branches, require_reversal
 from hysteresis.record import Record, RecordError
 from hysteresis.uncertainty import Parameter
 from validation.separation.contributions import loop_program
-
-Floats = NDArray[np.float64]
 
 SAMPLES = 300
 """Of a record that a fit works on: the mechanics has no time in it, samples between turning points may be left out."""

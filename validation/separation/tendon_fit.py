@@ -13,10 +13,9 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 from scipy.stats import t as student
 
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from validation.separation.tendon_rig import Run, TendonRig, bending_of_tension, run_of_stroke
-
-Floats = NDArray[np.float64]
 
 RELATIONS = ("stroke to tension", "tension to bending", "stroke to bending")
 LIMITS: Mapping[str, tuple[float, float, float, str]] = {

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats
 from validation.separation.contributions import SETS, divide
 from validation.separation.tendon_rig import TendonRig, run_of_stroke
-
-Floats = NDArray[np.float64]
 
 
 def switched(rig: TendonRig, on: frozenset[str]) -> TendonRig:

@@ -15,9 +15,9 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from hysteresis.arrays import Floats
 
 SECTIONS = 10
 AT_REST_N = 0.4

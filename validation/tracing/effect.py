@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 
-Floats = NDArray[np.float64]
 Need = Literal["time", "cycles", "two tendons", "wheel", "force", "preloads"]
 Values = Mapping[str, float]
 _SAME = 0.03  # amplitudes of cycles that repeat each other

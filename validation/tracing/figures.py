@@ -12,15 +12,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from hysteresis.record import Record
 from validation.tracing.effect import Sight
 from validation.tracing.fitting import Fitted, correlation_of_neighbours, independent, rms
 from validation.tracing.report import UNNAMED, ranked, record_name
 from validation.tracing.trace import Candidate, Trace
-
-Floats = NDArray[np.float64]
 
 BEFORE, AFTER, MEASURED, BAND = "#d55e00", "#0072b2", "#7a7f87", "#e9ebee"
 RECORDS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")

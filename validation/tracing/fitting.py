@@ -10,16 +10,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from fem_models.load.program import SolverError
 from fem_models.rig.checks import RigError
+from hysteresis.arrays import Floats, Mask
 from validation.tracing.effect import FreeParameter, Values
 from validation.tracing.problem import Added, Problem
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _STEP = 1e-3  # of finite differences, in sizes of the constants
 _MOST_CALLS = 30

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fem_models.load.program import LoadProgram, SolverError
 from fem_models.rig.checks import RigError
+from hysteresis.arrays import Floats
 from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing import holdout as holdout
@@ -25,8 +26,6 @@ from validation.tracing.effect import Sight, Values
 from validation.tracing.fitting import Fitted, rms
 from validation.tracing.holdout import Protocol
 from validation.tracing.trace import Trace, competitors_of
-
-Floats = NDArray[np.float64]
 
 PRELOADS, AMPLITUDES, RATES = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)
 """Factors on the protocol of the record with the widest drive; the gentlest first."""

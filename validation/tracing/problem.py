@@ -9,11 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats
 from hysteresis.record import Record, RecordError
 from validation.tracing.effect import Effect, FreeParameter, Sight, Values
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 class Form(Protocol):

@@ -5,16 +5,14 @@ from __future__ import annotations
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.load.program import SolverError
 from fem_models.rig.checks import RigError
+from hysteresis.arrays import Floats
 from validation.tracing.effect import RigForm
 from validation.tracing.fitting import Fitted, Model, bic, fit
 from validation.tracing.problem import Added
 from validation.tracing.search import ALIKE, ALL_CALLS, FEW_CALLS, Progress, samples_of
-
-Floats = NDArray[np.float64]
 
 
 def refined(fitted: Fitted, report: Progress, *, threads: int = 2, prior_mean: Floats | None = None) -> Fitted:

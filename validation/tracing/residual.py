@@ -17,14 +17,13 @@ from scipy.interpolate import BSpline
 from scipy.stats import chi2
 from scipy.stats import f as f_law
 
+from hysteresis.arrays import Floats
 from hysteresis.metrics import noise_floor
 from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing.effect import Sight, cycles_repeat
 from validation.tracing.fitting import Fitted, bic, correlation_of_neighbours, solve
 from validation.tracing.problem import preloads_N
-
-Floats = NDArray[np.float64]
 
 _FEWEST = 8  # samples of a branch that the local noise is read off
 _TO_SIGMA = 1.4826  # of a median absolute deviation

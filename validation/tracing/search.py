@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fem_models.load.program import SolverError
 from fem_models.rig.checks import RigError
+from hysteresis.arrays import Floats
 from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing.effect import Effect, Values
@@ -34,8 +35,6 @@ from validation.tracing.fitting import (
 )
 from validation.tracing.problem import Added
 from validation.tracing.residual import Floor, floor_of
-
-Floats = NDArray[np.float64]
 
 ALIKE = 10.0
 """Difference of the criterion below which effects are not told apart: very strong evidence from there on

@@ -11,18 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.load.program import LoadProgram, SolverError
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.metrics import Errors, errors
 from hysteresis.record import Record
 from validation.tracing.baseline.known_rig import RigProblem, Run, observe
 from validation.tracing.fitting import Fitted
 from validation.tracing.trace import Trace
 
-Floats = NDArray[np.float64]
 Solver = Callable[[Rig, LoadProgram | Floats], Record]
 
 CYCLES = 12.0

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fem_models.load.program import SolverError
@@ -52,8 +51,6 @@ from validation.tracing.search import (
     samples_of,
     score,
 )
-
-Floats = NDArray[np.float64]
 
 STRUCTURE = 1.15
 """Residual over the noise floor from which there is something to explain, for a rig, known or equivalent."""
@@ -175,9 +172,7 @@ def _believed(trace: Trace) -> Trace:
     before, after = trace.baseline.heldout_rmse_deg, trace.augmented.heldout_rmse_deg
     if not trace.effects or after <= max(AT_FLOOR * trace.floor.deg, PAYS * before):
         return trace
-    said = (
-        f"{' + '.join(trace.augmented.names)} leaves {after:.3g} deg held out, where the declared model leaves {before:.3g}"
-    )
+    said = f"{' + '.join(trace.augmented.names)} leaves {after:.3g} deg held out, where the declared model leaves {before:.3g}"
     return replace(
         trace,
         verdict="unexplained",

@@ -7,15 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats
 from hysteresis.record import read_record
 from validation.measured.tendon_robot import DECLARED, HELD_OUT, TRAINING, capstan, operator_errors
 from validation.separation.tendon_fit import NAMES, Trace, correlations, draws, experiments, fit, trace
 from validation.separation.tendon_parts import parts, switched
 from validation.separation.tendon_rig import SECTIONS, TendonRig, bending_of_tension, run_of_stroke
-
-Floats = NDArray[np.float64]
 
 TRUTH = TendonRig(
     entry=0.18, constant_N=0.03, capstan=0.12, bias_N=0.55, compliance_deg_per_N=19.0, loop_share=0.2,

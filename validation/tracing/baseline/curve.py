@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from hysteresis.arrays import Floats
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record
 from validation.tracing.baseline.curve_kernels import loops
@@ -25,7 +26,6 @@ from validation.tracing.effect import (
     Curve,
     CurveForm,
     Effect,
-    Floats,
     FreeParameter,
     Need,
     RelativeParameter,

@@ -6,11 +6,9 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats
 from hysteresis.flow import FREE, advance, set_kappa, workspace
-
-Floats = NDArray[np.float64]
 
 _LEAST_STIFFNESS = 0.05  # of two slack ropes, in that of a stiff one: the loop of a dead zone stays finite
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fem_models.load.program import LoadProgram
 from fem_models.rig.effects import Closure
 from fem_models.rig.rig import Bench, Friction, Material, Rig, Tendon, Wheel
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from validation.tracing.baseline.curve import mean_slope, middle_of
 from validation.tracing.baseline.known_rig import (
@@ -35,8 +36,6 @@ from validation.tracing.baseline.known_rig import (
 )
 from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Values
 from validation.tracing.problem import Problem, require_one_unit
-
-Floats = NDArray[np.float64]
 
 JOINTS, PARTS_AT_LAST = 6, 2
 """Joints, in the search, and parts of each in the last fit. Between slack ropes of a wrist of 14 joints, six are 0.2 of

@@ -21,11 +21,10 @@ from fem_models.load.program import LoadProgram
 from fem_models.rig.effects import Closure
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+from hysteresis.arrays import Floats
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record, RecordError
 from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Sight, Values, cycles_repeat
-
-Floats = NDArray[np.float64]
 
 PULLED = (
     FreeParameter("youngs_modulus_GPa", "GPa", 1.0, 200.0, 0.1, log=True),

@@ -18,13 +18,12 @@ from fem_models.joint.flexure import moment_arms_mm
 from fem_models.load.program import LoadProgram
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.curve import mean_slope
 from validation.tracing.baseline.known_rig import RigProblem, Run, rig_problem
 from validation.tracing.effect import FreeParameter, Values
 from validation.tracing.problem import require_one_unit
-
-Floats = NDArray[np.float64]
 
 _TIMES = 3.0  # bounds of the gain, either way
 _SIZE = 0.01

@@ -6,18 +6,9 @@ from dataclasses import replace
 
 from fem_models.rig.effects import Backlash
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import play
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 WIDTH = FreeParameter("width_mm", "mm", 0.0, 5.0, 0.05, linear=True)
 

@@ -3,17 +3,8 @@
 from __future__ import annotations
 
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import (
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Sight,
-    Values,
-)
+from hysteresis.arrays import Floats
+from validation.tracing.effect import CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Sight, Values
 
 GAIN = FreeParameter("gain", "-", -0.9, 5.0, 0.01, linear=True)
 PERSPECTIVE = FreeParameter("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4, linear=True)

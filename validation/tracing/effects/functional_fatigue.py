@@ -8,17 +8,8 @@ import numpy as np
 
 from fem_models.rig.effects import Fatigue
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 LOSS = FreeParameter("loop_loss", "-", 0.0, 1.0, 0.05, linear=True)
 RESIDUAL = FreeParameter("residual_deg", "deg", -5.0, 5.0, 0.02, linear=True)

@@ -9,17 +9,8 @@ import numpy as np
 
 from fem_models.rig.effects import Gravity
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 ALONG = FreeParameter("ring_mass_along_g", "g", -200.0, 200.0, 0.2, linear=True)
 ACROSS = FreeParameter("ring_mass_across_g", "g", -200.0, 200.0, 0.2, linear=True)

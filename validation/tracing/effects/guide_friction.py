@@ -8,17 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 BASE = FreeParameter("base_capstan", "-", 0.0, 2.0, 0.01, linear=True)
 GUIDE = FreeParameter("guide_N", "N", 0.0, 5.0, 0.02, linear=True)

@@ -8,17 +8,8 @@ import numpy as np
 
 from fem_models.rig.effects import PreloadLoss
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 FRACTION = FreeParameter("fraction", "-", 0.0, 0.95, 0.05, linear=True)
 CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)

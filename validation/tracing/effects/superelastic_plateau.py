@@ -6,18 +6,9 @@ from dataclasses import replace
 
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import transformed
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 PLATEAU = FreeParameter("plateau_MPa", "MPa", 20.0, 1e4, 0.05, log=True)
 SLOPE = FreeParameter("plateau_modulus_GPa", "GPa", 0.0, 30.0, 0.5)

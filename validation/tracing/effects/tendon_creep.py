@@ -8,18 +8,9 @@ import numpy as np
 
 from fem_models.rig.effects import Creep
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import lagged
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 FRACTION = FreeParameter("fraction", "-", 0.0, 5.0, 0.05, linear=True)
 TIME = FreeParameter("time_s", "s", 1e-2, 1e5, 0.3, log=True)

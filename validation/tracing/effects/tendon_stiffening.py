@@ -5,18 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import two_ropes
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 TOE = FreeParameter("toe_N", "N", 0.0, 500.0, 5.0)
 

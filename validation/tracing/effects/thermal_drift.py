@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from validation.tracing.effect import (
     CurveForm,
     Effect,
-    Floats,
     FreeParameter,
     Need,
     RelativeParameter,

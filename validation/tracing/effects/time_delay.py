@@ -5,17 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import (
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Sight,
-    Values,
-)
+from hysteresis.arrays import Floats
+from validation.tracing.effect import CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Sight, Values
 
 DELAY = FreeParameter("delay_s", "s", -1e3, 1e3, 0.001, linear=True)
 

@@ -8,17 +8,8 @@ import numpy as np
 
 from fem_models.rig.effects import TipStop
 from fem_models.rig.rig import Rig
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 ABOVE = FreeParameter("y_mm", "mm", 0.0, 1e3, 0.1)
 BELOW = FreeParameter("y_mm", "mm", -1e3, -1e-6, 0.1)

@@ -8,11 +8,11 @@ import numpy as np
 
 from fem_models.rig.effects import Slack
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from validation.tracing.effect import (
     Curve,
     CurveForm,
     Effect,
-    Floats,
     FreeParameter,
     Need,
     RelativeParameter,

@@ -6,18 +6,9 @@ from dataclasses import replace
 
 from fem_models.rig.effects import Drag
 from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import lagged
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 SHEATH = FreeParameter("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True, linear=True)
 JOINT = FreeParameter("joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True, linear=True)

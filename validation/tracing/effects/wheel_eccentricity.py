@@ -9,17 +9,8 @@ import numpy as np
 
 from fem_models.rig.effects import Eccentricity
 from fem_models.rig.rig import Rig, Wheel
-from validation.tracing.effect import (
-    Curve,
-    CurveForm,
-    Effect,
-    Floats,
-    FreeParameter,
-    RelativeParameter,
-    RigForm,
-    Scale,
-    Values,
-)
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
 
 SINE = FreeParameter("sine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
 COSINE = FreeParameter("cosine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
