@@ -147,8 +147,8 @@ def commands() -> Iterator[tuple[str, list[str]]]:
     yield "run", ["run", "--out", "run"]
 
 
-def run(python: Path, out: Path) -> None:
-    """Run everything with one version's interpreter; the JSON of a command goes beside what it writes."""
+def run(python: Path, out: Path, only: str = "") -> None:
+    """Run everything, or commands with ``only`` in their name; the JSON of a command goes beside what it writes."""
     python = python.absolute()
     out.mkdir(parents=True)
     (out / "all-effects.toml").write_text(ALL_EFFECTS)
@@ -157,6 +157,8 @@ def run(python: Path, out: Path) -> None:
         given = ["--kind", kind, "--effects", ",".join(labels), "--count", "1", "--out", "cases"]
         subprocess.run([python, "-m", "validation.practice.cases", *given], cwd=out, check=True)
     for number, (name, arguments) in enumerate(commands()):
+        if only not in name:
+            continue
         if arguments[0] == "trace":
             arguments[1:2] = sorted(str(path.relative_to(out)) for path in (out / arguments[1]).glob("*.csv"))
         start = time.perf_counter()
@@ -231,10 +233,13 @@ def compare(old: Path, new: Path) -> Differences:
         ".toml": lambda where, a, b: out.values(where, a, b),
     }
     files = [{p.relative_to(top) for p in top.rglob("*") if ".zarr" not in str(p)} for top in (old, new)]
-    out.structure += [f"{path}: in one folder only" for path in sorted(files[0] ^ files[1])]
+    only_in_one = [path for path in sorted(files[0] ^ files[1]) if (old / path).is_file() or (new / path).is_file()]
+    out.structure += [f"{path}: in one folder only" for path in only_in_one]
     for path in sorted(files[0] & files[1]):
         if path.suffix in suffixes:
             suffixes[path.suffix](str(path), (old / path).read_text(), (new / path).read_text())
+    if not all((top / "study" / "study.zarr").exists() for top in (old, new)):
+        return out
     a, b = (xarray.open_zarr(top / "study" / "study.zarr").load() for top in (old, new))
     out.values("study.zarr", sorted(map(str, a.variables)), sorted(map(str, b.variables)))
     for name in a.variables.keys() & b.variables.keys() - LEFT_OUT:
@@ -249,12 +254,13 @@ def main() -> int:
     one = verbs.add_parser("run")
     one.add_argument("--python", type=Path, required=True)
     one.add_argument("--out", type=Path, required=True)
+    one.add_argument("--only", default="", help="part of a command's name, to compare by hand")
     two = verbs.add_parser("compare")
     two.add_argument("old", type=Path)
     two.add_argument("new", type=Path)
     options = parser.parse_args()
     if options.verb == "run":
-        run(options.python, options.out)
+        run(options.python, options.out, options.only)
         return 0
     found = compare(options.old, options.new)
     for title, rows in (
