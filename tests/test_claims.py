@@ -10,7 +10,8 @@ import pytest
 
 from fem_models.analytic.kinematics import theory_curve
 from fem_models.chain.solve import ChainSettings, simulate_chain, solve_chain
-from fem_models.joint.flexure import beam, element_rotations
+from fem_models.joint.flexure import beam
+from fem_models.joint.paper_elements import element_rotations
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig.presets import preset

@@ -35,7 +35,7 @@ from fem_models.joint.flexure import (
 from fem_models.joint.friction import jenkins_elements
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic import flag_fibres
-from fem_models.load.program import LoadProgram, SolverError
+from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import (
     Schedule,
@@ -46,7 +46,7 @@ from fem_models.load.schedule import (
     largest_turn_rad,
     schedule,
 )
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.joint.flexure import closure_angle_rad
-from fem_models.load.program import SolverError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Rig
 
 GRAVITY_MM_PER_S2 = 9806.65

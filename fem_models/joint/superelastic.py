@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.joint.flexure import beam, flexure, peak_strain_per_rad, section_fibres
+from fem_models.joint.flexure import beam, flexure, peak_strain_per_rad
+from fem_models.joint.section import section_fibres
 from fem_models.rig.checks import require
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats

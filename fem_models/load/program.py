@@ -15,10 +15,6 @@ MAX_SAMPLES = 2_000_000
 """Of a program made here: more is a slip of the keyboard, and would fill the memory first."""
 
 
-class SolverError(RuntimeError):
-    """A load program that an engine could not follow; the message says at which sample and drive."""
-
-
 @dataclass(frozen=True)
 class LoadProgram:
     """What the wheel does: tendon displacement over a path, and over time where the rate matters.

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fem_models.analytic.kinematics import tendon_stretch_mm
 from fem_models.joint.flexure import flexure, moment_arms_mm
 from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
+from fem_models.rig.tendon_law import tendon_stretch_mm
 from hysteresis.arrays import Floats
 
 

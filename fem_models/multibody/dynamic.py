@@ -16,13 +16,13 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from fem_models.joint.contact import require_open
-from fem_models.joint.flexure import section
-from fem_models.load.program import LoadProgram, SolverError
+from fem_models.joint.section import section
+from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Load, Schedule, schedule, way_mm
 from fem_models.multibody.assembly import RingInertia
 from fem_models.multibody.quasi_static import MultibodySettings, Stepper, creep_goal_mm, quiet
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record

@@ -21,13 +21,12 @@ import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.analytic.kinematics import tendon_stretch_mm
 from fem_models.joint.contact import require_open
 from fem_models.joint.flexure import flexure, force_scale_N, turning_length_mm
 from fem_models.joint.friction import friction_limits_N, guide_wrap_rad, jenkins_elements
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic import FlagFibres, flag_fibres, flag_moment
-from fem_models.load.program import LoadProgram, SolverError
+from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import (
     REST,
@@ -44,7 +43,9 @@ from fem_models.load.schedule import (
     way_mm,
 )
 from fem_models.multibody.assembly import MASSLESS, RingInertia, assemble, bristle_N_per_mm, taut
+from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Rig, Tendon
+from fem_models.rig.tendon_law import tendon_stretch_mm
 from hysteresis.record import Record
 
 

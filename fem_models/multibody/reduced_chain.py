@@ -31,9 +31,9 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from fem_models.joint.flexure import Flexure, bending_length_mm
-from fem_models.load.program import SolverError
 from fem_models.multibody.quasi_static import quiet
 from fem_models.multibody.reduced_body import NITINOL_T_PER_MM3, ReducedBody
+from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Rig
 from fem_models.solid.linear import Solid, as_flexure, mass_matrix, rigid_motions
 from hysteresis.arrays import Floats

@@ -10,6 +10,10 @@ class RigError(ValueError):
     """A rig or a load program that cannot exist; the message names field, value and what was expected."""
 
 
+class SolverError(RuntimeError):
+    """A load program that an engine could not follow; the message says at which sample and drive."""
+
+
 def require(condition: bool, name: str, value: object, expected: str) -> None:
     """Raise a RigError ``name = value: expected ...`` where the condition does not hold."""
     if not condition:

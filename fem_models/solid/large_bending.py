@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 from skfem import MeshTet2
 
-from fem_models.load.program import SolverError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Rig
 from fem_models.solid.linear import cells as cells_of
 from fem_models.solid.mesh import snr_mesh

@@ -1,6 +1,6 @@
 """Solid mesh of one single notched ring (SNR): half a ring, the notch, half a ring.
 
-Axes as in :mod:`fem_models.joint.flexure`: z along the tube with z = 0 in the middle of the notch, x in the bending plane, cut
+Axes as in :mod:`fem_models.joint.section`: z along the tube with z = 0 in the middle of the notch, x in the bending plane, cut
 faces normal to x; a one-sided notch lies at +x. gmsh's OpenCASCADE kernel cuts a quarter (y > 0, z > 0), which is
 mirrored twice, so the mesh has the symmetries of the metal and couplings that these forbid vanish to rounding.
 """
@@ -18,7 +18,7 @@ import meshio
 import numpy as np
 from skfem import MeshTet2
 
-from fem_models.joint.flexure import cut_height_mm, section
+from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats, Ints

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from fem_models.load.program import SolverError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Rig
 from fem_models.solid.linear import factorize
 from fem_models.solid.superelastic_kernel import LOWER, SHEAR, SPAN, UPPER, assemble, strains

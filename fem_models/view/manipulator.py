@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fem_models.joint import flexure as snr
+from fem_models.joint.flexure import flexure
+from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig.rig import NotchShape, Rig
 from hysteresis.arrays import Floats, Ints
 
@@ -114,7 +115,7 @@ def _outline(rig: Rig) -> _Outline:
         outer = 1.15 * max(rope.moment_arm_mm for rope in rig.tendons)
         return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0)
     outer = tube.outer_diameter_mm / 2
-    neutral = -snr.flexure(rig).neutral_offset_mm
+    neutral = -flexure(rig).neutral_offset_mm
     return _Outline(notch.shape, outer, tube.inner_diameter_mm / 2, notch.width_mm, outer - notch.depth_mm, neutral)
 
 
@@ -149,7 +150,7 @@ def _spine(rig: Rig, outline: _Outline, joint_angles_deg: ArrayLike, detail: flo
     angles = _radians(rig, joint_angles_deg)
     local = _local_stations(rig, outline, detail)
     fine = np.linspace(-outline.opening / 2, outline.opening / 2, 801)
-    flexibility = np.ones_like(fine) if rig.notch is None else 1 / snr.section(rig, fine).second_moment_mm4
+    flexibility = np.ones_like(fine) if rig.notch is None else 1 / section(rig, fine).second_moment_mm4
     share = np.concatenate([[0.0], np.cumsum((flexibility[1:] + flexibility[:-1]) / 2 * np.diff(fine))])
     curvature = np.interp(local, fine, flexibility / share[-1], left=0.0, right=0.0)
     keep = np.ones((rig.joints, local.size), dtype=bool)
@@ -179,7 +180,7 @@ def _sectors(rig: Rig, outline: _Outline, r: Floats, spine: _Spine) -> list[tupl
     if outline.shape is None:
         zero = np.zeros((r.size, spine.x.size))
         return [(zero, zero + np.pi, ring), (zero + np.pi, zero + 2 * np.pi, ring)]
-    edge = np.arccos(np.clip(snr.cut_height_mm(rig, spine.s) / r[:, None], -1.0, 1.0))
+    edge = np.arccos(np.clip(cut_height_mm(rig, spine.s) / r[:, None], -1.0, 1.0))
     edge[edge < 1e-3] = 0.0  # rounding of c / r = 1 would leave a crack as wide as its square root
     edge[edge > np.pi - 1e-3] = np.pi
     if outline.shape == "rectangular":
@@ -221,14 +222,14 @@ def _bent_wall(rig: Rig, joint_angles_deg: ArrayLike, detail: float = 1.0) -> tu
     """Points (n, 3) of the bent wall in mm, hexahedra (m, 8), and the bending strain (n,) in percent."""
     outline = _outline(rig)
     spine = _spine(rig, outline, joint_angles_deg, detail)
-    straight, section, cells = _straight_wall(rig, outline, spine, detail)
+    straight, at, cells = _straight_wall(rig, outline, spine, detail)
     y = straight[:, 1]
     strain = np.zeros_like(y)
     if outline.shape is not None:
         reach = y if outline.shape == "rectangular" else np.abs(y)
-        loaded = reach <= snr.cut_height_mm(rig, spine.s)[section] + 1e-6  # not the free edges of the rings
-        strain = np.where(loaded, 100 * np.abs(y - outline.neutral) * spine.curvature[section], 0.0)
-    return np.column_stack([*spine.place(section, y), straight[:, 2]]), cells, strain
+        loaded = reach <= cut_height_mm(rig, spine.s)[at] + 1e-6  # not the free edges of the rings
+        strain = np.where(loaded, 100 * np.abs(y - outline.neutral) * spine.curvature[at], 0.0)
+    return np.column_stack([*spine.place(at, y), straight[:, 2]]), cells, strain
 
 
 def tube_mesh(rig: Rig, joint_angles_deg: ArrayLike, *, detail: float = 1.0) -> pv.PolyData:
@@ -255,7 +256,7 @@ def tube_mesh(rig: Rig, joint_angles_deg: ArrayLike, *, detail: float = 1.0) -> 
     SceneError
         For a wrong number of angles.
     RigError
-        As :func:`fem_models.joint.flexure.section`.
+        As :func:`fem_models.joint.section.section`.
     """
     import pyvista as pv  # takes a second to import: only who draws waits for it
 
@@ -291,7 +292,7 @@ def write_vtu(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
     SceneError
         For a wrong number of angles, or a file that cannot be written.
     RigError
-        As :func:`fem_models.joint.flexure.section`.
+        As :func:`fem_models.joint.section.section`.
     """
     import meshio
 

@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.load.program import SolverError
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig
 from fem_models.view.manipulator import SceneError
 from studies.app.loop_svg import loop_svg

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fem_models.chain.solve import solve_chain
-from fem_models.load.program import SolverError
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig, numeric_fields
 from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width

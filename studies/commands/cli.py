@@ -18,8 +18,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from fem_models.load.program import LoadProgram, SolverError, sine, triangle
-from fem_models.rig.checks import RigError, require
+from fem_models.load.program import LoadProgram, sine, triangle
+from fem_models.rig.checks import RigError, SolverError, require
 from fem_models.rig.presets import PRESETS, preset
 from fem_models.rig.rig import Rig
 from fem_models.rig.rig_file import read_rig

@@ -9,7 +9,8 @@ import numpy as np
 
 from fem_models.analytic.kinematics import theory_curve, tip_pose
 from fem_models.chain.solve import simulate_chain
-from fem_models.joint.flexure import beam, element_rotations, flexure
+from fem_models.joint.flexure import beam, flexure
+from fem_models.joint.paper_elements import element_rotations
 from fem_models.load.program import triangle
 from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.rig.rig import Friction, Rig

@@ -18,8 +18,8 @@ from scipy.optimize import least_squares
 
 from fem_models.joint.flexure import closure_angle_rad
 from fem_models.joint.strain import limits_passed, strain_limits
-from fem_models.load.program import SolverError
 from fem_models.load_control import pull
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, Rig

@@ -22,9 +22,9 @@ import numpy as np
 from rich.progress import track
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import LoadProgram, SolverError
+from fem_models.load.program import LoadProgram
 from fem_models.multibody.quasi_static import simulate_multibody
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record, write_record

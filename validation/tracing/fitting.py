@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from fem_models.load.program import SolverError
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats, Mask
 from validation.tracing.effect import FreeParameter, Values
 from validation.tracing.problem import Added, Problem

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.load.program import LoadProgram, SolverError
-from fem_models.rig.checks import RigError
+from fem_models.load.program import LoadProgram
+from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from hysteresis.path import branches
 from hysteresis.record import Record

@@ -6,8 +6,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from fem_models.load.program import SolverError
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.effect import RigForm
 from validation.tracing.fitting import Fitted, Model, bic, fit

@@ -15,8 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.load.program import SolverError
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from hysteresis.path import branches
 from hysteresis.record import Record

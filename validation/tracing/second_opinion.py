@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.load.program import LoadProgram, SolverError
-from fem_models.rig.checks import RigError
+from fem_models.load.program import LoadProgram
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.metrics import Errors, errors

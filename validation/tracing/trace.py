@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fem_models.load.program import SolverError
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.of_record import rig_of
 from hysteresis.path import cycle_index, require_reversal
 from hysteresis.record import Record, RecordError

@@ -16,8 +16,6 @@ from fem_models.analytic.kinematics import (
     inverse_tip,
     path_shortening_mm,
     simulate_analytic,
-    tendon_stretch_mm,
-    tendon_tension_N,
     theory_curve,
     tip_pose,
 )
@@ -27,6 +25,7 @@ from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Gravity
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Bench, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 
 ROPE = Tendon(EA_N=9000.0, moment_arm_mm=2.62, free_length_mm=150.0)
 V = Rig(

@@ -13,20 +13,14 @@ from hypothesis import strategies as st
 
 from fem_models.analytic.kinematics import simulate_analytic
 from fem_models.chain.solve import ChainSettings, solve_chain, solve_pulled_chain
-from fem_models.joint.flexure import (
-    closure_angle_rad,
-    flexure,
-    moment_arms_mm,
-    peak_strain_per_rad,
-    section,
-    section_fibres,
-)
+from fem_models.joint.flexure import closure_angle_rad, flexure, moment_arms_mm, peak_strain_per_rad
+from fem_models.joint.section import section, section_fibres
 from fem_models.joint.strain import FATIGUE, StrainLimit, limits_passed, peak_strain, strain_limits
-from fem_models.load.program import LoadProgram, SolverError
+from fem_models.load.program import LoadProgram
 from fem_models.load_control import pull
 from fem_models.multibody.dynamic import solve_dynamic
 from fem_models.multibody.quasi_static import solve_multibody, solve_pulled_multibody
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.effects import Closure, Creep, Drag, Superelastic
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction

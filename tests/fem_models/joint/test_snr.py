@@ -10,18 +10,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from skfem.helpers import dot, grad
 
-from fem_models.joint.flexure import (
-    beam,
-    closure_angle_rad,
-    cut_height_mm,
-    element_rotations,
-    flexure,
-    force_for_angle,
-    moment_arms_mm,
-    peak_strain_per_rad,
-    section,
-    theta_sum,
-)
+from fem_models.joint.flexure import beam, closure_angle_rad, flexure, moment_arms_mm, peak_strain_per_rad
+from fem_models.joint.paper_elements import element_rotations, force_for_angle, theta_sum
+from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Bench, Material, Notch, Rig, Tendon, Tube, Wheel
 

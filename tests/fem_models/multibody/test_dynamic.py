@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import least_squares
 
 from fem_models.joint.flexure import flexure
-from fem_models.load.program import LoadProgram, SolverError, sine, triangle
+from fem_models.load.program import LoadProgram, sine, triangle
 from fem_models.multibody.dynamic import NITI_DENSITY_T_PER_MM3, DynamicSettings, ring_inertia, solve_dynamic
 from fem_models.multibody.quasi_static import MultibodySettings, solve_multibody
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.effects import Closure, Drag, Gravity
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Bench, Friction, Rig

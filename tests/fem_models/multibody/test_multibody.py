@@ -7,8 +7,9 @@ import pytest
 
 from fem_models.analytic.kinematics import drive_for_angle_mm, theory_curve, tip_pose
 from fem_models.joint.flexure import flexure, moment_arms_mm
-from fem_models.load.program import LoadProgram, SolverError, triangle
+from fem_models.load.program import LoadProgram, triangle
 from fem_models.multibody.quasi_static import MultibodySettings, simulate_multibody, solve_multibody
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Gravity
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Bench, Friction, Notch, Rig, Tube

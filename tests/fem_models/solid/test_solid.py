@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import quad
 from skfem import Basis, ElementTetP2, MeshTet1, MeshTet2
 
-from fem_models.joint.flexure import cut_height_mm
+from fem_models.joint.section import cut_height_mm
 from fem_models.multibody.reduced_body import NITINOL_T_PER_MM3, craig_bampton
 from fem_models.rig.checks import RigError
 from fem_models.rig.presets import preset

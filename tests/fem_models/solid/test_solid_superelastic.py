@@ -13,7 +13,7 @@ from skfem import MeshTet1, MeshTet2
 
 from fem_models.joint.flexure import flexure
 from fem_models.joint.superelastic import flag_fibres, flag_moment
-from fem_models.load.program import SolverError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Notch, Tube

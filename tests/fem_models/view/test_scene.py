@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from matplotlib.image import imread
 from scipy.integrate import quad, solve_ivp
 
-from fem_models.joint import flexure as snr
+from fem_models.joint.flexure import beam, peak_strain_per_rad
+from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig.rig import Bench, Material, Notch, Rig, Tendon, Tube, Wheel
 from fem_models.view import manipulator as scene
 from fem_models.view.manipulator import SceneError, render, tendon_lines, tube_mesh, write_vtu
@@ -63,7 +64,7 @@ def chain_of_arcs(bent: Rig, angles_rad: np.ndarray, neutral_mm: float) -> tuple
 def test_tip_of_slotted_tube_is_that_of_a_chain_of_arcs(name):
     bent = NOTCHED[name]
     angles = np.random.default_rng(3).uniform(-8, 20, bent.joints)
-    neutral = -float(snr.section(bent, 0.0).neutral_offset_mm)
+    neutral = -float(section(bent, 0.0).neutral_offset_mm)
     expected = chain_of_arcs(bent, np.radians(angles), neutral)
     np.testing.assert_allclose(middle_of_tip(bent, angles)[:2], expected, atol=1e-5)  # a polygon for the end face
 
@@ -72,10 +73,10 @@ def test_tip_of_v_notched_tube_is_that_of_a_beam_under_a_uniform_moment():
     """Independent integration of x' = cos phi, y' = sin phi, phi' = theta k / (E I) for a single joint."""
     one = rig(V_PAIR.tube, Notch("v_pair", 1, 2.72, 1.2, 1.4, 0.6), 2.62)
     theta = np.radians(20.0)
-    rate = theta * snr.beam(one).bending_Nmm_per_rad / (MATERIAL.youngs_modulus_GPa * 1e3)
+    rate = theta * beam(one).bending_Nmm_per_rad / (MATERIAL.youngs_modulus_GPa * 1e3)
 
     def slope(x: float, state: np.ndarray) -> list[float]:
-        bend = rate / float(snr.section(one, x - 1.3).second_moment_mm4) if abs(x - 1.3) < 0.6 else 0.0
+        bend = rate / float(section(one, x - 1.3).second_moment_mm4) if abs(x - 1.3) < 0.6 else 0.0
         return [np.cos(state[2]), np.sin(state[2]), bend]
 
     end = solve_ivp(slope, (0, 2.6), [0.0, 0.0, 0.0], rtol=1e-9, atol=1e-9, max_step=0.01).y[:, -1]
@@ -99,7 +100,7 @@ def analytic_volume(bent: Rig) -> float:
     sides = 1 if bent.notch.shape == "rectangular" else 2
 
     def cut(z: float) -> float:
-        c = float(snr.cut_height_mm(bent, z))
+        c = float(cut_height_mm(bent, z))
         return sides * (segment(outer, c) - segment(inner, c))
 
     removed = 2 * quad(cut, 0, bent.notch.width_mm / 2, limit=200)[0]
@@ -141,7 +142,7 @@ def test_surface_to_turn_has_no_holes():
 @pytest.mark.parametrize("name", NOTCHED)
 def test_largest_strain_is_that_of_the_analytic_ring(name):
     bent = NOTCHED[name]
-    expected = 100 * np.radians(4.0) * snr.peak_strain_per_rad(bent)
+    expected = 100 * np.radians(4.0) * peak_strain_per_rad(bent)
     strain = tube_mesh(bent, np.full(bent.joints, 4.0))["strain_percent"]
     assert strain.max() == pytest.approx(expected, rel=1e-3)
     assert strain.min() == 0

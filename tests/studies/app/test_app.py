@@ -12,8 +12,7 @@ from browser import chromium, ink, listen, require_browser, screenshots, tints
 
 from fem_models.chain.solve import solve_chain
 from fem_models.joint.flexure import peak_strain_per_rad
-from fem_models.load.program import SolverError
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.presets import PRESETS, preset
 from hysteresis.metrics import loop_width
 from studies.app.loop_svg import loop_svg

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import SolverError, sine
+from fem_models.load.program import sine
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash, Closure, Drag, Fatigue, Gravity
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Bench, Friction, Material, Rig, Tendon, Wheel
