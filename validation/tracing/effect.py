@@ -38,21 +38,21 @@ class FreeParameter:
     unit: str
     low: float
     high: float
-    size: float
+    scale: float
     log: bool = False
     linear: bool = False
 
     def to_unit(self, value: float) -> float:
         """Coordinate of the fit."""
-        return math.log(value) / self.size if self.log else value / self.size
+        return math.log(value) / self.scale if self.log else value / self.scale
 
     def from_unit(self, x: float) -> float:
         """Value of a coordinate."""
-        return math.exp(x * self.size) if self.log else x * self.size
+        return math.exp(x * self.scale) if self.log else x * self.scale
 
 
 @dataclass(frozen=True)
-class Sight:
+class SampleInputs:
     """What is known of every sample of a record besides its angle, shapes (m,).
 
     ``time_s`` counts from the record's first sample; without times it counts samples. ``cycle`` is 0 on the approach.
@@ -64,11 +64,11 @@ class Sight:
     timed: bool
 
 
-def cycles_repeat(sights: Sequence[Sight]) -> bool:
+def cycles_repeat(inputs: Sequence[SampleInputs]) -> bool:
     """Tell whether a record has cycles of one amplitude: where all shrink, what goes with the cycle goes with that."""
-    for sight in sights:
-        numbers = np.unique(sight.cycle[sight.cycle >= 1])
-        ranges = np.sort([float(np.ptp(sight.drive[sight.cycle == number])) for number in numbers])
+    for record_inputs in inputs:
+        numbers = np.unique(record_inputs.cycle[record_inputs.cycle >= 1])
+        ranges = np.sort([float(np.ptp(record_inputs.drive[record_inputs.cycle == number])) for number in numbers])
         if (ranges[1:] * (1 - _SAME) <= ranges[:-1]).any():
             return True
     return False
@@ -101,7 +101,7 @@ class RigForm:
         Starting values, one mapping a start, from the scale of the problem.
     rig
         A rig with the effect.
-    seen
+    observe
         The angle that is observed, from the angle there is; shape (m,) -> (m,).
     needs
         What the records or the rig must have.
@@ -112,7 +112,7 @@ class RigForm:
     parameters: tuple[FreeParameter, ...]
     starts: Callable[[Scale, Rig], Sequence[Values]]
     rig: Callable[[Rig, Values], Rig] | None = None
-    seen: Callable[[Floats, Sight, Values], Floats] | None = None
+    observe: Callable[[Floats, SampleInputs, Values], Floats] | None = None
     needs: frozenset[Need] = frozenset()
     refines: bool = False
 
@@ -130,34 +130,34 @@ class RelativeParameter:
     unit: Literal["drive", "angle", "time", "-", "1/angle", "angle/time"]
     low: float
     high: float
-    size: float
+    scale: float
     log: bool = False
 
 
 @dataclass(frozen=True)
-class Curve:
+class CurveContext:
     """One record as operators see it.
 
     ``drive`` is measured from the middle of the stroke, or from zero where the stroke goes both ways about it.
     """
 
-    sight: Sight
-    middle: float  # the drive's value at the middle
-    half: float  # half the stroke of all records, the drive's unit
-    angle: float  # half the largest range of the angle, deg
+    inputs: SampleInputs
+    drive_middle: float  # the drive's value at the middle
+    drive_half_range: float  # half the stroke of all records, the drive's unit
+    angle_half_range_deg: float  # half the largest range of the angle, deg
     straight_deg: float  # f where the drive is zero; 0, as in the middle, where it never is
-    state: float  # where in its loop the record starts, -1..1; 0 is rest
-    preload: float  # over the largest one; 1 where it is not known
-    loop: float  # size of the declared loop over that at the largest preload
-    toe: float  # T_toe of the ropes over the largest preload, as the loops at several preloads tell; else 0
-    give: float  # what that costs the slope of f, per growth of the loop
+    initial_state: float  # where in its loop the record starts, -1..1; 0 is rest
+    preload_ratio: float  # over the largest one; 1 where it is not known
+    loop_ratio: float  # size of the declared loop over that at the largest preload
+    toe_ratio: float  # T_toe of the ropes over the largest preload, as the loops at several preloads tell; else 0
+    slope_loss_per_loop: float  # what that costs the slope of f, per growth of the loop
 
     def softness(self, tension: Floats) -> Floats:
         """Compliance of the ropes at tensions over the largest preload, over that at the record's preload."""
-        return (1.0 + self.toe / tension) / (1.0 + self.toe / self.preload)
+        return (1.0 + self.toe_ratio / tension) / (1.0 + self.toe_ratio / self.preload_ratio)
 
 
-CurveLaw = Callable[[Floats, Curve, Values], Floats]
+CurveOperator = Callable[[Floats, CurveContext, Values], Floats]
 
 
 @dataclass(frozen=True)
@@ -170,13 +170,13 @@ class CurveForm:
         What is fitted, and from where; relative to the scale of the records.
     drive
         x in place of x, in the drive's unit from the middle of the stroke.
-    bend
+    backbone
         f in place of f, deg; h follows it.
-    loop
+    loop_size
         From f, the factor on the size of h.
-    turn
+    angle
         theta in place of theta, deg from the middle of the stroke.
-    seen
+    observe
         As in :class:`RigForm`.
     needs
         What the records must have.
@@ -184,11 +184,11 @@ class CurveForm:
 
     parameters: tuple[RelativeParameter, ...]
     starts: tuple[Values, ...]
-    drive: CurveLaw | None = None
-    bend: CurveLaw | None = None
-    loop: CurveLaw | None = None
-    turn: CurveLaw | None = None
-    seen: Callable[[Floats, Sight, Values], Floats] | None = None
+    drive: CurveOperator | None = None
+    backbone: CurveOperator | None = None
+    loop_size: CurveOperator | None = None
+    angle: CurveOperator | None = None
+    observe: Callable[[Floats, SampleInputs, Values], Floats] | None = None
     needs: frozenset[Need] = frozenset()
 
 

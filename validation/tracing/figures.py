@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hysteresis.record import Record
-from validation.tracing.effect import Sight
+from validation.tracing.effect import SampleInputs
 from validation.tracing.fitting import Fitted, correlation_of_neighbours, independent, rms
 from validation.tracing.report import UNNAMED, ranked, record_name
 from validation.tracing.trace import Candidate, Trace
@@ -84,7 +84,7 @@ def residual_figure(trace: Trace, dpi: int = _DPI) -> bytes:
             axes[0].set_ylim(-reach, reach)
             axes[0].set_ylabel("residual, deg")
             axes[0].set_title(f"{title}: {rms(fitted.row):.3g} deg rms", loc="left", fontsize=10, fontweight="bold")
-        time, _ = _time_axis(trace.baseline.model.problem.sights)
+        time, _ = _time_axis(trace.baseline.model.problem.inputs)
         names = (f"drive, {trace.records[0].drive_unit}", time, "cycle", "angle, deg")
         for axis, name in zip(panels[-1], names, strict=True):
             axis.set_xlabel(name)
@@ -98,30 +98,32 @@ def _residual_row(axes: Sequence[Axes], trace: Trace, fitted: Fitted) -> None:
     for axis in axes:
         axis.axhspan(-band, band, color=BAND, zorder=0)
         axis.axhline(0, color="#9aa0a8", lw=0.7)
-    count, (_, lengths) = len(problem.sights), _time_axis(problem.sights)
-    for i, (sight, angle, left) in enumerate(zip(problem.sights, problem.observed, fitted.residuals, strict=True)):
+    count, (_, lengths) = len(problem.inputs), _time_axis(problem.inputs)
+    for i, (record_inputs, angle, left) in enumerate(
+        zip(problem.inputs, problem.observed, fitted.residuals, strict=True)
+    ):
         some = slice(None, None, max(1, math.ceil(left.size / _MOST_POINTS)))
         style: dict[str, Any] = {"color": _colour(i, count), "alpha": 0.75, "ms": 1.8, "lw": 0, "marker": "o", "mew": 0}
-        axes[0].plot(sight.drive[some], left[some], **style)
-        axes[1].plot(sight.time_s[some] / lengths[i], left[some], **style)
+        axes[0].plot(record_inputs.drive[some], left[some], **style)
+        axes[1].plot(record_inputs.time_s[some] / lengths[i], left[some], **style)
         axes[3].plot(angle[some], left[some], **style)
-        cycles = np.unique(sight.cycle)
-        means = [left[sight.cycle == c].mean() for c in cycles]
-        spread = [left[sight.cycle == c].std() for c in cycles]
+        cycles = np.unique(record_inputs.cycle)
+        means = [left[record_inputs.cycle == c].mean() for c in cycles]
+        spread = [left[record_inputs.cycle == c].std() for c in cycles]
         at = cycles + 0.12 * (i - (count - 1) / 2)
         mark = MARKERS[i % len(MARKERS)]
         axes[2].errorbar(at, means, spread, color=_colour(i, count), fmt=mark, ms=4, lw=1, capsize=0)
-    first, last = (pick(int(pick(s.cycle)) for s in problem.sights) for pick in (min, max))
+    first, last = (pick(int(pick(s.cycle)) for s in problem.inputs) for pick in (min, max))
     axes[2].set_xlim(first - 0.5, last + 0.5)
     axes[2].xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def _time_axis(sights: Sequence[Sight]) -> tuple[str, list[float]]:
+def _time_axis(inputs: Sequence[SampleInputs]) -> tuple[str, list[float]]:
     """Name of the time axis, and what the times of each record are divided by: its length where they differ much."""
-    lengths = [float(s.time_s[-1]) for s in sights]
+    lengths = [float(s.time_s[-1]) for s in inputs]
     if max(lengths) > _ALIKE_LONG * min(lengths):
         return "time, part of the record", lengths
-    return "time, s" if all(s.timed for s in sights) else "sample", [1.0] * len(lengths)
+    return "time, s" if all(s.timed for s in inputs) else "sample", [1.0] * len(lengths)
 
 
 def _record_legend(figure: Figure, axis: Axes, trace: Trace) -> None:
@@ -163,16 +165,18 @@ def _loops_shown(trace: Trace) -> list[int]:
 
 
 def _loop_row(whole: Axes, less: Axes, trace: Trace, i: int) -> None:
-    sight, angle = trace.baseline.model.problem.sights[i], trace.baseline.model.problem.observed[i]
-    curve = np.polynomial.Polynomial.fit(sight.drive, angle, _curve(trace)[0])(sight.drive)
-    breaks = np.flatnonzero((np.diff(sight.cycle) != 0) & (np.abs(np.diff(sight.drive)) > 0.5 * np.ptp(sight.drive)))
+    record_inputs, angle = trace.baseline.model.problem.inputs[i], trace.baseline.model.problem.observed[i]
+    curve = np.polynomial.Polynomial.fit(record_inputs.drive, angle, _curve(trace)[0])(record_inputs.drive)
+    breaks = np.flatnonzero(
+        (np.diff(record_inputs.cycle) != 0) & (np.abs(np.diff(record_inputs.drive)) > 0.5 * np.ptp(record_inputs.drive))
+    )
     lines = [(angle - trace.baseline.residuals[i], BEFORE, "declared model")]
     if trace.verdict not in UNNAMED:
         lines.append((angle - trace.augmented.residuals[i], AFTER, f"with {' + '.join(trace.augmented.names)}"))
     for axis, base in ((whole, np.zeros_like(angle)), (less, curve)):
-        axis.plot(sight.drive, angle - base, "o", ms=2.4, mew=0, color=MEASURED, alpha=0.7, label="measured")
+        axis.plot(record_inputs.drive, angle - base, "o", ms=2.4, mew=0, color=MEASURED, alpha=0.7, label="measured")
         for predicted, colour, name in lines:
-            x, y = (np.insert(row, breaks + 1, np.nan) for row in (sight.drive, predicted - base))
+            x, y = (np.insert(row, breaks + 1, np.nan) for row in (record_inputs.drive, predicted - base))
             axis.plot(x, y, color=colour, label=name)
     held = trace.baseline.holdout.held(i)
     title = _label(trace.records[i], i) + (", held out" if held else "")

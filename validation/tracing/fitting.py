@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats, Mask
 from validation.tracing.effect import FreeParameter, Values
-from validation.tracing.problem import Added, Problem
+from validation.tracing.problem import AddedEffect, Problem
 
 _STEP = 1e-3  # of finite differences, in sizes of the constants
 _MOST_CALLS = 30
@@ -35,7 +35,7 @@ class Model:
     """The declared model of a problem with effects added; constants in one row, those of the declared model first."""
 
     problem: Problem
-    added: tuple[Added, ...] = ()
+    added: tuple[AddedEffect, ...] = ()
 
     @cached_property
     def parameters(self) -> tuple[FreeParameter, ...]:
@@ -275,12 +275,12 @@ def _in_threads(one: Any, items: Iterable[int], threads: int) -> list[Any]:
 class Start:
     """A start of an effect beside a fitted model: what it would gain, were all of it linear."""
 
-    added: Added
+    added: AddedEffect
     x: Floats
     gain: float  # part of the sum of squares, fitted samples
 
 
-def linearised_gain(fitted: Fitted, added: Added, values: Values, *, sized: bool = False) -> Start | None:
+def linearised_gain(fitted: Fitted, added: AddedEffect, values: Values, *, sized: bool = False) -> Start | None:
     """Judge a start of an effect by one run of the model with it; None where it cannot be run or changes nothing.
 
     The change of the angle, as it is or in any size, and of all that is fitted already, linearly, is fitted to the
@@ -320,7 +320,7 @@ def linearised_gain(fitted: Fitted, added: Added, values: Values, *, sized: bool
     return other if other is not None and other.gain > _AS_PROMISED * linear else best
 
 
-def together(added: Added, starts: Sequence[Values]) -> list[Values]:
+def together(added: AddedEffect, starts: Sequence[Values]) -> list[Values]:
     """Give starts in which all constants that are linear have a size, one for each choice of the others.
 
     None where there is at most one such constant, which :func:`promise` finds the size of.
@@ -334,7 +334,7 @@ def together(added: Added, starts: Sequence[Values]) -> list[Values]:
     return [{**dict(others), **sizes} for others, sizes in groups.items() if all(sizes.values())]
 
 
-def joint_linearised_gain(fitted: Fitted, added: Added, sizes: Values) -> Start | None:
+def joint_linearised_gain(fitted: Fitted, added: AddedEffect, sizes: Values) -> Start | None:
     """Judge a start whose linear constants get the sizes and signs that promise most together, each tried by itself.
 
     A tilted camera's gain and perspective promise little one by one, since each fits the other's part badly.

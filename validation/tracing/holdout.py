@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hysteresis.holdout import hold_out
 from hysteresis.record import Record
-from validation.tracing.effect import Sight
+from validation.tracing.effect import SampleInputs
 from validation.tracing.fitting import Holdout
 
 _START = 0.05  # of a record held out: where it comes from is no secret
@@ -27,16 +27,19 @@ class Protocol:
     rate_Hz: float
 
 
-def protocol(record: Record, sight: Sight) -> Protocol:
+def protocol(record: Record, record_inputs: SampleInputs) -> Protocol:
     """Read the protocol off a record."""
-    cycles, seconds = np.unique(sight.cycle[sight.cycle > 0]).size, float(sight.time_s[-1] - sight.time_s[0])
-    rate = max(cycles, 1) / seconds if sight.timed else float("nan")
+    cycles, seconds = (
+        np.unique(record_inputs.cycle[record_inputs.cycle > 0]).size,
+        float(record_inputs.time_s[-1] - record_inputs.time_s[0]),
+    )
+    rate = max(cycles, 1) / seconds if record_inputs.timed else float("nan")
     return Protocol(float(record.rig.get("preload_N", float("nan"))), float(np.ptp(record.drive)) / 2, rate)
 
 
 def divide_records(
     records: Sequence[Record],
-    sights: Sequence[Sight],
+    inputs: Sequence[SampleInputs],
     kept: Sequence[NDArray[np.int64]],
     *,
     own_preload: bool = True,
@@ -58,30 +61,30 @@ def divide_records(
     RecordError
         Too few samples for either part.
     """
-    protocols = [protocol(r, s) for r, s in zip(records, sights, strict=True)]
+    protocols = [protocol(r, s) for r, s in zip(records, inputs, strict=True)]
     out = _most_covered(protocols)
     loads = [p.preload_N for p in protocols]
     alone = not any(_alike(loads[out], load) for i, load in enumerate(loads) if i != out)
     if len(records) >= 3 and (own_preload or not alone):
         name = Path(records[out].source).name or f"record {out + 1}"
         masks = tuple(
-            np.ones(sight.drive.size, dtype=bool)
+            np.ones(record_inputs.drive.size, dtype=bool)
             if i != out
-            else np.arange(sight.drive.size) < _START * sight.drive.size
-            for i, sight in enumerate(sights)
+            else np.arange(record_inputs.drive.size) < _START * record_inputs.drive.size
+            for i, record_inputs in enumerate(inputs)
         )
         begins = f"its first {100 * _START:.0f} %, which tell the state it starts in, and its zero are its own"
         return Holdout(masks, f"{name}, another protocol than those fitted; {begins}")
-    parts = [_within(r, s, k) for r, s, k in zip(records, sights, kept, strict=True)]
+    parts = [_within(r, s, k) for r, s, k in zip(records, inputs, kept, strict=True)]
     return Holdout(tuple(mask for mask, _ in parts), "; ".join(dict.fromkeys(by for _, by in parts)))
 
 
-def _within(record: Record, sight: Sight, keep: NDArray[np.int64]) -> tuple[NDArray[np.bool_], str]:
+def _within(record: Record, record_inputs: SampleInputs, keep: NDArray[np.int64]) -> tuple[NDArray[np.bool_], str]:
     if record.drive_unit == "N":
-        trials = np.unique(sight.cycle)
+        trials = np.unique(record_inputs.cycle)
         if trials.size >= 2:
             last = trials[-max(1, trials.size // 3)]
-            return sight.cycle < last, f"trials from {last} on"
+            return record_inputs.cycle < last, f"trials from {last} on"
     split = hold_out(record)
     return split.train[keep], split.by
 

@@ -21,8 +21,8 @@ from hysteresis.arrays import Floats
 from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing import holdout as holdout
-from validation.tracing.baseline.known_rig import RigProblem, Run, observe
-from validation.tracing.effect import Sight, Values
+from validation.tracing.baseline.known_rig import RigProblem, Run, observed_angle_deg
+from validation.tracing.effect import SampleInputs, Values
 from validation.tracing.fitting import Fitted, rms
 from validation.tracing.holdout import Protocol
 from validation.tracing.trace import Trace, competitors_of
@@ -49,10 +49,10 @@ class Trial:
     preload_N: float  # NaN: unknown
 
     @property
-    def sight(self) -> Sight:
+    def inputs(self) -> SampleInputs:
         """What the observation forms take."""
         time = np.arange(self.drive.size, dtype=float) if self.time_s is None else self.time_s
-        return Sight(self.drive, time, self.cycle, timed=self.time_s is not None)
+        return SampleInputs(self.drive, time, self.cycle, timed=self.time_s is not None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +147,8 @@ def _angle(problem: Any, widest: int, trial: Trial, rival: Fitted) -> Floats:
     added = [(a.form, values) for a, values in zip(rival.model.added, more, strict=True)]
     if isinstance(problem, RigProblem):
         return _angle_of_rig(problem, problem.runs[widest][0], trial, baseline, added)
-    sights = tuple(trial.sight if i == widest else s for i, s in enumerate(problem.sights))
-    return np.asarray(replace(problem, sights=sights).predict(baseline, added)[widest])
+    inputs = tuple(trial.inputs if i == widest else s for i, s in enumerate(problem.inputs))
+    return np.asarray(replace(problem, inputs=inputs).predict(baseline, added)[widest])
 
 
 def _angle_of_rig(
@@ -159,7 +159,7 @@ def _angle_of_rig(
     program = np.maximum(trial.drive, 0.0) if pulled else problem.program(trial.drive, trial.time_s, trial.cycle)
     moved = problem.driven(Run(rig, program, 0), baseline)
     angle = moved.angle_deg(problem.rig(moved, baseline, added))
-    return observe(angle, trial.sight, added)
+    return observed_angle_deg(angle, trial.inputs, added)
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
@@ -167,22 +167,22 @@ def _angle_of_rig(
 
 def _trials(trace: Trace, widest: int) -> list[Trial]:
     """Programs about the protocol of one record: those measured already are left out."""
-    record, sight = trace.records[widest], trace.baseline.model.problem.sights[widest]
-    base = protocol(record, sight)
+    record, record_inputs = trace.records[widest], trace.baseline.model.problem.inputs[widest]
+    base = protocol(record, record_inputs)
     pulled = record.drive_unit == "N"
     if pulled:
         base = Protocol(math.nan, base.amplitude, math.nan)
     low, high = float(record.drive.min()), float(record.drive.max())
     preloads = (1.0,) if math.isnan(base.preload_N) or base.preload_N == 0 else PRELOADS
     rates = (1.0,) if math.isnan(base.rate_Hz) else RATES
-    seen = [protocol(r, s) for r, s in zip(trace.records, trace.baseline.model.problem.sights, strict=True)]
+    seen = [protocol(r, s) for r, s in zip(trace.records, trace.baseline.model.problem.inputs, strict=True)]
     plans = [(p, a, 1.0) for p in preloads for a in AMPLITUDES] + [(1.0, 1.0, r) for r in rates[1:]]
     out = []
     for p, a, r in plans:
         at = Protocol(base.preload_N * p, base.amplitude * a, base.rate_Hz * r)
         if not any(_same(at, other) for other in seen):
             out.append(_trial(at, low * a, high * a, record.drive_unit))
-    most = max(float(s.cycle.max()) for s in trace.baseline.model.problem.sights)
+    most = max(float(s.cycle.max()) for s in trace.baseline.model.problem.inputs)
     if not pulled and most < MORE_CYCLES:
         out.append(_trial(base, low, high, record.drive_unit, cycles=MORE_CYCLES))
     if len(rates) > 1:
@@ -190,12 +190,12 @@ def _trials(trace: Trace, widest: int) -> list[Trial]:
     return out
 
 
-def protocol(record: Record, sight: Sight) -> Protocol:
+def protocol(record: Record, record_inputs: SampleInputs) -> Protocol:
     """Read the protocol off a record; the rate by the drive's way, parts of a cycle counted."""
-    whole, drive = holdout.protocol(record, sight), sight.drive
+    whole, drive = holdout.protocol(record, record_inputs), record_inputs.drive
     way = sum(abs(float(drive[b.stop - 1] - drive[b.start])) for b in branches(drive))
-    seconds = float(sight.time_s[-1] - sight.time_s[0])
-    return replace(whole, rate_Hz=way / (2 * float(np.ptp(drive))) / seconds if sight.timed else math.nan)
+    seconds = float(record_inputs.time_s[-1] - record_inputs.time_s[0])
+    return replace(whole, rate_Hz=way / (2 * float(np.ptp(drive))) / seconds if record_inputs.timed else math.nan)
 
 
 def _same(a: Protocol, b: Protocol) -> bool:
@@ -242,20 +242,20 @@ def _dwell(trial: Trial, at: Protocol) -> Trial:
 
 def _altered(trace: Trace, problem: Any, widest: int) -> list[Trial]:
     """Programs where the geometry is unknown: one record's own path, at other amplitudes and rates."""
-    record, sight = trace.records[widest], problem.sights[widest]
-    base = protocol(record, sight)
+    record, record_inputs = trace.records[widest], problem.inputs[widest]
+    base = protocol(record, record_inputs)
     middle = float(record.drive.min() + record.drive.max()) / 2
     if abs(middle) <= _ONE_SIDED * base.amplitude:
         middle = 0.0
-    seen = [protocol(r, s) for r, s in zip(trace.records, problem.sights, strict=True)]
-    rates = RATES[1:] if sight.timed else ()
+    seen = [protocol(r, s) for r, s in zip(trace.records, problem.inputs, strict=True)]
+    rates = RATES[1:] if record_inputs.timed else ()
     out = []
     for a, r in [(0.5, 1.0), (0.25, 1.0), *((1.0, rate) for rate in rates)]:
         at = Protocol(base.preload_N, base.amplitude * a, base.rate_Hz * r)
         if not any(_same(at, other) for other in seen):
-            time = sight.time_s / r if sight.timed else None
-            drive = middle + a * (sight.drive - middle)
-            out.append(Trial(_words(at, record.drive_unit), drive, time, sight.cycle, at.preload_N))
+            time = record_inputs.time_s / r if record_inputs.timed else None
+            drive = middle + a * (record_inputs.drive - middle)
+            out.append(Trial(_words(at, record.drive_unit), drive, time, record_inputs.cycle, at.preload_N))
     return out
 
 
@@ -294,8 +294,8 @@ def _lacking(trace: Trace) -> str:
 
 def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
     """Protocols that all records have alike: what to measure in their place, and what it would show."""
-    sights = trace.baseline.model.problem.sights
-    seen = [protocol(r, s) for r, s in zip(trace.records, sights, strict=True)]
+    inputs = trace.baseline.model.problem.inputs
+    seen = [protocol(r, s) for r, s in zip(trace.records, inputs, strict=True)]
     preload, amplitude, rate = seen[0].preload_N, seen[0].amplitude, seen[0].rate_Hz
     unit, pulled = trace.records[0].drive_unit, trace.records[0].drive_unit == "N"
     out = {}
@@ -312,9 +312,9 @@ def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
             else f"a record at ten times the rate, {10 * rate:.3g} Hz"
         )
         out["rate"] = fast, "one rate does not show drag and delay"
-    if not pulled and max(int(s.cycle.max()) for s in sights) < MORE_CYCLES:
+    if not pulled and max(int(s.cycle.max()) for s in inputs) < MORE_CYCLES:
         out["cycles"] = f"a record of {MORE_CYCLES} cycles or more", "few cycles do not show what builds up over them"
-    if not pulled and not any(_has_dwell(s) for s in sights):
+    if not pulled and not any(_has_dwell(s) for s in inputs):
         out["dwell"] = "a record with a dwell at full drive", "without one, creep is hard to see"
     return out
 
@@ -324,9 +324,9 @@ def _one(values: Sequence[float]) -> bool:
     return not known or max(known) - min(known) <= _SAME * max(abs(v) for v in known)
 
 
-def _has_dwell(sight: Sight) -> bool:
+def _has_dwell(record_inputs: SampleInputs) -> bool:
     """Tell whether the drive stands still for the tenth part of a record with times."""
-    if not sight.timed or sight.drive.size < 3:
+    if not record_inputs.timed or record_inputs.drive.size < 3:
         return False
-    still = np.abs(np.diff(sight.drive)) <= 1e-6 * np.ptp(sight.drive)
-    return bool(np.diff(sight.time_s)[still].sum() > 0.1 * (sight.time_s[-1] - sight.time_s[0]))
+    still = np.abs(np.diff(record_inputs.drive)) <= 1e-6 * np.ptp(record_inputs.drive)
+    return bool(np.diff(record_inputs.time_s)[still].sum() > 0.1 * (record_inputs.time_s[-1] - record_inputs.time_s[0]))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats
 from hysteresis.record import Record, RecordError
-from validation.tracing.effect import Effect, FreeParameter, Sight, Values
+from validation.tracing.effect import Effect, FreeParameter, SampleInputs, Values
 
 
 class Form(Protocol):
@@ -23,7 +23,7 @@ class Form(Protocol):
 
 
 @dataclass(frozen=True)
-class Added:
+class AddedEffect:
     """An effect in a model: which one, in what form."""
 
     effect: Effect
@@ -41,7 +41,7 @@ class Problem(Protocol):
         """Angles of each record, shapes (m_i,), deg."""
 
     @property
-    def sights(self) -> tuple[Sight, ...]:
+    def inputs(self) -> tuple[SampleInputs, ...]:
         """What else is known of their samples."""
 
     @property

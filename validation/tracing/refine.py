@@ -10,7 +10,7 @@ from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.effect import RigForm
 from validation.tracing.fitting import Fitted, Model, bic, fit
-from validation.tracing.problem import Added
+from validation.tracing.problem import AddedEffect
 from validation.tracing.search import ALIKE, ALL_CALLS, FEW_CALLS, Progress, samples_of
 
 
@@ -40,7 +40,7 @@ def refined(fitted: Fitted, report: Progress, *, threads: int = 2, prior_mean: F
 def _in_form(fitted: Fitted, place: int, form: RigForm, threads: int, prior_mean: Floats | None) -> Fitted:
     """Fit one effect in another form, from where it stands; the model as it is where that is no better."""
     with_form = list(fitted.model.added)
-    with_form[place] = Added(with_form[place].effect, form)
+    with_form[place] = AddedEffect(with_form[place].effect, form)
     model = Model(fitted.model.problem, tuple(with_form))
     baseline, more = fitted.model.values(fitted.x)
     starts = fitted.model.problem.starts(form)

@@ -21,7 +21,7 @@ from hysteresis.arrays import Floats
 from hysteresis.metrics import noise_floor
 from hysteresis.path import branches
 from hysteresis.record import Record
-from validation.tracing.effect import Sight, cycles_repeat
+from validation.tracing.effect import SampleInputs, cycles_repeat
 from validation.tracing.fitting import Fitted, bic, correlation_of_neighbours, solve
 from validation.tracing.problem import preloads_N
 
@@ -61,7 +61,7 @@ def floor_of(records: Sequence[Record], kept: Sequence[NDArray[np.int64]], resid
             local.append(max(size, least))
             weight.append(residual.size)
         cycles = record.cycle[keep] if record.cycle is not None else np.zeros(keep.size, dtype=np.int64)
-        if cycles_repeat([Sight(record.drive[keep], np.arange(keep.size, dtype=float), cycles, timed=False)]):
+        if cycles_repeat([SampleInputs(record.drive[keep], np.arange(keep.size, dtype=float), cycles, timed=False)]):
             repeats.append(max(noise_floor(_thin(record, keep, residual)), least))
     known = math.sqrt(float(np.mean(np.square(repeats)))) if repeats else None
     if not local:  # branches of a few samples: without cycles that repeat, all that is left may be noise
@@ -90,7 +90,9 @@ class Smooth:
     gains: tuple[float, ...]  # part of the mean square, one after the other
 
 
-def smooth_functions(fitted: Fitted, records: Sequence[Record], sights: Sequence[Sight], samples: float) -> Smooth:
+def smooth_functions(
+    fitted: Fitted, records: Sequence[Record], inputs: Sequence[SampleInputs], samples: float
+) -> Smooth:
     """Add free functions to a fitted model, the best first, as long as the criterion falls.
 
     Each is linear in its constants and fitted together with those of the model, to the fitted samples.
@@ -100,7 +102,7 @@ def smooth_functions(fitted: Fitted, records: Sequence[Record], sights: Sequence
     samples
         How many samples count as independent.
     """
-    left = _bases(records, sights)
+    left = _bases(records, inputs)
     seen, own = fitted.holdout.seen, fitted.jacobian
     taken: list[str] = []
     squares, columns, parameters = [fitted.square], own, own.shape[1]
@@ -155,7 +157,7 @@ def dependences(fitted: Fitted, records: Sequence[Record]) -> tuple[Dependence, 
     problem = fitted.model.problem
     out = [Dependence("neighbours", correlation_of_neighbours(fitted.errors), _portmanteau(fitted.errors))]
     whole, cuts = float(fitted.row @ fitted.row), np.cumsum([e.size for e in fitted.errors])[:-1]
-    for name, values in _regressors(fitted, records, problem.kept, problem.sights).items():
+    for name, values in _regressors(fitted, records, problem.kept, problem.inputs).items():
         low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
         if high - low <= 0 or whole == 0:
             continue
@@ -186,41 +188,41 @@ def _portmanteau(errors: Sequence[Floats]) -> float:
 
 
 def _regressors(
-    fitted: Fitted, records: Sequence[Record], kept: Sequence[NDArray[np.int64]], sights: Sequence[Sight]
+    fitted: Fitted, records: Sequence[Record], kept: Sequence[NDArray[np.int64]], inputs: Sequence[SampleInputs]
 ) -> dict[str, list[Floats]]:
     """Values of what a residual may go with, one array a record."""
     observed = fitted.model.problem.observed
     out = {
-        "drive": [s.drive for s in sights],
+        "drive": [s.drive for s in inputs],
         "angle": [angle + error for angle, error in zip(observed, fitted.errors, strict=True)],
-        "direction": [_way(s.drive) for s in sights],
-        "way since reversal": [_way(s.drive) * _since_reversal(s.drive) for s in sights],
-        "cycle": [s.cycle.astype(float) for s in sights],
-        "time": [s.time_s for s in sights],
+        "direction": [_way(s.drive) for s in inputs],
+        "way since reversal": [_way(s.drive) * _since_reversal(s.drive) for s in inputs],
+        "cycle": [s.cycle.astype(float) for s in inputs],
+        "time": [s.time_s for s in inputs],
     }
-    if all(s.timed for s in sights):
-        out["rate"] = [_rate(s) for s in sights]
+    if all(s.timed for s in inputs):
+        out["rate"] = [_rate(s) for s in inputs]
     tensions = [(r.tension_a_N, keep) for r, keep in zip(records, kept, strict=True)]
     if all(tension is not None for tension, _ in tensions):
         out["tension"] = [tension[keep] for tension, keep in tensions if tension is not None]
     preloads = preloads_N(records)
     if preloads and np.ptp(preloads) > 0:  # every record has its own zero, so that only a slope by the preload can show
-        scale = max(float(np.abs(s.drive).max()) for s in sights)
+        scale = max(float(np.abs(s.drive).max()) for s in inputs)
         out["drive by preload"] = [
-            s.drive / scale * (p - np.mean(preloads)) for s, p in zip(sights, preloads, strict=True)
+            s.drive / scale * (p - np.mean(preloads)) for s, p in zip(inputs, preloads, strict=True)
         ]
     return out
 
 
-def _bases(records: Sequence[Record], sights: Sequence[Sight]) -> dict[str, Floats]:
+def _bases(records: Sequence[Record], inputs: Sequence[SampleInputs]) -> dict[str, Floats]:
     """Columns of the free functions, by what they are functions of, shapes (m, k), centred in every record."""
-    reach = max(float(np.abs(s.drive).max()) for s in sights)
-    x = [s.drive / reach for s in sights]
-    way = [_way(s.drive) for s in sights]
-    since = [_since_reversal(s.drive) / reach for s in sights]
+    reach = max(float(np.abs(s.drive).max()) for s in inputs)
+    x = [s.drive / reach for s in inputs]
+    way = [_way(s.drive) for s in inputs]
+    since = [_since_reversal(s.drive) / reach for s in inputs]
     preload = preloads_N(records)
     mean = float(np.mean(preload)) if preload else 0.0
-    most = max(int(s.cycle.max()) for s in sights)
+    most = max(int(s.cycle.max()) for s in inputs)
     out = {
         "odd in the drive": [_odd(v) for v in x],
         "even in the drive": [_even(v) for v in x],
@@ -229,15 +231,15 @@ def _bases(records: Sequence[Record], sights: Sequence[Sight]) -> dict[str, Floa
         "the way since the last reversal": [
             _spline(np.minimum(d, 2.0), 0, 2, 8) * w[:, None] for d, w in zip(since, way, strict=True)
         ],
-        "time": [_spline(s.time_s / max(float(s.time_s[-1]), 1e-9), 0, 1, 6) for s in sights],
+        "time": [_spline(s.time_s / max(float(s.time_s[-1]), 1e-9), 0, 1, 6) for s in inputs],
     }
-    if all(s.timed for s in sights):
-        fastest = max(float(np.abs(_rate(s)).max()) for s in sights)
-        out["the rate"] = [_spline(np.clip(_rate(s) / fastest, -1, 1), -1, 1, 5) for s in sights]
+    if all(s.timed for s in inputs):
+        fastest = max(float(np.abs(_rate(s)).max()) for s in inputs)
+        out["the rate"] = [_spline(np.clip(_rate(s) / fastest, -1, 1), -1, 1, 5) for s in inputs]
     if most >= 2:
-        out["the cycle"] = [_spline(s.cycle / most, 0, 1, min(5, most + 1)) for s in sights]
+        out["the cycle"] = [_spline(s.cycle / most, 0, 1, min(5, most + 1)) for s in inputs]
         out["the cycle, on the way up and down"] = [
-            _spline(s.cycle / most, 0, 1, min(5, most + 1)) * w[:, None] for s, w in zip(sights, way, strict=True)
+            _spline(s.cycle / most, 0, 1, min(5, most + 1)) * w[:, None] for s, w in zip(inputs, way, strict=True)
         ]
     if mean > 0 and np.ptp(preload) > 0.05 * mean:
         out["the drive, by preload"] = [_spline(v, -1, 1, 8) * (p / mean - 1) for v, p in zip(x, preload, strict=True)]
@@ -263,8 +265,8 @@ def _even(x: Floats) -> Floats:
     return np.column_stack([x**2, x**4])
 
 
-def _rate(sight: Sight) -> Floats:
-    return np.gradient(sight.drive, sight.time_s)
+def _rate(record_inputs: SampleInputs) -> Floats:
+    return np.gradient(record_inputs.drive, record_inputs.time_s)
 
 
 def _way(drive: Floats) -> Floats:

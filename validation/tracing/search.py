@@ -32,7 +32,7 @@ from validation.tracing.fitting import (
     linearised_gain,
     together,
 )
-from validation.tracing.problem import Added
+from validation.tracing.problem import AddedEffect
 from validation.tracing.residual import Floor, floor_of
 
 ALIKE = 10.0
@@ -154,7 +154,7 @@ class Search:
         few = list[Fitted | None]()
         for form, starts in self._known_starts(last.effect):
             if set(more[-1]) < {c.name for c in form.parameters}:
-                added = Added(last.effect, form)
+                added = AddedEffect(last.effect, form)
                 model = Model(self.problem, (*before, added))
                 rows = [model.row(baseline, [*more[:-1], {**values, **more[-1]}]) for values in starts]
                 few += [self._fit(fitted, added, x, FEW_CALLS) for x in np.unique(rows, axis=0)]
@@ -167,7 +167,7 @@ class Search:
         return min((augmented, best), key=lambda g: score(g, samples))
 
     def _fit(
-        self, fitted: Fitted, added: Added, x: Floats, most_calls: int = 30, known: Floats | None = None
+        self, fitted: Fitted, added: AddedEffect, x: Floats, most_calls: int = 30, known: Floats | None = None
     ) -> Fitted | None:
         """Fit a model with one more effect; None where it cannot follow its records."""
         self.report(" + ".join([*fitted.names, added.effect.name]))
@@ -261,7 +261,7 @@ class Search:
         """Give the best start of an effect; of its other forms, those that promise a good part of that."""
         best = []
         for form, values in self._known_starts(effect):
-            added = Added(effect, form)
+            added = AddedEffect(effect, form)
             found = [linearised_gain(fitted, added, v) for v in values]
             found += [joint_linearised_gain(fitted, added, v) for v in together(added, values)]
             there = [s for s in found if s is not None and s.gain > _PROMISE]
@@ -315,8 +315,8 @@ def along_the_valley(fitted: Fitted) -> list[Floats]:
 
 def samples_of(fitted: Fitted, *, held_out: bool = True) -> float:
     """Count the samples that are as good as independent, by what a model leaves; of the fitted ones alone if asked."""
-    sights = fitted.model.problem.sights
-    turns = sum(len(branches(part)) for s in sights for part in _loads(s.drive, s.cycle))
+    inputs = fitted.model.problem.inputs
+    turns = sum(len(branches(part)) for s in inputs for part in _loads(s.drive, s.cycle))
     if held_out:
         return independent(fitted.row.size, correlation_of_neighbours(fitted.errors), turns)
     seen = [error[train] for error, train in zip(fitted.errors, fitted.holdout.train, strict=True)]

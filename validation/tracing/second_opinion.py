@@ -18,7 +18,7 @@ from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.metrics import Errors, errors
 from hysteresis.record import Record
-from validation.tracing.baseline.known_rig import RigProblem, Run, observe
+from validation.tracing.baseline.known_rig import RigProblem, Run, observed_angle_deg
 from validation.tracing.fitting import Fitted
 from validation.tracing.trace import Trace
 
@@ -72,7 +72,7 @@ def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
 
 def _chosen(problem: RigProblem, cycles: float) -> list[int]:
     """Choose records, the smallest first."""
-    cost = [max(float(s.cycle.max()), 1.0, s.drive.size / _OF_CYCLE) for s in problem.sights]
+    cost = [max(float(s.cycle.max()), 1.0, s.drive.size / _OF_CYCLE) for s in problem.inputs]
     order = sorted(range(len(cost)), key=lambda i: cost[i])
     total = np.cumsum([cost[i] for i in order])
     return sorted(i for i, t in zip(order, total.tolist(), strict=True) if t <= cycles) or order[:1]
@@ -89,6 +89,8 @@ def _errors(fitted: Fitted, problem: RigProblem, chosen: list[int], solver: Solv
             program = problem.driven(run, baseline).program
             return solver(problem.rig(run, baseline, added), program).angle_deg[run.skip :]
 
-        angle = observe(np.concatenate([angle_deg(run) for run in problem.runs[i]]), problem.sights[i], added)
+        angle = observed_angle_deg(
+            np.concatenate([angle_deg(run) for run in problem.runs[i]]), problem.inputs[i], added
+        )
         predicted.append(angle - fitted.holdout.zero(i, angle - problem.observed[i]))
     return errors(np.concatenate([problem.observed[i] for i in chosen]), np.concatenate(predicted))

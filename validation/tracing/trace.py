@@ -22,9 +22,9 @@ from fem_models.rig.of_record import rig_of
 from hysteresis.path import cycle_index, require_reversal
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.curve import curve_problem
-from validation.tracing.baseline.equivalent_rig import equivalent_problem, for_the_last_fit
-from validation.tracing.baseline.known_rig import pulled_rig, rig_problem
-from validation.tracing.baseline.motor_drive import geared_problem
+from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem, refined_problem
+from validation.tracing.baseline.known_rig import known_rig_problem, rig_under_tendon_force
+from validation.tracing.baseline.motor_drive import motor_drive_problem
 from validation.tracing.effect import Effect, catalogue
 from validation.tracing.fitting import (
     Fitted,
@@ -34,7 +34,7 @@ from validation.tracing.fitting import (
     fit,
 )
 from validation.tracing.holdout import divide_records
-from validation.tracing.problem import Added, Problem
+from validation.tracing.problem import AddedEffect, Problem
 from validation.tracing.refine import refined
 from validation.tracing.residual import Floor, Smooth, smooth_functions
 from validation.tracing.search import (
@@ -114,7 +114,7 @@ class Trace:
         return self.model == RIG
 
     @property
-    def effects(self) -> tuple[Added, ...]:
+    def effects(self) -> tuple[AddedEffect, ...]:
         """Effects that are named; none where the verdict names none."""
         return self.augmented.model.added
 
@@ -151,7 +151,7 @@ def trace_records(
     for record in known:
         if record.drive_unit != "N":
             require_reversal(record)
-    mechanical = rig_problem(known) or geared_problem(known)
+    mechanical = known_rig_problem(known) or motor_drive_problem(known)
     words = () if mechanical else _rigs_not_used(known)
     chosen = catalogue() if effects is None else effects
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
@@ -183,7 +183,7 @@ def _believed(trace: Trace) -> Trace:
 
 def _rigs_not_used(records: Sequence[Record]) -> tuple[str, ...]:
     """Say so where some records name their rig and others do not: what is shared by all can be neither."""
-    without = [r for r in records if (pulled_rig(r) if r.drive_unit == "N" else rig_of(r)) is None]
+    without = [r for r in records if (rig_under_tendon_force(r) if r.drive_unit == "N" else rig_of(r)) is None]
     if not 0 < len(without) < len(records):
         return ()
     return (f"{Path(without[0].source).name or 'a record'} names no rig: those of the other records were not used",)
@@ -191,7 +191,7 @@ def _rigs_not_used(records: Sequence[Record]) -> tuple[str, ...]:
 
 def _of_known(search: Search) -> Trace:
     """Trace records of a rig that is declared."""
-    holdout = divide_records(search.records, search.problem.sights, search.problem.kept)
+    holdout = divide_records(search.records, search.problem.inputs, search.problem.kept)
     search.report("the declared model")
     model = Model(search.problem)
     baseline = fit(model, holdout, model.row(search.problem.start, []), threads=search.threads)
@@ -214,7 +214,7 @@ def _of_better_start(search: Search, trace: Trace) -> Trace:
     if baseline.square >= was.square:
         return trace
     samples = samples_of(augmented)
-    smooth = smooth_functions(baseline, search.records, search.problem.sights, samples_of(baseline))
+    smooth = smooth_functions(baseline, search.records, search.problem.inputs, samples_of(baseline))
     nothing = math.sqrt(baseline.square) <= _limit(search, baseline) * search.floor(baseline).deg
     if nothing or not (
         _pays(baseline, augmented, len(search.effects)) and _better_than_free(augmented, smooth, samples)
@@ -230,7 +230,7 @@ def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: i
     found = []
     if records[0].drive_unit != "N":
         with suppress(SolverError, RigError):  # records that no such rig follows
-            rig = Search(tuple(records), equivalent_problem(records), EQUIVALENT, effects, threads, report)
+            rig = Search(tuple(records), equivalent_rig_problem(records), EQUIVALENT, effects, threads, report)
             rig = replace(rig, early=_declared(rig, _EARLY))
             baseline = _declared(rig)
             if math.sqrt(baseline.square) < _UNLIKE * rig.problem.scale.angle_deg:
@@ -282,7 +282,7 @@ def _declared(search: Search, most_calls: int = ALL_CALLS) -> Fitted:
 
     What is free takes what one amplitude shows for its own; all records together tell effects apart.
     """
-    holdout = divide_records(search.records, search.problem.sights, search.problem.kept)
+    holdout = divide_records(search.records, search.problem.inputs, search.problem.kept)
     everything = Holdout(tuple(np.ones_like(mask) for mask in holdout.train), holdout.by)
     search.report(f"the declared model ({search.model})")
     model = Model(search.problem)
@@ -297,9 +297,9 @@ def _held_out(whole: Trace, threads: int, report: Progress) -> Trace:
     """
     problem = whole.baseline.model.problem
     rig = whole.model == EQUIVALENT
-    holdout = divide_records(whole.records, problem.sights, problem.kept, own_preload=rig)
-    at_last = for_the_last_fit(problem, whole.records) if rig else problem
-    divided = divide_records(whole.records, at_last.sights, at_last.kept, own_preload=rig)
+    holdout = divide_records(whole.records, problem.inputs, problem.kept, own_preload=rig)
+    at_last = refined_problem(problem, whole.records) if rig else problem
+    divided = divide_records(whole.records, at_last.inputs, at_last.kept, own_preload=rig)
 
     def again(fitted: Fitted, problem: Problem, holdout: Holdout, *, of_loops: bool = True) -> Fitted | None:
         """Fit what is named, declared or a rival from where it was and from other loops."""
@@ -375,7 +375,7 @@ def _verdict(search: Search, baseline: Fitted, *, to_the_noise: bool = False) ->
     """
     floor = search.floor(baseline)
     before = math.sqrt(baseline.square)
-    smooth = smooth_functions(baseline, search.records, search.problem.sights, samples_of(baseline))
+    smooth = smooth_functions(baseline, search.records, search.problem.inputs, samples_of(baseline))
     stages: list[list[Fitted]] = []
     front, best = [baseline], baseline
     structure = limit = _limit(search, baseline)
@@ -423,7 +423,7 @@ def _verdict(search: Search, baseline: Fitted, *, to_the_noise: bool = False) ->
         words.append(f"the residual goes with {_names(smooth)}")
         best = baseline
     elif best is not baseline and after > AT_FLOOR * floor.deg:
-        rest = smooth_functions(best, search.records, search.problem.sights, samples)
+        rest = smooth_functions(best, search.records, search.problem.inputs, samples)
         words.append(f"{after:.2g} deg is left, {after / floor.deg:.2g} times the noise; it goes with {_names(rest)}")
     return Trace(
         search.records,

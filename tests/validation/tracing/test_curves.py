@@ -231,7 +231,7 @@ def test_constants_come_in_the_drive_s_unit():
     mm, step = curve_problem(bare_records()), curve_problem(bare_records("step", 1e3))
     (a,), (b,) = placed(mm, effect, 0).parameters, placed(step, effect, 0).parameters
     assert (a.name, b.name) == ("width_mm", "width_step")
-    assert (b.high, b.size) == pytest.approx((1e3 * a.high, 1e3 * a.size))
+    assert (b.high, b.scale) == pytest.approx((1e3 * a.high, 1e3 * a.scale))
 
 
 # --- records -----------------------------------------------------------------------------------------------------

@@ -12,12 +12,12 @@ from fem_models.rig.effects import Backlash, Closure, Drag, Fatigue, Gravity
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Bench, Friction, Material, Rig, Tendon, Wheel
 from hysteresis.record import Record, RecordError
-from validation.tracing.baseline.equivalent_rig import JOINTS, divided, equivalent_problem, for_the_last_fit
+from validation.tracing.baseline.equivalent_rig import JOINTS, divided, equivalent_rig_problem, refined_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.figures import candidates_figure
 from validation.tracing.fitting import Holdout, Model, fit
 from validation.tracing.holdout import divide_records
-from validation.tracing.problem import Added
+from validation.tracing.problem import AddedEffect
 from validation.tracing.report import in_words, to_dict
 from validation.tracing.search import EQUIVALENT
 from validation.tracing.trace import trace_records
@@ -57,9 +57,9 @@ def records_of(rig, amplitude_mm, *, unit="mm", per_mm=1.0, seed=0):
 
 
 def fitted(records, added=()):
-    problem = equivalent_problem(records)
+    problem = equivalent_rig_problem(records)
     model = Model(problem, added)
-    holdout = divide_records(records, problem.sights, problem.kept)
+    holdout = divide_records(records, problem.inputs, problem.kept)
     everything = Holdout(tuple(np.ones_like(mask) for mask in holdout.train), holdout.by)
     return fit(model, everything, model.row(problem.start, []), threads=1)
 
@@ -85,7 +85,7 @@ def test_toe_of_the_rope_is_told_by_two_preloads():
 
 def test_ropes_are_as_stiff_at_the_preload_whatever_their_toe():
     """k(T) = k_inf T / (T + toe): at the largest preload it is the constant over the length."""
-    problem = equivalent_problem(records_of(BENCH, 1.2))
+    problem = equivalent_rig_problem(records_of(BENCH, 1.2))
     for toe in (0.0, 13.0, 44.0):
         rope = problem.rig(problem.runs[0][0], {**problem.start, "toe_N": toe}, ()).tendon_a
         assert rope.EA_N * 20.0 / (20.0 + rope.toe_N) == pytest.approx(problem.start["EA_at_preload_N"])
@@ -135,8 +135,8 @@ def test_clean_records_have_nothing_missing():
 @pytest.mark.parametrize("unit", ["deg", "step"])
 def test_forms_act_alike_in_any_unit(unit):
     """Every form at its first start adds the same to the angle, whatever a mm of rope is called."""
-    mm = equivalent_problem(records_of(BENCH, 1.2))
-    other = equivalent_problem(records_of(BENCH, 1.2, unit=unit, per_mm=57.3))
+    mm = equivalent_rig_problem(records_of(BENCH, 1.2))
+    other = equivalent_rig_problem(records_of(BENCH, 1.2, unit=unit, per_mm=57.3))
     assert np.allclose(mm.predict(mm.start, ())[0], other.predict(other.start, ())[0], atol=1e-6)
     for effect in catalogue():
         for here, there in zip(mm.forms(effect), other.forms(effect), strict=True):
@@ -148,7 +148,7 @@ def test_forms_act_alike_in_any_unit(unit):
 
 def test_records_without_preload_have_one_group_and_no_toe():
     bare = [replace(record, rig={}) for record in records_of(BENCH, 1.2)]
-    problem = equivalent_problem(bare)
+    problem = equivalent_rig_problem(bare)
     assert "toe_N" not in {constant.name for constant in problem.parameters}
     assert {run.rig.preload_N for runs in problem.runs for run in runs} == {20.0}
 
@@ -165,12 +165,12 @@ def test_held_constants_stay_where_data_do_not_tell():
 def test_units_may_not_be_mixed():
     records = records_of(BENCH, 1.2)
     with pytest.raises(RecordError, match=r"drive.unit = deg: expected mm, as of the first record"):
-        equivalent_problem([records[0], replace(records[1], drive_unit="deg")])
+        equivalent_rig_problem([records[0], replace(records[1], drive_unit="deg")])
 
 
 def test_friction_of_the_guides_is_that_of_the_effect():
     """In place of the declared one: of a sum neither part could be told."""
-    problem = equivalent_problem(records_of(BENCH, 1.2))
+    problem = equivalent_rig_problem(records_of(BENCH, 1.2))
     effect = next(e for e in catalogue() if e.name == "guide_friction")
     form = next(form for form in problem.forms(effect) if form.parameters[0].name == "guide_N")
     values = {**problem.start, "guide_N": 0.02}
@@ -180,10 +180,10 @@ def test_friction_of_the_guides_is_that_of_the_effect():
 
 def test_an_effect_may_be_softer_than_what_is_declared():
     """The form of tendon_stiffening sets the rope's toe in place of the declared one."""
-    problem = equivalent_problem(records_of(BENCH, 1.2))
+    problem = equivalent_rig_problem(records_of(BENCH, 1.2))
     effect = next(e for e in catalogue() if e.name == "tendon_stiffening")
     (form,) = problem.forms(effect)
-    model = Model(problem, (Added(effect, form),))
+    model = Model(problem, (AddedEffect(effect, form),))
     assert max(c.high for c in form.parameters) > max(c.high for c in problem.parameters if c.name == "toe_N")
     rig = problem.rig(problem.runs[0][0], problem.start, [(form, {"toe_N": 90.0})])
     assert rig.tendon_a.toe_N == rig.tendon_b.toe_N == 90.0
@@ -206,8 +206,8 @@ def test_a_divided_rig_moves_as_the_whole_one_does():
 
 def test_the_last_fit_has_more_samples_and_joints_and_one_constant_more():
     records = records_of(BENCH, 1.2)
-    problem = equivalent_problem(records, samples=60)
-    finer = for_the_last_fit(problem, records)
+    problem = equivalent_rig_problem(records, samples=60)
+    finer = refined_problem(problem, records)
     assert finer.parameters[:-1] == problem.parameters
     assert finer.parameters[-1].name == "rigid_gap_mm"
     assert sum(map(len, finer.observed)) > sum(map(len, problem.observed))

@@ -11,7 +11,7 @@ from fem_models.rig.effects import Slack
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import preset
 from hysteresis.record import Record, RecordError
-from validation.tracing.baseline.motor_drive import geared_problem
+from validation.tracing.baseline.motor_drive import motor_drive_problem
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.report import to_dict
 from validation.tracing.second_opinion import confirm
@@ -73,7 +73,7 @@ def test_the_gain_starts_from_the_stretch_of_the_declared_ropes(arm_mm, EA_N):
     record = replace(
         empty, drive=steps.drive_mm / MM_PER_DEG, angle_deg=run.angle_deg + noise, time_s=steps.time_s, drive_unit="deg"
     )
-    problem = geared_problem([record])
+    problem = motor_drive_problem([record])
     assert problem.start["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.05)
     trace = trace_records([record])
     assert trace.verdict == "none"
@@ -85,7 +85,7 @@ def test_the_gain_starts_from_the_stretch_of_the_declared_ropes(arm_mm, EA_N):
 def test_units_must_agree_and_a_rig_must_be_known():
     record = measured(preset("du2018"), 0)
     with pytest.raises(RecordError, match=r"drive\.unit = step: expected deg"):
-        geared_problem([record, replace(record, drive_unit="step")])
-    assert geared_problem([record, replace(record, rig={"preload_N": 20.0})]) is None
+        motor_drive_problem([record, replace(record, drive_unit="step")])
+    assert motor_drive_problem([record, replace(record, rig={"preload_N": 20.0})]) is None
     with pytest.raises(RecordError, match="the other sign than in the first"):
-        geared_problem([record, replace(record, angle_deg=-record.angle_deg)])
+        motor_drive_problem([record, replace(record, angle_deg=-record.angle_deg)])

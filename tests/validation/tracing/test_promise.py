@@ -10,10 +10,10 @@ from fem_models.load.program import sine
 from fem_models.rig.effects import Drag
 from fem_models.rig.presets import preset
 from hysteresis.record import Record
-from validation.tracing.baseline.known_rig import rig_problem
+from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Fitted, Holdout, Model, fit, joint_linearised_gain, linearised_gain, together
-from validation.tracing.problem import Added
+from validation.tracing.problem import AddedEffect
 
 EFFECTS = {effect.name: effect for effect in catalogue()}
 
@@ -28,8 +28,8 @@ def baseline(change=lambda rig: rig, seen=lambda angle: angle) -> Fitted:
         records.append(
             Record(drive=run.drive, angle_deg=seen(run.angle_deg), time_s=run.time_s, cycle=run.cycle, rig=known)
         )
-    problem = rig_problem(records)
-    holdout = Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    problem = known_rig_problem(records)
+    holdout = Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
     model = Model(problem)
     return fit(model, holdout, model.row(problem.start, []))
 
@@ -38,12 +38,12 @@ def baseline(change=lambda rig: rig, seen=lambda angle: angle) -> Fitted:
 def test_sizes_and_signs_of_two_constants_are_found_together(gain, perspective):
     fitted = baseline(seen=lambda angle: angle * (1 + gain + perspective * angle))
     camera = EFFECTS["camera_misalignment"]
-    both = next(Added(camera, form) for form in camera.rig_forms if len(form.parameters) == 2)
+    both = next(AddedEffect(camera, form) for form in camera.rig_forms if len(form.parameters) == 2)
     starts = both.form.starts(fitted.model.problem.scale, preset("du2018"))
     (sizes,) = together(both, starts)
     start = joint_linearised_gain(fitted, both, sizes)
     alone = [
-        linearised_gain(fitted, Added(camera, form), values)
+        linearised_gain(fitted, AddedEffect(camera, form), values)
         for form in camera.rig_forms if len(form.parameters) == 1
         for values in form.starts(fitted.model.problem.scale, preset("du2018"))
     ]  # fmt: skip
@@ -56,12 +56,12 @@ def test_sizes_and_signs_of_two_constants_are_found_together(gain, perspective):
 def test_one_constant_is_not_sized_together():
     camera = EFFECTS["camera_misalignment"]
     form = camera.rig_forms[0]
-    assert together(Added(camera, form), [{"gain": 0.02}]) == []
+    assert together(AddedEffect(camera, form), [{"gain": 0.02}]) == []
 
 
 def test_drag_is_found_from_a_start_that_is_too_small():
     fitted = baseline(lambda rig: replace(rig, drag=Drag(sheath_N_s_per_mm=0.5)))
     drag = EFFECTS["viscous_drag"]
-    start = linearised_gain(fitted, Added(drag, drag.rig_forms[0]), {"sheath_N_s_per_mm": 0.02})
+    start = linearised_gain(fitted, AddedEffect(drag, drag.rig_forms[0]), {"sheath_N_s_per_mm": 0.02})
     found = Model(fitted.model.problem, (start.added,)).values(start.x)[1][0]
     assert found["sheath_N_s_per_mm"] > 0.2

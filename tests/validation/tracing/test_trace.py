@@ -15,7 +15,7 @@ from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.record import Record, RecordError, read_record
 from validation.practice.bench_record import SHIPPED
 from validation.practice.cases import draw_case
-from validation.tracing.baseline.known_rig import rig_problem
+from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import FreeParameter, catalogue
 from validation.tracing.fitting import Holdout, Model, bic, columns, fit, independent
 from validation.tracing.holdout import Protocol, _most_covered
@@ -243,12 +243,12 @@ def test_held_out_is_the_protocol_that_the_others_cover():
 def test_derivatives_fall_with_the_step_and_repeats_are_exact():
     """Columns against central differences of the model; repeated cycles against the whole run."""
     records = two_preloads(lambda rig: rig, sine(2.2, 0.1, cycles=3, samples_per_cycle=40))
-    problem = rig_problem(records)
+    problem = known_rig_problem(records)
     (run,) = problem.runs[0]
     assert run.short is not None
     whole = run.solve(run.rig).record.angle_deg[run.skip :]
     assert np.abs(run.angle_deg(run.rig) - whole).max() < 1e-9
-    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
     x = model.row(problem.start, [])
     J = columns(model, holdout, x, holdout.row(model.errors(x)), 1)
     ahead, behind = (holdout.row(model.errors(x + s * np.eye(x.size)[0])) for s in (1e-3, -1e-3))
@@ -258,23 +258,23 @@ def test_derivatives_fall_with_the_step_and_repeats_are_exact():
 
 def test_noise_floor_and_free_functions_on_a_known_residual():
     records = two_preloads(lambda rig: rig)
-    problem = rig_problem(records)
+    problem = known_rig_problem(records)
     rng = np.random.default_rng(3)
     noise = [rng.normal(0, 0.04, o.size) for o in problem.observed]
     floor = floor_of(records, problem.kept, noise)
     assert floor.deg == pytest.approx(0.04, rel=0.12)
-    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
     fitted = fit(model, holdout, model.row(problem.start, []), threads=1, most_calls=3)
-    even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.sights, strict=True))
-    smooth = smooth_functions(replace(fitted, errors=even), records, problem.sights, 400.0)
+    even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.inputs, strict=True))
+    smooth = smooth_functions(replace(fitted, errors=even), records, problem.inputs, 400.0)
     assert smooth.names[0] == "even in the drive"
 
 
 def test_dependence_of_white_noise_and_of_a_known_residual():
     """White noise goes with nothing (p is uniform); a square of the drive goes with the drive, and is not white."""
     records = two_preloads(lambda rig: rig)
-    problem = rig_problem(records)
-    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.sights), "all")
+    problem = known_rig_problem(records)
+    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
     fitted = fit(model, holdout, model.row(problem.start, []), threads=1, most_calls=2)
     rng, chances = np.random.default_rng(5), []
     for _ in range(200):
@@ -283,7 +283,7 @@ def test_dependence_of_white_noise_and_of_a_known_residual():
         chances.append([one.p for one in dependences(noise, records)])
     assert np.all(np.mean(np.array(chances) < 0.05, axis=0) < 0.12)
     assert np.all(np.mean(np.array(chances) < 0.5, axis=0) > 0.35)
-    square = [s.drive**2 + 0.01 * rng.normal(size=s.drive.size) for s in problem.sights]
+    square = [s.drive**2 + 0.01 * rng.normal(size=s.drive.size) for s in problem.inputs]
     found = {one.on: one for one in dependences(replace(fitted, errors=tuple(e - e.mean() for e in square)), records)}
     assert found["drive"].part > 0.95
     assert found["drive"].p < 1e-6
@@ -373,7 +373,7 @@ def test_a_rig_that_bends_the_other_way_is_refused_but_not_one_that_is_unknown()
     turned = replace(record, angle_deg=-record.angle_deg)
     with pytest.raises(RecordError, match=r"20N\.csv: angle_deg: falls as drive_mm rises"):
         trace_records([record, turned])
-    assert rig_problem([replace(turned, rig={"preload_N": 20.0})]) is None
+    assert known_rig_problem([replace(turned, rig={"preload_N": 20.0})]) is None
 
 
 def test_a_record_without_a_rig_is_named_where_others_have_one():

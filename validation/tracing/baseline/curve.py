@@ -23,13 +23,13 @@ from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record
 from validation.tracing.baseline.curve_kernels import loops
 from validation.tracing.effect import (
-    Curve,
+    CurveContext,
     CurveForm,
     Effect,
     FreeParameter,
     Need,
     RelativeParameter,
-    Sight,
+    SampleInputs,
     Values,
     cycles_repeat,
 )
@@ -87,7 +87,7 @@ class CurveScale:
         names = {"drive": self.unit, "angle": "deg", "time": "s"}
         unit = "/".join(names.get(part, part) for part in constant.unit.split("/"))
         name = f"{constant.name}_{self.unit}" if constant.unit == "drive" else constant.name
-        size = constant.size if constant.log else constant.size * scale
+        size = constant.scale if constant.log else constant.scale * scale
         return FreeParameter(name, unit, constant.low * scale, constant.high * scale, size, constant.log)
 
     def form(self, form: CurveForm) -> Placed:
@@ -106,7 +106,7 @@ class CurveProblem:
     """
 
     observed: tuple[Floats, ...]
-    sights: tuple[Sight, ...]
+    inputs: tuple[SampleInputs, ...]
     parameters: tuple[FreeParameter, ...]
     start: Values
     groups: tuple[int, ...]
@@ -124,9 +124,9 @@ class CurveProblem:
     def forms(self, effect: Effect) -> tuple[Placed, ...]:
         """Forms of an effect that these records can have."""
         has: set[Need] = set()
-        if all(sight.timed for sight in self.sights):
+        if all(record_inputs.timed for record_inputs in self.inputs):
             has.add("time")
-        if cycles_repeat(self.sights):
+        if cycles_repeat(self.inputs):
             has.add("cycles")
         if len(self.preloads) > 1:
             has.add("preloads")
@@ -144,7 +144,7 @@ class CurveProblem:
 
     @cached_property
     def _strokes(self) -> tuple[Floats, ...]:
-        return tuple(sight.drive - self.middle for sight in self.sights)
+        return tuple(record_inputs.drive - self.middle for record_inputs in self.inputs)
 
     def predict(self, values: Values, added: Sequence[tuple[Any, Values]]) -> list[Floats]:
         """Angles of all records by the declared model with forms added, shapes (m_i,); the order of forms counts.
@@ -166,16 +166,16 @@ class CurveProblem:
         f = self._f(group, u, values)
         weight = np.exp(values["bend_loop"] * np.abs(u))
         for form, mine in acting:
-            if form.bend is not None and curve is not None:
-                f = form.bend(f, curve, mine)
-            if form.loop is not None and curve is not None:
-                weight = weight * form.loop(f, curve, mine)
+            if form.backbone is not None and curve is not None:
+                f = form.backbone(f, curve, mine)
+            if form.loop_size is not None and curve is not None:
+                weight = weight * form.loop_size(f, curve, mine)
         theta = f + loops(f, self._elements(group, values), values[f"state_{i}"], weight)
         for form, mine in acting:
-            if form.turn is not None and curve is not None:
-                theta = form.turn(theta, curve, mine)
-            if form.seen is not None:
-                theta = form.seen(theta, self.sights[i], mine)
+            if form.angle is not None and curve is not None:
+                theta = form.angle(theta, curve, mine)
+            if form.observe is not None:
+                theta = form.observe(theta, self.inputs[i], mine)
         return theta
 
     def _f(self, group: int, u: Any, values: Values) -> Any:
@@ -196,7 +196,7 @@ class CurveProblem:
             ]
         )
 
-    def _curve(self, i: int, values: Values) -> Curve:
+    def _curve(self, i: int, values: Values) -> CurveContext:
         group = self.groups[i]
         toe = give = 0.0
         if (last := len(self.preloads) - 1) > 0:  # the lowest preload tells most
@@ -205,17 +205,17 @@ class CurveProblem:
             toe = (loop - 1.0) / (rise - loop) if 1.0 < loop < 0.99 * rise else 0.0 if loop <= 1.0 else _STIFFEST_TOE
             give = (1.0 / values[f"slope_{last}"] - 1.0) / (loop - 1.0) if loop > 1.0 + _NO_TOE else 0.0
         zero = -self.middle / self.scale.drive
-        return Curve(
-            sight=self.sights[i],
-            middle=self.middle,
-            half=self.scale.drive,
-            angle=self.scale.angle,
+        return CurveContext(
+            inputs=self.inputs[i],
+            drive_middle=self.middle,
+            drive_half_range=self.scale.drive,
+            angle_half_range_deg=self.scale.angle,
             straight_deg=float(self._f(group, zero, values)) if abs(zero) <= 1.0 else 0.0,
-            state=values[f"state_{i}"],
-            preload=self.preloads[group],
-            loop=values.get(f"loop_{group}", 1.0),
-            toe=toe,
-            give=give,
+            initial_state=values[f"state_{i}"],
+            preload_ratio=self.preloads[group],
+            loop_ratio=values.get(f"loop_{group}", 1.0),
+            toe_ratio=toe,
+            slope_loss_per_loop=give,
         )
 
 
@@ -240,21 +240,21 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements
     kept = tuple(thinned(record.drive, samples) for record in records)
     drives = [record.drive[keep] for record, keep in zip(records, kept, strict=True)]
     observed = tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True))
-    sights = tuple(_sight(record, keep) for record, keep in zip(records, kept, strict=True))
+    inputs = tuple(_inputs(record, keep) for record, keep in zip(records, kept, strict=True))
     low, high = min(float(d.min()) for d in drives), max(float(d.max()) for d in drives)
     middle = middle_of(drives)
     known, groups = _preload_groups(records)
     scale = CurveScale(
         drive=max(high - middle, middle - low),
         angle=0.5 * max(float(np.ptp(angle)) for angle in observed),
-        time=min(float(sight.time_s[-1]) for sight in sights),
+        time=min(float(record_inputs.time_s[-1]) for record_inputs in inputs),
         unit=records[0].drive_unit,
     )
     preloads = tuple(load / known[0] for load in known) or (1.0,)
     slope = mean_slope(drives, observed)
     problem = CurveProblem(
         observed=observed,
-        sights=sights,
+        inputs=inputs,
         parameters=tuple(
             constant
             for constant in _constants(scale, slope, len(preloads), len(records))
@@ -289,9 +289,9 @@ def thinned(drive: Floats, samples: int = SAMPLES) -> NDArray[np.intp]:
     return np.unique(np.concatenate([np.arange(0, len(drive), every), np.array(turns, dtype=np.intp)]))
 
 
-def _sight(record: Record, keep: NDArray[np.intp]) -> Sight:
+def _inputs(record: Record, keep: NDArray[np.intp]) -> SampleInputs:
     time = record.time_s if record.time_s is not None else np.arange(len(record.drive), dtype=float)
-    return Sight(record.drive[keep], time[keep] - time[0], cycle_index(record)[keep], record.time_s is not None)
+    return SampleInputs(record.drive[keep], time[keep] - time[0], cycle_index(record)[keep], record.time_s is not None)
 
 
 def middle_of(drives: Sequence[Floats]) -> float:
@@ -336,7 +336,7 @@ def _first_fit(problem: CurveProblem, slope: float) -> Values:
     """Best of a few fits of the declared model, from loops of several sizes and reaches."""
     swing = [angle - angle.mean() for angle in problem.observed]
     spread = np.concatenate(
-        [y - slope * (s.drive - s.drive.mean()) for y, s in zip(swing, problem.sights, strict=True)]
+        [y - slope * (s.drive - s.drive.mean()) for y, s in zip(swing, problem.inputs, strict=True)]
     )
     width = float(np.sqrt(np.mean(spread**2)))
     best: tuple[float, dict[str, float]] | None = None

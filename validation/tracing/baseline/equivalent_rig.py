@@ -30,8 +30,8 @@ from validation.tracing.baseline.known_rig import (
     Run,
     has,
     runs_of,
+    sample_inputs,
     scale_of,
-    sight_of,
     thinned,
 )
 from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Values
@@ -57,7 +57,7 @@ without, whose effects are larger."""
 
 
 @dataclass(frozen=True, eq=False)
-class EquivalentProblem(RigProblem):
+class EquivalentRigProblem(RigProblem):
     """A :class:`RigProblem` of a rig that is not known: its whole geometry is fitted.
 
     ``middle`` and ``mm`` make rope of drive, (x - middle) mm; ``half_mm`` is the largest way of it, ``unit`` the
@@ -125,7 +125,7 @@ class EquivalentProblem(RigProblem):
         return LoadProgram((drive - self.middle) * self.mm, time_s, cycle)
 
 
-def equivalent_problem(records: Sequence[Record], samples: int = SAMPLES) -> EquivalentProblem:
+def equivalent_rig_problem(records: Sequence[Record], samples: int = SAMPLES) -> EquivalentRigProblem:
     """Make the problem of records of one rig that is not known.
 
     Parameters
@@ -144,9 +144,9 @@ def equivalent_problem(records: Sequence[Record], samples: int = SAMPLES) -> Equ
     """
     require_one_unit(records)
     kept = tuple(thinned(record, samples) for record in records)
-    sights = tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True))
+    inputs = tuple(sample_inputs(record, keep) for record, keep in zip(records, kept, strict=True))
     observed = tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True))
-    drives = [sight.drive for sight in sights]
+    drives = [record_inputs.drive for record_inputs in inputs]
     middle, slope = middle_of(drives), mean_slope(drives, observed)
     mm = math.copysign(math.radians(abs(slope)) * _ARM_MM, slope)
     told = all(record.rig.get("preload_N", 0.0) > 0 for record in records)
@@ -156,19 +156,19 @@ def equivalent_problem(records: Sequence[Record], samples: int = SAMPLES) -> Equ
     moved = [replace(r, drive=(r.drive - middle) * mm, drive_unit="mm") for r in records]
     runs = tuple(runs_of(record, rig, keep) for record, rig, keep in zip(moved, rigs, kept, strict=True))
     largest, several = max(loads), max(loads) > 1.05 * min(loads)
-    roped = tuple(replace(sight, drive=(sight.drive - middle) * mm) for sight in sights)
-    return EquivalentProblem(
+    roped = tuple(replace(record_inputs, drive=(record_inputs.drive - middle) * mm) for record_inputs in inputs)
+    return EquivalentRigProblem(
         observed=observed,
-        sights=sights,
+        inputs=inputs,
         parameters=_constants(largest, joint, several=several),
         start=_start(largest, joint, several=several),
         runs=runs,
         kept=kept,
         scale=scale_of(moved, runs, roped),
-        has=has(rigs[0], sights, pulled=False),
+        has=has(rigs[0], inputs, pulled=False),
         middle=middle,
         mm=mm,
-        half_mm=max(float(np.abs(sight.drive).max()) for sight in roped),
+        half_mm=max(float(np.abs(record_inputs.drive).max()) for record_inputs in roped),
         unit=records[0].drive_unit,
         preload_N=largest,
     )
@@ -206,16 +206,16 @@ def divided(rig: Rig, parts: int) -> Rig:
     )
 
 
-def for_the_last_fit(problem: Problem, records: Sequence[Record]) -> EquivalentProblem:
+def refined_problem(problem: Problem, records: Sequence[Record]) -> EquivalentRigProblem:
     """Give the problem with :data:`SAMPLES_AT_LAST` a record, joints in :data:`PARTS_AT_LAST`, roots, a rigid gap."""
-    assert isinstance(problem, EquivalentProblem)
+    assert isinstance(problem, EquivalentRigProblem)
     kept = tuple(thinned(record, SAMPLES_AT_LAST) for record in records)
     moved = [replace(r, drive=(r.drive - problem.middle) * problem.mm, drive_unit="mm") for r in records]
     rigs = [_rooted(runs[0].rig) for runs in problem.runs]
     return replace(
         problem,
         observed=tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True)),
-        sights=tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True)),
+        inputs=tuple(sample_inputs(record, keep) for record, keep in zip(records, kept, strict=True)),
         runs=tuple(runs_of(record, rig, keep) for record, rig, keep in zip(moved, rigs, kept, strict=True)),
         kept=kept,
         parameters=(*problem.parameters, _GAP),
@@ -298,8 +298,8 @@ def _in_unit(form: RigForm, unit: str, mm: float) -> RigForm:
     def scaled(c: FreeParameter) -> FreeParameter:
         if c.name not in named:
             return c
-        per = c.size if c.log else c.size / size
-        return replace(c, name=named[c.name], unit=unit, low=c.low / size, high=c.high / size, size=per)
+        per = c.scale if c.log else c.scale / size
+        return replace(c, name=named[c.name], unit=unit, low=c.low / size, high=c.high / size, scale=per)
 
     def starts(scale: Scale, rig: Rig) -> list[Values]:
         return [there(values) for values in form.starts(scale, rig)]

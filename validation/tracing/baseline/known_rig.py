@@ -24,7 +24,7 @@ from fem_models.rig.rig import Friction, Material, Notch, Rig, Tendon, Tube, Whe
 from hysteresis.arrays import Floats
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record, RecordError
-from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Sight, Values, cycles_repeat
+from validation.tracing.effect import Effect, FreeParameter, RigForm, SampleInputs, Scale, Values, cycles_repeat
 
 PULLED = (
     FreeParameter("youngs_modulus_GPa", "GPa", 1.0, 200.0, 0.1, log=True),
@@ -76,7 +76,7 @@ class RigProblem:
     """Satisfies :class:`validation.tracing.problem.Problem`; ``runs`` are those of each record, ``kept`` its samples in use."""
 
     observed: tuple[Floats, ...]
-    sights: tuple[Sight, ...]
+    inputs: tuple[SampleInputs, ...]
     parameters: tuple[FreeParameter, ...]
     start: Values
     runs: tuple[tuple[Run, ...], ...]
@@ -120,17 +120,19 @@ class RigProblem:
     def predict(self, values: Values, added: Sequence[tuple[RigForm, Values]]) -> list[Floats]:
         """Angles of all records; see :meth:`validation.tracing.problem.Problem.predict`."""
         out = []
-        for runs, sight in zip(self.runs, self.sights, strict=True):
+        for runs, record_inputs in zip(self.runs, self.inputs, strict=True):
             parts = [self.driven(run, values).angle_deg(self.rig(run, values, added)) for run in runs]
-            out.append(observe(np.concatenate(parts), sight, added))
+            out.append(observed_angle_deg(np.concatenate(parts), record_inputs, added))
         return out
 
 
-def observe(angle_deg: Floats, sight: Sight, added: Sequence[tuple[RigForm, Values]]) -> Floats:
+def observed_angle_deg(
+    angle_deg: Floats, record_inputs: SampleInputs, added: Sequence[tuple[RigForm, Values]]
+) -> Floats:
     """Angle that is seen, by the effects that act on the reading."""
     for form, more in added:
-        if form.seen is not None:
-            angle_deg = form.seen(angle_deg, sight, more)
+        if form.observe is not None:
+            angle_deg = form.observe(angle_deg, record_inputs, more)
     return angle_deg
 
 
@@ -157,7 +159,7 @@ def with_constants(rig: Rig, values: Values) -> Rig:
     )
 
 
-def rig_problem(records: Sequence[Record]) -> RigProblem | None:
+def known_rig_problem(records: Sequence[Record]) -> RigProblem | None:
     """Make the problem of records whose rigs are all known; None where one is not.
 
     Known is a rig with a drive in mm, or a tube and a notch under a tendon force.
@@ -169,7 +171,7 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
     RecordError
         A record that bends the other way than its rig does.
     """
-    rigs = [pulled_rig(record) if record.drive_unit == "N" else rig_of(record) for record in records]
+    rigs = [rig_under_tendon_force(record) if record.drive_unit == "N" else rig_of(record) for record in records]
     if any(rig is None for rig in rigs) or any(r.drive_unit not in ("mm", "N") for r in records):
         return None
     if len({record.drive_unit for record in records}) > 1:
@@ -180,18 +182,18 @@ def rig_problem(records: Sequence[Record]) -> RigProblem | None:
     rigs = [rig and _open(rig) for rig in rigs]
     kept = tuple(thinned(record, most) for record in records)
     runs = tuple(runs_of(record, rig, keep) for record, rig, keep in zip(records, rigs, kept, strict=True) if rig)
-    sights = tuple(sight_of(record, keep) for record, keep in zip(records, kept, strict=True))
+    inputs = tuple(sample_inputs(record, keep) for record, keep in zip(records, kept, strict=True))
     pulled = records[0].drive_unit == "N"
     first = runs[0][0].rig
     return RigProblem(
         observed=tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True)),
-        sights=sights,
+        inputs=inputs,
         parameters=PULLED if pulled else _constants(rig for rig in rigs if rig),
         start=_start(first, pulled),
         runs=runs,
         kept=kept,
-        scale=scale_of(records, runs, sights),
-        has=has(first, sights, pulled=pulled),
+        scale=scale_of(records, runs, inputs),
+        has=has(first, inputs, pulled=pulled),
     )
 
 
@@ -244,7 +246,7 @@ def _start(rig: Rig, pulled: bool) -> Values:
     }
 
 
-def pulled_rig(record: Record) -> Rig | None:
+def rig_under_tendon_force(record: Record) -> Rig | None:
     """Rig of one tendon from a record's tube and notch, under a tendon force; None where they are not given.
 
     What the tables do not say is assumed: 50 GPa (40 to 60 GPa are fitted to such tubes, GitHub
@@ -287,10 +289,10 @@ def thinned(record: Record, most: int) -> NDArray[np.int64]:
     return np.flatnonzero(keep)
 
 
-def sight_of(record: Record, keep: NDArray[np.int64]) -> Sight:
+def sample_inputs(record: Record, keep: NDArray[np.int64]) -> SampleInputs:
     """Gather what is known of the samples of a record that are in use."""
     time = np.arange(record.drive.size, dtype=float) if record.time_s is None else record.time_s - record.time_s[0]
-    return Sight(record.drive[keep], time[keep], cycle_index(record)[keep], timed=record.time_s is not None)
+    return SampleInputs(record.drive[keep], time[keep], cycle_index(record)[keep], timed=record.time_s is not None)
 
 
 def runs_of(record: Record, rig: Rig, keep: NDArray[np.int64]) -> tuple[Run, ...]:
@@ -300,12 +302,12 @@ def runs_of(record: Record, rig: Rig, keep: NDArray[np.int64]) -> tuple[Run, ...
         force = np.maximum(record.drive[keep], 0.0)  # the zero of a load cell wanders
         starts = np.flatnonzero(np.append(True, np.diff(trial) != 0))
         return tuple(Run(rig, part, 0) for part in np.split(force, starts[1:]))
-    drive, sight = record.drive[keep], sight_of(record, keep)
+    drive, record_inputs = record.drive[keep], sample_inputs(record, keep)
     way = _approach(drive)
-    step = np.diff(sight.time_s).mean()
-    time = np.concatenate([sight.time_s[0] - step * np.arange(way.size, 0, -1), sight.time_s])
-    cycle = np.concatenate([np.zeros(way.size, dtype=np.int64), np.maximum(sight.cycle, 0)])
-    program = LoadProgram(np.concatenate([way, drive]), time_s=time if sight.timed else None, cycle=cycle)
+    step = np.diff(record_inputs.time_s).mean()
+    time = np.concatenate([record_inputs.time_s[0] - step * np.arange(way.size, 0, -1), record_inputs.time_s])
+    cycle = np.concatenate([np.zeros(way.size, dtype=np.int64), np.maximum(record_inputs.cycle, 0)])
+    program = LoadProgram(np.concatenate([way, drive]), time_s=time if record_inputs.timed else None, cycle=cycle)
     repeats = _repeats(program.drive_mm)
     if repeats is None:
         return (Run(rig, program, way.size),)
@@ -339,7 +341,7 @@ def _approach(drive: Floats) -> Floats:
     return np.concatenate(way)
 
 
-def scale_of(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: Sequence[Sight]) -> Scale:
+def scale_of(records: Sequence[Record], runs: Sequence[Sequence[Run]], inputs: Sequence[SampleInputs]) -> Scale:
     """Orders of magnitude, the mechanical ones by the rigs as they are declared."""
     solved = [run.solve(run.rig).record for all_of in runs for run in all_of]
     notches = [np.abs(r.notches_deg).max() for r in solved if r.notches_deg is not None]
@@ -348,8 +350,8 @@ def scale_of(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: S
     young = rig.material.youngs_modulus_GPa * 1e3
     seen = max(_reach_deg(r.angle_deg) for r in records) / rig.joints
     joint = max(seen, float(max(notches)))
-    times = [s.time_s for s in sights]
-    speeds = [np.abs(np.diff(s.drive) / np.diff(s.time_s)).max() for s in sights]
+    times = [s.time_s for s in inputs]
+    speeds = [np.abs(np.diff(s.drive) / np.diff(s.time_s)).max() for s in inputs]
     return Scale(
         drive=max(float(np.ptp(r.drive)) for r in records) / 2,
         angle_deg=max(float(np.ptp(r.angle_deg)) for r in records) / 2,
@@ -359,7 +361,7 @@ def scale_of(records: Sequence[Record], runs: Sequence[Sequence[Run]], sights: S
         duration_s=min(float(t[-1] - t[0]) for t in times),
         longest_s=max(float(t[-1] - t[0]) for t in times),
         speed=float(max(speeds)),
-        cycles=max(1.0, float(max(s.cycle.max() for s in sights))),
+        cycles=max(1.0, float(max(s.cycle.max() for s in inputs))),
     )
 
 
@@ -369,16 +371,16 @@ def _reach_deg(angle_deg: Floats) -> float:
     return max(-low, high) if abs(low + high) < 0.5 * (high - low) else 0.5 * (high - low)
 
 
-def has(rig: Rig, sights: Sequence[Sight], *, pulled: bool) -> frozenset[Any]:
+def has(rig: Rig, inputs: Sequence[SampleInputs], *, pulled: bool) -> frozenset[Any]:
     """Give the needs that are met."""
     there = set()
-    if all(s.timed for s in sights):
+    if all(s.timed for s in inputs):
         there.add("time")
     if pulled:
         there.add("force")
     else:
         there.add("wheel")
-        if cycles_repeat(sights):
+        if cycles_repeat(inputs):
             there.add("cycles")
     if rig.tendon_b is not None:
         there.add("two tendons")

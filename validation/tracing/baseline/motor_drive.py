@@ -21,7 +21,7 @@ from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.curve import mean_slope
-from validation.tracing.baseline.known_rig import RigProblem, Run, rig_problem
+from validation.tracing.baseline.known_rig import RigProblem, Run, known_rig_problem
 from validation.tracing.effect import FreeParameter, Values
 from validation.tracing.problem import require_one_unit
 
@@ -32,7 +32,7 @@ _SAMPLES, _TURNS = 20, 4
 
 
 @dataclass(frozen=True, eq=False)
-class GearedProblem(RigProblem):
+class MotorDriveProblem(RigProblem):
     """A :class:`RigProblem` of a drive in ``unit``, of which ``mm`` is rope wound in at the gain that is started from.
 
     Negative gains are of a motor that turns the other way round.
@@ -66,7 +66,7 @@ class GearedProblem(RigProblem):
         return LoadProgram(drive * self.mm, time_s, cycle)
 
 
-def geared_problem(records: Sequence[Record]) -> GearedProblem | None:
+def motor_drive_problem(records: Sequence[Record]) -> MotorDriveProblem | None:
     """Make the problem of records of known rigs whose drive is in deg or steps; None where it is not so.
 
     Raises
@@ -84,18 +84,18 @@ def geared_problem(records: Sequence[Record]) -> GearedProblem | None:
     require_one_unit(records)
     _require_one_sense(records)
     mm = _mm_per_unit(records, rigs[0])
-    in_mm = rig_problem([replace(r, drive=r.drive * mm, drive_unit="mm") for r in records])
+    in_mm = known_rig_problem([replace(r, drive=r.drive * mm, drive_unit="mm") for r in records])
     assert in_mm is not None  # all rigs are known
     unit = records[0].drive_unit
     low, high = sorted((mm / _TIMES, mm * _TIMES))
     gain = FreeParameter(f"drive_mm_per_{unit}", f"mm/{unit}", low, high, _SIZE * abs(mm))
     shared = {field.name: getattr(in_mm, field.name) for field in fields(in_mm)}
     own = {
-        "sights": tuple(replace(sight, drive=sight.drive / mm) for sight in in_mm.sights),
+        "inputs": tuple(replace(record_inputs, drive=record_inputs.drive / mm) for record_inputs in in_mm.inputs),
         "parameters": (*in_mm.parameters, gain),
         "start": {**in_mm.start, gain.name: mm},
     }
-    return GearedProblem(**{**shared, **own}, mm=mm, unit=unit)
+    return MotorDriveProblem(**{**shared, **own}, mm=mm, unit=unit)
 
 
 def _require_one_sense(records: Sequence[Record]) -> None:

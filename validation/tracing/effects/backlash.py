@@ -8,7 +8,16 @@ from fem_models.rig.effects import Backlash
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import play
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 WIDTH = FreeParameter("width_mm", "mm", 0.0, 5.0, 0.05, linear=True)
 
@@ -21,8 +30,8 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"width_mm": part * scale.drive} for part in (0.02, 0.08, 0.25)]
 
 
-def _play(x: Floats, curve: Curve, values: Values) -> Floats:
-    return play(x, values["width"], curve.state)
+def _play(x: Floats, curve: CurveContext, values: Values) -> Floats:
+    return play(x, values["width"], curve.initial_state)
 
 
 _CURVE = CurveForm(

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.effect import CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Sight, Values
+from validation.tracing.effect import (
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    SampleInputs,
+    Scale,
+    Values,
+)
 
 GAIN = FreeParameter("gain", "-", -0.9, 5.0, 0.01, linear=True)
 PERSPECTIVE = FreeParameter("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4, linear=True)
 
 
-def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
+def observe(angle_deg: Floats, inputs: SampleInputs, values: Values) -> Floats:
     """Angle read: theta (1 + gain + perspective theta); the offset is a record's own zero, always free."""
     return angle_deg * (1 + values.get("gain", 0.0) + values.get("perspective_per_deg", 0.0) * angle_deg)
 
@@ -31,7 +40,7 @@ def _both(scale: Scale, rig: Rig | None) -> list[Values]:
 _CURVE = CurveForm(
     (RelativeParameter("perspective_per_deg", "1/angle", -0.5, 0.5, 0.005),),
     ({"perspective_per_deg": 0.02}, {"perspective_per_deg": -0.02}),
-    seen=seen,  # f takes the gain
+    observe=observe,  # f takes the gain
 )
 
 EFFECT = Effect(
@@ -42,9 +51,9 @@ EFFECT = Effect(
     distinguished_by="Gravity is a smooth function of the angle, too, and unequal tendons have an even part, which changes "
     "with preload. Turn the camera, or read a known angle.",
     rig_forms=(
-        RigForm((GAIN,), _gain, seen=seen),
-        RigForm((PERSPECTIVE,), _perspective, seen=seen),
-        RigForm((GAIN, PERSPECTIVE), _both, seen=seen),
+        RigForm((GAIN,), _gain, observe=observe),
+        RigForm((PERSPECTIVE,), _perspective, observe=observe),
+        RigForm((GAIN, PERSPECTIVE), _both, observe=observe),
     ),
     curve_forms=(_CURVE,),
 )

@@ -9,7 +9,16 @@ import numpy as np
 from fem_models.rig.effects import Fatigue
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 LOSS = FreeParameter("loop_loss", "-", 0.0, 1.0, 0.05, linear=True)
 RESIDUAL = FreeParameter("residual_deg", "deg", -5.0, 5.0, 0.02, linear=True)
@@ -31,15 +40,15 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     ]
 
 
-def _done(curve: Curve, values: Values) -> Floats:
-    return -np.expm1(-curve.sight.cycle / values["cycles"])
+def _done(curve: CurveContext, values: Values) -> Floats:
+    return -np.expm1(-curve.inputs.cycle / values["cycles"])
 
 
-def _shrunk(f: Floats, curve: Curve, values: Values) -> Floats:
+def _shrunk(f: Floats, curve: CurveContext, values: Values) -> Floats:
     return 1.0 - values["loop_loss"] * _done(curve, values)
 
 
-def _left_over(theta: Floats, curve: Curve, values: Values) -> Floats:
+def _left_over(theta: Floats, curve: CurveContext, values: Values) -> Floats:
     return theta + values["residual_deg"] * _done(curve, values)
 
 
@@ -50,8 +59,8 @@ _CURVE = CurveForm(
         RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True),
     ),
     tuple({"loop_loss": 0.1, "residual_deg": side * 0.02, "cycles": c} for side in (-1, 1) for c in (1.0, 5.0)),
-    loop=_shrunk,
-    turn=_left_over,
+    loop_size=_shrunk,
+    angle=_left_over,
     needs=frozenset({"cycles"}),
 )
 

@@ -10,7 +10,16 @@ import numpy as np
 from fem_models.rig.effects import Gravity
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 ALONG = FreeParameter("ring_mass_along_g", "g", -200.0, 200.0, 0.2, linear=True)
 ACROSS = FreeParameter("ring_mass_across_g", "g", -200.0, 200.0, 0.2, linear=True)
@@ -28,7 +37,7 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     ]
 
 
-def _weight(theta: Floats, curve: Curve, values: Values) -> Floats:
+def _weight(theta: Floats, curve: CurveContext, values: Values) -> Floats:
     """Moment of a weight at the heading: along the straight tube it goes with the sine, across with the cosine."""
     turn = np.radians(theta - curve.straight_deg)
     return theta + values["along_deg"] * np.sin(turn) + values["across_deg"] * (np.cos(turn) - 1.0)
@@ -40,7 +49,7 @@ _CURVE = CurveForm(
         RelativeParameter("across_deg", "angle", -0.8, 0.8, 0.005),
     ),
     tuple({"along_deg": a, "across_deg": b} for a, b in ((0.02, 0.0), (-0.02, 0.0), (0.0, 0.02), (0.0, -0.02))),
-    turn=_weight,
+    angle=_weight,
 )
 
 EFFECT = Effect(

@@ -9,7 +9,16 @@ import numpy as np
 
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 BASE = FreeParameter("base_capstan", "-", 0.0, 2.0, 0.01, linear=True)
 GUIDE = FreeParameter("guide_N", "N", 0.0, 5.0, 0.02, linear=True)
@@ -36,13 +45,13 @@ def _guide_starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"guide_N": rig.friction.guide_N + value} for value in (0.03, 0.15)]
 
 
-def _wrap(f: Floats, curve: Curve, values: Values) -> Floats:
+def _wrap(f: Floats, curve: CurveContext, values: Values) -> Floats:
     """Let the loop grow with the bend, by the capstan's law."""
     return np.exp(values["capstan"] * np.radians(np.abs(f - curve.straight_deg)))
 
 
 _CURVE = CurveForm(
-    (RelativeParameter("capstan", "-", 0.0, 5.0, 0.05),), ({"capstan": 0.1}, {"capstan": 0.6}), loop=_wrap
+    (RelativeParameter("capstan", "-", 0.0, 5.0, 0.05),), ({"capstan": 0.1}, {"capstan": 0.6}), loop_size=_wrap
 )
 
 EFFECT = Effect(

@@ -9,7 +9,16 @@ import numpy as np
 from fem_models.rig.effects import Closure
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 ANGLE = FreeParameter("angle_deg", "deg", 0.1, 90.0, 0.05)
 STIFFNESS = FreeParameter("stiffness_Nmm_per_rad", "Nmm/rad", 1.0, 1e6, 0.3, log=True)
@@ -24,7 +33,7 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"angle_deg": part * scale.joint_deg, "stiffness_Nmm_per_rad": k} for part in parts for k in (300.0, 3e3)]
 
 
-def _shut(theta: Floats, curve: Curve, values: Values) -> Floats:
+def _shut(theta: Floats, curve: CurveContext, values: Values) -> Floats:
     """Less slope past an angle on both sides."""
     return theta - values["slope_loss"] * (theta - np.clip(theta, -values["angle_deg"], values["angle_deg"]))
 
@@ -32,7 +41,7 @@ def _shut(theta: Floats, curve: Curve, values: Values) -> Floats:
 _CURVE = CurveForm(
     (RelativeParameter("angle_deg", "angle", 0.05, 1.1, 0.01), RelativeParameter("slope_loss", "-", 0.0, 1.0, 0.02)),
     tuple({"angle_deg": part, "slope_loss": loss} for part in (0.6, 0.8, 0.93) for loss in (0.1, 0.5)),
-    turn=_shut,
+    angle=_shut,
 )
 
 EFFECT = Effect(

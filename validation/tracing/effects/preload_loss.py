@@ -9,7 +9,16 @@ import numpy as np
 from fem_models.rig.effects import PreloadLoss
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 FRACTION = FreeParameter("fraction", "-", 0.0, 0.95, 0.05, linear=True)
 CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
@@ -23,26 +32,26 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"fraction": f, "cycles": part * scale.cycles} for f in (0.15, 0.4) for part in (0.3, 1.0)]
 
 
-def _left(curve: Curve, values: Values) -> Floats:
+def _left(curve: CurveContext, values: Values) -> Floats:
     """Preload over the largest one."""
-    return curve.preload * (1.0 + values["fraction"] * np.expm1(-curve.sight.cycle / values["cycles"]))
+    return curve.preload_ratio * (1.0 + values["fraction"] * np.expm1(-curve.inputs.cycle / values["cycles"]))
 
 
-def _slope_known(f: Floats, curve: Curve, values: Values) -> Floats:
-    at_start = curve.give * curve.loop
+def _slope_known(f: Floats, curve: CurveContext, values: Values) -> Floats:
+    at_start = curve.slope_loss_per_loop * curve.loop_ratio
     return f * (1.0 + at_start) / (1.0 + at_start * curve.softness(_left(curve, values)))
 
 
-def _loop_known(f: Floats, curve: Curve, values: Values) -> Floats:
+def _loop_known(f: Floats, curve: CurveContext, values: Values) -> Floats:
     return curve.softness(_left(curve, values))
 
 
-def _slope_free(f: Floats, curve: Curve, values: Values) -> Floats:
-    return f * (1.0 - values["slope_loss"] * -np.expm1(-curve.sight.cycle / values["cycles"]))
+def _slope_free(f: Floats, curve: CurveContext, values: Values) -> Floats:
+    return f * (1.0 - values["slope_loss"] * -np.expm1(-curve.inputs.cycle / values["cycles"]))
 
 
-def _loop_free(f: Floats, curve: Curve, values: Values) -> Floats:
-    return 1.0 + values["widening"] * -np.expm1(-curve.sight.cycle / values["cycles"])
+def _loop_free(f: Floats, curve: CurveContext, values: Values) -> Floats:
+    return 1.0 + values["widening"] * -np.expm1(-curve.inputs.cycle / values["cycles"])
 
 
 _CYCLES = RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
@@ -50,8 +59,8 @@ _CURVES = (
     CurveForm(  # what preload does is known from the other records
         (RelativeParameter("fraction", "-", 0.0, 0.95, 0.02), _CYCLES),
         tuple({"fraction": 0.2, "cycles": c} for c in (1.0, 5.0)),
-        bend=_slope_known,
-        loop=_loop_known,
+        backbone=_slope_known,
+        loop_size=_loop_known,
         needs=frozenset({"cycles", "preloads"}),
     ),
     CurveForm(
@@ -61,8 +70,8 @@ _CURVES = (
             _CYCLES,
         ),
         tuple({"widening": 0.2, "slope_loss": 0.01, "cycles": c} for c in (1.0, 5.0)),
-        bend=_slope_free,
-        loop=_loop_free,
+        backbone=_slope_free,
+        loop_size=_loop_free,
         needs=frozenset({"cycles"}),
     ),
 )

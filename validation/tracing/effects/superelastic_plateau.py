@@ -8,7 +8,16 @@ from fem_models.rig.effects import Superelastic
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import transformed
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 PLATEAU = FreeParameter("plateau_MPa", "MPa", 20.0, 1e4, 0.05, log=True)
 SLOPE = FreeParameter("plateau_modulus_GPa", "GPa", 0.0, 30.0, 0.5)
@@ -61,7 +70,7 @@ def _ending(scale: Scale, rig: Rig) -> list[Values]:
     return [{**start, "transformation_strain": span} for start in starts for span in (0.03, 0.06, 0.12)]
 
 
-def _flag(f: Floats, curve: Curve, values: Values) -> Floats:
+def _flag(f: Floats, curve: CurveContext, values: Values) -> Floats:
     """Beyond an angle more or less slope, given back later than it was taken."""
     return f + values["part"] * transformed(f, values["onset_deg"], values["loop_deg"])
 
@@ -73,7 +82,7 @@ _CURVE = CurveForm(
         RelativeParameter("part", "-", -0.95, 3.0, 0.01),
     ),
     tuple({"onset_deg": onset, "loop_deg": 0.1, "part": part} for onset in (0.3, 0.6) for part in (-0.1, 0.1)),
-    bend=_flag,
+    backbone=_flag,
 )
 
 EFFECT = Effect(

@@ -10,7 +10,16 @@ from fem_models.rig.effects import Creep
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import lagged
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 FRACTION = FreeParameter("fraction", "-", 0.0, 5.0, 0.05, linear=True)
 TIME = FreeParameter("time_s", "s", 1e-2, 1e5, 0.3, log=True)
@@ -25,9 +34,9 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"fraction": 0.15, "time_s": time_s} for time_s in times]
 
 
-def _stretch(x: Floats, curve: Curve, values: Values) -> Floats:
+def _stretch(x: Floats, curve: CurveContext, values: Values) -> Floats:
     """Take from the drive a part that follows it with time; the tension goes as the drive."""
-    return x - values["fraction"] * lagged(x, curve.sight.time_s, values["time_s"])
+    return x - values["fraction"] * lagged(x, curve.inputs.time_s, values["time_s"])
 
 
 _CURVE = CurveForm(

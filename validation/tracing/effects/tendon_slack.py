@@ -11,7 +11,7 @@ from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import two_ropes
 from validation.tracing.effect import (
-    Curve,
+    CurveContext,
     CurveForm,
     Effect,
     FreeParameter,
@@ -47,24 +47,24 @@ def _off_centre(scale: Scale, rig: Rig) -> list[Values]:
 _TWO: frozenset[Need] = frozenset({"two tendons"})
 
 
-def _dead_zone(x: Floats, curve: Curve, values: Values) -> Floats:
+def _dead_zone(x: Floats, curve: CurveContext, values: Values) -> Floats:
     """Stand still within the slack about a place."""
     centre, slack = values.get("centre", 0.0), values["slack"]
     return x - np.clip(x - centre, -slack, slack)
 
 
-def _ropes(x: Floats, curve: Curve, values: Values) -> tuple[Floats, Floats]:
+def _ropes(x: Floats, curve: CurveContext, values: Values) -> tuple[Floats, Floats]:
     slack = values["slack"]
-    return two_ropes(x, values["give"] * curve.preload, values["stiffness_ratio"], 0.0, slack, slack)
+    return two_ropes(x, values["give"] * curve.preload_ratio, values["stiffness_ratio"], 0.0, slack, slack)
 
 
-def _turn(x: Floats, curve: Curve, values: Values) -> Floats:
+def _turn(x: Floats, curve: CurveContext, values: Values) -> Floats:
     """Let the preload take some of the slack up, and either rope go slack as the other one pulls."""
     return _ropes(x, curve, values)[0] * (1.0 + 0.5 / values["stiffness_ratio"])
 
 
-def _soft(f: Floats, curve: Curve, values: Values) -> Floats:
-    return _ropes(f * (curve.half / curve.angle), curve, values)[1]
+def _soft(f: Floats, curve: CurveContext, values: Values) -> Floats:
+    return _ropes(f * (curve.drive_half_range / curve.angle_half_range_deg), curve, values)[1]
 
 
 _SLACK = RelativeParameter("slack", "drive", 0.0, 0.9, 0.01)
@@ -82,7 +82,7 @@ _CURVES = (
         (_SLACK, _GIVE, _RATIO),
         tuple({"slack": 0.1, "give": give, "stiffness_ratio": 5.0} for give in (0.05, 0.2)),
         drive=_turn,
-        loop=_soft,
+        loop_size=_soft,
     ),
 )
 

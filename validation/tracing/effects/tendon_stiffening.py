@@ -7,7 +7,16 @@ from dataclasses import replace
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import two_ropes
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 TOE = FreeParameter("toe_N", "N", 0.0, 500.0, 5.0)
 
@@ -25,20 +34,20 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"toe_N": here + more} for more in (-0.5 * here, 5.0, 20.0, 60.0) if here + more > 0 and more != 0]
 
 
-def _toe(curve: Curve, values: Values) -> tuple[float, float, float]:
+def _toe(curve: CurveContext, values: Values) -> tuple[float, float, float]:
     """Preload over k_inf, stiffness of ropes to joint, toe over preload."""
-    return values["give"] * curve.preload, values["stiffness_ratio"], values["toe"] / curve.preload
+    return values["give"] * curve.preload_ratio, values["stiffness_ratio"], values["toe"] / curve.preload_ratio
 
 
-def _turn(x: Floats, curve: Curve, values: Values) -> Floats:
+def _turn(x: Floats, curve: CurveContext, values: Values) -> Floats:
     """Give what the ropes pass on, in units of what stiff strands would."""
     turn, _ = two_ropes(x, *_toe(curve, values), 0.0, 0.0)
     return turn * (1.0 + 0.5 / values["stiffness_ratio"])
 
 
-def _soft(f: Floats, curve: Curve, values: Values) -> Floats:
+def _soft(f: Floats, curve: CurveContext, values: Values) -> Floats:
     """Friction of a given force moves the angle by the ropes' compliance."""
-    _, soft = two_ropes(f * (curve.half / curve.angle), *_toe(curve, values), 0.0, 0.0)
+    _, soft = two_ropes(f * (curve.drive_half_range / curve.angle_half_range_deg), *_toe(curve, values), 0.0, 0.0)
     return soft
 
 
@@ -50,7 +59,7 @@ _CURVE = CurveForm(
     ),
     tuple({"toe": toe, "give": give, "stiffness_ratio": 4.0} for toe in (0.5, 3.0) for give in (0.05, 0.4)),
     drive=_turn,
-    loop=_soft,
+    loop_size=_soft,
 )
 
 EFFECT = Effect(

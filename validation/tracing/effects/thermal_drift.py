@@ -13,8 +13,8 @@ from validation.tracing.effect import (
     Need,
     RelativeParameter,
     RigForm,
+    SampleInputs,
     Scale,
-    Sight,
     Values,
 )
 
@@ -23,11 +23,11 @@ SIZE = FreeParameter("size_deg", "deg", -50.0, 50.0, 0.02, linear=True)
 TIME = FreeParameter("time_s", "s", 1e-2, 1e6, 0.3, log=True)
 
 
-def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
+def observe(angle_deg: Floats, inputs: SampleInputs, values: Values) -> Floats:
     """Add an offset that grows with time, steadily or towards a limit."""
     if "deg_per_s" in values:
-        return angle_deg + values["deg_per_s"] * sight.time_s
-    return angle_deg - values["size_deg"] * np.expm1(-sight.time_s / values["time_s"])
+        return angle_deg + values["deg_per_s"] * inputs.time_s
+    return angle_deg - values["size_deg"] * np.expm1(-inputs.time_s / values["time_s"])
 
 
 def _steady(scale: Scale, rig: Rig | None) -> list[Values]:
@@ -47,7 +47,7 @@ _CURVES = (
     CurveForm(
         (RelativeParameter("deg_per_s", "angle/time", -2.0, 2.0, 0.005),),
         ({"deg_per_s": 0.01},),
-        seen=seen,
+        observe=observe,
         needs=_TIME,
     ),
     CurveForm(
@@ -56,7 +56,7 @@ _CURVES = (
             RelativeParameter("time_s", "time", 3e-3, 1e3, 0.3, log=True),
         ),
         tuple({"size_deg": 0.01, "time_s": part} for part in (0.1, 0.5, 2.0, 10.0)),
-        seen=seen,
+        observe=observe,
         needs=_TIME,
     ),
 )
@@ -67,8 +67,8 @@ EFFECT = Effect(
     "all cycles whatever the load.",
     distinguished_by="Creep turns round with the load. Record a dwell at full drive on either side.",
     rig_forms=(
-        RigForm((RATE,), _steady, seen=seen, needs=_TIME),
-        RigForm((SIZE, TIME), _to_a_limit, seen=seen, needs=_TIME),
+        RigForm((RATE,), _steady, observe=observe, needs=_TIME),
+        RigForm((SIZE, TIME), _to_a_limit, observe=observe, needs=_TIME),
     ),
     curve_forms=(*_CURVES,),
 )

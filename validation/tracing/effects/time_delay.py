@@ -6,14 +6,23 @@ import numpy as np
 
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.effect import CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Sight, Values
+from validation.tracing.effect import (
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    SampleInputs,
+    Scale,
+    Values,
+)
 
 DELAY = FreeParameter("delay_s", "s", -1e3, 1e3, 0.001, linear=True)
 
 
-def seen(angle_deg: Floats, sight: Sight, values: Values) -> Floats:
+def observe(angle_deg: Floats, inputs: SampleInputs, values: Values) -> Floats:
     """Angle that was there ``delay_s`` ago; before the first sample it was the first one."""
-    return np.interp(sight.time_s - values["delay_s"], sight.time_s, angle_deg)
+    return np.interp(inputs.time_s - values["delay_s"], inputs.time_s, angle_deg)
 
 
 def _starts(scale: Scale, rig: Rig | None) -> list[Values]:
@@ -24,7 +33,7 @@ def _starts(scale: Scale, rig: Rig | None) -> list[Values]:
 _CURVE = CurveForm(
     (RelativeParameter("delay_s", "time", -0.2, 0.2, 1e-4),),
     tuple({"delay_s": part} for part in (1e-3, 5e-3, 0.02)),
-    seen=seen,
+    observe=observe,
     needs=frozenset({"time"}),
 )
 
@@ -33,6 +42,6 @@ EFFECT = Effect(
     physics="Sensor filters, transmission and logging: the angle logged is that of a moment ago, theta(t - tau).",
     distinguished_by="Viscous drag grows with the rate as well, but also at the ends of the stroke, where a delay shows "
     "nothing. Record two rates, or a dwell.",
-    rig_forms=(RigForm((DELAY,), _starts, seen=seen, needs=frozenset({"time"})),),
+    rig_forms=(RigForm((DELAY,), _starts, observe=observe, needs=frozenset({"time"})),),
     curve_forms=(_CURVE,),
 )

@@ -9,7 +9,16 @@ import numpy as np
 from fem_models.rig.effects import TipStop
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 ABOVE = FreeParameter("y_mm", "mm", 0.0, 1e3, 0.1)
 BELOW = FreeParameter("y_mm", "mm", -1e3, -1e-6, 0.1)
@@ -25,11 +34,11 @@ def _starts(side: float, scale: Scale) -> list[Values]:
     return [{"y_mm": side * part * scale.tip_mm, "stiffness_N_per_mm": k} for part in parts for k in (0.1, 2.0)]
 
 
-def _stop_above(theta: Floats, curve: Curve, values: Values) -> Floats:
+def _stop_above(theta: Floats, curve: CurveContext, values: Values) -> Floats:
     return theta - values["slope_loss"] * np.maximum(theta - values["angle_deg"], 0.0)
 
 
-def _stop_below(theta: Floats, curve: Curve, values: Values) -> Floats:
+def _stop_below(theta: Floats, curve: CurveContext, values: Values) -> Floats:
     return theta - values["slope_loss"] * np.minimum(theta - values["angle_deg"], 0.0)
 
 
@@ -38,7 +47,7 @@ _CURVES = tuple(
     CurveForm(
         (RelativeParameter("angle_deg", "angle", -1.1, 1.1, 0.01), _LOSS),
         tuple({"angle_deg": side * part, "slope_loss": loss} for part in (0.6, 0.8, 0.93) for loss in (0.1, 0.5)),
-        turn=law,
+        angle=law,
     )
     for side, law in ((1.0, _stop_above), (-1.0, _stop_below))
 )

@@ -10,7 +10,7 @@ from fem_models.rig.effects import Slack
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.effect import (
-    Curve,
+    CurveContext,
     CurveForm,
     Effect,
     FreeParameter,
@@ -72,35 +72,35 @@ def _arm_EA(scale: Scale, rig: Rig) -> list[Values]:
 _TWO: frozenset[Need] = frozenset({"two tendons"})
 
 
-def _sides(x: Floats, curve: Curve, values: Values) -> Floats:
+def _sides(x: Floats, curve: CurveContext, values: Values) -> Floats:
     """Slopes that differ from side to side."""
     return x + values.get("kink", 0.0) * np.abs(x)
 
 
-def _even(f: Floats, curve: Curve, values: Values) -> Floats:
+def _even(f: Floats, curve: CurveContext, values: Values) -> Floats:
     """Add an even part to f, which a low preload makes larger; f takes that of the largest preload."""
-    return f + values.get("even_deg", 0.0) * (1.0 / curve.preload - 1.0) * (f / curve.angle) ** 2
+    return f + values.get("even_deg", 0.0) * (1.0 / curve.preload_ratio - 1.0) * (f / curve.angle_half_range_deg) ** 2
 
 
-def _skew(f: Floats, curve: Curve, values: Values) -> Floats:
+def _skew(f: Floats, curve: CurveContext, values: Values) -> Floats:
     """Make the loop wider on one side than on the other."""
-    return np.exp(values["skew"] * f / curve.angle)
+    return np.exp(values["skew"] * f / curve.angle_half_range_deg)
 
 
 _SKEW = RelativeParameter("skew", "-", -2.0, 2.0, 0.02)
 _CURVES = (
-    CurveForm((_SKEW,), ({"skew": 0.1}, {"skew": -0.1}), loop=_skew),
+    CurveForm((_SKEW,), ({"skew": 0.1}, {"skew": -0.1}), loop_size=_skew),
     CurveForm(
         (_SKEW, RelativeParameter("kink", "-", -0.6, 0.6, 0.01)),
         tuple({"skew": skew, "kink": kink} for skew in (-0.1, 0.1) for kink in (-0.03, 0.03)),
         drive=_sides,
-        loop=_skew,
+        loop_size=_skew,
     ),
     CurveForm(
         (_SKEW, RelativeParameter("even_deg", "angle", -1.0, 1.0, 0.005)),
         tuple({"skew": skew, "even_deg": even} for skew in (-0.1, 0.1) for even in (-0.01, 0.01)),
-        bend=_even,
-        loop=_skew,
+        backbone=_even,
+        loop_size=_skew,
         needs=frozenset({"preloads"}),
     ),
 )

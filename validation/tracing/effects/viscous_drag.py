@@ -8,7 +8,16 @@ from fem_models.rig.effects import Drag
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import lagged
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 SHEATH = FreeParameter("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True, linear=True)
 JOINT = FreeParameter("joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True, linear=True)
@@ -31,21 +40,21 @@ def _joint_starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"joint_Nmm_s_per_rad": moment / turn} for moment in (1.0, 6.0)]  # Nmm, at the greatest speed
 
 
-def _damped(theta: Floats, curve: Curve, values: Values) -> Floats:
+def _damped(theta: Floats, curve: CurveContext, values: Values) -> Floats:
     """Add a damper against the ropes' elasticity: a first-order lag."""
-    return lagged(theta, curve.sight.time_s, values["lag_s"])
+    return lagged(theta, curve.inputs.time_s, values["lag_s"])
 
 
-def _damped_by_loop(theta: Floats, curve: Curve, values: Values) -> Floats:
+def _damped_by_loop(theta: Floats, curve: CurveContext, values: Values) -> Floats:
     """Add a damper in the sheath: it acts through the elasticity that dry friction acts through, so it goes as h."""
-    return lagged(theta, curve.sight.time_s, values["lag_s"] * curve.loop)
+    return lagged(theta, curve.inputs.time_s, values["lag_s"] * curve.loop_ratio)
 
 
 _LAG = RelativeParameter("lag_s", "time", 1e-5, 0.5, 0.3, log=True)
 _LAGS: tuple[Values, ...] = ({"lag_s": 1e-3}, {"lag_s": 1e-2})
 _CURVES = (
-    CurveForm((_LAG,), _LAGS, turn=_damped, needs=frozenset({"time"})),
-    CurveForm((_LAG,), _LAGS, turn=_damped_by_loop, needs=frozenset({"time", "preloads"})),
+    CurveForm((_LAG,), _LAGS, angle=_damped, needs=frozenset({"time"})),
+    CurveForm((_LAG,), _LAGS, angle=_damped_by_loop, needs=frozenset({"time", "preloads"})),
 )
 
 EFFECT = Effect(

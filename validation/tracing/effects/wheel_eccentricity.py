@@ -10,7 +10,16 @@ import numpy as np
 from fem_models.rig.effects import Eccentricity
 from fem_models.rig.rig import Rig, Wheel
 from hysteresis.arrays import Floats
-from validation.tracing.effect import Curve, CurveForm, Effect, FreeParameter, RelativeParameter, RigForm, Scale, Values
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Values,
+)
 
 SINE = FreeParameter("sine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
 COSINE = FreeParameter("cosine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
@@ -36,8 +45,8 @@ def _any_wheel(scale: Scale, rig: Rig) -> list[Values]:
     return [{**v, "radius_mm": scale.drive / (math.pi * w)} for w in waves for v in _declared_wheel(scale, rig)]
 
 
-def _uneven(x: Floats, curve: Curve, values: Values) -> Floats:
-    angle = (x + curve.middle) / values["radius"]
+def _uneven(x: Floats, curve: CurveContext, values: Values) -> Floats:
+    angle = (x + curve.drive_middle) / values["radius"]
     return x + values["sine"] * np.sin(angle) + values["cosine"] * np.cos(angle)
 
 
