@@ -32,7 +32,7 @@ class Pull:
     peak_strain
         Shape (m, N), of :func:`fem_models.joint.strain.peak_strain`; NaN for measured joints.
     record
-        The same as a record whose drive is the force, for :func:`hysteresis.record.write_record`.
+        The same as a record whose drive is the force, for :func:`hysteresis.record_file.write_record`.
     """
 
     force_N: Floats

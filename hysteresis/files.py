@@ -1,4 +1,4 @@
-"""Writing results whole or not at all, and the error that names what is wrong with a file."""
+"""Reading text, writing results all or none, and the error that names what is wrong with a file."""
 
 from __future__ import annotations
 
@@ -11,6 +11,22 @@ from pathlib import Path
 
 class RecordError(ValueError):
     """A record that cannot be read or used; one line naming file, line or field, value and what was expected."""
+
+
+def read_text(path: Path, expected: str) -> str:
+    """Read a text file in UTF-8, with or without a byte order mark; ``expected`` completes the error message.
+
+    Raises
+    ------
+    RecordError
+        A file that cannot be opened or is not UTF-8.
+    """
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror}: expected {expected}") from None
+    except UnicodeDecodeError as error:
+        raise RecordError(f"{path}: byte {error.start} is not UTF-8: expected {expected} in UTF-8") from None
 
 
 def write_files(files: Mapping[Path, str | bytes]) -> None:

@@ -15,7 +15,8 @@ from fem_models.chain.solve import ChainSolution, simulate_chain, solve_chain
 from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
-from hysteresis.record import Record, read_columns
+from hysteresis.record import Record
+from hysteresis.record_file import read_columns
 
 if TYPE_CHECKING:
     from fem_models.multibody.quasi_static import MultibodySolution

@@ -11,7 +11,7 @@ from fem_models.chain.solve import solve_chain
 from fem_models.load.program import triangle
 from fem_models.rig.presets import PRESETS, preset
 from fem_models.view.manipulator import SceneError, render
-from hysteresis.record import write_record
+from hysteresis.record_file import write_record
 from studies.commands.separation import separate_rig
 from studies.report.tube import write_tube
 from studies.results import checksums, loop_summary, write_json

@@ -19,7 +19,8 @@ from fem_models.rig.rig import Friction, Notch
 from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
 from hysteresis.identify import Fit, identify
 from hysteresis.metrics import LoopWidth, errors, loop_width
-from hysteresis.record import Record, read_record, write_record
+from hysteresis.record import Record
+from hysteresis.record_file import read_record, write_record
 from validation.separation.contributions import contributions, loop_program
 from validation.tracing.trace import Trace, trace_records
 

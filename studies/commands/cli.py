@@ -24,7 +24,8 @@ from fem_models.rig.presets import PRESETS, preset
 from fem_models.rig.rig import Rig
 from fem_models.rig.rig_file import read_rig
 from hysteresis.optimizers import METHODS, Method
-from hysteresis.record import RecordError, check_target, read_record, write_record
+from hysteresis.record import RecordError
+from hysteresis.record_file import check_target, read_record, write_record
 from studies.commands.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
 from studies.commands.identification import identify_records, write_fit, written
 from studies.engines import (

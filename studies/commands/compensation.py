@@ -15,7 +15,8 @@ from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen
 from hysteresis.files import write_files
 from hysteresis.inverse import UnreachableError, compensating_drive, uncompensated_drive
-from hysteresis.record import RecordError, read_columns, read_record
+from hysteresis.record import RecordError
+from hysteresis.record_file import read_columns, read_record
 from studies.commands.identification import identify_records
 
 

@@ -25,7 +25,8 @@ from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
 
 from hysteresis.arrays import Floats
-from hysteresis.record import DriveUnit, Record, write_record
+from hysteresis.record import DriveUnit, Record
+from hysteresis.record_file import write_record
 
 Arrays = dict[str, Any]  # fields of a Record, each an array
 

@@ -25,7 +25,8 @@ from fem_models.rig.presets import PRESETS, preset
 from fem_models.rig.rig import Rig, numeric_fields
 from fem_models.view.manipulator import SceneError, render
 from hysteresis.files import write_files
-from hysteresis.record import Record, read_record, write_record
+from hysteresis.record import Record
+from hysteresis.record_file import read_record, write_record
 from studies.commands.identification import identify_record, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import trace_loaded

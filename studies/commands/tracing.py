@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from hysteresis.files import write_files
-from hysteresis.record import Record, RecordError, read_record
+from hysteresis.record import Record, RecordError
+from hysteresis.record_file import read_record
 from studies.commands.identification import STANDSTILL_DEG
 from studies.progress import told
 from studies.report.trace_page import trace_page

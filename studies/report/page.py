@@ -14,7 +14,8 @@ import numpy as np
 from plotly.offline import get_plotlyjs
 
 from hysteresis.files import write_files
-from hysteresis.record import RecordError, read_record
+from hysteresis.record import RecordError
+from hysteresis.record_file import read_record
 from studies.report import summary
 from studies.report.plots import Drawn, Series, columns_plate, draw, fit_plate, loops_plate, parts_plate
 from studies.report.study import StudySection, read_front, read_json, read_study

@@ -14,7 +14,8 @@ from hysteresis.backbone import fitted_backbone, given_backbone
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.holdout import hold_out, validate_within
 from hysteresis.identify import identify
-from hysteresis.record import Record, RecordError, read_record
+from hysteresis.record import Record, RecordError
+from hysteresis.record_file import read_record
 from hysteresis.search import Form, Point, Samples
 from hysteresis.uncertainty import parameters_of, uncertainty
 

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hysteresis.metrics import closed_work_mJ, dissipated_area, errors, loop_width, noise_floor, signed_mean_fitness
-from hysteresis.record import Record, read_record
+from hysteresis.record import Record
+from hysteresis.record_file import read_record
 
 
 def triangle(amplitude: float, quarter: int, cycles: int) -> np.ndarray:

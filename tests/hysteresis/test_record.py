@@ -14,7 +14,8 @@ from hypothesis.extra.numpy import arrays
 
 from hysteresis.files import write_files
 from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles, require_reversal
-from hysteresis.record import Record, RecordError, read_columns, read_record, write_record
+from hysteresis.record import Record, RecordError
+from hysteresis.record_file import read_columns, read_record, write_record
 
 DOCS = (Path(__file__).parents[2] / "docs" / "records.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"`([\w.-]+)`\n```(?:csv|toml)\n(.*?)```", DOCS, flags=re.DOTALL))

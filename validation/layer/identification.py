@@ -24,7 +24,8 @@ from hysteresis.fit import Fit
 from hysteresis.holdout import Split, hold_out
 from hysteresis.identify import identify, join
 from hysteresis.metrics import Errors, errors
-from hysteresis.record import Record, read_record
+from hysteresis.record import Record
+from hysteresis.record_file import read_record
 from hysteresis.search import polish, with_curve_of
 from validation.layer.comparators import Kind, fit_operator
 from validation.layer.interpolation import between_fits, between_operators, within_fit, within_operator

@@ -16,7 +16,7 @@ from typing import Any
 from rich.progress import track
 
 from hysteresis.files import write_files
-from hysteresis.record import read_record
+from hysteresis.record_file import read_record
 from validation.measured.wrists import measured_folder
 from validation.tracing.figures import residual_figure
 from validation.tracing.next_experiment import next_experiment

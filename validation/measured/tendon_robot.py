@@ -16,7 +16,8 @@ import numpy as np
 
 from hysteresis.arrays import Floats
 from hysteresis.holdout import Split
-from hysteresis.record import Record, read_record
+from hysteresis.record import Record
+from hysteresis.record_file import read_record
 from validation.layer.comparators import Kind, fit_operator
 from validation.measured.wrists import measured_folder, write_page
 from validation.separation.tendon_fit import (
@@ -278,7 +279,7 @@ def tables(folder: Path, picture: Path) -> str:
     Raises
     ------
     RecordError
-        As :func:`hysteresis.record.read_record`.
+        As :func:`hysteresis.record_file.read_record`.
     """
     names = (*TRAINING, *HELD_OUT)
     data = {n: trace(read_record(folder / f"tendon-robot-{n}.csv")) for n in names}

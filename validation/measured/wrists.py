@@ -24,7 +24,8 @@ from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, Rig
 from hysteresis.arrays import Floats
-from hysteresis.record import Record, read_record
+from hysteresis.record import Record
+from hysteresis.record_file import read_record
 
 TUBES = ("90", "150")
 TRAINING: Mapping[str, tuple[int, ...]] = {"90": (1, 2, 3), "150": (1, 2)}
@@ -127,7 +128,7 @@ def read_trials(folder: Path, tube: str) -> Trials:
     Raises
     ------
     RecordError
-        As :func:`hysteresis.record.read_record`.
+        As :func:`hysteresis.record_file.read_record`.
     """
     record: Record = read_record(folder / f"notched-wrist-{tube}.csv")
     assert record.notches_deg is not None

@@ -15,7 +15,8 @@ import numpy as np
 from fem_models.load.program import triangle
 from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.rig.presets import preset
-from hysteresis.record import Record, write_record
+from hysteresis.record import Record
+from hysteresis.record_file import write_record
 
 SHIPPED = Path(__file__).parent / "records" / "bench-like-20N.csv"
 SEED = 20181

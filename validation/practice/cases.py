@@ -27,7 +27,8 @@ from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from hysteresis.record import Record, write_record
+from hysteresis.record import Record
+from hysteresis.record_file import write_record
 from validation.practice.hidden import CATALOGUE, DISTINCT, Family, Hidden
 from validation.practice.outside import OUTSIDE
 from validation.practice.protocols import KINDS, Ground, Kind, Protocol, draw_ground

@@ -26,7 +26,7 @@ from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction
 from fem_models.rig.rig_file import read_rig
 from fem_models.view.manipulator import tendon_lines
-from hysteresis.record import read_record, write_record
+from hysteresis.record_file import read_record, write_record
 from studies.commands.run import strain_summary
 
 WRIST = preset("notched-wrist-150")

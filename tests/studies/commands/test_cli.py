@@ -13,7 +13,8 @@ import pytest
 from rich.console import Console
 
 from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.record import Record, read_record, write_record
+from hysteresis.record import Record
+from hysteresis.record_file import read_record, write_record
 from studies import engines
 from studies.commands import cli, run
 from studies.commands.cli import call

@@ -14,7 +14,7 @@ import pytest
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
-from hysteresis.record import read_record
+from hysteresis.record_file import read_record
 from studies.commands import fetch
 from studies.commands.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
 

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from hysteresis.record import read_record
+from hysteresis.record_file import read_record
 from studies.commands import run
 from studies.commands.cli import call
 from studies.report.templates import significant

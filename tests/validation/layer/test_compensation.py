@@ -12,7 +12,7 @@ from fem_models.rig.presets import preset
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.identify import identify
 from hysteresis.inverse import compensating_drive, inverse_curve, inverse_hysteresis, uncompensated_drive
-from hysteresis.record import read_columns, read_record, write_record
+from hysteresis.record_file import read_columns, read_record, write_record
 from studies.commands.cli import call
 from studies.commands.identification import write_fit
 from validation.layer.compensation import layer, references, shrinking_loops, track

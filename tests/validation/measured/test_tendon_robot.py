@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hysteresis.arrays import Floats
-from hysteresis.record import read_record
+from hysteresis.record_file import read_record
 from validation.measured.tendon_robot import DECLARED, HELD_OUT, TRAINING, capstan, operator_errors
 from validation.separation.tendon_fit import NAMES, Trace, correlations, draws, experiments, fit, trace
 from validation.separation.tendon_parts import parts, switched

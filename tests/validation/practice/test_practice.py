@@ -9,7 +9,7 @@ from docs.make.practice import put_section, tables
 from fem_models.chain.solve import simulate_chain, solve_chain
 from fem_models.rig.effects import Backlash
 from fem_models.rig.of_record import rig_of
-from hysteresis.record import read_record
+from hysteresis.record_file import read_record
 from validation.practice import score
 from validation.practice.cases import (
     LABELS,

@@ -15,7 +15,8 @@ from fem_models.rig.effects import Backlash
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction
-from hysteresis.record import Record, write_record
+from hysteresis.record import Record
+from hysteresis.record_file import write_record
 from studies.commands.cli import call
 from validation.separation.contributions import (
     SETS,

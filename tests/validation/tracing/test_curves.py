@@ -14,7 +14,8 @@ from fem_models.load.program import sine
 from fem_models.rig.presets import preset
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.path import branches
-from hysteresis.record import Record, RecordError, read_record
+from hysteresis.record import Record, RecordError
+from hysteresis.record_file import read_record
 from validation.tracing.baseline.curve import curve_problem, thinned
 from validation.tracing.baseline.curve_kernels import lagged, loops, play, rope_tension, transformed, two_ropes
 from validation.tracing.effect import catalogue

@@ -9,7 +9,8 @@ from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.holdout import Split, hold_out
 from hysteresis.identify import identify
 from hysteresis.optimizers import METHODS
-from hysteresis.record import Record, RecordError, read_record
+from hysteresis.record import Record, RecordError
+from hysteresis.record_file import read_record
 from hysteresis.uncertainty import _Blocks
 from validation.layer.comparators import fit_operator
 from validation.layer.identification import largest_amplitudes, nested

@@ -1,0 +1,278 @@
+"""Reading and writing records: a CSV and, beside it, a TOML sidecar of the same stem (``docs/records.md``)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hysteresis.arrays import Floats
+from hysteresis.files import RecordError, read_text, write_files
+from hysteresis.record import FIELDS, MAX_COUNT, MAX_MAGNITUDE, Record, bad_cycles
+from hysteresis.sidecar import (
+    LIST_FIELDS,
+    Columns,
+    Sidecar,
+    bare_columns,
+    check_rig_tables,
+    is_sidecar,
+    read_sidecar,
+    toml,
+)
+
+# --- reading -----------------------------------------------------------------------------------------------------
+
+
+def read_record(path: Path | str) -> Record:
+    """Read a CSV and, if there is one, the TOML sidecar of the same stem.
+
+    A row that repeats the whole previous row, time included, is one sample logged twice and is read once.
+
+    Parameters
+    ----------
+    path
+        The CSV. Without a sidecar it needs the columns drive_mm and angle_deg.
+
+    Raises
+    ------
+    RecordError
+        One line with file, line or field, value and what was expected.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".toml":
+        raise RecordError(f"{path}: expected the CSV of the record, not its sidecar")
+    names, rows = _read_csv(path)
+    side = path.with_suffix(".toml")
+    sidecar = read_sidecar(side) if side.exists() else Sidecar()
+    columns = bare_columns(names) if sidecar.columns is None else sidecar.columns
+    clocks = [name for key in ("time", "cycle") for name in columns.get(key, [])]
+    values = _parse(path, names, rows, [name for group in columns.values() for name in group], clocks)
+    values = _without_repeats(path, rows, values, columns)
+    arrays: dict[str, Any] = {field: values[columns[key][0]] for key, field in FIELDS.items() if key in columns}
+    for key, name in LIST_FIELDS.items():
+        if key in columns:
+            arrays[name] = np.column_stack([values[column] for column in columns[key]])
+    rig = dict(sidecar.rig)
+    if "file" in rig:
+        rig["file"] = str((path.parent / rig["file"]).resolve())
+    if sidecar.kinematics_file is not None:
+        arrays["kinematics"] = _read_kinematics(path.parent / sidecar.kinematics_file)
+    return Record(
+        **arrays,
+        drive_unit=sidecar.drive_unit,
+        title=path.stem if sidecar.title is None else sidecar.title,
+        kind=sidecar.kind,
+        rig=rig,
+        tube=sidecar.tube,
+        notch=sidecar.notch,
+        source=str(path),
+        drive_column=columns["force" if "force" in columns else "drive"][0],
+    )
+
+
+def read_columns(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> dict[str, Floats]:
+    """Read columns of a CSV by name: all of ``wanted``, and those of ``optional`` that exist.
+
+    Parameters
+    ----------
+    path
+        A CSV in UTF-8 with a header. Other columns are not read and may hold anything.
+
+    Returns
+    -------
+    dict
+        Column name -> finite values, shape (rows,); only ``time_s`` may exceed 1e9.
+
+    Raises
+    ------
+    RecordError
+        One line with file, line, column, value and what was expected.
+    """
+    names, rows = _read_csv(path)
+    return _parse(path, names, rows, [*wanted, *(name for name in optional if name in names)], ["time_s"])
+
+
+def _require_samples(where: Path, count: int) -> None:
+    if count < 3:
+        raise RecordError(f"{where}: {'one sample' if count == 1 else f'{count} samples'}: expected at least 3")
+
+
+def _read_csv(path: Path) -> tuple[list[str], list[str]]:
+    """Return column names and data rows; row i is line i + 2 of the file."""
+    lines = read_text(path, "a CSV file").rstrip().split("\n")
+    names = [name.strip().strip('"') for name in lines[0].split(",")]
+    if not any(names):
+        raise RecordError(f"{path}: empty: expected a header that names the columns, then one row a sample")
+    twice = next((name for i, name in enumerate(names) if name and name in names[:i]), None)
+    if twice is not None:
+        raise RecordError(f"{path}:1: column {twice!r} stands twice: expected different names")
+    return names, lines[1:]
+
+
+def _parse(
+    path: Path, names: list[str], rows: list[str], wanted: Sequence[str], clocks: Collection[str] = ()
+) -> dict[str, Floats]:
+    """Parse the wanted columns in compiled code; look for the offending cell only if that fails.
+
+    ``clocks`` names the columns that may exceed 1e9.
+    """
+    for name in wanted:
+        if name not in names:
+            raise RecordError(f"{path}: column {name!r} missing: the columns are {', '.join(names)}")
+    for line, row in enumerate(rows, start=2):
+        if row.count(",") != len(names) - 1 or not row.strip():
+            found = row.count(",") + 1 if row.strip() else 0
+            raise RecordError(f"{path}:{line}: {found} fields: expected {len(names)}, one a column")
+    if not rows:
+        return {name: np.empty(0) for name in wanted}
+    wanted = list(dict.fromkeys(wanted))
+    indices = [names.index(name) for name in wanted]
+    try:
+        values = np.loadtxt(rows, delimiter=",", comments=None, usecols=indices, ndmin=2)
+    except ValueError as error:
+        raise RecordError(_offending_cell(path, names, rows, wanted) or f"{path}: {error}") from None
+    limits = np.array([MAX_COUNT if name in clocks else MAX_MAGNITUDE for name in wanted])
+    for i, j in np.argwhere(~(np.abs(values) <= limits))[:1]:
+        text = rows[i].split(",")[indices[j]].strip()
+        expected = f"at most {limits[j]:g} in magnitude" if np.isfinite(values[i, j]) else "a finite number"
+        raise RecordError(f"{path}:{i + 2}: column {wanted[j]!r} = {text}: expected {expected}")
+    return {name: values[:, j] for j, name in enumerate(wanted)}
+
+
+def _offending_cell(path: Path, names: list[str], rows: list[str], wanted: Sequence[str]) -> str | None:
+    for line, row in enumerate(rows, start=2):
+        cells = row.split(",")
+        for name in wanted:
+            text = cells[names.index(name)].strip()
+            try:
+                number = text.isascii() and "_" not in text  # Python accepts 1_000 and other digits, NumPy does not
+                float(text)
+            except ValueError:
+                number = False
+            if not number:
+                return f"{path}:{line}: column {name!r} = {text!r}: expected a number"
+    return None
+
+
+def _without_repeats(path: Path, rows: list[str], values: dict[str, Floats], columns: Columns) -> dict[str, Floats]:
+    """Check time and cycle, drop samples that were logged twice, and require three samples."""
+    _require_samples(path, len(rows))
+    for name in columns.get("cycle", []):
+        for i in np.flatnonzero(bad_cycles(values[name]))[:1]:
+            expected = "a whole number that never falls"
+            raise RecordError(f"{path}:{i + 2}: column {name!r} = {values[name][i]:g}: expected {expected}")
+    for name in columns.get("time", []):
+        time = values[name]
+        once = np.array([True, *(a != b for a, b in pairwise(rows))])
+        for i in np.flatnonzero(once[1:] & (np.diff(time) <= 0))[:1]:
+            found = f"{time[i + 1]:.12g} after {time[i]:.12g}"
+            raise RecordError(f"{path}:{i + 3}: column {name!r} = {found}: expected increasing time")
+        _require_samples(path, int(once.sum()))
+        values = {key: column[once] for key, column in values.items()}
+    return values
+
+
+def _read_kinematics(path: Path) -> Floats:
+    names, rows = _read_csv(path)
+    values = _parse(path, names, rows, ["drive_mm", "angle_deg"])
+    theory = np.column_stack([values["drive_mm"], values["angle_deg"]])
+    if len(theory) < 2:
+        raise RecordError(f"{path}: {len(theory)} rows: expected at least 2")
+    theory = theory[np.argsort(theory[:, 0], kind="stable")]
+    for i in np.flatnonzero(np.diff(theory[:, 0]) == 0)[:1]:
+        raise RecordError(f"{path}: drive_mm = {theory[i, 0]:g} stands twice: expected one angle a drive")
+    return theory
+
+
+# --- writing -----------------------------------------------------------------------------------------------------
+
+
+def write_record(record: Record, path: Path | str) -> None:
+    """Write a record as CSV, with its sidecar and, if it has one, its theory ``<stem>.kinematics.csv``.
+
+    Numbers are written so that reading returns the same floats. All files are staged before any is replaced; the CSV
+    comes last.
+
+    Raises
+    ------
+    RecordError
+        What :func:`read_record` would refuse, what :func:`check_target` refuses, or a folder that cannot be
+        written to.
+    """
+    path = Path(path)
+    check_target(path)
+    _require_samples(path, len(record.drive))
+    sidecar = path.with_suffix(".toml")
+    tables: dict[str, Any] = {"rig": dict(record.rig), "tube": record.tube, "notch": record.notch}
+    check_rig_tables(sidecar, tables)
+    rig = tables["rig"]
+    if "file" in rig:  # relative, so that a folder of records can be moved
+        rig["file"] = Path(os.path.relpath(Path(rig["file"]).resolve(), path.parent.resolve())).as_posix()
+    columns, data = columns_of(record)
+    drive = {} if record.drive_unit == "N" else {"unit": record.drive_unit}
+    head = {"schema": 1, "title": record.title, "kind": record.kind, "columns": columns, "drive": drive}
+    tables = {**head, **tables}
+    files: dict[Path, str] = {}
+    if record.kinematics is not None:
+        theory = path.with_suffix(".kinematics.csv")
+        files[theory] = _csv({"drive_mm": record.kinematics[:, 0], "angle_deg": record.kinematics[:, 1]})
+        tables["kinematics"] = {"file": theory.name}
+    files[sidecar] = toml(tables)
+    files[path] = _csv(data)
+    write_files(files)
+
+
+def check_target(path: Path, inputs: Collection[Path] = ()) -> None:
+    """Refuse a path that :func:`write_record` must not write to, before the record is computed.
+
+    Parameters
+    ----------
+    path
+        The CSV to write.
+    inputs
+        Files that the record is made from; neither the CSV nor the sidecar may replace them.
+
+    Raises
+    ------
+    RecordError
+        A name that does not end in .csv, an input, or a TOML file beside it that is not the sidecar of a record.
+    """
+    if path.suffix.lower() != ".csv":
+        raise RecordError(f"{path}: expected a name that ends in .csv")
+    sidecar = path.with_suffix(".toml")
+    for target in (path, sidecar):
+        for file in inputs:
+            if target.resolve() == file.resolve() or (target.exists() and file.exists() and target.samefile(file)):
+                raise RecordError(
+                    f"{path}: writing {target.name} would replace the input {file}: expected another name"
+                )
+    if sidecar.is_file() and not is_sidecar(sidecar):
+        raise RecordError(f"{sidecar}: not the sidecar of a record, would be replaced: expected another name")
+
+
+def columns_of(record: Record) -> tuple[dict[str, str | list[str]], dict[str, NDArray[Any]]]:
+    """Return the ``[columns]`` table, and the columns of the CSV by name, each of shape (m,)."""
+    load = record.drive_unit == "N"
+    names = {**FIELDS, "drive": f"drive_{record.drive_unit}", "force": "force_N"}
+    del names["drive" if load else "force"]
+    present = {key: name for key, name in names.items() if getattr(record, FIELDS[key]) is not None}
+    columns: dict[str, str | list[str]] = dict(present)
+    data: dict[str, NDArray[Any]] = {name: getattr(record, FIELDS[key]) for key, name in present.items()}
+    notches, tip = record.notches_deg, ["tip_x_mm", "tip_y_mm"]
+    if notches is not None:
+        columns["notches"] = of_notches = [f"notch_{i + 1}_deg" for i in range(notches.shape[1])]
+        data |= dict(zip(of_notches, notches.T, strict=True))
+    if record.tip_mm is not None:
+        columns["tip"] = tip
+        data |= dict(zip(tip, record.tip_mm.T, strict=True))
+    return columns, data
+
+
+def _csv(data: Mapping[str, NDArray[Any]]) -> str:
+    cells = [[*map(repr, column.tolist())] for column in data.values()]  # repr: shortest text that reads back the same
+    return "\n".join([",".join(data), *map(",".join, zip(*cells, strict=True))]) + "\n"

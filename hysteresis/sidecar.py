@@ -1,0 +1,179 @@
+"""The sidecar of a record: the TOML file that names the columns of the CSV and describes the rig."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from sys import float_info
+from typing import Any
+
+from hysteresis.files import RecordError, read_text
+from hysteresis.record import FIELDS, KINDS, MEASURED_KEYS, DriveUnit, Kind
+
+LIST_FIELDS: dict[str, str] = {"notches": "notches_deg", "tip": "tip_mm"}
+"""Keys of ``[columns]`` that name a list of columns, with the field of the record that they fill."""
+Columns = Mapping[str, list[str]]
+"""Key of ``[columns]`` -> columns of the CSV."""
+_RIG_NUMBERS = ("preload_N", *MEASURED_KEYS)
+_KEYS: dict[str, tuple[str, ...]] = {
+    "": ("schema", "title", "kind", "columns", "drive", "rig", "tube", "notch", "kinematics"),
+    "columns": (*FIELDS, *LIST_FIELDS),
+    "drive": ("unit",),
+    "rig": ("preset", "file", *_RIG_NUMBERS),
+    "kinematics": ("file",),
+}
+
+
+@dataclass(frozen=True)
+class Sidecar:
+    """Contents of a sidecar, checked. ``columns`` is None where the CSV uses the names of a bare CSV."""
+
+    title: str | None = None
+    kind: Kind = "measured"
+    columns: Columns | None = None
+    drive_unit: DriveUnit = "mm"
+    rig: Mapping[str, Any] = field(default_factory=dict)
+    tube: Mapping[str, Any] = field(default_factory=dict)
+    notch: Mapping[str, Any] = field(default_factory=dict)
+    kinematics_file: str | None = None
+
+
+def read_sidecar(path: Path) -> Sidecar:
+    """Read and check a sidecar.
+
+    Raises
+    ------
+    RecordError
+        One line with the file, the key, its value and what was expected.
+    """
+    try:
+        tables = tomllib.loads(read_text(path, "the record's sidecar"))
+    except tomllib.TOMLDecodeError as error:
+        raise RecordError(f"{path}: not TOML: {error}") from None
+    _check_keys(path, "", tables)
+    if type(tables.get("schema")) is not int or tables["schema"] != 1:
+        raise RecordError(f"{path}: schema = {tables.get('schema', 'missing')!r}: expected 1")
+    if not isinstance(tables.get("title", ""), str):
+        raise RecordError(f"{path}: title = {tables['title']!r}: expected text")
+    if tables.get("kind", "measured") not in KINDS:
+        raise RecordError(f"{path}: kind = {tables['kind']!r}: expected measured or simulated")
+    for name in ("columns", "drive", "kinematics"):
+        _check_keys(path, name, tables.get(name, {}))
+    check_rig_tables(path, tables)
+    if not isinstance(tables.get("kinematics", {"file": ""}).get("file"), str):
+        raise RecordError(f"{path}: kinematics.file: expected the name of a CSV file")
+    columns = _columns(path, tables["columns"]) if "columns" in tables else None
+    return Sidecar(
+        title=tables.get("title"),
+        kind=tables.get("kind", "measured"),
+        columns=columns,
+        drive_unit=_drive_unit(path, tables, columns or {}),
+        rig=tables.get("rig", {}),
+        tube=tables.get("tube", {}),
+        notch=tables.get("notch", {}),
+        kinematics_file=tables.get("kinematics", {}).get("file"),
+    )
+
+
+def _check_keys(where: Path, name: str, table: object) -> None:
+    if not isinstance(table, Mapping):
+        raise RecordError(f"{where}: {name} = {table!r}: expected a table")
+    for key in table:
+        if key not in _KEYS[name]:
+            full = f"{name}.{key}" if name else key
+            raise RecordError(f"{where}: {full}: unknown key: expected one of {', '.join(_KEYS[name])}")
+
+
+def check_rig_tables(where: Path, tables: Mapping[str, Any]) -> None:
+    """Check keys and values of ``[rig]``; of ``[tube]`` and ``[notch]`` only the values.
+
+    The mechanical model checks the keys of ``[tube]`` and ``[notch]``.
+
+    Raises
+    ------
+    RecordError
+        One line with the file, the key, its value and what was expected.
+    """
+    _check_keys(where, "rig", tables.get("rig", {}))
+    for table in ("rig", "tube", "notch"):
+        items = tables.get(table, {})
+        if not isinstance(items, Mapping):
+            raise RecordError(f"{where}: {table} = {items!r}: expected a table")
+        for key, value in items.items():
+            text = isinstance(value, str)
+            number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= float_info.max
+            if table != "rig":
+                good, expected = text or number, "a number or text"
+            elif key not in _RIG_NUMBERS:
+                good, expected = text, "text"
+            elif key == "joints":
+                good, expected = isinstance(value, int) and number and value >= 1, "a whole number of at least 1"
+            else:
+                good, expected = number and value > 0, "a number above 0"
+            if not good:
+                raise RecordError(f"{where}: {table}.{key} = {value!r}: expected {expected}")
+
+
+def bare_columns(names: Sequence[str]) -> Columns:
+    """Map the columns of a CSV without ``[columns]``: the drive and the angle, and those of the others that exist."""
+    bare = {**FIELDS, "drive": "drive_mm"}
+    del bare["force"]
+    return {key: [name] for key, name in bare.items() if key in ("drive", "angle") or name in names}
+
+
+def _columns(where: Path, table: Mapping[str, Any]) -> Columns:
+    columns: dict[str, list[str]] = {}
+    for key, value in table.items():
+        group = value if key in LIST_FIELDS else [value]
+        if not isinstance(group, list) or not group or not all(isinstance(name, str) for name in group):
+            expected = "a list of column names" if key in LIST_FIELDS else "the name of a column"
+            raise RecordError(f"{where}: columns.{key} = {value!r}: expected {expected}")
+        columns[key] = group
+    if len(columns.get("tip", ["x", "y"])) != 2:
+        raise RecordError(f"{where}: columns.tip = {columns['tip']!r}: expected two columns, along and across")
+    if "angle" not in columns:
+        raise RecordError(f"{where}: columns.angle: missing: expected the name of a column")
+    if ("drive" in columns) == ("force" in columns):
+        raise RecordError(f"{where}: columns.drive, columns.force: expected one of the two")
+    return columns
+
+
+def _drive_unit(where: Path, tables: Mapping[str, Any], columns: Columns) -> DriveUnit:
+    allowed: tuple[DriveUnit, ...] = ("N",) if "force" in columns else ("mm", "deg", "step")
+    unit: DriveUnit = tables.get("drive", {}).get("unit", allowed[0])
+    if unit not in allowed:
+        raise RecordError(f"{where}: drive.unit = {unit!r}: expected {' or '.join(allowed)}")
+    return unit
+
+
+def is_sidecar(path: Path) -> bool:
+    """Tell whether a TOML file is the sidecar of a record."""
+    try:
+        return {"schema", "columns"} <= set(tomllib.loads(read_text(path, "a sidecar")))
+    except (RecordError, tomllib.TOMLDecodeError):
+        return False
+
+
+def toml(tables: Mapping[str, Any]) -> str:
+    """Write plain values and tables of plain values as TOML."""
+
+    def text(value: Any) -> str:
+        if isinstance(value, list):
+            return "[" + ", ".join(map(text, value)) + "]"
+        if isinstance(value, str):  # JSON strings are TOML strings, except for DEL
+            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+        return repr(int(value)) if isinstance(value, int) else repr(float(value))
+
+    def lines(table: Mapping[str, Any]) -> list[str]:
+        return [
+            f"{text(key) if not key.isidentifier() or not key.isascii() else key} = {text(value)}"
+            for key, value in table.items()
+            if not isinstance(value, Mapping)
+        ]
+
+    parts = [lines(tables)]
+    parts += [[f"\n[{name}]", *lines(table)] for name, table in tables.items() if isinstance(table, Mapping) and table]
+    return "\n".join(line for part in parts for line in part) + "\n"
