@@ -119,7 +119,7 @@ class Fit:
         return float(point.q[self.form.zeros][record - 1]) if record else 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the contents of identify.json (docs/identification.md)."""
+        """Give the contents of identify.json (docs/guide/identification.md)."""
         places = np.linspace(*self.drive_range, _PLACES)
         return {
             "schema": 1,

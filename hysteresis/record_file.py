@@ -1,4 +1,4 @@
-"""Reading and writing records: a CSV and, beside it, a TOML sidecar of the same stem (``docs/records.md``)."""
+"""Reading and writing records: a CSV and, beside it, a TOML sidecar of the same stem (``docs/guide/records.md``)."""
 
 from __future__ import annotations
 

@@ -1,23 +1,28 @@
-"""Examples in the documentation run, and its files are files that the package takes."""
+"""Examples in the documentation run; its files, links, modules and commands exist."""
 
 import re
 import shlex
 import shutil
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+import typer
 
 from fem_models.rig.rig_file import read_rig
-from studies.commands.cli import call
+from studies.commands.cli import app, call
 from validation.practice.bench_record import SHIPPED
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+FIRST_STEPS = DOCS / "guide" / "first-steps.md"
 EXAMPLES = [
     pytest.param(page, code, id=f"{page.name}-{i}")
     for page in PAGES
     for i, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.S))
 ]
+EACH_PAGE = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
 
 @pytest.mark.parametrize(("page", "code"), EXAMPLES)
@@ -29,13 +34,13 @@ def test_example_runs(page, code, tmp_path, monkeypatch):
 
 
 def test_rig_file_of_the_first_steps(tmp_path):
-    text = re.search(r"```toml\n(preload_N.*?)```", (ROOT / "docs" / "first-steps.md").read_text(), re.S)
+    text = re.search(r"```toml\n(preload_N.*?)```", FIRST_STEPS.read_text(), re.S)
     (tmp_path / "mine.toml").write_text(text[1])
     assert read_rig(tmp_path / "mine.toml").joints == 10
 
 
 def test_commands_of_the_first_steps_run(tmp_path, monkeypatch, capsys):
-    page = (ROOT / "docs" / "first-steps.md").read_text()
+    page = FIRST_STEPS.read_text()
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text(re.search(r"```toml\n(preload_N.*?)```", page, re.S)[1])
     for file in (SHIPPED, SHIPPED.with_suffix(".toml")):  # stands for what the reader measures
@@ -48,7 +53,100 @@ def test_commands_of_the_first_steps_run(tmp_path, monkeypatch, capsys):
     assert Path("fit/identify.json").exists()
 
 
-def test_links_between_pages_lead_somewhere():
-    for page in PAGES:
-        for target in re.findall(r"\]\((?!http)([^)#]+)", page.read_text()):
-            assert (page.parent / target).exists(), f"{page.name}: {target}"
+def links(page: Path) -> list[str]:
+    """Relative targets of links and images, without the part after ``#``."""
+    text = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
+    targets = re.findall(r"\]\(\s*<?([^)>\s]+)", text) + re.findall(r"(?:src|href)=\"([^\"]+)\"", text)
+    return [target for target in targets if not re.match(r"[a-z]+:", target)]
+
+
+@EACH_PAGE
+def test_links_and_images_lead_somewhere(page):
+    for target in links(page):
+        path, _, heading = target.partition("#")
+        file = page.parent / path if path else page
+        assert file.exists(), target
+        if heading:
+            anchors = [re.sub(r"[^\w -]", "", h.lower()).replace(" ", "-") for h in headings(file)]
+            assert heading in anchors, target
+
+
+def headings(page: Path) -> list[str]:
+    return re.findall(r"^#+ (.*)$", page.read_text(), re.M)
+
+
+def test_every_page_is_reached_from_the_index():
+    reached, queue = set(), [DOCS / "index.md"]
+    while queue:
+        page = queue.pop().resolve()
+        if page not in reached and page.suffix == ".md":
+            reached.add(page)
+            queue += [page.parent / target.partition("#")[0] for target in links(page) if target[0] != "#"]
+    assert {page.resolve() for page in PAGES[1:]} <= reached
+
+
+def test_every_image_is_shown():
+    shown = {(page.parent / target).resolve() for page in PAGES for target in links(page)}
+    assert {image.resolve() for image in (DOCS / "images").iterdir()} <= shown
+
+
+@EACH_PAGE
+def test_modules_that_are_run_exist(page):
+    for module in re.findall(r"python3? -m ([\w.]*\w)", page.read_text()):
+        assert find_spec(module) is not None, module
+
+
+@EACH_PAGE
+def test_files_of_the_project_that_are_named_exist(page):
+    named = re.findall(
+        r"`((?:hysteresis|fem_models|validation|studies|tests|docs|benchmarks)/[\w/.*-]+)`", page.read_text()
+    )
+    for name in named:
+        assert any(ROOT.glob(name.rstrip("/"))), name
+
+
+@EACH_PAGE
+def test_dotted_modules_that_are_named_exist(page):
+    """``package.module`` or ``package.module.name``, in code or in an example."""
+    text = page.read_text()
+    named = re.findall(r"\b((?:hysteresis|fem_models|validation|studies|benchmarks)(?:\.\w+)+)", text)
+    for name in named:
+        if name.rpartition(".")[2] in {"py", "md", "csv", "toml", "json"}:
+            continue
+        assert module_or_name(name), name
+
+
+def module_or_name(dotted: str) -> bool:
+    try:
+        if find_spec(dotted) is not None:
+            return True
+    except ModuleNotFoundError:  # its parent is no package
+        pass
+    parent, _, name = dotted.rpartition(".")
+    try:
+        module = __import__(parent, fromlist=[name])
+    except ModuleNotFoundError:
+        return False
+    return hasattr(module, name)
+
+
+def quoted_commands(page: Path) -> list[list[str]]:
+    """Command lines after ``notchbend``, in indented or fenced blocks and in backticks."""
+    text = page.read_text()
+    lines = re.findall(r"(?:^    |^\$ |^)(?:\.venv/bin/)?notchbend ([^`\n]*)$", text, re.M)
+    lines += re.findall(r"`(?:\.venv/bin/)?notchbend ([^`\n]*)`", text)
+    return [shlex.split(line, comments=True) for line in lines]
+
+
+@EACH_PAGE
+def test_commands_and_their_options_exist(page):
+    known = typer.main.get_command(app)
+    for words in quoted_commands(page):
+        command, left = known, list(words)
+        while left and hasattr(command, "commands") and left[0] in command.commands:
+            command = command.commands[left.pop(0)]
+        assert command is not known or words[0].startswith(("-", "COMMAND")), f"notchbend {' '.join(words)}"
+        options = {name for parameter in command.params for name in parameter.opts} | {"--help"}
+        for word in left:
+            if word.startswith("--"):
+                assert word.partition("=")[0] in options, f"notchbend {' '.join(words)}"

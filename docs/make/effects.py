@@ -1,4 +1,4 @@
-"""Writes docs/effects-catalogue.md from the catalogue: ``python -m docs.make.effects``."""
+"""Writes docs/guide/effects-catalogue.md from the catalogue: ``python -m docs.make.effects``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from hysteresis.files import write_files
 from validation.tracing.effect import Effect, FreeParameter, Need, RelativeParameter, catalogue
 
-PAGE = Path(__file__).parents[2] / "docs" / "effects-catalogue.md"
+PAGE = Path(__file__).parents[2] / "docs" / "guide" / "effects-catalogue.md"
 
 _WIDTH = 120
 _NEEDS: dict[Need, str] = {
@@ -24,7 +24,7 @@ _INTRODUCTION = """# Catalogue of effects
 
 Written by `python -m docs.make.effects` from the files of `validation/tracing/effects/`, one an effect;
 `notchbend effects` prints it. What the tracer does with it: [trace.md](trace.md). The tables of a rig that has an
-effect from the start: [effects.md](effects.md).
+effect from the start: [effects.md](../theory/effects.md).
 
 A row is one way in which an effect may act, with the constants that are fitted: in the mechanics where the geometry of
 the rig is known, as an operator on drive, bend, loop, angle or time where it is not. There, constants count in parts of

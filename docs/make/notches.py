@@ -27,7 +27,7 @@ _STYLES = ("dotted", "solid", "dashed")
 
 
 def page(results: Sequence[NotchResult], runs: Sequence[MeshRun]) -> str:
-    """Markdown of docs/notches.md: what was compared, tables of the errors, mesh convergence."""
+    """Markdown of docs/validation/notches.md: what was compared, tables of the errors, mesh convergence."""
     main = [r for r in results if r.in_grid]
     parts = [_INTRODUCTION.format(cases=len(results), summary=_summary(main))]
     for shape in NOTCH_SHAPES:
@@ -42,9 +42,9 @@ _INTRODUCTION = """# Analytic notch against solid
 
 Written by `python -m validation.joints.notches` from {cases} notches solved both ways; every case is in
 [notches.csv](notches.csv). Lengths are shares of the outer diameter D, nu = 0.33, sharp corners, spacing 0.2 D.
-*Beam* is the flexure of [the analytic model](analytic-model.md) in series with the tube of one ring; *solid* is one
-pitch in curved quadratic tetrahedra, in bending and tension as part of an endless chain (the middles of the rings stay
-plane), in shear between rigid plates.
+*Beam* is the flexure of [the analytic model](../theory/analytic-model.md) in series with the tube of one ring; *solid*
+is one pitch in curved quadratic tetrahedra, in bending and tension as part of an endless chain (the middles of the
+rings stay plane), in shear between rigid plates.
 
 {summary}
 
@@ -56,7 +56,7 @@ A rule follows: the beam alone is within 5 % where the flexure is longer than 40
 What is left with roots: fillets (below), the taper of a V, and one-sided notches that leave less than two walls of the
 tube, where the radial section of the analytic model is not the metal's.
 
-![Error of the bending stiffness over depth and width](images/notches.png)
+![Error of the bending stiffness over depth and width](../images/notches.png)
 
 Bending stiffness, error of the beam in percent, and after the arrow with roots; columns are widths of the notch."""
 

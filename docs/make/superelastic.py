@@ -15,7 +15,7 @@ _SHOWN = (0, 1, 2, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21)
 
 
 def page(results: Sequence[CaseResult], runs: Sequence[MeshRun]) -> str:
-    """Markdown of docs/superelastic.md."""
+    """Markdown of docs/validation/superelastic.md."""
     parts = [
         _INTRODUCTION.format(
             upper=LAW.plateau_MPa,
@@ -51,7 +51,7 @@ again to half. Largest difference to the solid, of its largest moment:
 
 {summary}
 
-![Moment over angle](images/superelastic.png)
+![Moment over angle](../images/superelastic.png)
 
 What it means:
 
@@ -71,7 +71,7 @@ What it means:
 - On the way up a von Mises plasticity with the same plateau in CalculiX gives the moment of `du2018` within 0.5 %, the
   elastic law likewise (`tests/fem_models/solid/test_solid_superelastic.py`).
 
-![Strain of one notch of '150' at 15 deg](images/superelastic-strain.png)"""
+![Strain of one notch of '150' at 15 deg](../images/superelastic-strain.png)"""
 
 _MESH = """## Mesh and hardening
 

@@ -2,7 +2,7 @@
 
 Everything lies in the bending plane: x along the straight tube from its base, y across towards tendon a. Joints sit
 in the middle of the notches, on the neutral axis; rings are rigid. The equations stand in
-``docs/analytic-model.md``; eq. 2 and 3 are those of the paper (Mech. Sci. 9, 2018, section 2.2).
+``docs/theory/analytic-model.md``; eq. 2 and 3 are those of the paper (Mech. Sci. 9, 2018, section 2.2).
 """
 
 from __future__ import annotations

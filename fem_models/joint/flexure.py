@@ -2,7 +2,7 @@
 
 Axes of one notch: z along the tube with z = 0 in the middle of the notch, x in the bending plane, the tendons at
 +-x. Both cut faces are normal to x. Linear elasticity, small strain. The equations stand in
-``docs/analytic-model.md``; the paper is Mech. Sci. 9 (2018), "Hysteresis analysis of a notched continuum manipulator
+``docs/theory/analytic-model.md``; the paper is Mech. Sci. 9 (2018), "Hysteresis analysis of a notched continuum manipulator
 driven by tendon", section 2.
 """
 
@@ -118,7 +118,7 @@ def flexure(rig: Rig) -> Flexure:
     """Stiffness of one joint: the analytic beam of :func:`beam`, longer in bending by its root length at either end.
 
     The beam alone is 10 to 300 % too stiff in bending; with the roots most notches are within 5 % of solid finite
-    elements (docs/notches.md, which also says where not). A bench rig gives its measured bending stiffness only.
+    elements (docs/validation/notches.md, which also says where not). A bench rig gives its measured bending stiffness only.
 
     Raises
     ------
@@ -255,7 +255,7 @@ def peak_strain_per_rad(rig: Rig) -> float:
     """Strain of the outermost fibre at the root of the notch per radian of one joint, linear elastic.
 
     k e/(E I_root) of the :func:`beam`, as if the notch alone bent. The rings take part of the angle, and at a sharp
-    root the strain is higher than the section's: the solid of the default rig, filleted, has more (docs/notches.md).
+    root the strain is higher than the section's: the solid of the default rig, filleted, has more (docs/validation/notches.md).
     e is the larger distance from the neutral axis: the cut face, or the outer surface opposite a one-sided notch.
 
     Raises

@@ -1,7 +1,7 @@
 """Cross-section of a flexure: what a notch leaves of the tube.
 
 Axes of one notch: z along the tube with z = 0 in the middle of the notch, x in the bending plane, the tendons at
-+-x. Both cut faces are normal to x. The equations stand in ``docs/analytic-model.md``.
++-x. Both cut faces are normal to x. The equations stand in ``docs/theory/analytic-model.md``.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def section(rig: Rig, z_mm: ArrayLike) -> Section:
     """Cross-section of the flexure at z, arrays of the shape of ``z_mm``.
 
     The planar cut is replaced by a radial one through the same point of the mid-wall: annular sectors of half angle
-    arcsin(c/R_m) each (a pair of notches), or arccos(-c/R_m) (one-sided). ``docs/analytic-model.md`` gives the
+    arcsin(c/R_m) each (a pair of notches), or arccos(-c/R_m) (one-sided). ``docs/theory/analytic-model.md`` gives the
     error of that. Where c reaches R_m the pair of arcs is the full tube.
 
     Raises

@@ -1,6 +1,6 @@
 """What a rig may have besides: each effect a small table, absent by default, that both engines know.
 
-Names and meanings follow the list of effects in the documentation (docs/effects.md); a sign is said where it matters.
+Names and meanings follow the list of effects in docs/theory/effects.md; a sign is said where it matters.
 """
 
 from __future__ import annotations

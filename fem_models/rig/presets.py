@@ -70,14 +70,15 @@ _DU2018 = Preset(
                 ),
                 "free_length_mm": Source("assumed", "bench set-up of the paper's Fig. 8, no dimension given"),
                 "toe_N": Source(
-                    "assumed", "fitted: ratio of the loop widths at 10 and 20 N, 3.52 and 2.21 deg; docs/calibration.md"
+                    "assumed",
+                    "fitted: ratio of the loop widths at 10 and 20 N, 3.52 and 2.21 deg; docs/validation/calibration.md",
                 ),
             }.items()
         },
         "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
         "friction.capstan_coefficient": Source("assumed", "small: a larger one widens the loop with preload and bend"),
         "friction.guide_N": Source("assumed", "small beside the sheath"),
-        "friction.sheath_N": Source("assumed", "fitted: loop width at 20 N, 2.21 deg; docs/calibration.md"),
+        "friction.sheath_N": Source("assumed", "fitted: loop width at 20 N, 2.21 deg; docs/validation/calibration.md"),
         "friction.rest_wrap_deg": Source("assumed", "tendons run straight from wheel to base"),
     },
 )
@@ -89,7 +90,7 @@ def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, 
     """One of the two measured NiTi wrists of five one-sided notches, pulled by one tendon."""
     other = 240 - range_deg
     stated = Source("stated", f"geometry of the {range_deg} deg tube, {WRISTS}")
-    fit = Source("taken", f"fitted to notch angles of the {other} deg tube, docs/wrists.md")
+    fit = Source("taken", f"fitted to notch angles of the {other} deg tube, docs/validation/wrists.md")
     rig = Rig(
         name=f"notched-wrist-{range_deg}",
         tube=Tube(outer_diameter_mm=1.62, inner_diameter_mm=1.40),

@@ -17,7 +17,7 @@ from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles, re
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import read_columns, read_record, write_record
 
-DOCS = (Path(__file__).parents[2] / "docs" / "records.md").read_text(encoding="utf-8")
+DOCS = (Path(__file__).parents[2] / "docs" / "guide" / "records.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"`([\w.-]+)`\n```(?:csv|toml)\n(.*?)```", DOCS, flags=re.DOTALL))
 MESSAGES = re.search(r"```text\n(.*?)```", DOCS, flags=re.DOTALL)[1].splitlines()
 BARE = "drive_mm,angle_deg\n0,0\n1,2\n0,1\n"

@@ -1,6 +1,6 @@
 """The dynamic run against the static loop: the sine of the paper's dynamic test, with and without viscous drag.
 
-``python -m validation.engines.dynamics`` writes docs/dynamics.md.
+``python -m validation.engines.dynamics`` writes docs/validation/dynamics.md.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from hysteresis.record import Record
 AMPLITUDE_MM = 2.2
 RATES_HZ = (0.1, 1.0, 5.0)
 DRAG = Drag(sheath_N_s_per_mm=0.05)  # assumed: at 1 Hz it takes 0.7 N at most, half of the dry friction of the sheath
-PAGE = Path(__file__).parents[2] / "docs" / "dynamics.md"
+PAGE = Path(__file__).parents[2] / "docs" / "validation" / "dynamics.md"
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Chain against multibody: the same rig in both engines, each effect alone and all together.
 
-``python -m validation.engines.twins`` prints the table of docs/twins.md.
+``python -m validation.engines.twins`` prints the table of docs/validation/twins.md.
 """
 
 from __future__ import annotations

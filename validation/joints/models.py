@@ -1,7 +1,7 @@
 """One joint and the bent chain by every model, side by side: analytic, solid, reduced bodies, beams, engines.
 
 The load case is one that all of them can carry: tendon a pulled without friction, tendon b slack, flexures elastic and
-every optional effect off. See ``docs/validate.md`` for what the table says.
+every optional effect off. See ``docs/guide/validate.md`` for what the table says.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Where the analytic notch may be trusted: Timoshenko against the solid over depth, width and wall of three shapes.
 
-``python -m validation.joints.notches`` solves the grid and writes ``docs/notches.csv``, and from it ``docs/notches.md`` and
-``docs/images/notches.png``.
+``python -m validation.joints.notches`` solves the grid and writes ``docs/validation/notches.csv``, and from it
+``docs/validation/notches.md`` and ``docs/images/notches.png``.
 """
 
 from __future__ import annotations
@@ -241,7 +241,8 @@ def main() -> None:
 
     results = solve_all(grid())
     text = csv_text(results)
-    write_files({DOCS / "notches.csv": text, DOCS / "notches.md": page(results, convergence())})
+    folder = DOCS / "validation"
+    write_files({folder / "notches.csv": text, folder / "notches.md": page(results, convergence())})
     picture = DOCS / "images" / "notches.png"
     picture.parent.mkdir(exist_ok=True)
     part = picture.with_suffix(".part")

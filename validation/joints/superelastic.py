@@ -1,7 +1,7 @@
 """Superelastic notch: moment over angle of the solid beside the section law, and the flag elements fitted to it.
 
 ``python -m validation.joints.superelastic`` bends two measured wrists' notches and the default ring, and writes
-``docs/superelastic.md``, ``docs/images/superelastic.png`` and ``docs/images/superelastic-strain.png``.
+``docs/validation/superelastic.md``, ``docs/images/superelastic.png`` and ``docs/images/superelastic-strain.png``.
 """
 
 from __future__ import annotations
@@ -176,7 +176,7 @@ def main() -> None:
     from docs.make.superelastic import figure, page
 
     results, runs = solve_all()
-    write_files({DOCS / "superelastic.md": page(results, runs)})
+    write_files({DOCS / "validation" / "superelastic.md": page(results, runs)})
     picture = DOCS / "images" / "superelastic.png"
     picture.parent.mkdir(exist_ok=True)
     part = picture.with_suffix(".part")

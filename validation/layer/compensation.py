@@ -1,6 +1,6 @@
 """Compensation judged by the mechanics: the drive from an identified layer, run in the multibody model.
 
-``python -m validation.layer.compensation`` writes the table of docs/compensation.md.
+``python -m validation.layer.compensation`` writes the table of docs/guide/compensation.md.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Engine = Callable[[Rig, LoadProgram], Record]
 AMPLITUDES_MM = (1.8, 1.4, 1.0)
 """Of the loops that the layer is identified on: they hold the references, and say how h goes with the amplitude."""
 STEP_MM = 0.05
-PAGE = Path(__file__).parents[2] / "docs" / "compensation.md"
+PAGE = Path(__file__).parents[2] / "docs" / "guide" / "compensation.md"
 MARK = "<!-- table of `python -m validation.layer.compensation` -->"
 
 

@@ -1,7 +1,7 @@
 """Identification on measured and simulated loops, with play operators beside it, always on data not fitted.
 
-``python -m validation.layer.identification [FOLDER]`` writes docs/identification-results.md; FOLDER holds the measured
-records (by default $NOTCHBEND_MEASURED). Bounds, starts and forms come from the training samples alone.
+``python -m validation.layer.identification [FOLDER]`` writes docs/validation/identification-results.md.
+FOLDER holds the measured records (by default $NOTCHBEND_MEASURED). Bounds, starts and forms come from the training samples alone.
 """
 
 from __future__ import annotations
@@ -266,7 +266,7 @@ def main() -> None:
     for simulated in (table_1, minor_loops, recovery, coverage):
         lines += simulated()
     text = "\n".join(lines).rstrip() + "\n"
-    write_files({Path(__file__).parents[2] / "docs" / "identification-results.md": text})
+    write_files({Path(__file__).parents[2] / "docs" / "validation" / "identification-results.md": text})
 
 
 if __name__ == "__main__":

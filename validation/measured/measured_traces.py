@@ -1,4 +1,4 @@
-"""Traces of all measured records, with no help: the page docs/measured-traces.md and its figures.
+"""Traces of all measured records, with no help: the page docs/validation/measured-traces.md and its figures.
 
 ``python -m validation.measured.measured_traces --out DIR`` traces every group of records in one call, as the command does,
 keeps what it found in DIR, and puts table and figures into the page; groups that are in DIR are not traced again.
@@ -87,7 +87,7 @@ def _section(name: str, result: Mapping[str, Any]) -> str:
         f"Held out: {result['heldout_by']}. Multibody: {_multibody(result)}.",
         *(["Constants: " + "; ".join(parameters) + "."] if parameters else []),
         f"Measure next: {result['next_experiment']}.",
-        f"![Residual of {name} over drive, time, cycle and angle](images/trace-{name}.png)",
+        f"![Residual of {name} over drive, time, cycle and angle](../images/trace-{name}.png)",
     ]
     return "\n\n".join(lines)
 
@@ -118,7 +118,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             result, figure = trace_group(sorted(measured_folder().glob(pattern)), options.threads)
             write_files({kept: json.dumps(result, indent=2) + "\n", options.out / f"trace-{name}.png": figure})
     results = {name: json.loads((options.out / f"{name}.json").read_text(encoding="utf-8")) for name in GROUPS}
-    text = options.docs / "measured-traces.md"
+    text = options.docs / "validation" / "measured-traces.md"
     prose = text.read_text(encoding="utf-8").split(HEADING)[0]
     figures = {
         options.docs / "images" / f"trace-{n}.png": (options.out / f"trace-{n}.png").read_bytes() for n in GROUPS

@@ -1,6 +1,6 @@
 """Calibration of the preset du2018: unknown constants from the facts that the paper states.
 
-``python -m validation.measured.preset_du2018`` prints the table of docs/calibration.md. Three facts are numbers: the bending at full
+``python -m validation.measured.preset_du2018`` prints the table of docs/validation/calibration.md. Three facts are numbers: the bending at full
 drive, and the widths of the loop at 10 and 20 N. They fix three constants, the rest being held: stiffness of the taut
 rope, its toe region, and the friction of the sheath. The fourth fact (widest near zero drive, narrowest at full) is
 checked, not fitted. Holding the rest elsewhere shows what the facts cannot tell.

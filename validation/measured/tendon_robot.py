@@ -1,6 +1,6 @@
 """A measured tendon robot with a load cell: stroke, tension and bending explained by one rig.
 
-``python -m validation.measured.tendon_robot`` writes the tables into ``docs/tendon-robot.md`` and draws
+``python -m validation.measured.tendon_robot`` writes the tables into ``docs/validation/tendon-robot.md`` and draws
 ``docs/images/tendon-robot.png``. The records are not part of the project: ``notchbend data fetch`` gets them, and the
 variable NOTCHBEND_MEASURED names their folder.
 """
@@ -310,4 +310,4 @@ def tables(folder: Path, picture: Path) -> str:
 
 if __name__ == "__main__":
     docs = Path(__file__).parents[2] / "docs"
-    write_page(docs / "tendon-robot.md", tables(measured_folder(), docs / "images" / "tendon-robot.png"))
+    write_page(docs / "validation" / "tendon-robot.md", tables(measured_folder(), docs / "images" / "tendon-robot.png"))

@@ -1,7 +1,7 @@
 """Measured notched wrists as judge: the model stage by stage, fitted to one tube, scored on trials it has not seen.
 
-``python -m validation.measured.wrists`` writes the tables into ``docs/wrists.md`` and draws ``docs/images/wrists.png``. The
-records are not part of the project: ``notchbend data fetch`` gets them, and the variable
+``python -m validation.measured.wrists`` writes the tables into ``docs/validation/wrists.md`` and draws
+``docs/images/wrists.png``. The records are not part of the project: ``notchbend data fetch`` gets them, and the variable
 NOTCHBEND_MEASURED names their folder.
 """
 
@@ -393,4 +393,4 @@ def write_page(page: Path, text: str) -> None:
 
 if __name__ == "__main__":
     docs = Path(__file__).parents[2] / "docs"
-    write_page(docs / "wrists.md", tables(measured_folder(), docs / "images" / "wrists.png"))
+    write_page(docs / "validation" / "wrists.md", tables(measured_folder(), docs / "images" / "wrists.png"))

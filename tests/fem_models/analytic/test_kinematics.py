@@ -104,7 +104,7 @@ def test_inverse_fit_returns_the_angle_within_a_hundredth_of_a_degree():
     back = fit(tip_pose(V, equal_joints(V, theta)).y_mm)
     worst = np.degrees(np.abs(back - theta).max())
     assert worst <= 0.01
-    assert worst < 1e-4  # docs/analytic-model.md
+    assert worst < 1e-4  # docs/theory/analytic-model.md
     assert worst <= fit.max_residual_deg * (1 + 1e-6)
     assert fit.max_residual_deg == pytest.approx(worst, rel=0.05)
 

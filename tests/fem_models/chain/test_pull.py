@@ -48,7 +48,7 @@ def test_both_engines_agree_notch_by_notch_on_the_way_up_and_back(name):
     # without closure the softened notches fold up near 1.6 N: the measured wrists' loads there end at 1.2 N
     force = UP_AND_BACK * (0.6 if name == "superelastic" else 1.0)
     chain, multibody = pull(STAGES[name], force), pull(STAGES[name], force, "multibody")
-    # what is left is the ring's compliance, in series with every joint in one engine only: docs/wrists.md
+    # what is left is the ring's compliance, in series with every joint in one engine only: docs/validation/wrists.md
     assert np.abs(chain.notches_deg - multibody.notches_deg).max() <= 0.1
     assert np.abs(chain.angle_deg - multibody.angle_deg).max() <= 0.0025 * np.abs(chain.angle_deg).max()
     assert np.abs(chain.tip_mm - multibody.tip_mm).max() <= 0.03

@@ -125,7 +125,7 @@ def test_full_tube_when_the_depth_vanishes():
 
 
 def test_planar_cut_of_the_pair_is_met_within_a_third_of_a_percent():
-    # the figures of docs/analytic-model.md
+    # the figures of docs/theory/analytic-model.md
     area, _, second = planar(V, 0.0)
     ours = section(V, 0.0)
     assert float(ours.area_mm2) == pytest.approx(area, rel=1e-5)
@@ -258,17 +258,17 @@ def test_elements_converge_at_second_order_where_a_kink_lies_inside_one():
     ("root", "percent"), [(0.6, -4.5), (0.5, 12.3), (0.4, 36.5), (0.3, 74.0), (0.2, -31.8), (0.0, -64.9)]
 )
 def test_error_of_the_two_elements_of_the_paper(root, percent):
-    # the table of docs/analytic-model.md; the reference is the closed form, itself checked against the fine beam
+    # the table of docs/theory/analytic-model.md; the reference is the closed form, itself checked against the fine beam
     assert 100 * rotation_errors(make_rig(root=root), (2,))[0] == pytest.approx(percent, abs=0.05)
 
 
 def test_error_of_more_elements():
-    # docs/analytic-model.md
+    # docs/theory/analytic-model.md
     np.testing.assert_allclose(100 * rotation_errors(V, (4, 8, 16, 32)), [-3.11, -1.69, -0.57, -0.11], atol=0.005)
 
 
 def test_lateral_error_of_the_two_elements_of_the_paper():
-    # docs/analytic-model.md
+    # docs/theory/analytic-model.md
     lateral = element_rotations(V, 0.0, shear_N=1.0).lateral_mm * beam(V).shear_N_per_mm - 1
     assert 100 * lateral == pytest.approx(-18.9, abs=0.05)
 
@@ -304,7 +304,7 @@ def test_closure_of_the_notch():
 def test_measured_wrists_scale_with_the_width_and_are_softer_than_linear(measured):
     # Slope of tip angle over force up to 0.8 N, all trials. Both wrists have one cross-section, so their ratio is that
     # of the widths, 0.8/0.5, whatever the material law, between rigid rings; the slopes themselves are the figure of
-    # docs/analytic-model.md for how far a linear 60 GPa is off where the strain passes 1 %.
+    # docs/theory/analytic-model.md for how far a linear 60 GPa is off where the strain passes 1 %.
     slope, linear = {}, {}
     for name, width in (("90", 0.5), ("150", 0.8)):
         data = np.genfromtxt(measured / f"notched-wrist-{name}.csv", delimiter=",", names=True)
@@ -322,7 +322,7 @@ def test_peak_strain_of_a_uniform_flexure_is_half_height_over_width():
     assert peak_strain_per_rad(PAIR) == pytest.approx(0.28 / 1.2, rel=1e-9)
     offset = beam(WRIST).neutral_offset_mm
     assert peak_strain_per_rad(WRIST) == pytest.approx(max(0.81 - offset, 0.81 - 1.40 + offset) / 0.8, rel=1e-9)
-    # the V bends over its root of 0.6 mm and a little of the taper; 2.5 % at 45 deg (docs/analytic-model.md)
+    # the V bends over its root of 0.6 mm and a little of the taper; 2.5 % at 45 deg (docs/theory/analytic-model.md)
     assert peak_strain_per_rad(V) == pytest.approx(0.28 / 0.6, rel=0.06)
     assert peak_strain_per_rad(V) * np.radians(45) / 14 == pytest.approx(0.025, abs=5e-4)
 

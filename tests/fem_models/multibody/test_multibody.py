@@ -167,7 +167,7 @@ def test_preload_narrows_the_loop_and_it_is_widest_near_zero_drive(loops):
 
 
 def test_the_toe_region_makes_the_trend_and_the_constant_friction_the_loop():
-    # documented in docs/multibody.md: without the toe region preload does not narrow the loop
+    # documented in docs/theory/multibody.md: without the toe region preload does not narrow the loop
     rig = preset("du2018")
     rope = replace(rig.tendon_a, toe_N=0.0)
     linear_rope = replace(rig, tendon_a=rope, tendon_b=rope)

@@ -125,7 +125,9 @@ def test_models_stand_side_by_side():
     assert engines[0].angle_deg == pytest.approx(engines[1].angle_deg, rel=2e-3)
     assert engines[0].tip_y_mm == pytest.approx(engines[1].tip_y_mm, rel=5e-3)
     rows = {row["name"]: row for row in table.to_dict()["models"]}
-    assert rows["beam"]["bending_percent"] > 30  # docs/notches.md: rings are not rigid where the arcs are rooted
+    assert (
+        rows["beam"]["bending_percent"] > 30
+    )  # rings are not rigid where arcs are rooted (docs/validation/notches.md)
     assert abs(rows["beam with roots"]["bending_percent"]) < 5
     assert rows["solid"]["bent"][1]["tip_off_mm"] == 0
 

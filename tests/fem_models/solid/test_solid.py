@@ -257,7 +257,7 @@ print(json.dumps([bending, time.perf_counter() - start, resource.getrusage(resou
 
 @pytest.mark.slow
 def test_default_mesh_is_within_one_percent_in_a_minute_and_two_gigabytes():
-    """Against Richardson's value of meshes refined by 0.7, 1 and 1.4, observed order 2.9 (docs/notches.md)."""
+    """Against Richardson's value of meshes refined by 0.7, 1, 1.4, observed order 2.9 (docs/validation/notches.md)."""
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True, cwd=Path(__file__).parents[3]
     )

@@ -151,7 +151,7 @@ def test_a_binary_program_file_is_named(tmp_path, capsys):
 
 
 def first_steps_rig(folder: Path, text: str = "") -> Path:
-    docs = (Path(__file__).parents[3] / "docs" / "first-steps.md").read_text()
+    docs = (Path(__file__).parents[3] / "docs" / "guide" / "first-steps.md").read_text()
     (folder / "mine.toml").write_text(docs.split("```toml\n")[1].split("```")[0] + text)
     return folder / "mine.toml"
 

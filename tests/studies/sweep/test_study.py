@@ -488,7 +488,7 @@ def test_optional_groups():
 
 @pytest.mark.slow
 def test_solid_engine():
-    """The solid against the joint of the analytic model, which is within some per cent of it (docs/notches.md)."""
+    """The solid against the joint of the analytic model, some per cent from it (docs/validation/notches.md)."""
     pytest.importorskip("gmsh")
     found = outcome("solid", {}, ("joint", "strain"))
     assert found.status == "ok", found.message

@@ -32,7 +32,7 @@ RIG = preset("du2018")
 
 @pytest.fixture(scope="module")
 def results():
-    return read_results(DOCS / "notches.csv")
+    return read_results(DOCS / "validation" / "notches.csv")
 
 
 def graded(start: float, end: float, least: float) -> np.ndarray:

@@ -97,7 +97,7 @@ def test_constants_come_back_from_loops_without_noise() -> None:
 
 
 def test_intervals_hold_most_constants_of_noisy_loops() -> None:
-    """Of 52 intervals of 95 %; docs/tendon-robot.md says which constants they hold less often, and 88 % in all."""
+    """Of 52 intervals of 95 %; docs/validation/tendon-robot.md says which they hold less often, and 88 % in all."""
     held = []
     for seed in range(4):
         records = [simulated(TRUTH, top, noise=0.005, seed=2 * seed + i) for i, top in enumerate((8.5, 6.0))]
@@ -152,7 +152,7 @@ def data(measured: Path) -> dict[str, Trace]:
 
 
 def test_one_rig_beats_an_operator_for_each_relation_on_records_held_out(data: dict[str, Trace]) -> None:
-    """Figures of docs/tendon-robot.md: 2.9 and 2.6 % where the best operator has 6.6 and 4.9."""
+    """Figures of docs/validation/tendon-robot.md: 2.9 and 2.6 % where the best operator has 6.6 and 4.9."""
     train, held = [data[n] for n in TRAINING], [data[n] for n in HELD_OUT]
     rig = fit(train, TendonRig(), DECLARED)
     ours = np.sqrt(np.mean(np.square([record.errors(rig) for record in held]), axis=0))

@@ -1,4 +1,4 @@
-"""The model against measured wrists: figures of docs/wrists.md."""
+"""The model against measured wrists: figures of docs/validation/wrists.md."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ CASES = {
 
 @pytest.mark.parametrize(("kind", "label", "number"), CASES, ids=[f"{kind} {label}" for kind, label, _ in CASES])
 def test_a_right_effect_leaves_the_noise_in_a_record_not_fitted(kind, label, number):
-    """Cases of a retired set of the score (docs/practice.md), at 1.3 to 1.6 times the noise before."""
+    """Cases of a retired set of the score (docs/validation/practice.md), at 1.3 to 1.6 times the noise before."""
     case = draw_case("score-3", kind, label, number)
     trace = trace_records(case.records, effects=[effect for effect in catalogue() if effect.name == label])
     assert trace.grown.names == (label,)

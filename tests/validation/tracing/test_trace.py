@@ -301,7 +301,7 @@ def test_criterion_and_coordinates():
 
 
 def test_catalogue_is_complete():
-    """The names of the table in docs/effects-catalogue.md, seventeen; each says what it is, and acts somewhere."""
+    """The names in docs/guide/effects-catalogue.md, seventeen; each says what it is, and acts somewhere."""
     names = [effect.name for effect in catalogue()]
     assert len(names) == len(set(names)) == 17
     for effect in catalogue():

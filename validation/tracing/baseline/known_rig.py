@@ -1,7 +1,7 @@
 """Records of a known rig as a problem for the tracer: the compiled chain, its constants, and effects added to the rig.
 
-Declared model (docs/trace.md): kinematics, elastic tendons, friction of the guides (capstan and constant) and the loop
-of the material. Its constants are identified from the data; the rest of the rig is as declared.
+Declared model (docs/guide/trace.md): kinematics, elastic tendons, friction of the guides (capstan and constant) and the
+loop of the material. Its constants are identified from the data; the rest of the rig is as declared.
 """
 
 from __future__ import annotations
