@@ -1,14 +1,17 @@
 """Results as plain values: the same after JSON, keys in the order of the fields, errors that name the field."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import pytest
 
+from hysteresis.arrays import Floats
 from hysteresis.files import RecordError
-from hysteresis.plain import from_plain, to_plain
+from hysteresis.plain import from_plain, named, optional, to_plain
 from hysteresis.uncertainty import Parameter
 
 
@@ -51,6 +54,10 @@ def test_numbers_that_json_lacks_become_none_and_arrays_lists():
         ({"parts": 3}, "f.json: parts: 3: expected a list"),
         ({"parameters": [1]}, "f.json: parameters: .* expected a table"),
         ({"best": 1}, "f.json: best: 1: expected a table"),
+        ({"samples": 1.5}, "f.json: samples: 1.5: expected a whole number"),
+        ({"samples": True}, "f.json: samples: True: expected a whole number"),
+        ({"parts": [{"name": 1}]}, r"f.json: parts\[0\]: name: 1: expected text"),
+        ({"best": {"name": "a", "error_deg": "x"}}, "f.json: best: error_deg: 'x': expected a number"),
     ],
 )
 def test_an_error_names_the_field(change, words):
@@ -60,3 +67,38 @@ def test_an_error_names_the_field(change, words):
 
 def test_defaults_stand_in_and_other_keys_are_left_out():
     assert from_plain(Part, {"name": "a", "older": 1}) == Part("a")
+
+
+@dataclass(frozen=True)
+class Span:
+    ends_mm: tuple[float, str]
+    low: float = named("from")
+    goal: Literal["min", "max"] = "min"
+    values: Floats | None = optional()
+
+
+def test_a_field_may_have_another_key_or_be_absent():
+    """``from`` is a word of Python's: no field can have it as a name."""
+    assert to_plain(Span((1.0, "a"), 0.5)) == {"ends_mm": [1.0, "a"], "from": 0.5, "goal": "min"}
+    whole = to_plain(Span((1.0, "a"), 0.5, "max", np.array([1.0])))
+    assert list(whole) == ["ends_mm", "from", "goal", "values"]
+    read = from_plain(Span, whole)
+    assert (read.low, read.goal, read.values.tolist()) == (0.5, "max", [1.0])
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"ends_mm": [1.0]}, "ends_mm: .* expected a list of 2"),
+        ({"goal": "least"}, "goal: 'least': expected one of min, max"),
+        ({"values": ["a"]}, "values: .* expected numbers"),
+    ],
+)
+def test_pairs_words_and_arrays_are_checked(change, words):
+    with pytest.raises(RecordError, match=words):
+        from_plain(Span, {"ends_mm": [1.0, "a"], "from": 0.5} | change)
+
+
+def test_numbers_that_are_not_finite_come_back_or_stay():
+    assert math.isnan(from_plain(Span, {"ends_mm": [1.0, "a"], "from": None}).low)
+    assert math.isnan(to_plain({"x": math.nan}, finite=False)["x"])
