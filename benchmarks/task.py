@@ -11,7 +11,7 @@ from fem_models.analytic.kinematics import theory_curve
 from fem_models.joint.flexure import flexure, moment_arms_mm
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Rig
+from fem_models.rig.rig import Friction, Rig, notched_tube
 from hysteresis.arrays import Floats
 
 AMPLITUDE_MM = 2.2
@@ -74,12 +74,11 @@ def frictionless() -> Task:
     rig = replace(
         rig, tendon_a=rope, tendon_b=rope, friction=Friction(), material=replace(rig.material, loop_share=0.0)
     )
-    assert rig.notch is not None
     return Task(
         rig=rig,
         joints=rig.joints,
         pitch=rig.pitch_mm,
-        half_ring=rig.notch.spacing_mm / 2,
+        half_ring=notched_tube(rig).notch.spacing_mm / 2,
         arm=moment_arms_mm(rig)[0],
         hinge=flexure(rig).bending_Nmm_per_rad,
         rope=rope.EA_N / (rope.free_length_mm + rig.joints * rig.pitch_mm),

@@ -21,7 +21,7 @@ from fem_models.chain.solve import ChainSettings, solve_chain
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.multibody.quasi_static import MultibodySettings, solve_multibody
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Rig
+from fem_models.rig.rig import Friction, Rig, notched_tube, with_notch
 
 JOINTS = 14
 SIZES = (7, 14, 28, 56, 112)
@@ -39,8 +39,7 @@ def rig_of(joints: int, *, scaled_rope: bool = False) -> Rig:
     grows as well, changes the tensions as in the default rig.
     """
     rig = preset("du2018")
-    assert rig.notch is not None
-    rig = replace(rig, notch=replace(rig.notch, count=joints))
+    rig = with_notch(rig, replace(notched_tube(rig).notch, count=joints))
     if not scaled_rope:
         return rig
     rope = replace(rig.tendon_a, free_length_mm=rig.tendon_a.free_length_mm * joints / JOINTS)

@@ -14,8 +14,9 @@ from fem_models.joint.flexure import beam
 from fem_models.joint.paper_elements import element_rotations
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
+from fem_models.rig.joints import Notch
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Notch
+from fem_models.rig.rig import Friction, with_notch
 from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
 from hysteresis.identify import Fit, identify
 from hysteresis.metrics import LoopWidth, errors, loop_width
@@ -81,7 +82,7 @@ def capstan() -> float:
 
 
 def slot_element() -> float:
-    rig = replace(preset("du2018"), notch=Notch("rectangular_pair", 14, 2.86, 1.0, 1.6))
+    rig = with_notch(preset("du2018"), Notch("rectangular_pair", 14, 2.86, 1.0, 1.6))
     return 100 * abs(element_rotations(rig, 1.0).theta_kd_rad * beam(rig).bending_Nmm_per_rad - 1)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from fem_models.rig.rig import NOTCH_SHAPES
+from fem_models.rig.joints import NOTCH_SHAPES
 from hysteresis.arrays import Floats
 from validation.joints.notches import (
     ONE_SIDED_DEPTHS,

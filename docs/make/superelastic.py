@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fem_models.rig.rig import notched_tube
 from fem_models.solid.superelastic import HARDENING_SHARE
 from validation.joints.superelastic import LAW, REFINEMENT, CaseResult, MeshRun, largest_errors
 
@@ -91,8 +92,7 @@ def _summary(results: Sequence[CaseResult]) -> str:
 
 
 def _case(result: CaseResult) -> str:
-    notch = result.case.rig.notch
-    assert notch is not None
+    notch = notched_tube(result.case.rig).notch
     rows = [
         f"## {result.case.name}\n",
         f"Width {notch.width_mm:g}, spacing {notch.spacing_mm:g}, depth {notch.depth_mm:g}, fillet "

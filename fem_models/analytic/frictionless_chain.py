@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from fem_models.joint.flexure import Flexure, bending_length_mm
 from fem_models.rig.checks import RigError
-from fem_models.rig.rig import Rig
+from fem_models.rig.rig import Rig, notched_tube
 
 
 def tendon_arm_mm(rig: Rig, joint: Flexure, angle_rad: float) -> float:
@@ -28,10 +28,9 @@ def tendon_arm_mm(rig: Rig, joint: Flexure, angle_rad: float) -> float:
     RigError
         Joints measured on a bench: their notch is not known.
     """
-    if rig.notch is None:
-        raise RigError(f"rig {rig.name}: joints measured on a bench: expected [tube] and [notch]")
+    notch = notched_tube(rig).notch
     arm = rig.tendon_a.moment_arm_mm + joint.neutral_offset_mm
-    gap = (rig.notch.width_mm - bending_length_mm(rig)) / 2
+    gap = (notch.width_mm - bending_length_mm(rig)) / 2
     return arm * math.cos(angle_rad / 2) + gap * math.sin(angle_rad / 2)
 
 

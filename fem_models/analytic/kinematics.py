@@ -21,6 +21,7 @@ from fem_models.joint.flexure import closure_angle_rad, flexure, moment_arms_mm,
 from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.rig.checks import RigError
+from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import EFFECT_TABLES, Rig, Tendon
 from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 from hysteresis.arrays import Floats
@@ -170,17 +171,17 @@ def inverse_tip(rig: Rig, limit_deg: float = 60.0, degree: int = 11) -> InverseF
 
 def _path(rig: Rig, theta: Floats, arm_mm: float) -> Floats:
     half_turn = theta / (2 * rig.joints)
-    if rig.notch is None:
+    if isinstance(rig.joint, MeasuredJoint):
         return arm_mm * theta + 2 * rig.joints * rigid_gap_mm(rig) * np.sin(half_turn / 2) ** 2
-    return 2 * rig.joints * (arm_mm * np.sin(half_turn) + rig.notch.width_mm * np.sin(half_turn / 2) ** 2)
+    return 2 * rig.joints * (arm_mm * np.sin(half_turn) + rig.joint.notch.width_mm * np.sin(half_turn / 2) ** 2)
 
 
 def _path_arm(rig: Rig, theta: Floats, arm_mm: float) -> Floats:
     """Differentiate :func:`_path`: the lever arm of the chord about the joint."""
     half_turn = theta / (2 * rig.joints)
-    if rig.notch is None:
+    if isinstance(rig.joint, MeasuredJoint):
         return arm_mm + rigid_gap_mm(rig) / 2 * np.sin(half_turn)
-    return arm_mm * np.cos(half_turn) + rig.notch.width_mm / 2 * np.sin(half_turn)
+    return arm_mm * np.cos(half_turn) + rig.joint.notch.width_mm / 2 * np.sin(half_turn)
 
 
 def _limit_rad(rig: Rig) -> float:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fem_models.joint.flexure import closure_angle_rad
 from fem_models.rig.checks import SolverError
+from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.rig import Rig
 
 GRAVITY_MM_PER_S2 = 9806.65
@@ -23,7 +24,7 @@ def contact_angle_rad(rig: Rig) -> float:
 
 def closes_one_way(rig: Rig) -> bool:
     """Whether notches are on one side only, where positive bending closes them."""
-    return rig.notch is not None and rig.notch.shape == "rectangular"
+    return isinstance(rig.joint, NotchedTube) and rig.joint.one_sided
 
 
 def ring_weight_N(rig: Rig) -> tuple[float, float]:
@@ -43,7 +44,7 @@ def require_open(rig: Rig, joint_angles_rad: NDArray[np.float64]) -> None:
     SolverError
         With the first sample, the joint and the angle at which the notch closes.
     """
-    if rig.closure is not None or rig.notch is None:
+    if rig.closure is not None or isinstance(rig.joint, MeasuredJoint):
         return
     limit = closure_angle_rad(rig)
     turned = joint_angles_rad if closes_one_way(rig) else np.abs(joint_angles_rad)

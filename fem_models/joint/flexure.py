@@ -18,8 +18,9 @@ from typing import TypeVar
 import numpy as np
 
 from fem_models.joint.roots import root_length
-from fem_models.joint.section import cut_height_mm, moduli, notched_tube, section
-from fem_models.rig.rig import Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.joint.section import cut_height_mm, moduli, section
+from fem_models.rig.joints import MeasuredJoint, NotchedTube
+from fem_models.rig.rig import Material, Rig, Tendon, Wheel, notched_tube
 from hysteresis.arrays import Floats
 
 T = TypeVar("T")
@@ -54,7 +55,8 @@ class Flexure:
 
 def _kinks(rig: Rig) -> list[float]:
     """Where the section changes abruptly for z > 0: the edge of a V's root, and where its two arcs meet."""
-    tube, notch = notched_tube(rig)
+    joint = notched_tube(rig)
+    tube, notch = joint.tube, joint.notch
     if notch.shape != "v_pair":
         return []
     half, root = notch.width_mm / 2, (notch.root_width_mm or 0.0) / 2
@@ -89,26 +91,26 @@ def root_length_mm(rig: Rig) -> float:
     RigError
         As :func:`section`.
     """
-    tube, notch = notched_tube(rig)
-    wall = (tube.outer_diameter_mm - tube.inner_diameter_mm) / 2
-    arc = float(section(rig, 0.0).area_mm2) / wall / (1 if notch.shape == "rectangular" else 2)
-    return arc * float(root_length(notch.spacing_mm / 2 / arc))
+    joint = notched_tube(rig)
+    wall = (joint.tube.outer_diameter_mm - joint.tube.inner_diameter_mm) / 2
+    arc = float(section(rig, 0.0).area_mm2) / wall / (1 if joint.one_sided else 2)
+    return arc * float(root_length(joint.notch.spacing_mm / 2 / arc))
 
 
 def _of_metal(function: Callable[[Rig], T]) -> Callable[[Rig], T]:
     """Remember a function of a rig that looks at the tube, the notch and the elastic constants alone."""
 
     @lru_cache(maxsize=1024)
-    def known(tube: Tube, notch: Notch, young_GPa: float, poissons_ratio: float, /) -> T:
-        rope = Tendon(1.0, 0.5 * tube.inner_diameter_mm, 1.0)
+    def known(joint: NotchedTube, young_GPa: float, poissons_ratio: float, /) -> T:
+        rope = Tendon(1.0, 0.5 * joint.tube.inner_diameter_mm, 1.0)
         metal = Material(young_GPa, poissons_ratio)
-        return function(Rig("", metal, rope, None, Wheel(1.0), preload_N=0.0, tube=tube, notch=notch))
+        return function(Rig("", metal, rope, None, Wheel(1.0), preload_N=0.0, joint=joint))
 
     @wraps(function)
     def of(rig: Rig) -> T:
-        if rig.tube is None or rig.notch is None:
+        if not isinstance(rig.joint, NotchedTube):
             return function(rig)
-        return known(rig.tube, rig.notch, rig.material.youngs_modulus_GPa, rig.material.poissons_ratio)
+        return known(rig.joint, rig.material.youngs_modulus_GPa, rig.material.poissons_ratio)
 
     return of
 
@@ -125,10 +127,10 @@ def flexure(rig: Rig) -> Flexure:
     RigError
         As :func:`section`.
     """
-    if rig.bench is not None:
-        return Flexure(rig.bench.flexure_stiffness_Nmm_per_rad, None, None, 0.0)
+    if isinstance(rig.joint, MeasuredJoint):
+        return Flexure(rig.joint.flexure_stiffness_Nmm_per_rad, None, None, 0.0)
     between = beam(rig)
-    if notched_tube(rig)[1].rigid_roots:
+    if notched_tube(rig).notch.rigid_roots:
         return between
     rigidity = moduli(rig)[0] * float(section(rig, 0.0).second_moment_mm4)
     bending = 1 / (1 / between.bending_Nmm_per_rad + 2 * root_length_mm(rig) / rigidity)
@@ -150,7 +152,7 @@ def beam(rig: Rig) -> Flexure:
     """
     young, shear_modulus = moduli(rig)
 
-    z, weights = _graded_gauss([0.0, *_kinks(rig), notched_tube(rig)[1].width_mm / 2])
+    z, weights = _graded_gauss([0.0, *_kinks(rig), notched_tube(rig).notch.width_mm / 2])
     s = section(rig, z)
     bend = 1 / (young * s.second_moment_mm4)
     shear = 1 / (s.shear_coefficient * shear_modulus * s.area_mm2)
@@ -165,10 +167,10 @@ def bending_length_mm(rig: Rig) -> float:
 
     It places the flexure; what the rings give at its roots makes the joint softer, not the notch wider.
     """
-    if rig.notch is None:
+    if isinstance(rig.joint, MeasuredJoint):
         return BENCH_GAP * rig.pitch_mm
     root = moduli(rig)[0] * float(section(rig, 0.0).second_moment_mm4)
-    return min(root / beam(rig).bending_Nmm_per_rad, rig.notch.width_mm)
+    return min(root / beam(rig).bending_Nmm_per_rad, rig.joint.notch.width_mm)
 
 
 def turning_length_mm(rig: Rig) -> float:
@@ -179,14 +181,15 @@ def turning_length_mm(rig: Rig) -> float:
     :func:`bending_length_mm`, and so do measured joints.
     """
     length = bending_length_mm(rig)
-    return length if rig.notch is None or rig.notch.shape == "v_pair" else 2 / 3 * length
+    slot = isinstance(rig.joint, NotchedTube) and rig.joint.notch.shape != "v_pair"
+    return 2 / 3 * length if slot else length
 
 
 def rigid_gap_mm(rig: Rig) -> float:
     """Length of a notch beside the part that bends, both ends together: it turns with the rings."""
-    if rig.notch is None:
-        return rig.bench.rigid_gap_mm if rig.bench else 0.0
-    return rig.notch.width_mm - turning_length_mm(rig)
+    if isinstance(rig.joint, MeasuredJoint):
+        return rig.joint.rigid_gap_mm
+    return rig.joint.notch.width_mm - turning_length_mm(rig)
 
 
 @_of_metal
@@ -196,10 +199,11 @@ def ring_stiffness(rig: Rig) -> tuple[float, float, float]:
     Of measured joints it is part of the joint: far stiffer here.
     """
     length_mm = rig.pitch_mm - bending_length_mm(rig)
-    if rig.tube is None:
+    if isinstance(rig.joint, MeasuredJoint):
         rigid = 1e2 * max(rope.EA_N for rope in rig.tendons) / rig.pitch_mm
         return rigid * rig.pitch_mm**2, rigid, rigid
-    outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
+    tube = rig.joint.tube
+    outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
     young = moduli(rig)[0]
     area, second = math.pi * (outer**2 - inner**2), math.pi / 4 * (outer**4 - inner**4)
     # kappa = 1/2 of a thin round tube (Cowper 1966, doi 10.1115/1.3625046, for zero Poisson's ratio)
@@ -220,7 +224,7 @@ def moment_arms_mm(rig: Rig) -> tuple[float, float]:
     RigError
         As :func:`section`.
     """
-    offset = 0.0 if rig.notch is None else float(section(rig, 0.0).neutral_offset_mm)
+    offset = 0.0 if isinstance(rig.joint, MeasuredJoint) else float(section(rig, 0.0).neutral_offset_mm)
     arm_b = 0.0 if rig.tendon_b is None else rig.tendon_b.moment_arm_mm - offset
     return rig.tendon_a.moment_arm_mm + offset, arm_b
 
@@ -243,9 +247,9 @@ def closure_angle_rad(rig: Rig) -> float:
     RigError
         As :func:`section`.
     """
-    if rig.bench is not None:
+    if isinstance(rig.joint, MeasuredJoint):
         return math.inf
-    tube, notch = notched_tube(rig)
+    tube, notch = rig.joint.tube, rig.joint.notch
     lever = tube.outer_diameter_mm / 2 + float(section(rig, 0.0).neutral_offset_mm)
     return 2 * math.atan2(notch.width_mm / 2, lever) if notch.shape == "v_pair" else notch.width_mm / lever
 
@@ -263,10 +267,10 @@ def peak_strain_per_rad(rig: Rig) -> float:
     RigError
         As :func:`section`.
     """
-    tube, notch = notched_tube(rig)
+    joint = notched_tube(rig)
     root = section(rig, 0.0)
     offset = float(root.neutral_offset_mm)
     fibre = float(cut_height_mm(rig, 0.0)) + offset
-    if notch.shape == "rectangular":
-        fibre = max(fibre, tube.outer_diameter_mm / 2 - offset)
+    if joint.one_sided:
+        fibre = max(fibre, joint.tube.outer_diameter_mm / 2 - offset)
     return beam(rig).bending_Nmm_per_rad * fibre / (moduli(rig)[0] * float(root.second_moment_mm4))

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fem_models.joint.flexure import flexure, moment_arms_mm
-from fem_models.joint.section import moduli, notched_tube, section
-from fem_models.rig.rig import Rig
+from fem_models.joint.section import moduli, section
+from fem_models.rig.rig import Rig, notched_tube
 from hysteresis.arrays import Floats
 
 
@@ -63,7 +63,7 @@ def element_rotations(rig: Rig, moment_Nmm: float, shear_N: float = 0.0, n_eleme
     """
     if n_elements < 2 or n_elements % 2:
         raise ValueError(f"n_elements = {n_elements}: expected an even number of at least 2")
-    half = notched_tube(rig)[1].width_mm / 2
+    half = notched_tube(rig).notch.width_mm / 2
     nodes = np.linspace(-half, half, 2 * n_elements + 1)
     stiffness = _beam_stiffness(rig, nodes)
     load = np.zeros(stiffness.shape[0])

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fem_models.rig.checks import RigError
-from fem_models.rig.rig import Notch, Rig, Tube
+from fem_models.rig.rig import Rig, notched_tube
 from hysteresis.arrays import Floats
 
 _ARC_NODES, _ARC_WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -33,19 +33,6 @@ class Section:
     neutral_offset_mm: Floats
 
 
-def notched_tube(rig: Rig) -> tuple[Tube, Notch]:
-    """Tube and notch of a rig.
-
-    Raises
-    ------
-    RigError
-        If the joints were measured on a bench.
-    """
-    if rig.tube is None or rig.notch is None:
-        raise RigError(f"rig {rig.name}: joints measured on a bench: expected [tube] and [notch]")
-    return rig.tube, rig.notch
-
-
 def cut_height_mm(rig: Rig, z_mm: ArrayLike) -> Floats:
     """Distance of the cut face from the tube axis at z, the shape of ``z_mm``.
 
@@ -57,7 +44,8 @@ def cut_height_mm(rig: Rig, z_mm: ArrayLike) -> Floats:
     RigError
         If the joints were measured on a bench.
     """
-    tube, notch = notched_tube(rig)
+    joint = notched_tube(rig)
+    tube, notch = joint.tube, joint.notch
     z = np.abs(np.asarray(z_mm, dtype=float))
     outer = tube.outer_diameter_mm / 2
     if notch.shape != "v_pair":
@@ -78,14 +66,14 @@ def section(rig: Rig, z_mm: ArrayLike) -> Section:
     RigError
         If the joints were measured on a bench or a one-sided notch leaves nothing of the tube.
     """
-    tube, notch = notched_tube(rig)
-    outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
+    joint = notched_tube(rig)
+    outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
     ratio = cut_height_mm(rig, z_mm) / ((outer + inner) / 2)
-    if notch.shape != "rectangular":
+    if not joint.one_sided:
         return _two_arcs(outer, inner, np.arcsin(np.minimum(ratio, 1.0)))
     if ratio.size and ratio.min() <= -1:
         raise RigError(
-            f"notch.depth_mm = {notch.depth_mm}: expected below {outer + (outer + inner) / 2:g} mm, "
+            f"notch.depth_mm = {joint.notch.depth_mm}: expected below {outer + (outer + inner) / 2:g} mm, "
             "or nothing is left of the wall"
         )
     return _one_arc(outer, inner, np.arccos(np.maximum(-ratio, -1.0)))
@@ -136,12 +124,12 @@ def section_fibres(rig: Rig, count: int) -> tuple[Floats, Floats]:
     is thick: points over the wall, too, up to the flat face of the cut, gathered into ``count`` classes of distance,
     either side alike. A class keeps the area's first and second moment, those of a flat plateau and of elasticity.
     """
-    tube, notch = notched_tube(rig)
-    outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
+    joint = notched_tube(rig)
+    outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
     radius, per_angle = (outer + inner) / 2, (outer**2 - inner**2) / 2
     ratio = float(cut_height_mm(rig, 0.0)) / radius
     nodes, weights = np.polynomial.legendre.leggauss(count)
-    if notch.shape != "rectangular":
+    if not joint.one_sided:
         angle = math.asin(min(ratio, 1.0))
         phi = 0.5 * angle * (1 + nodes)
         return radius * np.sin(phi), 4 * per_angle * 0.5 * angle * weights

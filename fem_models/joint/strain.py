@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from fem_models.joint.flexure import peak_strain_per_rad
 from fem_models.rig.checks import RigError
+from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -72,7 +73,7 @@ def peak_strain(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
     joints measured on a bench, whose section is not known.
     """
     turn = np.asarray(joint_angles_rad, dtype=float) - np.radians(rig.precurvature_deg)
-    return turn * (np.nan if rig.tube is None else peak_strain_per_rad(rig))
+    return turn * (np.nan if isinstance(rig.joint, MeasuredJoint) else peak_strain_per_rad(rig))
 
 
 def limits_passed(drive: ArrayLike, strain: ArrayLike, limits: tuple[StrainLimit, ...]) -> tuple[Passed, ...]:

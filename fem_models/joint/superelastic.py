@@ -9,6 +9,7 @@ import numpy as np
 from fem_models.joint.flexure import beam, flexure, peak_strain_per_rad
 from fem_models.joint.section import section_fibres
 from fem_models.rig.checks import require
+from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -53,13 +54,14 @@ def flag_fibres(rig: Rig) -> FlagFibres:
         law.plateau_modulus_GPa,
         f"below material.youngs_modulus_GPa = {rig.material.youngs_modulus_GPa:g}",
     )
-    if rig.bench is None:
-        elastic = beam(rig).bending_Nmm_per_rad
-        y, area = section_fibres(rig, FIBRES)
-        length = young * float((y**2 * area).sum()) / elastic
-    else:
-        elastic = rig.bench.flexure_stiffness_Nmm_per_rad / (1 - rig.bench.roots_share)
-        y, area, length = _assumed_section(rig, elastic / young)
+    match rig.joint:
+        case NotchedTube():
+            elastic = beam(rig).bending_Nmm_per_rad
+            y, area = section_fibres(rig, FIBRES)
+            length = young * float((y**2 * area).sum()) / elastic
+        case MeasuredJoint() as measured:
+            elastic = measured.flexure_stiffness_Nmm_per_rad / (1 - measured.roots_share)
+            y, area, length = _assumed_section(rig, elastic / young)
     stiffness = young * y**2 * area / length
     fibres = FlagFibres(
         stiffness=stiffness,
@@ -74,7 +76,7 @@ def flag_fibres(rig: Rig) -> FlagFibres:
 
 def strain_per_rad(rig: Rig) -> float:
     """Strain of the outermost fibre per radian of one joint, linear elastic; of measured joints that of the strip."""
-    if rig.bench is None:
+    if isinstance(rig.joint, NotchedTube):
         return peak_strain_per_rad(rig)
     return 0.5 * rig.tendon_a.moment_arm_mm / rig.pitch_mm
 

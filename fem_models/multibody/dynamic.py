@@ -23,6 +23,7 @@ from fem_models.load.schedule import Load, Schedule, schedule, way_mm
 from fem_models.multibody.assembly import RingInertia
 from fem_models.multibody.quasi_static import MultibodySettings, Stepper, creep_goal_mm, quiet
 from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
@@ -79,11 +80,12 @@ def ring_inertia(rig: Rig) -> RingInertia:
         Measured joints without a mass.
     """
     mass = 1e-6 * rig.gravity.ring_mass_g if rig.gravity else 0.0
-    if rig.tube is not None and rig.notch is not None:
-        outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
-        middles = (np.arange(200) + 0.5) / 200 * rig.notch.width_mm / 2
-        volume = math.pi * (outer**2 - inner**2) * rig.notch.spacing_mm
-        volume += rig.notch.width_mm * float(section(rig, middles).area_mm2.mean())
+    if isinstance(rig.joint, NotchedTube):
+        tube, notch = rig.joint.tube, rig.joint.notch
+        outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
+        middles = (np.arange(200) + 0.5) / 200 * notch.width_mm / 2
+        volume = math.pi * (outer**2 - inner**2) * notch.spacing_mm
+        volume += notch.width_mm * float(section(rig, middles).area_mm2.mean())
         mass = mass or NITI_DENSITY_T_PER_MM3 * volume
     else:
         outer = inner = rig.tendon_a.moment_arm_mm

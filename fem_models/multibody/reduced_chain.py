@@ -34,7 +34,7 @@ from fem_models.joint.flexure import Flexure, bending_length_mm
 from fem_models.multibody.quasi_static import quiet
 from fem_models.multibody.reduced_body import NITINOL_T_PER_MM3, ReducedBody
 from fem_models.rig.checks import SolverError
-from fem_models.rig.rig import Rig
+from fem_models.rig.rig import Rig, notched_tube
 from fem_models.solid.linear import Solid, as_flexure, mass_matrix, rigid_motions
 from hysteresis.arrays import Floats
 
@@ -280,8 +280,7 @@ def _add_loading(chain: _Chain, rig: Rig) -> _Loading:
 
 
 def _half_hole_mm(rig: Rig) -> float:
-    assert rig.notch is not None  # there is no solid of joints measured on a bench
-    return rig.notch.spacing_mm / 2
+    return notched_tube(rig).notch.spacing_mm / 2
 
 
 def _follow(chain: _Chain, rig: Rig, loads: Sequence[PlaneLoad], *, bending_Nmm_per_rad: float) -> list[ChainPose]:

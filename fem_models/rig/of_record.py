@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from fem_models.rig.checks import RigError
+from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Bench, Material, Rig, Tendon, Wheel, check_cut
+from fem_models.rig.rig import Material, Rig, Tendon, Wheel
 from fem_models.rig.rig_file import build, read_rig
 from hysteresis.record import MEASURED_KEYS, Record
 
@@ -35,7 +36,7 @@ def rig_of(record: Record) -> Rig | None:
         raise RigError(f"{where}: [{next(iter(parts))}] alone: expected [tube] and [notch]")
     if parts:
         try:
-            check_cut(parts["tube"], parts["notch"])
+            NotchedTube(parts["tube"], parts["notch"])
         except RigError as error:
             raise RigError(f"{where}: {error}") from None
     try:
@@ -76,5 +77,5 @@ def _from_table(table: Mapping[str, Any], folder: Path) -> Rig | None:
         tendon_b=tendon,
         wheel=Wheel(radius_mm=10.0),
         preload_N=table["preload_N"],
-        bench=Bench(table["joints"], table["pitch_mm"], table["flexure_stiffness_Nmm_per_rad"]),
+        joint=MeasuredJoint(table["joints"], table["pitch_mm"], table["flexure_stiffness_Nmm_per_rad"]),
     )

@@ -7,7 +7,8 @@ from typing import Any, Literal
 
 from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Closure, Superelastic
-from fem_models.rig.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.rig.joints import Notch, NotchedTube, Tube
+from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 
 DU2018 = "Hysteresis analysis of a notched continuum manipulator driven by tendon, Mech. Sci. 9, 2018"
 
@@ -33,8 +34,10 @@ _ROPE = Tendon(EA_N=17_000.0, moment_arm_mm=2.64, free_length_mm=150.0, toe_N=40
 _DU2018 = Preset(
     rig=Rig(
         name="du2018",
-        tube=Tube(outer_diameter_mm=6.2, inner_diameter_mm=5.64),
-        notch=Notch("v_pair", count=14, depth_mm=2.825, width_mm=1.4, spacing_mm=1.2, root_width_mm=0.8),
+        joint=NotchedTube(
+            Tube(outer_diameter_mm=6.2, inner_diameter_mm=5.64),
+            Notch("v_pair", count=14, depth_mm=2.825, width_mm=1.4, spacing_mm=1.2, root_width_mm=0.8),
+        ),
         material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33, loop_share=0.4, loop_angle_deg=2.2),
         tendon_a=_ROPE,
         tendon_b=_ROPE,
@@ -93,8 +96,10 @@ def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, 
     fit = Source("taken", f"fitted to notch angles of the {other} deg tube, docs/validation/wrists.md")
     rig = Rig(
         name=f"notched-wrist-{range_deg}",
-        tube=Tube(outer_diameter_mm=1.62, inner_diameter_mm=1.40),
-        notch=Notch("rectangular", count=5, depth_mm=1.40, width_mm=width_mm, spacing_mm=spacing_mm, rigid_roots=True),
+        joint=NotchedTube(
+            Tube(outer_diameter_mm=1.62, inner_diameter_mm=1.40),
+            Notch("rectangular", count=5, depth_mm=1.40, width_mm=width_mm, spacing_mm=spacing_mm, rigid_roots=True),
+        ),
         material=Material(youngs_modulus_GPa=fitted["E_GPa"], poissons_ratio=0.33),
         tendon_a=Tendon(EA_N=5_000.0, moment_arm_mm=0.60, free_length_mm=200.0),
         tendon_b=None,

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from fem_models.rig.checks import RigError, require, require_numbers
 from fem_models.rig.effects import (
@@ -21,98 +20,10 @@ from fem_models.rig.effects import (
     Superelastic,
     TipStop,
 )
+from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 
-NotchShape = Literal["v_pair", "rectangular_pair", "rectangular"]
-NOTCH_SHAPES: tuple[str, ...] = ("v_pair", "rectangular_pair", "rectangular")
-
-
-@dataclass(frozen=True)
-class Tube:
-    """The tube that is notched. Diameters in mm, outer above inner, both positive."""
-
-    outer_diameter_mm: float
-    inner_diameter_mm: float
-
-    def __post_init__(self) -> None:
-        require_numbers("tube", self)
-        require(self.inner_diameter_mm > 0, "tube.inner_diameter_mm", self.inner_diameter_mm, "above 0")
-        require(
-            self.inner_diameter_mm < self.outer_diameter_mm,
-            "tube.inner_diameter_mm",
-            self.inner_diameter_mm,
-            f"below tube.outer_diameter_mm = {self.outer_diameter_mm}",
-        )
-
-
-@dataclass(frozen=True)
-class Notch:
-    """A row of equal notches.
-
-    Parameters
-    ----------
-    shape
-        ``v_pair``: two opposed V cuts (the paper); ``rectangular_pair``: two opposed slots;
-        ``rectangular``: one-sided slots (York et al., ICRA 2015).
-    count
-        Number of joints.
-    depth_mm
-        Depth of one cut from the outer surface.
-    width_mm
-        Opening along the tube axis at the outer surface.
-    spacing_mm
-        Uncut tube between two notches; the pitch is ``width_mm + spacing_mm``.
-    root_width_mm
-        Width of the flat root of a V (wire kerf); slots have the same width all the way and take None.
-    rigid_roots
-        Whether rings are rigid where flexures are rooted in them, as in the paper's analytic model. Metal is not:
-        :mod:`fem_models.joint.roots`.
-    """
-
-    shape: NotchShape
-    count: int
-    depth_mm: float
-    width_mm: float
-    spacing_mm: float
-    root_width_mm: float | None = None
-    rigid_roots: bool = False
-
-    def __post_init__(self) -> None:
-        require(isinstance(self.rigid_roots, bool), "notch.rigid_roots", self.rigid_roots, "true or false")
-        require(self.shape in NOTCH_SHAPES, "notch.shape", self.shape, "one of " + ", ".join(NOTCH_SHAPES))
-        require_numbers("notch", self)
-        require(
-            isinstance(self.count, int) and self.count >= 1,
-            "notch.count",
-            self.count,
-            "a whole number of at least 1",
-        )
-        for name in ("depth_mm", "width_mm", "spacing_mm"):
-            require(getattr(self, name) > 0, f"notch.{name}", getattr(self, name), "above 0")
-        if self.shape == "v_pair":
-            root = self.root_width_mm
-            require(root is not None, "notch.root_width_mm", root, "a number: a V needs the width of its root")
-            assert root is not None
-            require(
-                0 <= root < self.width_mm,
-                "notch.root_width_mm",
-                root,
-                f"at least 0 and below notch.width_mm = {self.width_mm}",
-            )
-        else:
-            require(self.root_width_mm is None, "notch.root_width_mm", self.root_width_mm, "absent for a slot")
-
-    @property
-    def pitch_mm(self) -> float:
-        """Joint to joint distance, mm."""
-        return self.width_mm + self.spacing_mm
-
-
-def check_cut(tube: Tube, notch: Notch) -> None:
-    """Raise a RigError where the notch would cut the tube in two."""
-    one_sided = notch.shape == "rectangular"
-    limit = tube.outer_diameter_mm / (1 if one_sided else 2)
-    which = "the outer diameter" if one_sided else "the outer radius, for cuts from both sides"
-    require(notch.depth_mm < limit, "notch.depth_mm", notch.depth_mm, f"below {limit:g} mm, {which}")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 
 @dataclass(frozen=True)
@@ -205,46 +116,6 @@ class Wheel:
         require(self.radius_mm > 0, "wheel.radius_mm", self.radius_mm, "above 0")
 
 
-@dataclass(frozen=True)
-class Bench:
-    """Joints measured on the bench, in place of tube, notch and material constants.
-
-    Stiffness is that of one joint; shear and axial compliance of such a joint are not known and left out. A joint bends
-    over a fifth of its pitch; ``rigid_gap_mm`` is the length beside it, both ends together, that turns with the rings
-    and that the tendon crosses freely, as it does a V notch beyond its root. ``roots_share`` is the part of the joint's
-    compliance that the roots of the flexure in the rings have: superelastic metal stays elastic there.
-    """
-
-    joints: int
-    pitch_mm: float
-    flexure_stiffness_Nmm_per_rad: float
-    rigid_gap_mm: float = 0.0
-    roots_share: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_numbers("rig", self)
-        require(
-            isinstance(self.joints, int) and self.joints >= 1,
-            "rig.joints",
-            self.joints,
-            "a whole number >= 1",
-        )
-        require(self.pitch_mm > 0, "rig.pitch_mm", self.pitch_mm, "above 0")
-        require(
-            self.flexure_stiffness_Nmm_per_rad > 0,
-            "rig.flexure_stiffness_Nmm_per_rad",
-            self.flexure_stiffness_Nmm_per_rad,
-            "above 0",
-        )
-        require(
-            0 <= self.rigid_gap_mm <= 0.5 * self.pitch_mm,
-            "rig.rigid_gap_mm",
-            self.rigid_gap_mm,
-            f"between 0 and half of rig.pitch_mm = {self.pitch_mm:g}",
-        )
-        require(0 <= self.roots_share < 1, "rig.roots_share", self.roots_share, "from 0 to below 1")
-
-
 EFFECT_TABLES = (
     "slack",
     "backlash",
@@ -265,8 +136,7 @@ EFFECT_TABLES = (
 class Rig:
     """A manipulator with two antagonistic tendons on one wheel, or with one tendon alone.
 
-    The joints come either from ``tube`` and ``notch`` or, measured, from ``bench``; exactly one of the two.
-    Tendon a pulls towards positive angles when the drive is positive. The optional parts from ``slack`` on are
+    ``joint`` is what all joints are: notches of a tube, or joints known by measurement. Tendon a pulls towards positive angles when the drive is positive. The optional parts from ``slack`` on are
     effects that are off by default, each in :mod:`fem_models.rig.effects`.
 
     A rig of one tendon (``tendon_b`` None) springs back by its flexures; its preload may be 0 unless the tendon has a
@@ -282,9 +152,7 @@ class Rig:
     preload_N: float
     precurvature_deg: float = 0.0
     friction: Friction = field(default_factory=Friction)
-    tube: Tube | None = None
-    notch: Notch | None = None
-    bench: Bench | None = None
+    joint: NotchedTube | MeasuredJoint = field(kw_only=True)
     slack: Slack | None = None
     backlash: Backlash | None = None
     eccentricity: Eccentricity | None = None
@@ -306,20 +174,18 @@ class Rig:
         taut = math.isfinite(self.preload_N) and (self.preload_N > 0 or (single and self.preload_N == 0))
         require(taut, "preload_N", self.preload_N, "at least 0" if single else "above 0")
         require(abs(self.precurvature_deg) < 90, "precurvature_deg", self.precurvature_deg, "within +-90")
-        if (self.tube is None) != (self.notch is None) or (self.tube is None) == (self.bench is None):
-            raise RigError(f"rig {self.name}: expected either [tube] and [notch], or measured joints")
-        if self.tube is not None and self.notch is not None:
-            check_cut(self.tube, self.notch)
-            for name, tendon in zip(("tendon_a", "tendon_b"), self.tendons, strict=False):
-                require(
-                    tendon.moment_arm_mm < self.tube.outer_diameter_mm,
-                    f"{name}.moment_arm_mm",
-                    tendon.moment_arm_mm,
-                    f"below tube.outer_diameter_mm = {self.tube.outer_diameter_mm}",
-                )
-        if self.bench is not None:
-            needs_angle = self.closure is not None and self.closure.angle_deg is None
-            require(not needs_angle, "closure.angle_deg", None, "a number: measured joints have no notch")
+        match self.joint:
+            case NotchedTube(tube):
+                for name, tendon in zip(("tendon_a", "tendon_b"), self.tendons, strict=False):
+                    require(
+                        tendon.moment_arm_mm < tube.outer_diameter_mm,
+                        f"{name}.moment_arm_mm",
+                        tendon.moment_arm_mm,
+                        f"below tube.outer_diameter_mm = {tube.outer_diameter_mm}",
+                    )
+            case MeasuredJoint():
+                needs_angle = self.closure is not None and self.closure.angle_deg is None
+                require(not needs_angle, "closure.angle_deg", None, "a number: measured joints have no notch")
 
     @property
     def tendons(self) -> tuple[Tendon, ...]:
@@ -329,32 +195,102 @@ class Rig:
     @property
     def joints(self) -> int:
         """Number of single notched rings."""
-        return self.notch.count if self.notch is not None else self.bench.joints  # type: ignore[union-attr]
+        return self.joint.joints
 
     @property
     def pitch_mm(self) -> float:
         """Joint to joint distance, mm."""
-        return self.notch.pitch_mm if self.notch is not None else self.bench.pitch_mm  # type: ignore[union-attr]
+        return self.joint.pitch_mm
+
+    def parts(self) -> dict[str, str | float | DataclassInstance | None]:
+        """Values of a rig under their names in a rig file: ``joint`` is [tube] and [notch], or [bench]."""
+        out: dict[str, str | float | DataclassInstance | None] = {}
+        for f in fields(self):
+            match getattr(self, f.name):
+                case NotchedTube(tube, notch):
+                    out |= {"tube": tube, "notch": notch}
+                case MeasuredJoint() as measured:
+                    out["bench"] = measured
+                case value:
+                    out[f.name] = value
+        return out
 
     def to_dict(self) -> dict[str, Any]:
         """Nested plain values, for TOML and JSON; absent parts left out, an absent tendon b as ``tendons`` = 1."""
+        out = {
+            name: value if isinstance(value, str | float | int) else _plain(value)
+            for name, value in self.parts().items()
+            if value is not None
+        }
+        return out | ({"tendons": 1} if self.tendon_b is None else {})
 
-        def prune(table: Mapping[str, Any]) -> dict[str, Any]:
-            return {k: prune(v) if isinstance(v, Mapping) else v for k, v in table.items() if v is not None}
 
-        return prune(asdict(self)) | ({"tendons": 1} if self.tendon_b is None else {})
+def _plain(part: DataclassInstance) -> dict[str, float | str]:
+    return {name: value for name, value in asdict(part).items() if value is not None}
 
 
 def numeric_fields(rig: Rig) -> dict[str, float]:
     """Every number of a rig under its dotted name, for tables of sources and for studies."""
     out: dict[str, float] = {}
-    for f in fields(rig):
-        value = getattr(rig, f.name)
+    for name, value in rig.parts().items():
         if is_dataclass(value):
-            for g in fields(value):
-                number = getattr(value, g.name)
+            for f in fields(value):
+                number = getattr(value, f.name)
                 if isinstance(number, int | float) and not isinstance(number, bool):
-                    out[f"{f.name}.{g.name}"] = number
+                    out[f"{name}.{f.name}"] = number
         elif isinstance(value, int | float):
-            out[f.name] = value
+            out[name] = value
     return out
+
+
+def with_number(rig: Rig, name: str, value: float) -> Rig:
+    """Give the rig with one number changed; its name is dotted, as in :func:`numeric_fields`.
+
+    Raises
+    ------
+    RigError
+        A name that is not a number of this rig, or a rig that cannot be.
+    """
+    if name not in numeric_fields(rig):
+        raise RigError(f"{name} = {value}: expected a number of rig {rig.name}")
+    part, _, key = name.rpartition(".")
+    if not part:
+        return _with_part(rig, name, value)
+    change: dict[str, Any] = {key: value}
+    return _with_part(rig, part, replace(rig.parts()[part], **change))  # type: ignore[type-var]
+
+
+def _with_part(rig: Rig, name: str, value: object) -> Rig:
+    match value:
+        case Tube():
+            return replace(rig, joint=replace(notched_tube(rig), tube=value))
+        case Notch():
+            return with_notch(rig, value)
+        case MeasuredJoint():
+            return replace(rig, joint=value)
+    change: dict[str, Any] = {name: value}
+    return replace(rig, **change)
+
+
+def notched_tube(rig: Rig) -> NotchedTube:
+    """Tube and notches of a rig.
+
+    Raises
+    ------
+    RigError
+        If the joints were measured on a bench.
+    """
+    if not isinstance(rig.joint, NotchedTube):
+        raise RigError(f"rig {rig.name}: joints measured on a bench: expected [tube] and [notch]")
+    return rig.joint
+
+
+def with_notch(rig: Rig, notch: Notch) -> Rig:
+    """Give the rig with another notch in the same tube.
+
+    Raises
+    ------
+    RigError
+        As :func:`notched_tube`; a notch that would cut the tube in two.
+    """
+    return replace(rig, joint=replace(notched_tube(rig), notch=notch))

@@ -22,7 +22,8 @@ from fem_models.rig.effects import (
     Superelastic,
     TipStop,
 )
-from fem_models.rig.rig import Bench, Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
+from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 
 _TABLES: dict[str, type] = {
     "tube": Tube,
@@ -32,7 +33,7 @@ _TABLES: dict[str, type] = {
     "tendon_b": Tendon,
     "friction": Friction,
     "wheel": Wheel,
-    "bench": Bench,
+    "bench": MeasuredJoint,
     "slack": Slack,
     "backlash": Backlash,
     "eccentricity": Eccentricity,
@@ -45,6 +46,7 @@ _TABLES: dict[str, type] = {
     "preload_loss": PreloadLoss,
     "fatigue": Fatigue,
 }
+_JOINT_TABLES = ("tube", "notch", "bench")
 
 
 def numbers_of_a_rig() -> dict[str, bool]:
@@ -118,7 +120,7 @@ def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> R
     for side in sides:
         if both or side in data:
             data[side] = {**both, **data.get(side, {})}
-    known = {f.name for f in fields(Rig)}
+    known = {f.name for f in fields(Rig)} - {"joint"} | set(_JOINT_TABLES)
     for key in data:
         if key not in known:
             raise RigError(
@@ -132,9 +134,21 @@ def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> R
         raise RigError(f"{where}: name = {data['name']!r}: expected text")
     parts = {k: build(k, v, where) if k in _TABLES else v for k, v in data.items()}
     try:
-        return Rig(**{"name": name, "tendon_b": None, **parts})
+        joint = _joint(data.get("name", name), **{k: parts.pop(k, None) for k in _JOINT_TABLES})
+        return Rig(**{"name": name, "tendon_b": None, **parts, "joint": joint})
     except RigError as error:
         raise RigError(f"{where}: {error}") from None
+
+
+def _joint(
+    rig: str, tube: Tube | None, notch: Notch | None, bench: MeasuredJoint | None
+) -> NotchedTube | MeasuredJoint:
+    """Give the joint of the tables that a rig file has."""
+    if bench is None and tube is not None and notch is not None:
+        return NotchedTube(tube, notch)
+    if bench is not None and tube is None and notch is None:
+        return bench
+    raise RigError(f"rig {rig}: expected either [tube] and [notch], or measured joints")
 
 
 def _require_sane_integers(table: Mapping[str, Any], where: str, prefix: str = "") -> None:

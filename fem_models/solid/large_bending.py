@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 from skfem import MeshTet2
 
 from fem_models.rig.checks import SolverError
-from fem_models.rig.rig import Rig
+from fem_models.rig.rig import Rig, notched_tube
 from fem_models.solid.linear import cells as cells_of
 from fem_models.solid.mesh import snr_mesh
 from fem_models.solid.superelastic import (
@@ -220,10 +220,9 @@ def measured(joint: QuarterJoint, path: Sequence[BentJoint]) -> MomentAngle:
 
 def _transformed(joint: QuarterJoint, state: Equilibrium) -> float:
     solid = joint.solid
-    assert joint.rig.notch is not None
     if solid.law[SPAN] == 0:
         return 0.0
-    between = solid.points_mm[solid.cells, 2].mean(axis=1) < joint.rig.notch.width_mm / 2
+    between = solid.points_mm[solid.cells, 2].mean(axis=1) < notched_tube(joint.rig).notch.width_mm / 2
     volumes = solid.volumes[between]
     return float((volumes * state.transformation[between]).sum() / (volumes.sum() * solid.law[SPAN]))
 

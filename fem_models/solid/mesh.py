@@ -20,7 +20,7 @@ from skfem import MeshTet2
 
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig.checks import RigError
-from fem_models.rig.rig import Rig
+from fem_models.rig.rig import Rig, notched_tube
 from hysteresis.arrays import Floats, Ints
 
 # Vertices 0 and 1 swapped, with the middles of their edges: a mirror image turns a tetrahedron inside out.
@@ -120,10 +120,8 @@ def snr_mesh(rig: Rig, *, refinement: float = 1.0, fillet_mm: float = 0.0, path:
 
 
 def _profile(rig: Rig, fillet_mm: float) -> _Profile:
-    cut = float(cut_height_mm(rig, 0.0))  # raises for joints measured on a bench
-    assert rig.tube is not None
-    assert rig.notch is not None
-    tube, notch = rig.tube, rig.notch
+    joint, cut = notched_tube(rig), float(cut_height_mm(rig, 0.0))
+    tube, notch = joint.tube, joint.notch
     edge = notch.width_mm / 2
     root = edge if notch.root_width_mm is None else notch.root_width_mm / 2
     outer = tube.outer_diameter_mm / 2

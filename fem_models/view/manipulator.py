@@ -25,7 +25,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem_models.joint.flexure import flexure
 from fem_models.joint.section import cut_height_mm, section
-from fem_models.rig.rig import NotchShape, Rig
+from fem_models.rig.joints import MeasuredJoint, NotchedTube, NotchShape
+from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats, Ints
 
 if TYPE_CHECKING:
@@ -110,10 +111,10 @@ class _Spine:
 
 
 def _outline(rig: Rig) -> _Outline:
-    tube, notch = rig.tube, rig.notch
-    if tube is None or notch is None:
+    if isinstance(rig.joint, MeasuredJoint):
         outer = 1.15 * max(rope.moment_arm_mm for rope in rig.tendons)
         return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0)
+    tube, notch = rig.joint.tube, rig.joint.notch
     outer = tube.outer_diameter_mm / 2
     neutral = -flexure(rig).neutral_offset_mm
     return _Outline(notch.shape, outer, tube.inner_diameter_mm / 2, notch.width_mm, outer - notch.depth_mm, neutral)
@@ -135,8 +136,8 @@ def _local_stations(rig: Rig, outline: _Outline, detail: float) -> Floats:
     half, edge, outer, cut = rig.pitch_mm / 2, outline.opening / 2, outline.outer, outline.cut
     ring = edge + (half - edge) * (np.array([0.0, 0.08, 0.3, 0.65, 1.0]) if detail > 0.5 else np.array([0.0, 1.0]))
     opening = np.linspace(0.0, edge, count(9))
-    if rig.notch is not None and rig.notch.root_width_mm is not None:
-        root = rig.notch.root_width_mm / 2
+    if isinstance(rig.joint, NotchedTube) and rig.joint.notch.root_width_mm is not None:
+        root = rig.joint.notch.root_width_mm / 2
         # Even steps of the angle at which the flank meets the outer surface keep the V smooth where it runs out.
         c = outer * np.cos(np.linspace(np.arccos(cut / outer), 0.0, count(15)))
         if outline.inner > cut:
@@ -150,7 +151,7 @@ def _spine(rig: Rig, outline: _Outline, joint_angles_deg: ArrayLike, detail: flo
     angles = _radians(rig, joint_angles_deg)
     local = _local_stations(rig, outline, detail)
     fine = np.linspace(-outline.opening / 2, outline.opening / 2, 801)
-    flexibility = np.ones_like(fine) if rig.notch is None else 1 / section(rig, fine).second_moment_mm4
+    flexibility = 1 / section(rig, fine).second_moment_mm4 if isinstance(rig.joint, NotchedTube) else np.ones_like(fine)
     share = np.concatenate([[0.0], np.cumsum((flexibility[1:] + flexibility[:-1]) / 2 * np.diff(fine))])
     curvature = np.interp(local, fine, flexibility / share[-1], left=0.0, right=0.0)
     keep = np.ones((rig.joints, local.size), dtype=bool)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_models.chain.solve import solve_chain
-from fem_models.rig.checks import RigError, SolverError
-from fem_models.rig.rig import Rig, numeric_fields
+from fem_models.rig.checks import SolverError
+from fem_models.rig.joints import NotchedTube
+from fem_models.rig.rig import Rig, with_number
 from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
 from studies.report.tube import surface_to_turn
@@ -66,9 +67,9 @@ def sliders(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
     out = [
         Slider("preload_N", "Preload", "N", min(1.0, rig.preload_N), max(40.0, 2 * rig.preload_N), 0.5, rig.preload_N)
     ]
-    if rig.tube is not None and rig.notch is not None:
-        notch = rig.notch
-        limit = rig.tube.outer_diameter_mm / (1 if notch.shape == "rectangular" else 2)
+    if isinstance(rig.joint, NotchedTube):
+        notch = rig.joint.notch
+        limit = rig.joint.tube.outer_diameter_mm / (1 if rig.joint.one_sided else 2)
         root = notch.root_width_mm or 0.0
         low, high = _around(notch.depth_mm, 0.85 * limit, 0.99 * limit, 0.005)
         out.append(Slider("notch.depth_mm", "Notch depth", "mm", low, high, 0.005, notch.depth_mm))
@@ -101,13 +102,8 @@ def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
     RigError
         A rig that cannot be.
     """
-    known = numeric_fields(rig)
     for name, value in values.items():
-        if name not in known:
-            raise RigError(f"{name} = {value}: expected a number of rig {rig.name}")
-        part, _, field = name.rpartition(".")
-        change: dict[str, Any] = {part: replace(getattr(rig, part), **{field: value})} if part else {name: value}
-        rig = replace(rig, **change)
+        rig = with_number(rig, name, value)
     return rig
 
 

@@ -13,6 +13,7 @@ from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.paper_elements import element_rotations
 from fem_models.load.program import triangle
 from fem_models.multibody.quasi_static import simulate_multibody
+from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import Friction, Rig
 from hysteresis.metrics import errors
 
@@ -66,8 +67,9 @@ def crosscheck(rig: Rig, *, amplitude_mm: float = 2.2, step_mm: float = 0.1) -> 
     x, y, _ = tip_pose(rig, np.radians(ideal.notches_deg))
     joint = flexure(rig)
     moment_Nmm = 1.0
-    exact = moment_Nmm / (beam(rig) if rig.notch else joint).bending_Nmm_per_rad
-    element = exact if rig.bench is not None else element_rotations(rig, moment_Nmm).theta_kd_rad
+    notched = isinstance(rig.joint, NotchedTube)
+    exact = moment_Nmm / (beam(rig) if notched else joint).bending_Nmm_per_rad
+    element = element_rotations(rig, moment_Nmm).theta_kd_rad if notched else exact
     against = errors(theory, ideal.angle_deg)
     return CrossCheck(
         rig=rig.name,

@@ -22,7 +22,7 @@ from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.multibody.reduced_body import ReducedBody, craig_bampton, free_frequencies_Hz
 from fem_models.multibody.reduced_chain import PlaneLoad, solve_beam_chain, solve_reduced_chain
 from fem_models.rig.checks import RigError
-from fem_models.rig.rig import EFFECT_TABLES, Friction, Rig
+from fem_models.rig.rig import EFFECT_TABLES, Friction, Rig, notched_tube, with_notch
 from fem_models.solid.linear import Solid, as_flexure, snr_stiffness, solid_snr
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
@@ -141,8 +141,7 @@ def compare_models(
     SolverError
         From the models.
     """
-    if rig.notch is None:
-        raise RigError(f"rig {rig.name}: joints measured on a bench: expected [tube] and [notch]")
+    notched_tube(rig)  # refuses measured joints
     plain = _plain(rig)
     progress(JUDGE)
     start = time.perf_counter()
@@ -233,8 +232,7 @@ def measured_joint(rig: Rig, solve: Callable[[Rig, list[PlaneLoad]], list[Any]])
 
     The loads act half a pitch beyond the middle of the notch: a lateral force bends as well.
     """
-    assert rig.notch is not None
-    one, arm = replace(rig, notch=replace(rig.notch, count=1)), rig.pitch_mm / 2
+    one, arm = with_notch(rig, replace(notched_tube(rig).notch, count=1)), rig.pitch_mm / 2
     force = 1e-4 * flexure(rig).bending_Nmm_per_rad  # of either sign, so that what is left is of second order
     kinds = ("moment_Nmm", "lateral_N", "axial_N")
     poses = solve(one, [PlaneLoad(**{kind: sign * force}) for kind in kinds for sign in (1, -1)])

@@ -19,8 +19,9 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from fem_models.joint.flexure import Flexure, beam, flexure
+from fem_models.rig.joints import Notch, NotchedTube, NotchShape, Tube
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Material, Notch, NotchShape, Rig, Tube
+from fem_models.rig.rig import Material, Rig, notched_tube
 from fem_models.solid.linear import as_flexure, chain_stiffness, snr_stiffness, solid_snr
 from fem_models.solid.strain import bent_chain, peak_strain
 from hysteresis.files import write_files
@@ -125,8 +126,9 @@ def rig_of(case: NotchCase) -> Rig:
     return replace(
         base,
         name="notch",
-        tube=Tube(1.0, 1.0 - 2 * case.wall),
-        notch=Notch(case.shape, 1, case.depth, case.width, case.spacing, root),
+        joint=NotchedTube(
+            Tube(1.0, 1.0 - 2 * case.wall), Notch(case.shape, 1, case.depth, case.width, case.spacing, root)
+        ),
         material=Material(youngs_modulus_GPa=1e-3, poissons_ratio=POISSON),
         tendon_a=tendon,
         tendon_b=tendon,
@@ -135,9 +137,7 @@ def rig_of(case: NotchCase) -> Rig:
 
 def beam_pitch(rig: Rig) -> Flexure:
     """Analytic stiffness of a pitch about its middle: the flexure in series with the uncut tube on both sides."""
-    joint, tube, notch = beam(rig), rig.tube, rig.notch
-    assert tube is not None
-    assert notch is not None
+    joint, tube, notch = beam(rig), notched_tube(rig).tube, notched_tube(rig).notch
     assert joint.shear_N_per_mm is not None
     assert joint.axial_N_per_mm is not None
     young = rig.material.youngs_modulus_GPa * 1e3

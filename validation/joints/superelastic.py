@@ -18,8 +18,9 @@ import numpy as np
 from fem_models.joint.flexure import closure_angle_rad, peak_strain_per_rad
 from fem_models.joint.superelastic import flag_fibres
 from fem_models.rig.effects import Superelastic
+from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Notch, Rig, Tube
+from fem_models.rig.rig import Rig, notched_tube, with_notch
 from fem_models.solid.large_bending import MomentAngle, bend, measured, quarter_joint
 from fem_models.solid.mesh import snr_mesh
 from fem_models.solid.strain import superelastic_limit
@@ -85,8 +86,9 @@ def wrist(width_mm: float, spacing_mm: float) -> Rig:
     return replace(
         base,
         name=f"wrist {width_mm:g}",
-        tube=Tube(1.62, 1.40),
-        notch=Notch("rectangular", 5, depth_mm=1.40, width_mm=width_mm, spacing_mm=spacing_mm),
+        joint=NotchedTube(
+            Tube(1.62, 1.40), Notch("rectangular", 5, depth_mm=1.40, width_mm=width_mm, spacing_mm=spacing_mm)
+        ),
         material=replace(base.material, youngs_modulus_GPa=50.0),
         superelastic=hardened(50.0),
         tendon_a=rope,
@@ -116,8 +118,7 @@ def solve(case: Case) -> CaseResult:
     curve = measured(joint, list(bend(joint, angles, step_rad=np.radians(3.0))))
     first = slice(0, 24)
     fitted = fibres_of_curve(replace(curve, angle_rad=curve.angle_rad[first], moment_Nmm=curve.moment_Nmm[first]))
-    assert case.rig.notch is not None
-    rigid = replace(case.rig, notch=replace(case.rig.notch, rigid_roots=True))
+    rigid = with_notch(case.rig, replace(notched_tube(case.rig).notch, rigid_roots=True))
     laws = (flag_fibres(rigid), flag_fibres(case.rig), fitted)
     return CaseResult(
         case,

@@ -18,7 +18,7 @@ from fem_models.chain.solve import simulate_chain
 from fem_models.load.program import triangle
 from fem_models.rig.effects import Backlash
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Rig
+from fem_models.rig.rig import Rig, notched_tube, with_notch
 from hysteresis.metrics import loop_width
 
 AMPLITUDE_MM = 2.2
@@ -101,7 +101,7 @@ def alternatives() -> Mapping[str, Rig]:
     def share(value: float) -> Rig:
         return replace(rig, material=replace(rig.material, loop_share=value))
 
-    assert rig.notch is not None
+    notch = notched_tube(rig).notch
     return {
         "du2018 as it is": rig,
         "moment arm 2.60 mm": arm(2.60),
@@ -114,7 +114,7 @@ def alternatives() -> Mapping[str, Rig]:
         "material loop share 0.6": share(0.6),
         "material loop slips up to 4 deg": replace(rig, material=replace(rig.material, loop_angle_deg=4.0)),
         "guides 0.05 N each": replace(rig, friction=replace(rig.friction, guide_N=0.05)),
-        "notch 0.05 mm less deep": replace(rig, notch=replace(rig.notch, depth_mm=rig.notch.depth_mm - 0.05)),
+        "notch 0.05 mm less deep": with_notch(rig, replace(notch, depth_mm=notch.depth_mm - 0.05)),
         "backlash 0.05 mm": replace(rig, backlash=Backlash(0.05)),
     }
 

@@ -22,7 +22,7 @@ from fem_models.load_control import pull
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Rig
+from fem_models.rig.rig import Friction, Rig, notched_tube
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from hysteresis.record_file import read_record
@@ -147,7 +147,8 @@ def wrist(tube: str, stage: Stage, values: Mapping[str, float], precurvature_deg
     rig = preset(f"notched-wrist-{tube}")
     assert rig.closure is not None
     assert rig.superelastic is not None
-    assert rig.notch is not None
+    joint = notched_tube(rig)
+    depth_mm = values.get("depth_mm", joint.notch.depth_mm)
     young = values.get("E_GPa", YOUNG_GPA)
     law: Superelastic | None = None
     if "plateau_MPa" in values:
@@ -165,7 +166,7 @@ def wrist(tube: str, stage: Stage, values: Mapping[str, float], precurvature_deg
         closure = Closure(closure.stiffness_Nmm_per_rad, angle_deg=never)
     return replace(
         rig,
-        notch=replace(rig.notch, depth_mm=values.get("depth_mm", rig.notch.depth_mm), rigid_roots=not stage.roots),
+        joint=replace(joint, notch=replace(joint.notch, depth_mm=depth_mm, rigid_roots=not stage.roots)),
         material=replace(rig.material, youngs_modulus_GPa=young),
         superelastic=law,
         friction=Friction(capstan_coefficient=values.get("mu", 0.0)),
@@ -176,7 +177,6 @@ def wrist(tube: str, stage: Stage, values: Mapping[str, float], precurvature_deg
 
 def _hinge_angle_deg(rig: Rig) -> float:
     """Closure of a notch that bends in its middle alone: 2 atan(w/2 / lever), where an arc has w / lever."""
-    assert rig.notch is not None
     half = 0.5 * closure_angle_rad(rig)  # w/2 over the lever
     return float(np.degrees(2 * np.arctan(half)))
 

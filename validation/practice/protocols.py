@@ -10,8 +10,9 @@ import numpy as np
 
 from fem_models.chain.solve import ChainSolution, solve_chain
 from fem_models.load.program import LoadProgram, sine
+from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Bench, Friction, Material, Rig, Tendon, Wheel
+from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from hysteresis.arrays import Floats
 
 Kind = Literal["known", "unknown"]
@@ -180,7 +181,7 @@ def _measured_rig(rng: np.random.Generator) -> tuple[Rig, dict[str, float | str]
         friction=Friction(
             capstan_coefficient=float(rng.uniform(0.02, 0.1)), guide_N=0.0, sheath_N=float(rng.uniform(0.4, 1.8))
         ),
-        bench=Bench(joints, pitch, stiffness),
+        joint=MeasuredJoint(joints, pitch, stiffness),
     )
     table: dict[str, float | str] = {
         "joints": joints,

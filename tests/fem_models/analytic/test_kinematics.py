@@ -23,8 +23,9 @@ from fem_models.joint.flexure import closure_angle_rad, flexure, moment_arms_mm
 from fem_models.load.program import LoadProgram, sine, triangle
 from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Gravity
+from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Bench, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.rig.rig import Material, Rig, Tendon, Wheel
 from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 
 ROPE = Tendon(EA_N=9000.0, moment_arm_mm=2.62, free_length_mm=150.0)
@@ -35,13 +36,14 @@ V = Rig(
     tendon_b=ROPE,
     wheel=Wheel(10.0),
     preload_N=20.0,
-    tube=Tube(6.0, 5.4),
-    notch=Notch("v_pair", count=14, depth_mm=2.72, width_mm=1.2, spacing_mm=1.4, root_width_mm=0.6),
+    joint=NotchedTube(
+        Tube(6.0, 5.4), Notch("v_pair", count=14, depth_mm=2.72, width_mm=1.2, spacing_mm=1.4, root_width_mm=0.6)
+    ),
 )
-BENCH = replace(V, tube=None, notch=None, bench=Bench(joints=14, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0))
+BENCH = replace(V, joint=MeasuredJoint(joints=14, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0))
 THIN = replace(ROPE, moment_arm_mm=0.6)
 WRIST = replace(  # the '150' wrist of the measured records
-    V, tube=Tube(1.62, 1.40), notch=Notch("rectangular", 5, 1.40, 0.8, 1.2), tendon_a=THIN, tendon_b=THIN
+    V, joint=NotchedTube(Tube(1.62, 1.40), Notch("rectangular", 5, 1.40, 0.8, 1.2)), tendon_a=THIN, tendon_b=THIN
 )
 LENGTH = 14 * 2.6
 PAPER_DRIVE = np.linspace(-2.2, 2.2, 45)
@@ -71,7 +73,7 @@ def test_many_short_links_approach_the_arc():
     theta = 1.0
     gaps = []
     for n in (8, 16, 32):
-        rig = replace(BENCH, bench=Bench(n, LENGTH / n, 520.0))
+        rig = replace(BENCH, joint=MeasuredJoint(n, LENGTH / n, 520.0))
         x, y, _ = tip_pose(rig, equal_joints(rig, theta))
         gaps.append(abs(complex(x, y) - LENGTH * complex(np.sin(theta), 1 - np.cos(theta)) / theta))
     np.testing.assert_allclose(np.log2(np.divide(gaps[:-1], gaps[1:])), 2, atol=0.05)
@@ -130,7 +132,7 @@ def test_inverse_fit_refuses_what_it_was_not_made_for():
 @given(share=st.floats(-0.99, 0.99))
 def test_path_is_that_of_explicit_ring_edges(rig, share):
     theta = share * rig.joints * closure_angle_rad(rig)
-    gap, spacing = rig.notch.width_mm / 2, rig.notch.spacing_mm
+    gap, spacing = rig.joint.notch.width_mm / 2, rig.joint.notch.spacing_mm
     frames = chain_transforms(rig, equal_joints(rig, theta))
     # ring i reaches from its joint's edge (gap, r) to the next joint's (gap + spacing, r), in the frame of its joint
     base = np.eye(4)
@@ -145,7 +147,7 @@ def test_path_is_that_of_explicit_ring_edges(rig, share):
             start = origin[i] @ [leave, sign * arm, 0, 1]
             end = origin[i + 1] @ [gap, sign * arm, 0, 1]
             length += np.linalg.norm(end - start)
-        straight = rig.joints * rig.notch.width_mm
+        straight = rig.joints * rig.joint.notch.width_mm
         assert path_shortening_mm(rig, angle, arm) == pytest.approx(straight - length, abs=1e-9)
 
 
@@ -203,7 +205,7 @@ def test_rigid_tendons_leave_the_path_alone():
 
 
 def test_flexures_without_stiffness_leave_the_path_alone():
-    soft = replace(BENCH, bench=Bench(14, 2.6, 1e-9))
+    soft = replace(BENCH, joint=MeasuredJoint(14, 2.6, 1e-9))
     theta = np.linspace(-0.8, 0.8, 9)
     np.testing.assert_allclose(drive_for_angle_mm(soft, theta), 2.62 * theta, atol=1e-9)
 

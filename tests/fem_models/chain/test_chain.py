@@ -13,8 +13,9 @@ from fem_models.load.program import LoadProgram, triangle
 from fem_models.multibody.quasi_static import simulate_multibody, solve_multibody
 from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.effects import Backlash, Closure, Creep, Drag, Gravity, Slack, Superelastic, TipStop
+from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Bench, Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel, with_notch
 from hysteresis.metrics import loop_width
 from validation.engines.twins import EFFECTS, compare, program, switches
 
@@ -145,7 +146,7 @@ def test_energy_with_drag():
 )
 def test_drag_lets_go_in_a_dwell(drag, drive, time):
     # rope that drag has held back comes free while the drive rests; a start off zero is a step over no time
-    plain = replace(preset("du2018"), notch=replace(preset("du2018").notch, count=4))
+    plain = with_notch(preset("du2018"), replace(preset("du2018").joint.notch, count=4))
     steps = LoadProgram(np.array(drive, dtype=float), time_s=np.array(time, dtype=float))
     rig = replace(plain, drag=drag)
     chain, multibody = solve_chain(rig, steps), solve_multibody(rig, steps)
@@ -198,9 +199,9 @@ def test_measured_joints_with_rigid_gap_and_roots_bend_as_the_tube_that_they_are
     tube = preset("du2018", preload_N=20.0)
     joint = flexure(tube)
     roots = 1 - joint.bending_Nmm_per_rad / beam(tube).bending_Nmm_per_rad
-    bench = Bench(14, tube.pitch_mm, joint.bending_Nmm_per_rad, rigid_gap_mm(tube), roots)
-    bare = replace(tube, bench=bench, tube=None, notch=None)
-    hinged, rootless = (replace(bare, bench=replace(bench, **{k: 0.0})) for k in ("rigid_gap_mm", "roots_share"))
+    measured = MeasuredJoint(14, tube.pitch_mm, joint.bending_Nmm_per_rad, rigid_gap_mm(tube), roots)
+    bare = replace(tube, joint=measured)
+    hinged, rootless = (replace(bare, joint=replace(measured, **{k: 0.0})) for k in ("rigid_gap_mm", "roots_share"))
 
     def largest(one, other, engine, steps):
         return np.abs(engine(one, steps).angle_deg - engine(other, steps).angle_deg).max()
@@ -248,7 +249,7 @@ def test_weight_bends_a_cantilever():
 
 
 def test_a_notch_may_not_close_unannounced():
-    rig = replace(preset("du2018"), notch=Notch("v_pair", 14, 2.86, 0.5, 2.1, 0.3))
+    rig = with_notch(preset("du2018"), Notch("v_pair", 14, 2.86, 0.5, 2.1, 0.3))
     with pytest.raises(SolverError, match=r"sample \d+ of 111: joint \d+ at .* deg, but its notch closes at 9.2 deg"):
         simulate_chain(rig, triangle(6.6, step_mm=0.3))
     closed = replace(rig, closure=Closure(stiffness_Nmm_per_rad=5e4))
@@ -276,8 +277,9 @@ def random_rig(rng: np.random.Generator) -> tuple[Rig, LoadProgram]:
 
     rig = Rig(
         name="random",
-        tube=Tube(outer, outer - 2 * wall),
-        notch=Notch(shape, count, depth, width, rng.uniform(0.1, 0.5) * outer, root),
+        joint=NotchedTube(
+            Tube(outer, outer - 2 * wall), Notch(shape, count, depth, width, rng.uniform(0.1, 0.5) * outer, root)
+        ),
         material=Material(rng.uniform(30, 80), 0.33, rng.choice([0.0, rng.uniform(0.05, 0.5)]), rng.uniform(0.5, 4)),
         tendon_a=rope(),
         tendon_b=rope(),
@@ -329,7 +331,7 @@ def test_a_rope_that_hardly_stretches_goes_slack_and_the_other_bends_alone(prelo
     solution = solve_chain(rig, triangle(drive, cycles=1))
     assert solution.segment_tensions_N[:, 1].min() == 0
     joint, arm = flexure(rig), moment_arms_mm(rig)[0]
-    half_gap = 0.5 * (rig.notch.width_mm - turning_length_mm(rig))
+    half_gap = 0.5 * (rig.joint.notch.width_mm - turning_length_mm(rig))
 
     def tension(theta: float) -> float:
         slope = half_gap * np.sin(theta / 2) + arm * np.cos(theta / 2)

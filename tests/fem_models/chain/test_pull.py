@@ -146,8 +146,8 @@ def test_more_force_bends_more_and_friction_lets_no_notch_bend_more_than_the_one
 def test_a_slot_closes_where_the_chord_of_its_arc_has_turned_its_edges_together():
     rig = WRIST
     turn = closure_angle_rad(rig)
-    lever = rig.tube.outer_diameter_mm / 2 + float(section(rig, 0.0).neutral_offset_mm)
-    chord = 2 * rig.notch.width_mm / turn * math.sin(turn / 2)
+    lever = rig.joint.tube.outer_diameter_mm / 2 + float(section(rig, 0.0).neutral_offset_mm)
+    chord = 2 * rig.joint.notch.width_mm / turn * math.sin(turn / 2)
     assert chord == pytest.approx(2 * lever * math.sin(turn / 2))
     # measured: 30.7 and 19.1 deg, both tubes with the same lever
     assert math.degrees(turn) == pytest.approx(30.7, abs=0.5)
@@ -174,7 +174,7 @@ def test_a_climbing_plateau_has_its_slope():
     run = solve_pulled_chain(rig, np.array([0.0, 2.6, 2.61]))
     turn = np.radians(run.record.notches_deg)
     arm, half = moment_arms_mm(rig)[0], 0.5 * turn
-    lever = arm * np.cos(half) + rig.notch.width_mm / 6 * np.sin(half)
+    lever = arm * np.cos(half) + rig.joint.notch.width_mm / 6 * np.sin(half)
     moment = run.segment_tensions_N[:, 0, 1:] * lever
     slope = (np.diff(moment, axis=0)[-1] / np.diff(turn, axis=0)[-1])[0]
     expected = flexure(rig).bending_Nmm_per_rad * 4.0 / rig.material.youngs_modulus_GPa

@@ -14,7 +14,8 @@ from fem_models.joint.flexure import beam, closure_angle_rad, flexure, moment_ar
 from fem_models.joint.paper_elements import element_rotations, force_for_angle, theta_sum
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig.checks import RigError
-from fem_models.rig.rig import Bench, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
+from fem_models.rig.rig import Material, Rig, Tendon, Wheel, with_notch
 
 YOUNG = 60e3  # N/mm^2
 SHEAR = YOUNG / (2 * 1.33)
@@ -40,8 +41,9 @@ def make_rig(
         tendon_b=rope,
         wheel=Wheel(10.0),
         preload_N=20.0,
-        tube=Tube(outer, inner),
-        notch=Notch(shape, count, depth, width, 1.4, root if shape == "v_pair" else None),
+        joint=NotchedTube(
+            Tube(outer, inner), Notch(shape, count, depth, width, 1.4, root if shape == "v_pair" else None)
+        ),
     )
 
 
@@ -52,9 +54,9 @@ WRIST = make_rig("rectangular", outer=1.62, inner=1.40, depth=1.40, width=0.8, a
 
 def planar(rig: Rig, z: float) -> tuple[float, float, float]:
     """Area, centroid and second moment of the tube cut by planes, by quadrature over chords: no sectors in it."""
-    outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
+    outer, inner = rig.joint.tube.outer_diameter_mm / 2, rig.joint.tube.inner_diameter_mm / 2
     high = float(cut_height_mm(rig, z))
-    low = -outer if rig.notch.shape == "rectangular" else -high
+    low = -outer if rig.joint.notch.shape == "rectangular" else -high
 
     def moment(power: int) -> float:
         def chord(x: float) -> float:
@@ -74,9 +76,9 @@ def saint_venant(rig: Rig) -> tuple[float, float, float, float]:
     Shear stress is the gradient of the flexure function: Laplace's equation with source -x/I and free edges
     (Saint-Venant, exact for Poisson's ratio 0); 1/kappa = A times its energy.
     """
-    outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
+    outer, inner = rig.joint.tube.outer_diameter_mm / 2, rig.joint.tube.inner_diameter_mm / 2
     ratio = float(cut_height_mm(rig, 0.0)) / ((outer + inner) / 2)
-    one_sided = rig.notch.shape == "rectangular"
+    one_sided = rig.joint.notch.shape == "rectangular"
     half = np.arccos(-ratio) if one_sided else np.arcsin(ratio)
     grid = skfem.MeshQuad.init_tensor(np.linspace(inner, outer, 9), np.linspace(-half, half, 121))
     r, phi = grid.p
@@ -94,12 +96,12 @@ def saint_venant(rig: Rig) -> tuple[float, float, float, float]:
 @pytest.mark.parametrize(
     "rig",
     [PAIR, make_rig("rectangular_pair", depth=1.5), make_rig("rectangular_pair", depth=0.3)]
-    + [replace(WRIST, notch=replace(WRIST.notch, depth_mm=d)) for d in (0.5, 1.0, 1.4, 1.5)],
+    + [with_notch(WRIST, replace(WRIST.joint.notch, depth_mm=d)) for d in (0.5, 1.0, 1.4, 1.5)],
 )
 def test_sector_against_finite_elements_of_the_section(rig):
     area, second, centre, shear = saint_venant(rig)
     ours = section(rig, 0.0)
-    arcs = 1 if rig.notch.shape == "rectangular" else 2
+    arcs = 1 if rig.joint.notch.shape == "rectangular" else 2
     assert float(ours.area_mm2) == pytest.approx(arcs * area, rel=1e-3)  # 1e-3: arcs meshed with straight edges
     assert float(ours.second_moment_mm4) == pytest.approx(arcs * second, rel=1e-3)
     assert float(ours.neutral_offset_mm) == pytest.approx(-centre, abs=1e-3)
@@ -136,7 +138,7 @@ def test_planar_cut_of_the_pair_is_met_within_a_third_of_a_percent():
 
 @pytest.mark.parametrize(("depth", "error"), [(1.1, 0.003), (1.3, 0.025), (1.4, 0.082)])
 def test_planar_cut_of_the_one_sided_notch(depth, error):
-    rig = replace(WRIST, notch=replace(WRIST.notch, depth_mm=depth))
+    rig = with_notch(WRIST, replace(WRIST.joint.notch, depth_mm=depth))
     area, centre, second = planar(rig, 0.0)
     ours = section(rig, 0.0)
     assert float(ours.area_mm2) == pytest.approx(area, rel=0.003)
@@ -170,7 +172,7 @@ def test_euler_bernoulli_limit_is_reached_with_the_square_of_the_slenderness():
 
 def fine_beam(rig: Rig, moment: float, shear: float, n: int = 400) -> tuple[float, float]:
     """Rotation and lateral displacement of the distal mid-frame: mixed P2/P1 Timoshenko beam in scikit-fem."""
-    half = rig.notch.width_mm / 2
+    half = rig.joint.notch.width_mm / 2
     mesh = skfem.MeshLine(np.linspace(-half, half, n + 1))
     v_basis = skfem.Basis(mesh, skfem.ElementLineP2(), intorder=6)
     r_basis = v_basis.with_element(skfem.ElementLineP1())
@@ -204,8 +206,8 @@ def test_flexure_against_a_fine_beam_in_scikit_fem(rig):
     turn, lateral = fine_beam(rig, 0.0, 1.0)
     assert lateral * joint.shear_N_per_mm == pytest.approx(1, rel=1e-3)
     # moment and lateral force at the mid-point do not couple, by symmetry
-    assert abs(still) < 1e-9 * rotation * rig.notch.width_mm
-    assert abs(turn) < 1e-9 * lateral / rig.notch.width_mm
+    assert abs(still) < 1e-9 * rotation * rig.joint.notch.width_mm
+    assert abs(turn) < 1e-9 * lateral / rig.joint.notch.width_mm
 
 
 def test_the_fine_beam_converges_to_the_closed_form_at_second_order():
@@ -310,7 +312,7 @@ def test_measured_wrists_scale_with_the_width_and_are_softer_than_linear(measure
         data = np.genfromtxt(measured / f"notched-wrist-{name}.csv", delimiter=",", names=True)
         low = data["tendon_force_N"] < 0.8
         slope[name] = np.polyfit(data["tendon_force_N"][low], data["tip_deg"][low], 1)[0]
-        rig = replace(WRIST, notch=replace(WRIST.notch, width_mm=width))
+        rig = with_notch(WRIST, replace(WRIST.joint.notch, width_mm=width))
         linear[name] = np.degrees(rig.joints * moment_arms_mm(rig)[0] / beam(rig).bending_Nmm_per_rad)
         assert 3.3 < slope[name] / linear[name] < 4.0
     assert linear["150"] / linear["90"] == pytest.approx(1.6)
@@ -328,7 +330,7 @@ def test_peak_strain_of_a_uniform_flexure_is_half_height_over_width():
 
 
 def test_bench_joint_gives_what_was_measured_and_nothing_else():
-    rig = replace(V, tube=None, notch=None, bench=Bench(14, 2.6, 520.0))
+    rig = replace(V, joint=MeasuredJoint(14, 2.6, 520.0))
     joint = flexure(rig)
     assert (joint.bending_Nmm_per_rad, joint.shear_N_per_mm, joint.axial_N_per_mm) == (520.0, None, None)
     assert joint.neutral_offset_mm == 0.0
@@ -346,7 +348,7 @@ def test_elements_must_meet_in_the_middle(n_elements):
 
 
 def test_one_sided_notch_that_leaves_nothing_of_the_wall():
-    rig = replace(WRIST, notch=replace(WRIST.notch, depth_mm=1.6))
+    rig = with_notch(WRIST, replace(WRIST.joint.notch, depth_mm=1.6))
     with pytest.raises(RigError, match=r"notch.depth_mm = 1.6: expected below 1.565 mm"):
         beam(rig)
 
@@ -355,10 +357,10 @@ def test_other_figures_of_the_page_on_the_analytic_model():
     nu = 0.33
     assert 10 * (1 + nu) / (12 + 11 * nu) / (5 / 6) == pytest.approx(1.02, abs=0.005)  # Cowper: rectangle, thin tube
     assert 2 * (1 + nu) / (4 + 3 * nu) / (1 / 2) == pytest.approx(1.07, abs=0.005)
-    narrow = replace(WRIST, notch=replace(WRIST.notch, width_mm=0.5))
+    narrow = with_notch(WRIST, replace(WRIST.joint.notch, width_mm=0.5))
     at_one_percent = [np.degrees(0.01 / peak_strain_per_rad(rig)) for rig in (narrow, WRIST)]
     assert at_one_percent == pytest.approx([2.6, 4.2], abs=0.05)
-    deeper = replace(WRIST, notch=replace(WRIST.notch, depth_mm=1.42))
+    deeper = with_notch(WRIST, replace(WRIST.joint.notch, depth_mm=1.42))
     assert planar(deeper, 0.0)[2] / planar(WRIST, 0.0)[2] == pytest.approx(1 - 0.24, abs=0.005)
     shortening = 14 / beam(V).axial_N_per_mm
     assert shortening / ((150 + 14 * 2.6) / 9000) == pytest.approx(0.025, abs=5e-4)

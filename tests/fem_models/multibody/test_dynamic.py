@@ -12,15 +12,16 @@ from fem_models.multibody.dynamic import NITI_DENSITY_T_PER_MM3, DynamicSettings
 from fem_models.multibody.quasi_static import MultibodySettings, solve_multibody
 from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.effects import Closure, Drag, Gravity
+from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Bench, Friction, Rig
+from fem_models.rig.rig import Friction, Rig, with_notch
 from hysteresis.metrics import loop_width
 from studies.commands.cli import call
 from validation.engines.dynamics import Comparison, Delay, compare, delay, energy_gap, write_page
 
 DU2018 = preset("du2018")
 ROPE = replace(DU2018.tendon_a, toe_N=0.0)
-SHORT = replace(DU2018, notch=replace(DU2018.notch, count=5))
+SHORT = with_notch(DU2018, replace(DU2018.joint.notch, count=5))
 LINEAR = replace(
     SHORT, friction=Friction(), material=replace(DU2018.material, loop_share=0.0), tendon_a=ROPE, tendon_b=ROPE
 )
@@ -29,10 +30,10 @@ LINEAR = replace(
 def bench(sheath: float = 0.0, joint: float = 0.0) -> Rig:
     """Four measured joints on linear ropes without friction; the rings weigh next to nothing."""
     rope = replace(ROPE, EA_N=9000.0)
-    known = Bench(joints=4, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0)
+    known = MeasuredJoint(joints=4, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0)
     drag, weight = Drag(sheath, joint), Gravity(ring_mass_g=1e-3, direction_deg=0.0)
     return replace(
-        LINEAR, tube=None, notch=None, bench=known, tendon_a=rope, tendon_b=rope, preload_N=30.0, drag=drag,
+        LINEAR, joint=known, tendon_a=rope, tendon_b=rope, preload_N=30.0, drag=drag,
         gravity=weight,
     )  # fmt: skip
 
@@ -44,11 +45,11 @@ def response(rig: Rig, s: complex) -> complex:
     same with the other sign. Sheath: k_f (x - u) - k_t (u - r theta) = c s u. Joints, all alike:
     2 r k_t (u - r theta) = (K + d s) theta/N. Both are solved for theta/x.
     """
-    assert rig.bench is not None
+    assert isinstance(rig.joint, MeasuredJoint)
     assert rig.drag is not None
     n, r, rope = rig.joints, rig.tendon_a.moment_arm_mm, rig.tendon_a
     k_free, k_tube = rope.EA_N / rope.free_length_mm, rope.EA_N / (n * rig.pitch_mm)
-    joints = (rig.bench.flexure_stiffness_Nmm_per_rad + rig.drag.joint_Nmm_s_per_rad * s) / n
+    joints = (rig.joint.flexure_stiffness_Nmm_per_rad + rig.drag.joint_Nmm_s_per_rad * s) / n
     matrix = np.array(
         [
             [k_free + k_tube + rig.drag.sheath_N_s_per_mm * s, -k_tube * r],
@@ -174,7 +175,7 @@ def test_free_vibration_has_the_frequency_of_a_chain_of_rigid_rings():
 
 
 def test_a_ring_of_an_uncut_tube_weighs_what_the_tube_does():
-    hardly = replace(DU2018, notch=replace(DU2018.notch, depth_mm=1e-3))
+    hardly = with_notch(DU2018, replace(DU2018.joint.notch, depth_mm=1e-3))
     tube = np.pi / 4 * (6.2**2 - 5.64**2) * 2.6 * NITI_DENSITY_T_PER_MM3
     assert ring_inertia(hardly).mass_t == pytest.approx(tube)
     assert 0.5 * tube < ring_inertia(DU2018).mass_t < tube

@@ -11,8 +11,9 @@ from fem_models.load.program import LoadProgram, triangle
 from fem_models.multibody.quasi_static import MultibodySettings, simulate_multibody, solve_multibody
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Gravity
+from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Bench, Friction, Notch, Rig, Tube
+from fem_models.rig.rig import Friction, Rig, with_notch
 from hysteresis.metrics import loop_width
 
 LOSSLESS = replace(preset("du2018").material, loop_share=0.0)
@@ -54,9 +55,9 @@ def test_rigid_tendons_leave_only_the_path():
 
 def test_bench_rig_meets_the_closed_form_of_taut_linear_tendons():
     # theta = r x / (r^2 + K / (2 k)), K and k of the whole chain (derived: moment balance r (Ta - Tb) = K theta)
-    known = Bench(joints=14, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0)
+    known = MeasuredJoint(joints=14, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0)
     base = linear(preset("du2018"), EA_N=9000.0)
-    rig = replace(base, name="bench", bench=known, tube=None, notch=None, preload_N=30.0)
+    rig = replace(base, name="bench", joint=known, preload_N=30.0)
     record = simulate_multibody(rig, triangle(1.0, step_mm=0.5))
     rope = rig.tendon_a
     k = rope.EA_N / (rope.free_length_mm + known.joints * known.pitch_mm)
@@ -129,7 +130,7 @@ def test_a_one_sided_wrist_turns_about_its_neutral_axis():
     # Tendon a runs on the notched side, its arm is that from the tube axis plus the neutral offset; tendon b falls
     # slack. Then dx/dtheta = arm + K/(N arm k), K of a joint and k of the rope (moment balance T arm = K theta/N).
     base = linear(preset("du2018", preload_N=0.5), EA_N=5e4, moment_arm_mm=1.2)
-    rig = replace(base, tube=Tube(3.0, 2.4), notch=Notch("rectangular", 6, 2.0, 0.8, 1.2))
+    rig = replace(base, joint=NotchedTube(Tube(3.0, 2.4), Notch("rectangular", 6, 2.0, 0.8, 1.2)))
     joint, rope = flexure(rig), rig.tendon_a
     arm = 1.2 + joint.neutral_offset_mm
     assert arm == pytest.approx(moment_arms_mm(rig)[0])
@@ -208,7 +209,7 @@ def test_a_step_that_cannot_converge_raises_with_sample_and_drive():
 def test_one_ring_sags_by_bending_and_shear():
     # By hand: a weight half a pitch from the flexure's middle turns it by P (p/2)/c and shifts it by P/k_s; the ring's
     # own bending is 5e-4 of it. Ropes as good as none.
-    one = replace(preset("du2018", preload_N=1e-2), notch=replace(preset("du2018").notch, count=1))
+    one = with_notch(preset("du2018", preload_N=1e-2), replace(preset("du2018").joint.notch, count=1))
     rig = replace(linear(one, EA_N=1.0), gravity=Gravity(ring_mass_g=500.0, direction_deg=-90.0))
     record = solve_multibody(rig, LoadProgram(np.array([0.0, 1e-6]))).record
     assert record.tip_mm is not None

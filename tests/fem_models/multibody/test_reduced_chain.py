@@ -18,8 +18,9 @@ from fem_models.multibody.reduced_chain import (
     solve_reduced_chain,
 )
 from fem_models.rig.checks import RigError
+from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Bench, Notch, Tube
+from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import as_flexure, snr_stiffness, solid_snr
 from validation.joints.models import compare_models, measured_joint
 
@@ -33,13 +34,13 @@ LOADS = [
 
 def pair():
     rig = preset("du2018")
-    return replace(rig, notch=replace(rig.notch, count=4))
+    return with_notch(rig, replace(rig.joint.notch, count=4))
 
 
 def one_sided():
     rope = replace(preset("du2018").tendon_a, moment_arm_mm=0.6)
     notch = Notch("rectangular", count=3, depth_mm=1.2, width_mm=0.8, spacing_mm=1.2)
-    return replace(pair(), name="one-sided", tube=Tube(1.62, 1.4), notch=notch, tendon_a=rope, tendon_b=rope)
+    return replace(pair(), name="one-sided", joint=NotchedTube(Tube(1.62, 1.4), notch), tendon_a=rope, tendon_b=rope)
 
 
 @pytest.fixture(scope="module", params=[pair, one_sided], ids=["pair", "one-sided"])
@@ -150,6 +151,6 @@ def test_what_cannot_be_is_said():
         joint_angle_rad(rig, Flexure(10.0, None, None, 0.0), 1e4)
     with pytest.raises(ValueError, match="axial and shear"):
         solve_beam_chain(rig, Flexure(10.0, None, None, 0.0), [PlaneLoad()])
-    bench = replace(rig, tube=None, notch=None, bench=Bench(4, 2.6, 500.0))
+    bench = replace(rig, joint=MeasuredJoint(4, 2.6, 500.0))
     with pytest.raises(RigError, match="bench"):
         compare_models(bench)

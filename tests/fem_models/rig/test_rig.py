@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from fem_models.load.program import LoadProgram, sine, triangle
 from fem_models.rig.checks import RigError
+from fem_models.rig.joints import Notch, Tube
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS, preset, sidecar_table
-from fem_models.rig.rig import Friction, Material, Notch, Tendon, Tube, Wheel, numeric_fields
+from fem_models.rig.rig import Friction, Material, Tendon, Wheel, numeric_fields, with_notch
 from fem_models.rig.rig_file import read_rig
 from hysteresis.record import Record
 
@@ -32,7 +33,7 @@ from hysteresis.record import Record
         (lambda: preset("du2018", preload_N=-1.0), "preload_N = -1.0: expected above 0"),
         (lambda: preset("du2019"), "preset = du2019: expected one of du2018"),
         (
-            lambda: replace(preset("du2018"), notch=Notch("v_pair", 14, 3.2, 1.4, 1.2, 0.8)),
+            lambda: with_notch(preset("du2018"), Notch("v_pair", 14, 3.2, 1.4, 1.2, 0.8)),
             "notch.depth_mm = 3.2: expected below 3.1 mm, the outer radius",
         ),
         (lambda: triangle(-2.2), "amplitude_mm = -2.2: expected above 0"),

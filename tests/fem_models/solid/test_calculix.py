@@ -1,20 +1,20 @@
 """CalculiX as referee on the same mesh; what needs no program is tested without it."""
 
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fem_models.rig.joints import Notch
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Notch
+from fem_models.rig.rig import with_notch
 from fem_models.solid.calculix import CalculixError, calculix_stiffness, read_reactions, write_input
 from fem_models.solid.linear import cells, end_nodes, snr_stiffness, solid_snr
 
 RIG = preset("du2018")
 RIGS = {
     "v_pair": RIG,
-    "rectangular": replace(RIG, notch=Notch("rectangular", 5, depth_mm=4.5, width_mm=1.5, spacing_mm=1.2)),
+    "rectangular": with_notch(RIG, Notch("rectangular", 5, depth_mm=4.5, width_mm=1.5, spacing_mm=1.2)),
 }
 
 

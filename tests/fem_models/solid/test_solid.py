@@ -16,8 +16,9 @@ from skfem import Basis, ElementTetP2, MeshTet1, MeshTet2
 from fem_models.joint.section import cut_height_mm
 from fem_models.multibody.reduced_body import NITINOL_T_PER_MM3, craig_bampton
 from fem_models.rig.checks import RigError
+from fem_models.rig.joints import MeasuredJoint, Notch
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Bench, Notch
+from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import (
     as_flexure,
     cells,
@@ -39,8 +40,8 @@ from validation.joints.richardson import richardson
 YOUNG, POISSON = 60e3, 0.33
 SHEAR = YOUNG / (2 * (1 + POISSON))
 RIG = preset("du2018")
-ONE_SIDED = replace(RIG, notch=Notch("rectangular", 5, depth_mm=4.5, width_mm=1.5, spacing_mm=1.2))
-PAIR = replace(RIG, notch=Notch("rectangular_pair", 5, depth_mm=2.6, width_mm=1.5, spacing_mm=1.2))
+ONE_SIDED = with_notch(RIG, Notch("rectangular", 5, depth_mm=4.5, width_mm=1.5, spacing_mm=1.2))
+PAIR = with_notch(RIG, Notch("rectangular_pair", 5, depth_mm=2.6, width_mm=1.5, spacing_mm=1.2))
 
 
 @pytest.fixture(scope="module")
@@ -194,8 +195,8 @@ def test_one_sided_notch_couples_tension_with_bending():
 @pytest.mark.parametrize("rig", [RIG, PAIR, ONE_SIDED], ids=["v_pair", "rectangular_pair", "rectangular"])
 def test_mesh_has_the_volume_of_the_metal(rig):
     """Against quadrature of the tube's chords left of the cut: no mesh in it."""
-    outer, inner = rig.tube.outer_diameter_mm / 2, rig.tube.inner_diameter_mm / 2
-    half, edge = rig.pitch_mm / 2, rig.notch.width_mm / 2
+    outer, inner = rig.joint.tube.outer_diameter_mm / 2, rig.joint.tube.inner_diameter_mm / 2
+    half, edge = rig.pitch_mm / 2, rig.joint.notch.width_mm / 2
 
     def area(z: float) -> float:
         def primitive(x: float, r: float) -> float:
@@ -203,7 +204,7 @@ def test_mesh_has_the_volume_of_the_metal(rig):
             return x * math.sqrt(r**2 - x**2) + r**2 * math.asin(x / r)
 
         high = float(cut_height_mm(rig, z))
-        low = -outer if rig.notch.shape == "rectangular" else -high
+        low = -outer if rig.joint.notch.shape == "rectangular" else -high
         return sum(s * (primitive(high, r) - primitive(low, r)) for s, r in ((1, outer), (-1, inner)))
 
     kinks = [0.4] if rig is RIG else None  # half the root of the preset
@@ -217,7 +218,7 @@ def test_fillet_leaves_its_corners():
     volume = [
         Basis(snr_mesh(PAIR, refinement=0.6, fillet_mm=f), ElementTetP2(), intorder=4).dx.sum() for f in (0.0, 0.3)
     ]
-    outer, inner = PAIR.tube.outer_diameter_mm / 2, PAIR.tube.inner_diameter_mm / 2
+    outer, inner = PAIR.joint.tube.outer_diameter_mm / 2, PAIR.joint.tube.inner_diameter_mm / 2
     x = 0.5  # the cut's height above the axis
     wall = math.sqrt(outer**2 - x**2) - math.sqrt(inner**2 - x**2)
     assert volume[1] - volume[0] == pytest.approx(8 * (1 - math.pi / 4) * 0.3**2 * wall, rel=0.01)
@@ -235,7 +236,7 @@ def test_keeps_the_file_of_gmsh(tmp_path):
 
 
 def test_says_what_cannot_be_meshed():
-    measured = replace(RIG, tube=None, notch=None, bench=Bench(14, 2.6, 520.0))
+    measured = replace(RIG, joint=MeasuredJoint(14, 2.6, 520.0))
     with pytest.raises(RigError, match="expected \\[tube\\] and \\[notch\\]"):
         snr_mesh(measured)
     for wrong in (-0.1, 1.0, math.nan):

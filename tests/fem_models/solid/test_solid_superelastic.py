@@ -15,8 +15,9 @@ from fem_models.joint.flexure import flexure
 from fem_models.joint.superelastic import flag_fibres, flag_moment
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Superelastic
+from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Notch, Tube
+from fem_models.rig.rig import with_notch
 from fem_models.solid.calculix import calculix_forces
 from fem_models.solid.large_bending import MomentAngle, bend, measured, moment_angle, quarter_joint, whole
 from fem_models.solid.linear import cells, chain_stiffness, solid_snr
@@ -32,8 +33,7 @@ YOUNG, POISSON = 60e3, 0.33
 ROPE = replace(RIG.tendon_a, moment_arm_mm=0.6)
 WRIST = replace(
     RIG,
-    tube=Tube(1.62, 1.40),
-    notch=Notch("rectangular", 5, depth_mm=1.40, width_mm=0.8, spacing_mm=1.2),
+    joint=NotchedTube(Tube(1.62, 1.40), Notch("rectangular", 5, depth_mm=1.40, width_mm=0.8, spacing_mm=1.2)),
     tendon_a=ROPE,
     tendon_b=ROPE,
 )
@@ -243,7 +243,7 @@ def test_fit_gives_the_engines_the_curve(loop):
 def test_fit_finds_elements_that_made_the_curve():
     """Fibres of the section itself, elements of the family that is fitted: 1.5 % of the largest moment everywhere."""
     degrees = np.append(np.linspace(0, 20, 41)[1:], np.linspace(20, 0, 41)[1:])
-    fibres = flag_fibres(replace(RIG, notch=replace(RIG.notch, rigid_roots=True)))
+    fibres = flag_fibres(with_notch(RIG, replace(RIG.joint.notch, rigid_roots=True)))
     moment = flag_path(fibres, np.radians(degrees)).sum(axis=1)
     none = np.zeros_like(moment)
     curve = MomentAngle(RIG, np.radians(degrees), moment, none, none, none, none)
@@ -278,7 +278,7 @@ def in_series_with(fibres, root_Nmm_per_rad, turns_rad):
 )
 def test_fibres_and_roots_as_one_are_the_two_in_series(law):
     rig = replace(RIG, superelastic=law)
-    rigid = replace(rig, notch=replace(rig.notch, rigid_roots=True))
+    rigid = with_notch(rig, replace(rig.joint.notch, rigid_roots=True))
     as_one, fibres = flag_fibres(rig), flag_fibres(rigid)
     root = 1 / (1 / flexure(rig).bending_Nmm_per_rad - 1 / flexure(rigid).bending_Nmm_per_rad)
     k, slope = as_one.stiffness, as_one.slope

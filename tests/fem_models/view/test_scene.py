@@ -12,7 +12,8 @@ from scipy.integrate import quad, solve_ivp
 
 from fem_models.joint.flexure import beam, peak_strain_per_rad
 from fem_models.joint.section import cut_height_mm, section
-from fem_models.rig.rig import Bench, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
+from fem_models.rig.rig import Material, Rig, Tendon, Wheel
 from fem_models.view import manipulator as scene
 from fem_models.view.manipulator import SceneError, render, tendon_lines, tube_mesh, write_vtu
 from studies.report.tube import DETAIL, surface_to_turn
@@ -20,17 +21,19 @@ from studies.report.tube import DETAIL, surface_to_turn
 MATERIAL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.3)
 
 
-def rig(tube: Tube | None, notch: Notch | None, arm_mm: float, bench: Bench | None = None) -> Rig:
+def rig(joint: NotchedTube | MeasuredJoint, arm_mm: float) -> Rig:
     tendon = Tendon(EA_N=9000.0, moment_arm_mm=arm_mm, free_length_mm=150.0)
-    return Rig("test", MATERIAL, tendon, tendon, Wheel(10.0), 10.0, tube=tube, notch=notch, bench=bench)
+    return Rig("test", MATERIAL, tendon, tendon, Wheel(10.0), 10.0, joint=joint)
 
 
-V_PAIR = rig(Tube(6.0, 5.4), Notch("v_pair", 14, 2.72, 1.2, 1.4, 0.6), 2.62)
-SLOT_PAIR = rig(Tube(6.0, 5.4), Notch("rectangular_pair", 4, 2.5, 1.2, 1.4), 2.62)
-ONE_SIDED = rig(Tube(1.62, 1.40), Notch("rectangular", 5, 1.40, 0.8, 1.2), 0.66)
-SHALLOW = rig(Tube(6.0, 5.0), Notch("rectangular_pair", 3, 0.2, 1.2, 1.4), 2.4)  # does not reach the bore
-DEEP = rig(Tube(6.0, 5.0), Notch("rectangular", 3, 5.6, 1.2, 1.4), 2.4)  # leaves no more than a part of the wall
-BENCH = rig(None, None, 2.62, Bench(6, 2.6, 520.0))
+V_PAIR = rig(NotchedTube(Tube(6.0, 5.4), Notch("v_pair", 14, 2.72, 1.2, 1.4, 0.6)), 2.62)
+SLOT_PAIR = rig(NotchedTube(Tube(6.0, 5.4), Notch("rectangular_pair", 4, 2.5, 1.2, 1.4)), 2.62)
+ONE_SIDED = rig(NotchedTube(Tube(1.62, 1.40), Notch("rectangular", 5, 1.40, 0.8, 1.2)), 0.66)
+SHALLOW = rig(NotchedTube(Tube(6.0, 5.0), Notch("rectangular_pair", 3, 0.2, 1.2, 1.4)), 2.4)  # does not reach the bore
+DEEP = rig(
+    NotchedTube(Tube(6.0, 5.0), Notch("rectangular", 3, 5.6, 1.2, 1.4)), 2.4
+)  # leaves no more than a part of the wall
+BENCH = rig(MeasuredJoint(6, 2.6, 520.0), 2.62)
 NOTCHED = {"v": V_PAIR, "slot": SLOT_PAIR, "one-sided": ONE_SIDED, "shallow": SHALLOW, "deep": DEEP}
 
 
@@ -48,7 +51,7 @@ def middle_of_tip(bent: Rig, angles_deg: np.ndarray) -> np.ndarray:
 
 def chain_of_arcs(bent: Rig, angles_rad: np.ndarray, neutral_mm: float) -> tuple[float, float]:
     """Tip of rigid rings joined by arcs of constant curvature along y = neutral, by complex numbers."""
-    notch = bent.notch
+    notch = bent.joint.notch
     position, heading = 1j * neutral_mm, 0.0
     for theta in angles_rad:
         position += notch.spacing_mm / 2 * np.exp(1j * heading)
@@ -71,7 +74,7 @@ def test_tip_of_slotted_tube_is_that_of_a_chain_of_arcs(name):
 
 def test_tip_of_v_notched_tube_is_that_of_a_beam_under_a_uniform_moment():
     """Independent integration of x' = cos phi, y' = sin phi, phi' = theta k / (E I) for a single joint."""
-    one = rig(V_PAIR.tube, Notch("v_pair", 1, 2.72, 1.2, 1.4, 0.6), 2.62)
+    one = rig(NotchedTube(V_PAIR.joint.tube, Notch("v_pair", 1, 2.72, 1.2, 1.4, 0.6)), 2.62)
     theta = np.radians(20.0)
     rate = theta * beam(one).bending_Nmm_per_rad / (MATERIAL.youngs_modulus_GPa * 1e3)
 
@@ -96,14 +99,14 @@ def analytic_volume(bent: Rig) -> float:
         c = min(max(c, -radius), radius)
         return radius**2 * np.arccos(c / radius) - c * np.sqrt(radius**2 - c**2)
 
-    outer, inner = bent.tube.outer_diameter_mm / 2, bent.tube.inner_diameter_mm / 2
-    sides = 1 if bent.notch.shape == "rectangular" else 2
+    outer, inner = bent.joint.tube.outer_diameter_mm / 2, bent.joint.tube.inner_diameter_mm / 2
+    sides = 1 if bent.joint.notch.shape == "rectangular" else 2
 
     def cut(z: float) -> float:
         c = float(cut_height_mm(bent, z))
         return sides * (segment(outer, c) - segment(inner, c))
 
-    removed = 2 * quad(cut, 0, bent.notch.width_mm / 2, limit=200)[0]
+    removed = 2 * quad(cut, 0, bent.joint.notch.width_mm / 2, limit=200)[0]
     return np.pi * (outer**2 - inner**2) * bent.joints * bent.pitch_mm - bent.joints * removed
 
 
@@ -176,7 +179,7 @@ def test_tendons_keep_their_arm_and_shorten_by_it():
     """Chord of the inner tendon over an opening: 2 (w / theta - r) sin(theta / 2), of the outer one + r."""
     total = 30.0
     lines = tendon_lines(SLOT_PAIR, even(SLOT_PAIR, total))
-    theta, notch = np.radians(total / 4), SLOT_PAIR.notch
+    theta, notch = np.radians(total / 4), SLOT_PAIR.joint.notch
     for name, arm in (("a", 2.62), ("b", -2.62)):
         length = np.linalg.norm(np.diff(lines[name], axis=0), axis=1).sum()
         openings = 4 * 2 * (notch.width_mm / theta - arm) * np.sin(theta / 2)

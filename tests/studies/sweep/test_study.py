@@ -26,6 +26,7 @@ from fem_models.chain.solve import solve_chain
 from fem_models.load.program import triangle
 from fem_models.rig.checks import RigError
 from fem_models.rig.presets import preset
+from fem_models.rig.rig import with_notch
 from hysteresis.metrics import loop_width
 from studies.commands.cli import call
 from studies.sweep import dataset, workers
@@ -75,7 +76,7 @@ def test_quantities_are_those_of_the_engine(finished):
     """A case of the dataset, beside the chain called by hand and measured by the loop metrics."""
     data = open_study(finished[0] / "out").sel({"preload_N": 15.0, "notch.depth_mm": 2.8})
     rig = preset("du2018", preload_N=15.0)
-    rig = dataclasses.replace(rig, notch=dataclasses.replace(rig.notch, depth_mm=2.8))
+    rig = with_notch(rig, dataclasses.replace(rig.joint.notch, depth_mm=2.8))
     solution = solve_chain(rig, triangle(2.2, cycles=2))
     record = solution.record
     width = loop_width(record.drive, record.angle_deg, record.cycle)

@@ -10,8 +10,9 @@ from skfem.models.elasticity import linear_elasticity, plane_stress
 from docs.make.notches import figure, page
 from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.roots import HALF_PLANE, root_length
+from fem_models.rig.joints import Notch
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Notch
+from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import chain_stiffness, solid_snr
 from validation.joints.notches import (
     DOCS,
@@ -145,5 +146,5 @@ def test_run_of_a_mesh_counts_what_it_used():
 
 
 def test_closed_flanks_of_a_steep_v():
-    rig = replace(RIG, notch=Notch("v_pair", 3, 2.86, 1.4, 1.2, 0.0))
+    rig = with_notch(RIG, Notch("v_pair", 3, 2.86, 1.4, 1.2, 0.0))
     assert flexure(rig).bending_Nmm_per_rad < beam(rig).bending_Nmm_per_rad

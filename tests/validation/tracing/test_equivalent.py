@@ -9,8 +9,9 @@ from fem_models.chain.solve import simulate_chain
 from fem_models.load.program import sine
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash, Closure, Drag, Fatigue, Gravity
+from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.presets import preset
-from fem_models.rig.rig import Bench, Friction, Material, Rig, Tendon, Wheel
+from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.equivalent_rig import JOINTS, divided, equivalent_rig_problem, refined_problem
 from validation.tracing.effect import catalogue
@@ -33,7 +34,7 @@ BENCH = Rig(
     wheel=Wheel(10.0),
     preload_N=20.0,
     friction=Friction(capstan_coefficient=0.04, sheath_N=0.9),
-    bench=Bench(joints=17, pitch_mm=3.3, flexure_stiffness_Nmm_per_rad=475.0),
+    joint=MeasuredJoint(joints=17, pitch_mm=3.3, flexure_stiffness_Nmm_per_rad=475.0),
 )
 
 
@@ -192,8 +193,8 @@ def test_an_effect_may_be_softer_than_what_is_declared():
 
 def test_a_divided_rig_moves_as_the_whole_one_does():
     """Joints in series share the angle where nothing rubs; drag, loop, closure and fatigue are shared with it."""
-    gapped = replace(BENCH.bench, rigid_gap_mm=0.3)
-    smooth = replace(BENCH, friction=Friction(), precurvature_deg=0.1, bench=gapped)
+    gapped = replace(BENCH.joint, rigid_gap_mm=0.3)
+    smooth = replace(BENCH, friction=Friction(), precurvature_deg=0.1, joint=gapped)
     odd = replace(smooth, closure=Closure(2e3, 0.9), drag=Drag(0.1, 20.0), fatigue=Fatigue(0.3, 0.2, 1.0))
     program = sine(1.2, 0.2, cycles=2, samples_per_cycle=60)
     whole, parted = (simulate_chain(divided(odd, parts), program).angle_deg for parts in (1, 2))
@@ -213,7 +214,7 @@ def test_the_last_fit_has_more_samples_and_joints_and_one_constant_more():
     assert sum(map(len, finer.observed)) > sum(map(len, problem.observed))
     rigs = [p.rig(p.runs[0][0], p.start, []) for p in (problem, finer)]
     assert [rig.joints for rig in rigs] == [6, 12]
-    assert [rig.bench.roots_share for rig in rigs] == [0.0, 1 / 3]
+    assert [rig.joint.roots_share for rig in rigs] == [0.0, 1 / 3]
     hinged, gapped = (finer.predict({**finer.start, "rigid_gap_mm": gap}, [])[0] for gap in (0.0, 0.7))
     assert np.abs(gapped - hinged).max() > 0.01
     assert rigs[1].joints * rigs[1].pitch_mm == pytest.approx(rigs[0].joints * rigs[0].pitch_mm)

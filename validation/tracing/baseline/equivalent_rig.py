@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from fem_models.load.program import LoadProgram
 from fem_models.rig.effects import Closure
-from fem_models.rig.rig import Bench, Friction, Material, Rig, Tendon, Wheel
+from fem_models.rig.joints import MeasuredJoint
+from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from validation.tracing.baseline.curve import mean_slope, middle_of
@@ -91,13 +92,13 @@ class EquivalentRigProblem(RigProblem):
         )
         dry = replace(rig.friction, **{name: values[name] for name in ("sheath_N", "capstan_coefficient", "guide_N")})
         metal = replace(rig.material, loop_share=values["loop_share"], loop_angle_deg=values["loop_angle_deg"])
-        assert rig.bench is not None
-        bench = replace(
-            rig.bench,
+        assert isinstance(rig.joint, MeasuredJoint)
+        joint = replace(
+            rig.joint,
             flexure_stiffness_Nmm_per_rad=values["flexure_stiffness_Nmm_per_rad"],
             rigid_gap_mm=values.get("rigid_gap_mm", 0.0),
         )
-        return replace(rig, tendon_a=rope, tendon_b=rope, friction=dry, material=metal, bench=bench)
+        return replace(rig, tendon_a=rope, tendon_b=rope, friction=dry, material=metal, joint=joint)
 
     def rig(self, run: Run, values: Values, added: Sequence[tuple[RigForm, Values]]) -> Rig:
         """Rig of a run; ropes are as stiff at the largest preload as their constant says, however soft their toe is."""
@@ -176,25 +177,25 @@ def equivalent_rig_problem(records: Sequence[Record], samples: int = SAMPLES) ->
 
 def _rooted(rig: Rig) -> Rig:
     """Give the joints of a rig the roots of a notched flexure."""
-    assert rig.bench is not None
-    return replace(rig, bench=replace(rig.bench, roots_share=_ROOTS))
+    assert isinstance(rig.joint, MeasuredJoint)
+    return replace(rig, joint=replace(rig.joint, roots_share=_ROOTS))
 
 
 def divided(rig: Rig, parts: int) -> Rig:
     """Give a rig of measured joints with each of them made of as many in series: as long and as stiff together."""
     if parts == 1:
         return rig
-    bench, shut, mass, drag, tired = rig.bench, rig.closure, rig.gravity, rig.drag, rig.fatigue
-    assert bench is not None
-    stiff = parts * bench.flexure_stiffness_Nmm_per_rad
+    joint, shut, mass, drag, tired = rig.joint, rig.closure, rig.gravity, rig.drag, rig.fatigue
+    assert isinstance(joint, MeasuredJoint)
+    stiff = parts * joint.flexure_stiffness_Nmm_per_rad
     return replace(
         rig,
-        bench=replace(
-            bench,
-            joints=parts * bench.joints,
-            pitch_mm=bench.pitch_mm / parts,
+        joint=replace(
+            joint,
+            joints=parts * joint.joints,
+            pitch_mm=joint.pitch_mm / parts,
             flexure_stiffness_Nmm_per_rad=stiff,
-            rigid_gap_mm=parts * bench.rigid_gap_mm,  # of half the angle, the square of which shortens a path
+            rigid_gap_mm=parts * joint.rigid_gap_mm,  # of half the angle, the square of which shortens a path
         ),
         friction=replace(rig.friction, guide_N=rig.friction.guide_N / parts),
         material=replace(rig.material, loop_angle_deg=rig.material.loop_angle_deg / parts),
@@ -235,7 +236,7 @@ def _rig(preload_N: float, joint_deg: float) -> Rig:
         wheel=Wheel(_WHEEL_MM),
         preload_N=preload_N,
         friction=Friction(capstan_coefficient=0.05, sheath_N=0.05 * preload_N),
-        bench=Bench(JOINTS, _PITCH_MM, _STIFFNESS),
+        joint=MeasuredJoint(JOINTS, _PITCH_MM, _STIFFNESS),
         closure=Closure(SOFT, NEVER_DEG),
     )
 

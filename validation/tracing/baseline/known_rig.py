@@ -19,8 +19,9 @@ from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, 
 from fem_models.joint.superelastic import strain_per_rad
 from fem_models.load.program import LoadProgram
 from fem_models.rig.effects import Closure
+from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.rig import Friction, Material, Notch, Rig, Tendon, Tube, Wheel
+from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from hysteresis.arrays import Floats
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record, RecordError
@@ -264,8 +265,6 @@ def rig_under_tendon_force(record: Record) -> Rig | None:
     rope = Tendon(EA_N=5_000.0, moment_arm_mm=tube.inner_diameter_mm / 2 - _ROPE_WALL_MM, free_length_mm=200.0)
     return Rig(
         name="wrist",
-        tube=tube,
-        notch=notch,
         material=Material(_YOUNG_GPA, 0.33),
         tendon_a=rope,
         tendon_b=None,
@@ -273,6 +272,7 @@ def rig_under_tendon_force(record: Record) -> Rig | None:
         preload_N=0.0,
         precurvature_deg=rest,
         friction=Friction(),
+        joint=NotchedTube(tube, notch),
     )
 
 
