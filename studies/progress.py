@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 
 def bar(show: bool) -> Progress:
-    """Progress bar for a ``with`` block."""
+    """Make a progress bar for a ``with`` block."""
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     return Progress(*columns, console=console, disable=not (show and console.is_terminal), transient=True)
@@ -18,7 +18,7 @@ def bar(show: bool) -> Progress:
 
 @contextmanager
 def steps(show: bool, total: int) -> Iterator[Callable[[str], None]]:
-    """Progress of named steps; the yielded call begins the next one."""
+    """Show the progress of named steps; the yielded call begins the next one."""
     with bar(show) as progress:
         task = progress.add_task("starting", total=total)
         done = -1
@@ -34,7 +34,7 @@ def steps(show: bool, total: int) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def status(show: bool, text: str) -> Iterator[None]:
-    """Say what is being done, for work of unknown length."""
+    """Show what is running, for work of unknown length."""
     console = Console(stderr=True)
     if show and console.is_terminal:
         with console.status(text):
@@ -44,8 +44,8 @@ def status(show: bool, text: str) -> Iterator[None]:
 
 
 @contextmanager
-def told(show: bool, text: str) -> Iterator[Callable[[str], None]]:
-    """Say what is being done, step by step, for work whose number of steps is not known; the yielded call says it."""
+def status_of_steps(show: bool, text: str) -> Iterator[Callable[[str], None]]:
+    """Show which step is running, for work of an unknown number of steps; the yielded call names the step."""
     console = Console(stderr=True)
     if show and console.is_terminal:
         with console.status(text) as line:

@@ -35,7 +35,7 @@ TOP_STRAIN_PERCENT = 6.0
 LIGHT, DARK = (1.0, 1.0, 1.0), (0.09, 0.11, 0.145)
 """Behind the tube, as ``--card`` in ``app.css``."""
 STANCE = np.array([[0.93, 0.0, 0.37], [-0.13, 0.94, 0.32], [-0.35, -0.35, 0.87]])
-"""Turns the tube to be looked at obliquely, as in the pictures of :mod:`fem_models.view.manipulator`: about x, then about y."""
+"""Rotation to an oblique view, as in the pictures of :mod:`fem_models.view.manipulator`: about x, then about y."""
 STYLE = Path(__file__).with_name("app.css")
 
 

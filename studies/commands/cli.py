@@ -26,7 +26,6 @@ from fem_models.rig.rig_file import read_rig
 from hysteresis.optimizers import METHODS, Method
 from hysteresis.record import RecordError
 from hysteresis.record_file import check_target, read_record, write_record
-from studies.commands.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
 from studies.commands.identification import identify_records, write_fit, written
 from studies.engines import (
     ENGINES,
@@ -37,6 +36,7 @@ from studies.engines import (
     require_gmsh,
     simulate_in_time,
 )
+from studies.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
 from studies.progress import status
 from studies.results import flat, loop_summary, require_unchanged, write_json
 from studies.sweep.cases import StudyError
@@ -64,7 +64,7 @@ def run_command(
 ) -> None:
     """Simulate at 10 and 20 N, cross-check, identify, and write the report: the main job on the defaults."""
     require_exudyn()
-    from studies.commands.run import first_report
+    from studies.commands.first_report import first_report
     from studies.report.page import write_report
 
     summary = first_report(out, seed=seed, progress=not quiet and not as_json)
@@ -121,7 +121,7 @@ def validate(
     rig = preset(preset_name)
     require_exudyn()
     require_gmsh()
-    from studies.commands.run import crosschecks, model_comparison
+    from studies.commands.first_report import crosschecks, model_comparison
 
     progress = not quiet and not as_json
     models = model_comparison(rig, progress=progress)

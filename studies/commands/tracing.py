@@ -15,7 +15,7 @@ from hysteresis.files import write_files
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import read_record
 from studies.commands.identification import STANDSTILL_DEG
-from studies.progress import told
+from studies.progress import status_of_steps
 from studies.report.trace_page import trace_page
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import next_experiment
@@ -67,7 +67,7 @@ def trace_loaded(records: Sequence[Record], *, seed: int = 0, threads: int = 2, 
     for record in records:
         _require_moving(record)
     start = time.perf_counter()
-    with told(progress, "tracing") as report:
+    with status_of_steps(progress, "tracing") as report:
         trace = trace_records(records, threads=threads, progress=report)
         report("the next experiment")
         experiment = next_experiment(trace)

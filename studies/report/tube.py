@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 
 DETAIL = 0.35
-"""Of :func:`fem_models.view.manipulator.tube_mesh`: 26,000 triangles for the default rig, which a browser turns without effort."""
+"""Detail of :func:`fem_models.view.manipulator.tube_mesh`: 26,000 triangles for the default rig, which a browser
+rotates without effort."""
 HEAT = ("#b9c0c9", "#f2c14e", "#e4572e", "#8c1c13")
 """From unstrained to most strained, as in :mod:`fem_models.view.manipulator`."""
 LIGHT = np.array([-0.35, 0.75, 0.75])

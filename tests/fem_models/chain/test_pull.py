@@ -27,7 +27,7 @@ from fem_models.rig.rig import Friction
 from fem_models.rig.rig_file import read_rig
 from fem_models.view.manipulator import tendon_lines
 from hysteresis.record_file import read_record, write_record
-from studies.commands.run import strain_summary
+from studies.commands.first_report import strain_summary
 
 WRIST = preset("notched-wrist-150")
 NEVER = Closure(1000.0, angle_deg=1e3)

@@ -16,9 +16,9 @@ from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
 from studies import engines
-from studies.commands import cli, run
+from studies.commands import cli, first_report
 from studies.commands.cli import call
-from studies.commands.fetch import CATALOGUE
+from studies.fetch import CATALOGUE
 from validation.joints import models
 
 SIDE = 'schema = 1\ntitle = "t"\nkind = "measured"\n[columns]\ndrive = "x"\nangle = "a"\n'
@@ -344,7 +344,7 @@ def test_every_command_takes_seed_quiet_and_json(capsys):
 def test_validate_puts_models_side_by_side(tmp_path, capsys, monkeypatch):
     coarse = functools.partial(models.compare_models, angles_deg=(5.0, 10.0), refinement=0.4)
     monkeypatch.setattr(models, "compare_models", coarse)
-    monkeypatch.setattr(run, "PRELOADS_N", (20.0,))
+    monkeypatch.setattr(first_report, "PRELOADS_N", (20.0,))
     assert call(["validate", "--out", str(tmp_path), "--json", "--seed", "1"]) == 0
     shown = json.loads(capsys.readouterr().out)
     assert shown == json.loads((tmp_path / "validate.json").read_text())

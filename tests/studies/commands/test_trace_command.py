@@ -301,9 +301,9 @@ def test_the_page_of_the_catalogue_is_up_to_date():
 def test_progress_is_told_on_a_terminal_only(monkeypatch):
     lines = []
     monkeypatch.setattr(progress, "Console", lambda stderr: Console(force_terminal=True, file=_Lines(lines)))
-    with progress.told(True, "tracing") as report:
+    with progress.status_of_steps(True, "tracing") as report:
         report("backlash")
-    with progress.told(False, "tracing") as report:
+    with progress.status_of_steps(False, "tracing") as report:
         report("gravity")
     assert "tracing" in "".join(lines)
     assert "gravity" not in "".join(lines)

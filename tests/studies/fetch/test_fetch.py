@@ -15,8 +15,7 @@ from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
 from hysteresis.record_file import read_record
-from studies.commands import fetch
-from studies.commands.fetch import CATALOGUE, SOURCES_ONLY, FetchError, fetch_record
+from studies.fetch import CATALOGUE, SOURCES_ONLY, FetchError, download, fetch_record
 
 
 class QuietHandler(http.server.SimpleHTTPRequestHandler):
@@ -33,7 +32,7 @@ def upstream(tmp_path, monkeypatch):
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
     thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
     thread.start()
-    monkeypatch.setattr(fetch, "RAW", f"http://127.0.0.1:{server.server_address[1]}")
+    monkeypatch.setattr(download, "RAW", f"http://127.0.0.1:{server.server_address[1]}")
     monkeypatch.setenv("NO_PROXY", "127.0.0.1")
 
     def publish(name: str, content: bytes, sha256: str | None = None) -> None:
@@ -75,7 +74,7 @@ def test_catalogue_is_complete_and_well_formed():
         assert re.fullmatch(r"[0-9a-f]{40}", entry.repository.commit), name
         assert entry.repository.commit[:7] in entry.citation
         assert entry.licence
-        assert entry.url.startswith(f"https://raw.githubusercontent.com/{entry.repository.owner_name}/")
+        assert download.address(entry).startswith(f"https://raw.githubusercontent.com/{entry.repository.owner_name}/")
     assert not set(CATALOGUE) & set(SOURCES_ONLY)
 
 
@@ -85,7 +84,7 @@ def test_every_measured_record_is_fetchable_and_described_alike(measured):
     for name, entry in CATALOGUE.items():
         ours = read_record(measured / f"{name}.csv")
         assert (entry.title, entry.drive_unit) == (ours.title, ours.drive_unit)
-        assert dict(entry.geometry) == {k: getattr(ours, k) for k in ("tube", "notch") if getattr(ours, k)}
+        assert (entry.tube, entry.notch) == (ours.tube, ours.notch)
 
 
 def test_manipulator_takes_its_columns_and_drops_samples_logged_twice(upstream, tmp_path):
@@ -174,7 +173,7 @@ def test_file_in_the_cache_is_not_fetched_again(upstream, tmp_path, monkeypatch)
     rows = [[0.1 * i, i, 0, 0, 0, i, 0] for i in range(4)]
     upstream("surgical-manipulator-0-80", text(rows))
     first = fetched("surgical-manipulator-0-80", tmp_path)
-    monkeypatch.setattr(fetch, "RAW", "http://127.0.0.1:9")
+    monkeypatch.setattr(download, "RAW", "http://127.0.0.1:9")
     assert fetched("surgical-manipulator-0-80", tmp_path) == first
 
 
@@ -206,7 +205,7 @@ def test_file_that_has_gone_is_named(upstream, tmp_path):
 
 
 def test_no_connection_says_so_at_once_with_source_and_licence(tmp_path, monkeypatch):
-    monkeypatch.setattr(fetch, "RAW", "http://127.0.0.1:9")  # discard port: nobody listens
+    monkeypatch.setattr(download, "RAW", "http://127.0.0.1:9")  # discard port: nobody listens
     monkeypatch.setenv("NO_PROXY", "127.0.0.1")
     started = time.monotonic()
     message = one_line("davinci-tool-load010-0.1hz", tmp_path)
@@ -218,9 +217,9 @@ def test_no_connection_says_so_at_once_with_source_and_licence(tmp_path, monkeyp
 
 def test_server_that_hangs_is_given_up(tmp_path, monkeypatch):
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), QuietHandler) as server:  # accepts, never answers
-        monkeypatch.setattr(fetch, "RAW", f"http://127.0.0.1:{server.server_address[1]}")
+        monkeypatch.setattr(download, "RAW", f"http://127.0.0.1:{server.server_address[1]}")
         monkeypatch.setenv("NO_PROXY", "127.0.0.1")
-        monkeypatch.setattr(fetch, "TIMEOUT_S", 0.2)
+        monkeypatch.setattr(download, "TIMEOUT_S", 0.2)
         assert "no answer from 127.0.0.1" in one_line("davinci-tool-load010-0.1hz", tmp_path)
 
 
@@ -245,7 +244,7 @@ def test_source_without_a_record_is_cited(tmp_path):
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_fetched_record_is_the_measured_one(name, measured, tmp_path, monkeypatch):
     """Measured records are rounded to six digits."""
-    monkeypatch.setattr(fetch, "RAW", os.environ["NOTCHBEND_UPSTREAM"])
+    monkeypatch.setattr(download, "RAW", os.environ["NOTCHBEND_UPSTREAM"])
     ours, theirs = read_record(measured / f"{name}.csv"), fetched(name, tmp_path)
     for field in ("drive", "angle_deg", "time_s", "tension_a_N", "notches_deg", "cycle"):
         expected, found = getattr(ours, field), getattr(theirs, field)
