@@ -45,7 +45,7 @@ def _section(effect: Effect) -> str:
     ]
     rows += [_row("unknown", form.parameters, form.needs) for form in effect.curve_forms]
     table = "\n".join(["| geometry | constants | needs |", "|---|---|---|", *rows])
-    told = textwrap.fill(f"*Told apart by.* {effect.tell_apart}", _WIDTH, break_long_words=False)
+    told = textwrap.fill(f"*Told apart by.* {effect.distinguished_by}", _WIDTH, break_long_words=False)
     physics = textwrap.fill(effect.physics, _WIDTH, break_long_words=False, break_on_hyphens=False)
     return f"## {effect.name}\n\n{physics}\n\n{told}\n\n{table}\n"
 

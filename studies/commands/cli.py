@@ -211,7 +211,7 @@ def trace(
     require_kept(out, records)
     found = trace_files(records, seed=seed, threads=threads, progress=not quiet and not as_json)
     write_trace(found, out)
-    _show(found.result, quiet, as_json, *summary(found.result), f"report: {out / 'report.html'}")
+    _show(found.report.to_dict(), quiet, as_json, *summary(found.report), f"report: {out / 'report.html'}")
 
 
 @app.command()

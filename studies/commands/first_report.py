@@ -73,7 +73,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         separations = [_separate(out, PRELOADS_N[-1], seed)]
         step(f"tracing {SHIPPED.stem}")
         traced = trace_loaded([records[SHIPPED.stem]], seed=seed)
-        write_json(out / f"trace-{SHIPPED.stem}.json", traced.result)
+        write_json(out / f"trace-{SHIPPED.stem}.json", traced.report.to_dict())
         write_files({out / name: png for name, png in traced.figures.items()})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
@@ -89,7 +89,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         "crosscheck": checks,
         "fits": fits,
         "separations": separations,
-        "trace": {"verdict": traced.result["verdict"], "effects": [e["name"] for e in traced.result["effects"]]},
+        "trace": {"verdict": traced.report.verdict, "effects": [e.name for e in traced.report.effects]},
         "picture": picture,
         "sha256": checksums(out, [*records, *(loop["theory"] for loop in loops)]),
     }

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from studies.progress import status_of_steps
 from studies.report.trace_page import trace_page
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import next_experiment
-from validation.tracing.report import in_words, to_dict
+from validation.tracing.result import FigureFile, NextProgram, TraceReport, in_words, trace_report
 from validation.tracing.second_opinion import confirm
 from validation.tracing.trace import trace_records
 
@@ -30,9 +29,9 @@ FILES = ("trace.json", "report.html", NEXT, "trace-residual.png", "trace-loops.p
 
 @dataclass(frozen=True, eq=False)
 class Traced:
-    """A trace as it is stored: trace.json as plain values, figures as PNG by file, the next program as CSV."""
+    """A trace as it is stored: the report in trace.json, figures as PNG by file, the next program as CSV."""
 
-    result: dict[str, Any]
+    report: TraceReport
     figures: dict[str, bytes]
     program: str | None
 
@@ -76,11 +75,14 @@ def trace_loaded(records: Sequence[Record], *, seed: int = 0, threads: int = 2, 
         report("figures")
         drawn = figures(trace)
     seconds = time.perf_counter() - start
-    result = to_dict(trace, experiment=experiment, confirmation=confirmation, seconds=seconds, seed=seed)
+    found = trace_report(trace, experiment=experiment, confirmation=confirmation, seconds=seconds, seed=seed)
     program = experiment.csv()
-    result["next_program"] = None if program is None else {"file": NEXT, "preload_N": experiment.preload_N}
-    result["figures"] = [{"file": name, "caption": caption} for name, (_, caption) in drawn.items()]
-    return Traced(result, {name: png for name, (png, _) in drawn.items()}, program)
+    found = replace(
+        found,
+        next_program=None if program is None else NextProgram(NEXT, experiment.preload_N),
+        figures=tuple(FigureFile(name, caption) for name, (_, caption) in drawn.items()),
+    )
+    return Traced(found, {name: png for name, (png, _) in drawn.items()}, program)
 
 
 def write_trace(traced: Traced, out: Path) -> None:
@@ -93,8 +95,8 @@ def write_trace(traced: Traced, out: Path) -> None:
     """
     files: dict[str, str | bytes] = {
         **traced.figures,
-        "report.html": trace_page(traced.result, traced.figures),
-        "trace.json": json.dumps(traced.result, indent=2, allow_nan=False) + "\n",
+        "report.html": trace_page(traced.report, traced.figures),
+        "trace.json": json.dumps(traced.report.to_dict(), indent=2, allow_nan=False) + "\n",
     }
     if traced.program is not None:
         files[NEXT] = traced.program
@@ -104,19 +106,10 @@ def write_trace(traced: Traced, out: Path) -> None:
             (out / name).unlink(missing_ok=True)
 
 
-def summary(result: dict[str, Any]) -> list[str]:
+def summary(report: TraceReport) -> list[str]:
     """Lines for a terminal: the verdict in words, constants of the effects, what to measure next."""
-    parameters = [
-        f"{effect['name']}: {name} = {p['value']:.4g}{_interval(p)} {p['unit']}"
-        for effect in result["effects"]
-        for name, p in effect["parameters"].items()
-    ]
-    return [*in_words(result), *parameters, f"Measure next: {result['next_experiment']}."]
-
-
-def _interval(parameter: dict[str, Any]) -> str:
-    low, high = parameter["low"], parameter["high"]
-    return "" if low is None or high is None else f" ({low:.4g} to {high:.4g})"
+    parameters = [f"{effect.name}: {name} = {p}" for effect in report.effects for name, p in effect.parameters.items()]
+    return [*in_words(report), *parameters, f"Measure next: {report.next_experiment}."]
 
 
 def _require_moving(record: Record) -> None:

@@ -3,69 +3,90 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from hysteresis.metrics import Errors
+from hysteresis.uncertainty import Parameter
 from studies.report.templates import environment
 from validation.tracing.effect import catalogue
-from validation.tracing.report import in_words
+from validation.tracing.result import TraceReport, in_words
 
 TEMPLATE = "trace.html"
 
 
-def trace_page(result: Mapping[str, Any], figures: Mapping[str, bytes]) -> str:
+@dataclass(frozen=True)
+class Picture:
+    """A figure in the page: PNG as base64 text, its caption, and the text in place of it."""
+
+    data: str
+    caption: str
+    alt: str
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """A row of the table of errors; ``over_noise`` is the rms error over the noise, None without noise."""
+
+    name: str
+    errors: Errors
+    over_noise: float | None
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """A row of the table of parameters: of which effect or model, and the value with its interval."""
+
+    of: str
+    name: str
+    parameter: Parameter
+
+
+def trace_page(report: TraceReport, figures: Mapping[str, bytes]) -> str:
     """HTML of a trace.
 
     Parameters
     ----------
-    result
-        As in trace.json, with ``figures``: their files and captions.
     figures
-        PNG of each of those files.
+        PNG of each file in ``report.figures``.
     """
-    names = {name for effect in result["effects"] for name in (effect["name"], *effect["confusable_with"])}
+    names = {name for effect in report.effects for name in (effect.name, *effect.confusable_with)}
     pictures = [
-        {
-            "data": base64.b64encode(figures[item["file"]]).decode(),
-            "caption": item["caption"],
-            "alt": item["caption"].split(".")[0],
-        }
-        for item in result["figures"]
+        Picture(base64.b64encode(figures[item.file]).decode(), item.caption, item.caption.split(".")[0])
+        for item in report.figures
     ]
     return (
         environment(Path(__file__).parent)
         .get_template(TEMPLATE)
         .render(
-            t=result,
-            words=in_words(result),
-            errors=_error_rows(result),
-            parameters=_parameter_rows(result),
+            t=report,
+            words=in_words(report),
+            errors=_error_rows(report),
+            parameters=_parameter_rows(report),
             effects=[effect for effect in catalogue() if effect.name in names],
             figures=pictures,
-            named=" + ".join(effect["name"] for effect in result["effects"]),
-            alike=f"{result['alike']:.0f}",
+            named=report.named,
+            alike=f"{report.alike:.0f}",
         )
     )
 
 
-def _error_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _error_rows(report: TraceReport) -> list[ErrorRow]:
     """Rows of the table of errors; one for both models where nothing was added."""
-    augmented = " + ".join(effect["name"] for effect in result["effects"])
-    rows = []
-    stages = [("declared model", "before"), *([(f"with {augmented}", "after")] if augmented else [])]
-    for model, key in stages:
-        for part, words in (("heldout", "held out"), ("train", "fitted")):
-            rows.append((f"{model}, {words}", result[key][part]))
-    if result["multibody"]:
-        rows += [(f"{model}, multibody", result["multibody"][key]) for model, key in stages]
-    floor = result["noise_floor_deg"]
-    return [{"name": n, **e, "over_noise": e["rmse_deg"] / floor if floor else None} for n, e in rows]
-
-
-def _parameter_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
-    tables: Sequence[tuple[str, Mapping[str, Any]]] = [
-        *((effect["name"], effect["parameters"]) for effect in result["effects"]),
-        ("declared model", result["declared"]),
+    models = [("declared model", report.before), (f"with {report.named}", report.after)][: 2 if report.named else 1]
+    rows = [
+        (f"{model}, {words}", errors)
+        for model, pair in models
+        for words, errors in (("held out", pair.heldout), ("fitted", pair.train))
     ]
-    return [{"of": of, "name": name, **p} for of, table in tables for name, p in table.items()]
+    if report.multibody is not None:
+        both = (report.multibody.before, report.multibody.after)
+        rows += [(f"{model}, multibody", errors) for (model, _), errors in zip(models, both, strict=False)]
+    floor = report.noise_floor_deg
+    return [ErrorRow(name, errors, errors.rmse_deg / floor if floor else None) for name, errors in rows]
+
+
+def _parameter_rows(report: TraceReport) -> list[ParameterRow]:
+    tables = [*((effect.name, effect.parameters) for effect in report.effects), ("declared model", report.declared)]
+    return [ParameterRow(of, name, parameter) for of, table in tables for name, parameter in table.items()]

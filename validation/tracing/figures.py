@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from hysteresis.record import Record
 from validation.tracing.effect import SampleInputs
 from validation.tracing.fitting import Fitted, correlation_of_neighbours, independent, rms
-from validation.tracing.report import UNNAMED, ranked, record_name
+from validation.tracing.result import UNNAMED, ranked, record_name
 from validation.tracing.trace import Candidate, Trace
 
 BEFORE, AFTER, MEASURED, BAND = "#d55e00", "#0072b2", "#7a7f87", "#e9ebee"

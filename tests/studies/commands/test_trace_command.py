@@ -27,7 +27,7 @@ from studies.report.trace_page import trace_page
 from validation.tracing.effect import catalogue
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import Experiment, Trial, next_experiment
-from validation.tracing.report import errors_of, in_words, to_dict
+from validation.tracing.result import FigureFile, TraceReport, errors_of, in_words, trace_report
 from validation.tracing.second_opinion import confirm
 from validation.tracing.trace import trace_records
 
@@ -169,11 +169,11 @@ def test_a_record_is_not_replaced_by_the_next_program(tmp_path, capsys):
 
 
 def test_nothing_is_written_where_a_file_cannot_be(folder, tmp_path):
-    result = stored(folder)
-    pictures = {item["file"]: (folder / "out" / item["file"]).read_bytes() for item in result["figures"]}
+    report = TraceReport.from_dict(stored(folder))
+    pictures = {item.file: (folder / "out" / item.file).read_bytes() for item in report.figures}
     (tmp_path / "trace.json").mkdir()  # a folder in the place of the last file
     with pytest.raises(RecordError, match=r"trace\.json"):
-        tracing.write_trace(tracing.Traced(result, pictures, None), tmp_path)
+        tracing.write_trace(tracing.Traced(report, pictures, None), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["trace.json"]
 
 
@@ -185,13 +185,12 @@ def test_unexplained_names_nothing_and_says_what_to_measure():
     experiment = next_experiment(lost)
     assert experiment.program is None
     assert "ten times the rate, 1 Hz: the residual goes with the rate" in experiment.words
-    result = to_dict(lost, experiment=experiment)
-    assert result["effects"] == []
-    assert result["after"] == result["before"]
+    result = trace_report(lost, experiment=experiment)
+    assert result.effects == ()
+    assert result.after == result.before
     drawn = figures(lost)
     html = trace_page(
-        result
-        | {"next_program": None, "figures": [{"file": name, "caption": text} for name, (_, text) in drawn.items()]},
+        replace(result, figures=tuple(FigureFile(name, text) for name, (_, text) in drawn.items())),
         {name: png for name, (png, _) in drawn.items()},
     )
     assert "no effect of the catalogue explains" in html
@@ -207,8 +206,8 @@ def test_alike_candidates_are_named_together():
     torn = replace(found, verdict="ambiguous", confusable=(second.names,), candidates=(best, near, *rest))
     experiment = next_experiment(torn)
     assert f"backlash and {second.names[0]} differ by" in experiment.words
-    result = to_dict(torn, experiment=experiment)
-    assert result["effects"][0]["confusable_with"] == list(second.names)
+    result = trace_report(torn, experiment=experiment)
+    assert result.effects[0].confusable_with == second.names
     assert any(f"backlash or {second.names[0]}" in line for line in in_words(result))
 
 
@@ -242,7 +241,7 @@ def test_rivals_of_unknown_geometry_are_simulated_on_the_record_s_own_path():
     assert experiment.program is not None
     assert experiment.preload_N == 20.0  # a preload that was measured: nothing is known of others
     assert confirm(named).words == "not run: the geometry is unknown"
-    assert set(to_dict(named)["effects"][0]["parameters"])
+    assert set(trace_report(named).effects[0].parameters)
     assert len(figures(named)) == 3
 
 
@@ -272,15 +271,26 @@ def test_a_multibody_model_that_fails_is_said_in_words(monkeypatch):
     )  # as where Exudyn's libraries are missing
     seen = confirm(found)
     assert "cannot be imported" in seen.words
-    assert to_dict(found, confirmation=seen)["multibody"] is None
+    assert trace_report(found, confirmation=seen).multibody is None
 
 
-def test_to_dict_alone_has_errors_of_the_trace():
+def test_a_report_alone_has_the_errors_of_the_trace():
     found = traced(WIDTH_MM)
-    result = to_dict(found)
-    assert result["after"]["heldout"] == errors_of(found.augmented)[1].to_dict()
-    assert result["multibody"] is None
-    json.dumps(result, allow_nan=False)
+    result = trace_report(found)
+    assert result.after == errors_of(found.augmented)
+    assert result.multibody is None
+    json.dumps(result.to_dict(), allow_nan=False)
+
+
+def test_a_stored_report_is_read_as_it_was_written(folder):
+    """Against the file: the same keys in the same order, the same values."""
+    text = (folder / "out" / "trace.json").read_text()
+    report = TraceReport.from_dict(json.loads(text))
+    assert json.dumps(report.to_dict(), indent=2) + "\n" == text
+    values = json.loads(text)
+    del values["noise_floor_deg"]
+    with pytest.raises(RecordError, match=r"trace\.json: noise_floor_deg: missing"):
+        TraceReport.from_dict(values)
 
 
 def test_effects_lists_the_catalogue(capsys):

@@ -19,7 +19,7 @@ from validation.tracing.figures import candidates_figure
 from validation.tracing.fitting import Holdout, Model, fit
 from validation.tracing.holdout import divide_records
 from validation.tracing.problem import AddedEffect
-from validation.tracing.report import in_words, to_dict
+from validation.tracing.result import CandidateReport, in_words, trace_report
 from validation.tracing.search import EQUIVALENT
 from validation.tracing.trace import trace_records
 
@@ -119,13 +119,13 @@ def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkey
     records = records_of(replace(BENCH, backlash=Backlash(width_mm=0.09)), 1.2)
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.augmented.names == ("backlash",)
-    result = to_dict(trace)
-    assert result["verdict"] == "effect"
-    errors = {c["name"]: c["heldout_rmse_deg"] for c in result["candidates"]}
+    result = trace_report(trace)
+    assert result.verdict == "effect"
+    errors = {c.name: c.heldout_rmse_deg for c in result.candidates}
     assert set(errors) == shown
     assert sorted(error is None for error in errors.values()) == [False, False, True]  # one rival is fitted in full
     assert candidates_figure(trace)[:4] == b"\x89PNG"
-    assert in_words({**result, "verdict": "unexplained", "candidates": [{"name": "x", "heldout_rmse_deg": None}]})
+    assert in_words(replace(result, verdict="unexplained", candidates=(CandidateReport("x", None, 0.0),)))
 
 
 def test_clean_records_have_nothing_missing():

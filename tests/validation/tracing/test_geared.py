@@ -13,7 +13,7 @@ from fem_models.rig.presets import preset
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.motor_drive import motor_drive_problem
 from validation.tracing.next_experiment import next_experiment
-from validation.tracing.report import to_dict
+from validation.tracing.result import trace_report
 from validation.tracing.second_opinion import confirm
 from validation.tracing.trace import trace_records
 
@@ -41,8 +41,8 @@ def test_gain_and_effect_are_found_together():
     assert baseline["drive_mm_per_deg"] == pytest.approx(mm, rel=0.02)
     assert slack["slack_mm"] == pytest.approx(0.2, rel=0.1)
     assert trace.augmented.heldout_rmse_deg < 1.3 * NOISE_DEG
-    result = to_dict(trace, experiment=next_experiment(trace), confirmation=(confirmed := confirm(trace)))
-    assert result["rig_known"]
+    result = trace_report(trace, experiment=next_experiment(trace), confirmation=(confirmed := confirm(trace)))
+    assert result.rig_known
     assert confirmed.after.rmse_deg < min(1.3 * NOISE_DEG, 0.7 * confirmed.before.rmse_deg)
 
 

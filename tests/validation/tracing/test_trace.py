@@ -20,8 +20,8 @@ from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import FreeParameter, catalogue
 from validation.tracing.fitting import Holdout, Model, bic, columns, fit, independent
 from validation.tracing.holdout import Protocol, _most_covered
-from validation.tracing.report import in_words, to_dict
 from validation.tracing.residual import Floor, dependences, floor_of, smooth_functions
+from validation.tracing.result import in_words, trace_report
 from validation.tracing.search import CURVE
 from validation.tracing.trace import Trace, _believed, _verdict, trace_records
 
@@ -170,8 +170,8 @@ def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.augmented.names == ("viscous_drag", "tendon_slack")
     assert trace.confusable == (("time_delay",), ())
-    effects = to_dict(trace)["effects"]
-    assert all(effect["delta_bic"] > 0 for effect in effects)
+    effects = trace_report(trace).effects
+    assert all(effect.delta_bic > 0 for effect in effects)
 
 
 def test_a_free_rig_is_followed_to_the_noise_where_all_else_fails():
@@ -383,4 +383,4 @@ def test_a_record_without_a_rig_is_named_where_others_have_one():
     trace = trace_records([one, other], effects=[])
     assert not trace.known
     note = "10N.csv names no rig: those of the other records were not used"
-    assert any(note in sentence for sentence in in_words(to_dict(trace)))
+    assert any(note in sentence for sentence in in_words(trace_report(trace)))

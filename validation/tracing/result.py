@@ -1,0 +1,330 @@
+"""The result of a trace as it is stored in trace.json, and the sentences that say it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import t as student
+
+from hysteresis.metrics import Errors, errors
+from hysteresis.plain import from_plain, to_plain
+from hysteresis.uncertainty import Parameter
+from validation.tracing.fitting import Fitted
+from validation.tracing.next_experiment import Experiment
+from validation.tracing.residual import Dependence, dependences
+from validation.tracing.search import samples_of
+from validation.tracing.second_opinion import Confirmation
+from validation.tracing.trace import Candidate, Trace
+
+UNNAMED = ("none", "unexplained")
+"""Verdicts that name no effect."""
+
+
+@dataclass(frozen=True)
+class FoldErrors:
+    """Errors of one model over the fitted samples and over the held-out ones, the zero of each record taken out."""
+
+    train: Errors
+    heldout: Errors
+
+
+@dataclass(frozen=True)
+class MultibodyErrors:
+    """Errors of the multibody model with the parameters of the baseline and of the augmented model."""
+
+    before: Errors
+    after: Errors
+
+
+@dataclass(frozen=True)
+class EffectReport:
+    """An effect that is named: its parameters with 95 % intervals, and what it brought when it was added.
+
+    ``delta_bic`` is how much lower the criterion is than before the effect was added; ``confusable_with`` has the
+    effects that explain the records as well in its place.
+    """
+
+    name: str
+    parameters: Mapping[str, Parameter]
+    confusable_with: tuple[str, ...]
+    delta_bic: float
+    heldout_rmse_deg: float | None
+
+
+@dataclass(frozen=True)
+class CandidateReport:
+    """An augmented model that was fitted; ``delta_bic`` is how much lower its criterion is than the baseline's.
+
+    The held-out error is None where the model finds no equilibrium on the held-out samples.
+    """
+
+    name: str
+    heldout_rmse_deg: float | None
+    delta_bic: float
+
+
+@dataclass(frozen=True)
+class SmoothReport:
+    """Free functions fitted to the residual of the baseline: of what, and the error with them over all samples."""
+
+    names: tuple[str, ...]
+    rmse_deg: float
+
+
+@dataclass(frozen=True)
+class ResidualReport:
+    """Tests of the residual for dependence, of the baseline and of the augmented model; None where there is none."""
+
+    before: tuple[Dependence, ...]
+    after: tuple[Dependence, ...] | None
+
+
+@dataclass(frozen=True)
+class SampleCount:
+    """Samples that were used, and how many independent ones they are worth."""
+
+    all: int
+    independent: float
+
+
+@dataclass(frozen=True)
+class NextProgram:
+    """File with the drive of the proposed record, and its preload; None where the records do not tell theirs."""
+
+    file: str
+    preload_N: float | None
+
+
+@dataclass(frozen=True)
+class FigureFile:
+    """A figure beside the result, with its caption."""
+
+    file: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class TraceReport:
+    """What trace.json holds, field by field; see ``docs`` for the format.
+
+    ``declared`` has the parameters of the baseline as fitted together with the effects. ``alike`` is the difference of
+    the criterion below which candidates are not distinguished. ``words`` are reasons for the verdict.
+    """
+
+    schema: int
+    records: tuple[str, ...]
+    noise_floor_deg: float
+    before: FoldErrors
+    verdict: str
+    effects: tuple[EffectReport, ...]
+    after: FoldErrors
+    multibody: MultibodyErrors | None
+    candidates: tuple[CandidateReport, ...]
+    next_experiment: str
+    rig_known: bool
+    model: str
+    heldout_by: str
+    declared: Mapping[str, Parameter]
+    words: tuple[str, ...]
+    smooth: SmoothReport
+    residual: ResidualReport
+    samples: SampleCount
+    multibody_words: str
+    alike: float
+    seconds: float | None
+    seed: int
+    next_program: NextProgram | None = None
+    figures: tuple[FigureFile, ...] = ()
+
+    @property
+    def named(self) -> str:
+        """Effects that are named, joined by a plus; empty where there is none."""
+        return " + ".join(effect.name for effect in self.effects)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON; a number that is not finite becomes None."""
+        return dict(to_plain(self))
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any], where: str = "trace.json") -> TraceReport:
+        """Read a result that was stored.
+
+        Raises
+        ------
+        RecordError
+            One line with the field that is missing or malformed.
+        """
+        return from_plain(cls, values, where)
+
+
+def trace_report(
+    trace: Trace,
+    *,
+    experiment: Experiment | None = None,
+    confirmation: Confirmation | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+) -> TraceReport:
+    """Make the report of a trace; ``seconds`` and ``seed`` are passed through."""
+    samples = samples_of(trace.augmented)
+    declared, *parameters = fitted_parameters(trace.augmented, samples)
+    before = errors_of(trace.baseline)
+    named = trace.verdict not in UNNAMED
+    return TraceReport(
+        schema=1,
+        records=tuple(record_name(record.source, i) for i, record in enumerate(trace.records)),
+        noise_floor_deg=trace.floor.deg,
+        before=before,
+        verdict=trace.verdict,
+        effects=_effects(trace, parameters) if named else (),
+        after=errors_of(trace.augmented) if named else before,
+        multibody=_multibody(confirmation),
+        candidates=tuple(_candidate(candidate) for candidate in ranked(trace.candidates)),
+        next_experiment=experiment.words if experiment else "",
+        rig_known=trace.known,
+        model=trace.model,
+        heldout_by=trace.baseline.holdout.by,
+        declared=declared,
+        words=trace.words,
+        smooth=SmoothReport(trace.smooth.names, math.sqrt(trace.smooth.square)),
+        residual=ResidualReport(
+            dependences(trace.baseline, trace.records),
+            dependences(trace.augmented, trace.records) if named else None,
+        ),
+        samples=SampleCount(int(trace.baseline.row.size), samples),
+        multibody_words=confirmation.words if confirmation else "not run",
+        alike=trace.alike,
+        seconds=seconds,
+        seed=seed,
+    )
+
+
+def record_name(source: str, index: int) -> str:
+    """Name of a record: its file, or its place among the records."""
+    return Path(source).name or f"record {index + 1}"
+
+
+def ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates by the criterion, best first."""
+    return sorted(candidates, key=lambda c: -c.delta_bic)
+
+
+def in_words(report: TraceReport) -> list[str]:
+    """Sentences that say what a trace found, the verdict first."""
+    floor, before, after = report.noise_floor_deg, report.before.heldout, report.after.heldout
+    names = " and ".join(effect.name for effect in report.effects)
+    baseline = f"The baseline model has an error of {before.rmse_deg:.3g} deg rms on held-out data"
+    noise = f"the noise is {floor:.3g} deg"
+    falls = f"With {names} in the model it falls to {after.rmse_deg:.3g} deg; {noise}."
+    reasons = [text[:1].upper() + text[1:] + "." for text in report.words]
+    match report.verdict:
+        case "none":
+            return [f"No effect is missing. {baseline}; {noise}.", *reasons]
+        case "effect":
+            return [f"The residual is traced to {names}.", f"{baseline}.", falls, *reasons]
+        case "ambiguous":
+            others = [f"{e.name} or {' or '.join(e.confusable_with)}" for e in report.effects if e.confusable_with]
+            alike = f"These records do not distinguish them: the BIC differs by less than {report.alike:.0f}."
+            return [
+                f"The residual is traced to one of several: {'; '.join(others)}.",
+                alike,
+                f"{baseline}.",
+                falls,
+                *reasons,
+            ]
+    nearest = [c for c in report.candidates if c.heldout_rmse_deg is not None][:1]
+    return [
+        "The residual has structure that no effect of the catalogue explains.",
+        f"{baseline}; {noise}.",
+        *reasons,
+        *(f"The best candidate is {c.name}, with an error of {c.heldout_rmse_deg:.3g} deg." for c in nearest),
+    ]
+
+
+def _multibody(confirmation: Confirmation | None) -> MultibodyErrors | None:
+    if confirmation is None or confirmation.before is None or confirmation.after is None:
+        return None
+    return MultibodyErrors(confirmation.before, confirmation.after)
+
+
+def _effects(trace: Trace, parameters: Sequence[Mapping[str, Parameter]]) -> tuple[EffectReport, ...]:
+    """Effects of the augmented model in the order in which they were added."""
+    stages = [_stage(trace, k) for k in range(len(trace.effects) + 1)]
+    return tuple(
+        EffectReport(
+            name=added.effect.name,
+            parameters=values,
+            confusable_with=confusable,
+            delta_bic=stages[k + 1][1] - stages[k][1],
+            heldout_rmse_deg=_finite(stages[k + 1][0].heldout_rmse_deg),
+        )
+        for k, (added, values, confusable) in enumerate(zip(trace.effects, parameters, trace.confusable, strict=True))
+    )
+
+
+def _stage(trace: Trace, k: int) -> tuple[Fitted, float]:
+    """Model with the first k effects, and how much lower its criterion is than the baseline's."""
+    if k == 0:
+        return trace.baseline, 0.0
+    there = [c for c in trace.candidates if set(c.names) == set(trace.augmented.names[:k])]
+    if not there:  # an effect between was left out as needless
+        return _stage(trace, k - 1)
+    best = max(there, key=lambda c: c.delta_bic)
+    return best.fitted, best.delta_bic
+
+
+def _candidate(candidate: Candidate) -> CandidateReport:
+    return CandidateReport(
+        " + ".join(candidate.names), _finite(candidate.fitted.heldout_rmse_deg), float(candidate.delta_bic)
+    )
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def fitted_parameters(fitted: Fitted, samples: float) -> list[dict[str, Parameter]]:
+    """Values of the baseline's parameters and of each effect's, with 95 % intervals from the Jacobian.
+
+    Parameters
+    ----------
+    samples
+        How many samples count as independent.
+    """
+    J, train = fitted.jacobian[fitted.holdout.seen], int(fitted.holdout.seen.sum())
+    count = max(2.0, samples * train / fitted.row.size)
+    variance = float(fitted.train @ fitted.train) / max(1, train - J.shape[1]) * train / count
+    scale = np.maximum(np.linalg.norm(J, axis=0), 1e-12)
+    _, singular, basis = np.linalg.svd(J / scale, full_matrices=False)
+    singular = np.maximum(singular, 1e-9 * singular[0])
+    deviation = np.sqrt(variance * ((basis.T / singular) ** 2).sum(axis=1)) / scale
+    half = float(student.ppf(0.975, max(1.0, count - J.shape[1]))) * deviation
+    shown = [
+        (
+            p.name,
+            Parameter(
+                p.from_unit(x),
+                max(p.low, p.from_unit(max(x - h, p.to_unit(p.low)))),
+                min(p.high, p.from_unit(min(x + h, p.to_unit(p.high)))),
+                p.unit,
+            ),
+        )
+        for p, x, h in zip(fitted.model.parameters, fitted.x.tolist(), half.tolist(), strict=True)
+    ]
+    out, at = [dict(shown[: fitted.model.own])], fitted.model.own
+    for added in fitted.model.added:
+        out.append(dict(shown[at : at + len(added.form.parameters)]))
+        at += len(added.form.parameters)
+    return out
+
+
+def errors_of(fitted: Fitted) -> FoldErrors:
+    """Errors over the fitted samples, and over the held-out ones."""
+    observed, train = np.concatenate(fitted.model.problem.observed), fitted.holdout.seen
+    predicted = observed + fitted.row
+    return FoldErrors(errors(observed[train], predicted[train]), errors(observed[~train], predicted[~train]))
