@@ -133,7 +133,9 @@ def module_or_name(dotted: str) -> bool:
 def quoted_commands(page: Path) -> list[list[str]]:
     """Command lines after ``notchbend``, in indented or fenced blocks and in backticks."""
     text = page.read_text()
-    lines = re.findall(r"(?:^    |^\$ |^)(?:\.venv/bin/)?notchbend ([^`\n]*)$", text, re.M)
+    shell = "\n".join(re.findall(r"^```(?:sh|console|bash)\n(.*?)```", text, re.S | re.M))
+    lines = re.findall(r"^    (?:\.venv/bin/)?notchbend ([^`\n]*)$", text, re.M)
+    lines += re.findall(r"^(?:\$ )?(?:\.venv/bin/)?notchbend (.*)$", shell, re.M)
     lines += re.findall(r"`(?:\.venv/bin/)?notchbend ([^`\n]*)`", text)
     return [shlex.split(line, comments=True) for line in lines]
 
