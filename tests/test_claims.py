@@ -22,7 +22,7 @@ from hysteresis.identify import Fit, identify
 from hysteresis.metrics import LoopWidth, errors, loop_width
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
-from validation.separation.contributions import contributions, loop_program
+from validation.separation import loop_program, separate
 from validation.tracing.trace import Trace, trace_records
 
 README = Path(__file__).parents[1] / "README.md"
@@ -157,7 +157,7 @@ def traced_arm() -> float:
 
 
 def parts_close() -> float:
-    found = contributions(preset("du2018", preload_N=20.0), loop_program(-2.2, 2.2))
+    found = separate(preset("du2018", preload_N=20.0), loop_program(-2.2, 2.2))
     return abs(found.closure_percent)
 
 

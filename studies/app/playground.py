@@ -16,7 +16,7 @@ from fem_models.rig.rig import Rig, with_number
 from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
 from studies.report.tube import surface_to_turn
-from validation.separation.contributions import loop_program
+from validation.separation import loop_program
 
 if TYPE_CHECKING:
     import pyvista as pv

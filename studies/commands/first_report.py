@@ -33,7 +33,7 @@ from studies.commands.tracing import trace_loaded
 from studies.progress import steps
 from studies.report.tube import write_tube
 from studies.results import checksums, loop_summary, write_json
-from validation.engines.agreement import crosscheck
+from validation.engines import compare_engines
 from validation.practice.bench_record import SHIPPED
 
 PRESET = "du2018"
@@ -121,7 +121,7 @@ def _simulated(
             }
         )
         step(f"cross-checking at {preload:g} N")
-        checks.append(crosscheck(rig, amplitude_mm=AMPLITUDE_MM).to_dict())
+        checks.append(compare_engines(rig, amplitude_mm=AMPLITUDE_MM).to_dict())
     return records, loops, checks
 
 
@@ -153,7 +153,7 @@ def crosschecks(rig: Rig, *, progress: bool = True) -> list[dict[str, Any]]:
         out = []
         for preload in PRELOADS_N:
             step(f"{rig.name} at {preload:g} N")
-            out.append(crosscheck(replace(rig, preload_N=preload)).to_dict())
+            out.append(compare_engines(replace(rig, preload_N=preload)).to_dict())
     return out
 
 

@@ -16,17 +16,9 @@ from hysteresis.identify import identify
 from hysteresis.metrics import dissipated_area, loop_width
 from hysteresis.record import Record
 from studies.engines import mechanics
-from validation.separation.contributions import (
-    PARTS,
-    SETS,
-    Contributions,
-    Loop,
-    contributions,
-    divide,
-    loop_program,
-    shapley_shares,
-)
-from validation.separation.rig_calibration import CONSTANTS, RigCalibration, calibrate_rig, constants_of, with_constants
+from validation.separation import Contributions, calibrate_rig, loop_program, separate
+from validation.separation.contributions import PARTS, SETS, Loop, divide, shapley_shares
+from validation.separation.rig_calibration import PARAMETERS, RigCalibration, parameters_of, with_parameters
 
 MEASURES = {"width_deg": "width_share", "area": "area_share", "dissipated_mJ": "share"}
 """What is divided, and the name of its shares: ``share`` is that of the energy, which every loop has."""
@@ -51,7 +43,7 @@ def separate_rig(rig: Rig, amplitude_mm: float, *, engine: str = "chain", seed: 
         A rig that cannot be divided or cannot follow.
     """
     program = loop_program(0.0 if rig.tendon_b is None else -amplitude_mm, amplitude_mm)
-    found = contributions(rig, program, mechanics(engine))
+    found = separate(rig, program, mechanics(engine))
     return _result(rig, program, found, engine, seed)
 
 
@@ -68,7 +60,7 @@ def separate_records(records: Sequence[Record], *, seed: int = 0) -> dict[str, A
     calibrated = calibrate_rig(records)
     drive = records[0].drive
     program = loop_program(min(0.0, float(drive.min())), float(drive.max()))
-    found = contributions(calibrated.rig, program)
+    found = separate(calibrated.rig, program)
     result = _result(calibrated.rig, program, found, "chain", seed)
     for measure, half in _half_intervals(calibrated, program, found).items():
         for part in PARTS:
@@ -159,24 +151,24 @@ def _half_intervals(
     def table(rows: Mapping[str, Mapping[str, Any]]) -> Floats:
         return np.array([[math.nan if (v := rows[p][n]) is None else v for p in PARTS] for n in names])
 
-    here = np.array(list(constants_of(calibrated.rig).values()))
+    here = np.array(list(parameters_of(calibrated.rig).values()))
     at, gradient = table(_rows(found)), []
-    for i, constant in enumerate(CONSTANTS.values()):
-        step = _STEP * constant.size * (1 if here[i] + constant.size < constant.high else -1)
-        moved = with_constants(calibrated.rig, here + step * np.eye(here.size)[i])
-        gradient.append((table(_rows(contributions(moved, program))) - at) / step)
+    for i, constant in enumerate(PARAMETERS.values()):
+        step = _STEP * constant.scale * (1 if here[i] + constant.scale < constant.high else -1)
+        moved = with_parameters(calibrated.rig, here + step * np.eye(here.size)[i])
+        gradient.append((table(_rows(separate(moved, program))) - at) / step)
     half = calibrated.quantile * np.sqrt(np.einsum("inp,ij,jnp->np", gradient, calibrated.covariance, gradient))
     return {name: dict(zip(PARTS, row, strict=True)) for name, row in zip(names, half.tolist(), strict=True)}
 
 
 def _calibration(found: RigCalibration) -> dict[str, Any]:
     return {
-        "constants": {name: c.to_dict() for name, c in found.constants.items()},
+        "constants": {name: c.to_dict() for name, c in found.parameters.items()},
         "rmse_deg": found.rmse_deg,
         "condition": found.condition,
         "correlations": found.correlations,
         "not_separated": list(found.inseparable),
-        "next_experiments": [vars(e) for e in found.experiments],
+        "next_experiments": [e.to_dict() for e in found.experiments],
     }
 
 

@@ -23,7 +23,8 @@ from hysteresis.metrics import loop_width
 from hysteresis.record import Record
 from studies.engines import mechanics
 from studies.sweep.inputs import code_version, with_values
-from validation.separation.contributions import PARTS, contributions, loop_program
+from validation.separation import loop_program, separate
+from validation.separation.contributions import PARTS
 
 Quantities = dict[str, float]
 
@@ -256,7 +257,7 @@ def _strain(rig: Rig, drive: Floats, strain: Floats) -> Quantities:
 
 def _contributions(rig: Rig, program: LoadProgram, engine: str) -> Quantities:
     high = float(program.drive_mm.max())
-    shares = contributions(rig, loop_program(float(program.drive_mm.min()), high), mechanics(engine)).shares(
+    shares = separate(rig, loop_program(float(program.drive_mm.min()), high), mechanics(engine)).shares(
         "dissipated_mJ"
     )
     return {} if shares is None else {f"{part}_share": value for part, value in shares.items()}

@@ -1,9 +1,8 @@
-"""Model against model: the analytic curve and the compiled chain beside the multibody model."""
+"""Agreement of the engines: the analytic curve and the compiled chain against the multibody model."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -19,13 +18,19 @@ from hysteresis.metrics import errors
 
 
 @dataclass(frozen=True)
-class CrossCheck:
-    """Differences between the models of one rig; each number says what it compares.
+class EngineAgreement:
+    """Differences between the engines for one rig.
 
-    ``element_error_percent``: rotation of a joint by the paper's two elements an arc against the closed form.
-    ``frictionless_*``: analytic curve against the multibody model without friction and material loop.
-    ``chain_max_deg``: the compiled twin against the multibody model, friction and material loop on.
-    ``friction_shift_rmse_deg``: analytic curve against the full multibody model, the part the analytic model lacks.
+    Parameters
+    ----------
+    element_error_percent
+        Rotation of a joint by the paper's two elements an arc, against the closed form.
+    frictionless_max_deg, frictionless_rmse_deg, frictionless_tension_max_N, tip_pose_max_mm
+        Analytic curve against the multibody model without friction and material loop.
+    chain_max_deg
+        Compiled chain against the multibody model, with friction and material loop.
+    friction_shift_rmse_deg
+        Analytic curve against the full multibody model: the hysteresis that the analytic model lacks.
     """
 
     rig: str
@@ -43,18 +48,18 @@ class CrossCheck:
     chain_max_deg: float
     friction_shift_rmse_deg: float
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
+    def to_dict(self) -> dict[str, str | float]:
+        """Values by name, as in ``validate.json``."""
         return asdict(self)
 
 
-def crosscheck(rig: Rig, *, amplitude_mm: float = 2.2, step_mm: float = 0.1) -> CrossCheck:
-    """Compare the models over one cycle of the paper's static program.
+def compare_engines(rig: Rig, *, amplitude_mm: float = 2.2, step_mm: float = 0.1) -> EngineAgreement:
+    """Compare the engines over one cycle of the paper's static program.
 
     Raises
     ------
     SolverError, RigError
-        From the models.
+        From the engines.
     """
     program = triangle(amplitude_mm, step_mm=step_mm)
     lossless = replace(rig, friction=Friction(), material=replace(rig.material, loop_share=0.0))
@@ -71,7 +76,7 @@ def crosscheck(rig: Rig, *, amplitude_mm: float = 2.2, step_mm: float = 0.1) -> 
     exact = moment_Nmm / (beam(rig) if notched else joint).bending_Nmm_per_rad
     element = element_rotations(rig, moment_Nmm).theta_kd_rad if notched else exact
     against = errors(theory, ideal.angle_deg)
-    return CrossCheck(
+    return EngineAgreement(
         rig=rig.name,
         preload_N=rig.preload_N,
         amplitude_mm=amplitude_mm,

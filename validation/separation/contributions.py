@@ -1,13 +1,15 @@
-"""What makes the loop: friction, elasticity of the tendons, material, switched in the mechanical model.
+"""Contributions of friction, tendon elasticity and material to the hysteresis loop of a rig.
 
-All eight combinations of the three sources run through the same closed loop. Off means: no dry friction; a rope so
-stiff that it makes no loop worth the name (:data:`RIGID`), without toe region; a linear material of the same modulus.
+The mechanical model runs all eight combinations of the three sources through the same closed loop. A source that is off
+means: no dry friction; a tendon so stiff that its loop is negligible (:data:`RIGID`), without a toe region; a linear
+material of the same modulus.
 
-A width or an energy v(S) of each combination S is divided so: a source has what it makes alone, v({i}) - v({}), and
-half of what it makes together with elasticity, v({i, e}) - v({i}) - v({e}) + v({}); elasticity has the other half. That
-is the Shapley value (1953, doi 10.1515/9781400881970-018) of a rig with friction, or with the material, as the only
-loss. What the two losses make of each other is the interaction, v(all) - v({f, e}) - v({m, e}) + v({e}). The four add
-up to v(all) - v({}). The full Shapley values, in which the interaction is divided too, stand beside.
+Let v(S) be the width or the energy of the loop with the combination S on. A source i gets what it makes alone,
+v({i}) - v({}), and half of what it makes together with elasticity, v({i, e}) - v({i}) - v({e}) + v({}). Elasticity gets
+the other half. This is the Shapley value (1953, doi 10.1515/9781400881970-018) of a rig whose only loss is friction, or
+only the material. The interaction is what the two losses change in each other,
+v(all) - v({f, e}) - v({m, e}) + v({e}). The four parts add up to v(all) - v({}). The full Shapley values, which divide
+the interaction too, are computed as well.
 """
 
 from __future__ import annotations
@@ -35,20 +37,26 @@ SETS = tuple(frozenset(s) for k in range(4) for s in combinations(SOURCES, k))
 """All combinations of sources, from none to all."""
 
 RIGID = 5e4
-"""Stiffness of a rope that is off, seen as bending of the whole row of joints, over that of the joints themselves."""
+"""Bending stiffness of all joints in series that a switched-off tendon enforces, over that of the joints themselves."""
 STIFFENED = 3e3
-"""Times its own EA, where that is more, up to 10 times :data:`RIGID`: beyond, rounding makes the chain slow."""
-STEPS = 88  # from one end of the drive to the other: twice the paper's; the wheel's work is summed over them
-NO_LOSS = 1e-4  # of the work that goes to and fro: a loop of less is rounding
-NO_WIDTH = 1e-4  # of the range of the angle
+"""Factor on the tendon's own EA, used where it gives more than :data:`RIGID`, up to 10 times :data:`RIGID`.
 
-_MEMORY = ("backlash", "creep", "drag", "preload_loss", "fatigue")  # loops that none of the three sources makes
+Beyond that, rounding errors slow the chain's solver down.
+"""
+STEPS = 88
+"""Steps from one end of the drive to the other: twice the paper's number. The wheel's work is summed over them."""
+NO_LOSS = 1e-4
+"""Dissipated energy over the energy exchanged within a cycle; a loop below this is rounding error."""
+NO_WIDTH = 1e-4
+"""Loop width over the range of the angle; a loop below this is rounding error."""
+
+_OTHER_LOOPS = ("backlash", "creep", "drag", "preload_loss", "fatigue")  # effects with a loop of none of the sources
 
 Value = Mapping[frozenset[str], float]
 
 
 class Solution(Protocol):
-    """What a mechanical engine gives, chain or multibody."""
+    """Result of a mechanical engine, chain or multibody."""
 
     @property
     def record(self) -> Record:
@@ -56,7 +64,7 @@ class Solution(Protocol):
 
     @property
     def wheel_work_mJ(self) -> NDArray[np.float64]:
-        """Shape (m,), cumulative, as the losses."""
+        """Shape (m,), cumulative like the losses."""
 
     @property
     def friction_loss_mJ(self) -> NDArray[np.float64]:
@@ -68,7 +76,7 @@ class Solution(Protocol):
 
 
 class Solver(Protocol):
-    """An engine with its book-keeping of energy."""
+    """A mechanical engine that records its energy balance."""
 
     def __call__(self, rig: Rig, program: LoadProgram, /) -> Solution:
         """Run a program on a rig."""
@@ -76,7 +84,7 @@ class Solver(Protocol):
 
 @dataclass(frozen=True)
 class Loop:
-    """Closed loop of one combination; energies are those of its last cycle, by the engine's book-keeping."""
+    """Closed loop of one combination; energies are those of its last cycle, from the engine's energy balance."""
 
     record: Record
     width_deg: float
@@ -99,13 +107,13 @@ class Loop:
 
 @dataclass(frozen=True)
 class Contributions:
-    """Loops of all combinations, and their division among :data:`PARTS`."""
+    """Loops of all combinations of sources; their width or energy divides into :data:`PARTS`."""
 
     loops: Mapping[frozenset[str], Loop]
 
     @property
     def whole(self) -> Loop:
-        """Loop of the rig as it is."""
+        """Loop of the rig with all sources on."""
         return self.loops[SETS[-1]]
 
     def values(self, name: str) -> dict[frozenset[str], float]:
@@ -113,14 +121,14 @@ class Contributions:
         return {on: float(getattr(loop, name)) for on, loop in self.loops.items()}
 
     def shares(self, name: str) -> dict[str, float] | None:
-        """Parts over their sum; None where the rig has no such loop. They add up to 1."""
+        """Parts over their sum, which add up to 1; None if the rig has no such loop."""
         if self.whole.is_lossless or (name != "dissipated_mJ" and self.whole.is_flat):
             return None
         return _over_sum(divide(self.values(name)))
 
     @property
     def closure_percent(self) -> float:
-        """How far the four parts of the energy are from the losses that the engine kept books of."""
+        """Sum of the four energy parts against the losses in the engine's energy balance: relative error, percent."""
         lost = self.whole.friction_mJ + self.whole.material_mJ
         if self.whole.is_lossless or lost == 0:
             return 0.0
@@ -128,14 +136,14 @@ class Contributions:
 
     @property
     def residual_percent(self) -> float | None:
-        """Width left with all but the ropes on, over the whole: what a rope that is off still gives."""
+        """Loop width with tendon elasticity off, over the full width: what a stiffened tendon still contributes."""
         if self.whole.is_flat:
             return None
         return 100 * self.loops[frozenset({"friction", "material"})].width_deg / self.whole.width_deg
 
 
 def divide(v: Value) -> dict[str, float]:
-    """Divide v(all) - v({}) among friction, elasticity, material and their interaction, as the module says."""
+    """Divide v(all) - v({}) into friction, elasticity, material and interaction, as the module's docstring defines."""
     f, e, m = ({name} for name in SOURCES)
 
     def of(*sets: set[str]) -> float:
@@ -152,7 +160,7 @@ def divide(v: Value) -> dict[str, float]:
 
 
 def shapley(v: Value) -> dict[str, float]:
-    """Give the Shapley value of each source: what it adds, mean over all orders of switching on."""
+    """Compute the Shapley value of each source: its added value, averaged over all orders of switching on."""
     n, out = len(SOURCES), dict.fromkeys(SOURCES, 0.0)
     for name in SOURCES:
         for before in SETS:
@@ -169,22 +177,22 @@ def _over_sum(parts: dict[str, float]) -> dict[str, float]:
 
 
 def shapley_shares(found: Contributions, name: str) -> dict[str, float] | None:
-    """Shapley values over their sum; None where the rig has no such loop."""
+    """Shapley values over their sum; None if the rig has no such loop."""
     return None if found.shares(name) is None else _over_sum(shapley(found.values(name)))
 
 
 def switched(rig: Rig, on: frozenset[str]) -> Rig:
-    """Leave the sources ``on`` of a rig as they are, and switch the others off.
+    """Keep the sources ``on`` of a rig and switch the others off.
 
     Raises
     ------
     RigError
-        A rig with a loop that is none of the three sources'.
+        The rig has an effect with a loop of its own.
     """
-    for name in _MEMORY:
+    for name in _OTHER_LOOPS:
         if getattr(rig, name) is not None:
-            found = f"rig {rig.name}: {name}: makes a loop of its own"
-            raise RigError(f"{found}: expected a rig with friction, tendons and material alone")
+            found = f"rig {rig.name}: {name}: has a loop of its own"
+            raise RigError(f"{found}: expected a rig with friction, tendon elasticity and material loop only")
     if "friction" not in on:
         rig = replace(rig, friction=Friction())
     if "tendon_elasticity" not in on:
@@ -195,24 +203,24 @@ def switched(rig: Rig, on: frozenset[str]) -> Rig:
     return rig
 
 
-def _rigid(rig: Rig, rope: Tendon) -> Tendon:
-    """Make a rope stiff against the joints and against what it was; one beyond what can be solved keeps its EA."""
+def _rigid(rig: Rig, tendon: Tendon) -> Tendon:
+    """Stiffen a tendon relative to the joints and to its own EA; a stiffer one than can be solved keeps its EA."""
     joints = flexure(rig).bending_Nmm_per_rad / rig.joints
-    length = rope.free_length_mm + rig.joints * rig.pitch_mm
-    rigid = RIGID * joints * length / rope.moment_arm_mm**2
-    return replace(rope, EA_N=max(rope.EA_N, rigid, min(STIFFENED * rope.EA_N, 10 * rigid)), toe_N=0.0)
+    length = tendon.free_length_mm + rig.joints * rig.pitch_mm
+    rigid = RIGID * joints * length / tendon.moment_arm_mm**2
+    return replace(tendon, EA_N=max(tendon.EA_N, rigid, min(STIFFENED * tendon.EA_N, 10 * rigid)), toe_N=0.0)
 
 
 def loop_program(low_mm: float, high_mm: float, *, cycles: int = 2) -> LoadProgram:
-    """Go from rest to the upper end, then down and up again ``cycles`` times, point by point.
+    """Drive from rest to the upper end, then down and up again ``cycles`` times, quasi-static.
 
     Raises
     ------
     RigError
-        A lower end that is not below the upper one.
+        The lower end is not below the upper one.
     """
     if not low_mm < high_mm:
-        raise RigError(f"drive from {low_mm:g} to {high_mm:g} mm: expected the first below the second")
+        raise RigError(f"drive from {low_mm:g} to {high_mm:g} mm: expected the lower end below the upper end")
     step = (high_mm - low_mm) / STEPS
     approach = np.linspace(0.0, high_mm, max(1, math.ceil(abs(high_mm) / step - 1e-9)) + 1)
     down = np.linspace(high_mm, low_mm, STEPS + 1)[1:]
@@ -246,13 +254,13 @@ def closed_loop(rig: Rig, program: LoadProgram, solve: Solver = solve_chain) -> 
     )
 
 
-def contributions(rig: Rig, program: LoadProgram, solve: Solver = solve_chain) -> Contributions:
+def separate(rig: Rig, program: LoadProgram, solve: Solver = solve_chain) -> Contributions:
     """Run all combinations of sources through one program of :func:`loop_program`.
 
     Raises
     ------
     SolverError, RigError
-        From the engine, with the combination that failed, or from :func:`switched`.
+        From the engine, with the combination that failed; or from :func:`switched`.
     """
     loops = {}
     for on in SETS:

@@ -1,7 +1,7 @@
-"""The constants of a known rig from its measured loops, by least squares on the chain, and what the loops cannot tell.
+"""Calibrate a known rig on its measured loops: least squares with the chain, and identifiability of the parameters.
 
-Free are the constants of the loop (:data:`CONSTANTS`): sheath and capstan friction, share and slip angle of the
-material loop, stiffness and toe region of the ropes; and the zero of the angle. The rest of the rig is as declared.
+The fitted parameters (:data:`PARAMETERS`) are sheath and capstan friction, share and slip angle of the material loop,
+and stiffness and toe region of the tendons. The zero of the angle is free. The rest of the rig stays as given.
 """
 
 from __future__ import annotations
@@ -27,127 +27,150 @@ from hysteresis.uncertainty import Parameter
 from validation.separation.contributions import loop_program
 
 SAMPLES = 300
-"""Of a record that a fit works on: the mechanics has no time in it, samples between turning points may be left out."""
-CORRELATED = 0.95  # constants more alike than this are not told apart
-_AT_REST = 0.05  # of the drive's range: a record that begins so near to zero begins from rest
-_STEP = 1e-3  # of finite differences, in natural sizes
+"""Samples of a record that the fit keeps. The mechanics is quasi-static: only the reversals are indispensable."""
+CORRELATED = 0.95
+"""Magnitude of the correlation above which two parameters are reported as inseparable."""
+_AT_REST = 0.05  # share of the drive's range: a record that begins this close to zero begins from rest
+_STEP = 1e-3  # of finite differences, in scales of the parameters
 _MOST_CALLS = 60
 
 
 @dataclass(frozen=True)
-class Constant:
-    """A number of the rig that is fitted: its natural size makes constants comparable."""
+class ParameterRange:
+    """Unit and bounds of a fitted parameter; its scale makes parameters comparable."""
 
     unit: str
     low: float
     high: float
-    size: float
+    scale: float
 
 
-CONSTANTS = {
-    "sheath_N": Constant("N", 0.0, 20.0, 1.0),
-    "capstan_coefficient": Constant("-", 0.0, 1.0, 0.05),
-    "loop_share": Constant("-", 0.0, 0.9, 0.2),
-    "loop_angle_deg": Constant("deg", 0.2, 10.0, 1.0),
-    "EA_N": Constant("N", 500.0, 300_000.0, 5_000.0),
-    "toe_N": Constant("N", 0.0, 300.0, 20.0),
+PARAMETERS = {
+    "sheath_N": ParameterRange("N", 0.0, 20.0, 1.0),
+    "capstan_coefficient": ParameterRange("-", 0.0, 1.0, 0.05),
+    "loop_share": ParameterRange("-", 0.0, 0.9, 0.2),
+    "loop_angle_deg": ParameterRange("deg", 0.2, 10.0, 1.0),
+    "EA_N": ParameterRange("N", 500.0, 300_000.0, 5_000.0),
+    "toe_N": ParameterRange("N", 0.0, 300.0, 20.0),
 }
 
 
-def constants_of(rig: Rig) -> dict[str, float]:
-    """Values of :data:`CONSTANTS` in a rig; of the ropes, those of tendon a."""
-    dry, material, rope = rig.friction, rig.material, rig.tendon_a
+def parameters_of(rig: Rig) -> dict[str, float]:
+    """Values of :data:`PARAMETERS` in a rig; tendon a stands for both."""
+    dry, material, tendon = rig.friction, rig.material, rig.tendon_a
     values = (dry.sheath_N, dry.capstan_coefficient, material.loop_share, material.loop_angle_deg)
-    return dict(zip(CONSTANTS, (*values, rope.EA_N, rope.toe_N), strict=True))
+    return dict(zip(PARAMETERS, (*values, tendon.EA_N, tendon.toe_N), strict=True))
 
 
-def with_constants(rig: Rig, values: Sequence[float] | Floats) -> Rig:
-    """Give a rig other values of :data:`CONSTANTS`, in that order; both ropes alike."""
+def with_parameters(rig: Rig, values: Sequence[float] | Floats) -> Rig:
+    """Replace the values of :data:`PARAMETERS`, in that order; both tendons get the same."""
     sheath, mu, share, angle, EA, toe = (float(v) for v in values)
-    ropes = [replace(rope, EA_N=EA, toe_N=toe) for rope in rig.tendons]
+    tendons = [replace(tendon, EA_N=EA, toe_N=toe) for tendon in rig.tendons]
     return replace(
         rig,
         friction=replace(rig.friction, sheath_N=sheath, capstan_coefficient=mu),
         material=replace(rig.material, loop_share=share, loop_angle_deg=angle),
-        tendon_a=ropes[0],
-        tendon_b=ropes[1] if len(ropes) == 2 else None,
+        tendon_a=tendons[0],
+        tendon_b=tendons[1] if len(tendons) == 2 else None,
     )
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """What another record would bring, in nats of the determinant of the information (D-optimality) over the records.
+    """Information gain of a further record: gain in half the log-determinant of the information (D-optimality), nats.
 
-    ``narrower`` is the factor by which it narrows the interval of ``constant``, the one that gains most.
+    ``narrower`` is the factor by which the record narrows the interval of ``parameter``, the one that gains most.
     """
 
     what: str
     preload_N: float
     amplitude_mm: float
     gain: float
-    constant: str
+    parameter: str
     narrower: float
+
+    def to_dict(self) -> dict[str, str | float]:
+        """Values as in ``separate.json``, where the parameter's key is ``constant``."""
+        return {("constant" if name == "parameter" else name): value for name, value in vars(self).items()}
 
 
 @dataclass(frozen=True, eq=False)
 class RigCalibration:
-    """Fitted constants of a rig with their covariance, shape (6, 6), in their own units."""
+    """Fitted parameters of a rig.
+
+    Parameters
+    ----------
+    parameters
+        Values with 95 % intervals.
+    covariance
+        Shape (6, 6), in the parameters' units.
+    quantile
+        Half width of an interval over the standard deviation.
+    condition
+        Condition number of the Jacobian with columns scaled to length 1.
+    correlations
+        By pair of parameters.
+    inseparable
+        Sentences about parameters that the records do not identify.
+    experiments
+        Further records, the most informative first.
+    """
 
     rig: Rig
-    constants: dict[str, Parameter]
+    parameters: dict[str, Parameter]
     covariance: Floats
-    quantile: float  # half an interval over a standard deviation
+    quantile: float
     rmse_deg: float
-    condition: float  # of the Jacobian with columns of length 1
+    condition: float
     correlations: dict[str, float]
-    inseparable: tuple[str, ...]  # in words
-    experiments: tuple[Experiment, ...]  # best first
+    inseparable: tuple[str, ...]
+    experiments: tuple[Experiment, ...]
 
 
 @dataclass(frozen=True)
-class _Bench:
-    """A record, thinned, as a run of its rig."""
+class _Loop:
+    """A thinned record with the rig and the load program that reproduce it."""
 
     rig: Rig
     program: LoadProgram
     skip: int  # samples of the approach
     angle_deg: Floats
 
-    def miss(self, values: Floats) -> Floats:
-        angle = simulate_chain(with_constants(self.rig, values), self.program).angle_deg[self.skip :]
-        off = angle - self.angle_deg
-        return np.asarray(off - off.mean())  # the zero of the angle is free
+    def residual(self, values: Floats) -> Floats:
+        angle = simulate_chain(with_parameters(self.rig, values), self.program).angle_deg[self.skip :]
+        difference = angle - self.angle_deg
+        return np.asarray(difference - difference.mean())  # the zero of the angle is free
 
 
 def calibrate_rig(records: Sequence[Record]) -> RigCalibration:
-    """Fit the constants of a known rig to its records, jointly; preloads are those that the records name.
+    """Fit the parameters of a known rig jointly to its records; each record gives its own preload.
 
     Raises
     ------
     RecordError
-        No record, or one without a known rig, without a loop, or with a drive that is not in mm.
+        No record; or a record without a known rig, without a loop, or with a drive that is not in mm.
     RigError
-        A rig that cannot be, cannot follow its record, or needs times or cycles.
+        The rig is invalid, cannot follow its record, or needs times or cycles.
     """
-    benches = [_bench(record) for record in records]
-    sizes = np.array([c.size for c in CONSTANTS.values()])
-    low, high = (np.array([getattr(c, end) for c in CONSTANTS.values()]) / sizes for end in ("low", "high"))
+    loops = [_loop(record) for record in records]
+    scales = np.array([c.scale for c in PARAMETERS.values()])
+    low, high = (np.array([getattr(c, end) for c in PARAMETERS.values()]) / scales for end in ("low", "high"))
 
-    def misses(x: Floats) -> Floats:
+    def residual(x: Floats) -> Floats:
         try:
-            return np.concatenate([bench.miss(x * sizes) for bench in benches])
-        except SolverError:  # constants that no rig can have; the step is made shorter
-            return np.full(sum(bench.angle_deg.size for bench in benches), 1e3)
+            return np.concatenate([loop.residual(x * scales) for loop in loops])
+        except SolverError:  # no equilibrium with these values: the large residual shortens the step
+            return np.full(sum(loop.angle_deg.size for loop in loops), 1e3)
 
-    start = np.array(list(constants_of(benches[0].rig).values())) / sizes
-    start = np.clip(start, np.maximum(low, 0.1), 0.9 * high)  # from 0, friction has no slope to go by
-    fit = least_squares(misses, start, bounds=(low, high), diff_step=_STEP, max_nfev=_MOST_CALLS, x_scale="jac")
-    columns = jacobian(misses, fit.x, high)
-    return _judged(benches, fit.x, sizes, fit.fun, columns)
+    start = np.array(list(parameters_of(loops[0].rig).values())) / scales
+    start = np.clip(start, np.maximum(low, 0.1), 0.9 * high)  # friction of 0 has a vanishing derivative
+    fit = least_squares(residual, start, bounds=(low, high), diff_step=_STEP, max_nfev=_MOST_CALLS, x_scale="jac")
+    columns = jacobian(residual, fit.x, high)
+    return _calibration(loops, fit.x, scales, fit.fun, columns)
 
 
 def jacobian(residual: Callable[[Floats], Floats], x: Floats, high: Floats) -> Floats:
-    """Differentiate a function of shape (p,) -> (m,) at x; steps stay below ``high``. Shape (m, p)."""
+    """Differentiate a function (p,) -> (m,) at x by finite differences below ``high``; shape (m, p)."""
     at, columns = residual(x), []
     for i in range(x.size):
         step = _STEP * max(1.0, abs(x[i])) * (1.0 if x[i] + 2 * _STEP * max(1.0, abs(x[i])) < high[i] else -1.0)
@@ -155,92 +178,92 @@ def jacobian(residual: Callable[[Floats], Floats], x: Floats, high: Floats) -> F
     return np.column_stack(columns)
 
 
-def _bench(record: Record) -> _Bench:
+def _loop(record: Record) -> _Loop:
     name = record.source or record.title or "record"
     rig = rig_of(record)
     if rig is None:
         expected = "expected [rig] with preset, file or measured joints, and preload_N"
-        raise RecordError(f"{name}: its rig is not known: {expected}")
+        raise RecordError(f"{name}: the rig is unknown: {expected}")
     if record.drive_unit != "mm":
-        raise RecordError(f"{name}: drive in {record.drive_unit}: expected mm, of a known rig")
+        raise RecordError(f"{name}: drive in {record.drive_unit}: expected mm for a known rig")
     require_reversal(record)
     every = max(1, math.ceil(record.drive.size / SAMPLES))
     keep = np.zeros(record.drive.size, dtype=bool)
     keep[::every] = True
     keep[[0, *(b.stop - 1 for b in branches(record.drive))]] = True
     drive = record.drive[keep]
-    # a record that begins elsewhere has a history: the best guess is that it went the same way before
-    known = abs(drive[0]) <= _AT_REST * np.ptp(drive)
-    path = drive if known else np.concatenate([drive, drive])
+    # a record that does not begin at rest has a history: assume that the same drive went before it
+    from_rest = abs(drive[0]) <= _AT_REST * np.ptp(drive)
+    path = drive if from_rest else np.concatenate([drive, drive])
     try:
-        bench = _Bench(rig, LoadProgram(path), path.size - drive.size, record.angle_deg[keep])
-        simulate_chain(rig, bench.program)
+        loop = _Loop(rig, LoadProgram(path), path.size - drive.size, record.angle_deg[keep])
+        simulate_chain(rig, loop.program)
     except (RigError, SolverError) as error:
         raise RigError(f"{name}: {error}") from None
-    return bench
+    return loop
 
 
-def _judged(benches: list[_Bench], x: Floats, sizes: Floats, miss: Floats, columns: Floats) -> RigCalibration:
-    """Covariance and words; samples whose residuals are alike count as fewer (first-order autoregression)."""
+def _calibration(loops: list[_Loop], x: Floats, scales: Floats, residual: Floats, columns: Floats) -> RigCalibration:
+    """Covariance, correlations and advice; autocorrelated residuals (first order) count as fewer samples."""
     m, p = columns.shape
-    r = max(0.0, float(miss[1:] @ miss[:-1]) / max(float(miss @ miss), 1e-300))
+    r = max(0.0, float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300))
     effective = max(1.0, m * (1 - r) / (1 + r))
-    variance = float(miss @ miss) / max(1, m - p) * m / effective
+    variance = float(residual @ residual) / max(1, m - p) * m / effective
     norms = np.linalg.norm(columns, axis=0)
-    norms = np.maximum(norms, 1e-9 * norms.max())  # what the record does not show has next to no information
+    norms = np.maximum(norms, 1e-9 * norms.max())  # a parameter without influence has next to no information
     _, singular, basis = np.linalg.svd(columns / norms, full_matrices=False)
     singular = np.maximum(singular, 1e-9 * singular[0])
     scaled = variance * (basis.T / singular**2) @ basis / np.outer(norms, norms)
     quantile = float(student.ppf(0.975, max(1, m - p)))
-    names, half = list(CONSTANTS), quantile * np.sqrt(np.diag(scaled)) * sizes
+    names, half = list(PARAMETERS), quantile * np.sqrt(np.diag(scaled)) * scales
     correlation = scaled / np.sqrt(np.outer(np.diag(scaled), np.diag(scaled)))
     pairs = {f"{names[i]} ~ {names[j]}": float(correlation[i, j]) for i, j in combinations(range(p), 2)}
-    constants = {
+    parameters = {
         name: Parameter(float(v), max(c.low, float(v - h)), min(c.high, float(v + h)), c.unit)
-        for (name, c), v, h in zip(CONSTANTS.items(), x * sizes, half, strict=True)
+        for (name, c), v, h in zip(PARAMETERS.items(), x * scales, half, strict=True)
     }
     return RigCalibration(
-        rig=with_constants(benches[0].rig, x * sizes),
-        constants=constants,
-        covariance=scaled * np.outer(sizes, sizes),
+        rig=with_parameters(loops[0].rig, x * scales),
+        parameters=parameters,
+        covariance=scaled * np.outer(scales, scales),
         quantile=quantile,
-        rmse_deg=float(np.sqrt(np.mean(miss**2))),
+        rmse_deg=float(np.sqrt(np.mean(residual**2))),
         condition=float(singular[0] / singular[-1]),
         correlations=pairs,
-        inseparable=_inseparable(constants, pairs),
-        experiments=_experiments(benches[0], x, sizes, columns, max(variance, 1e-12)),
+        inseparable=_inseparable(parameters, pairs),
+        experiments=_experiments(loops[0], x, scales, columns, max(variance, 1e-12)),
     )
 
 
-def _inseparable(constants: dict[str, Parameter], pairs: dict[str, float]) -> tuple[str, ...]:
-    words = [
-        f"{pair.replace(' ~ ', ' and ')}: correlation {r:+.3f}, fixed only together"
+def _inseparable(parameters: dict[str, Parameter], pairs: dict[str, float]) -> tuple[str, ...]:
+    sentences = [
+        f"{pair.replace(' ~ ', ' and ')}: correlation {r:+.3f}, identified only in combination"
         for pair, r in sorted(pairs.items(), key=lambda item: -abs(item[1]))
         if abs(r) > CORRELATED
     ]
-    for name, c in constants.items():
+    for name, c in parameters.items():
         assert c.low is not None
         assert c.high is not None
         if c.high - c.low > 2 * abs(c.value):
-            words.append(f"{name}: interval {c.low:.3g} to {c.high:.3g} {c.unit}, wider than its value")
-    return tuple(words)
+            sentences.append(f"{name}: interval {c.low:.3g} to {c.high:.3g} {c.unit}, wider than its value")
+    return tuple(sentences)
 
 
-def _experiments(bench: _Bench, x: Floats, sizes: Floats, columns: Floats, variance: float) -> tuple[Experiment, ...]:
-    """Predict what a second loop would add, at other preloads and amplitudes, simulated with the fitted constants."""
-    weak = np.eye(x.size) * 1e-4  # an interval of 100 natural sizes where nothing is known
+def _experiments(loop: _Loop, x: Floats, scales: Floats, columns: Floats, variance: float) -> tuple[Experiment, ...]:
+    """Information gain of a further loop at other preloads and amplitudes, simulated with the fitted parameters."""
+    weak = np.eye(x.size) * 1e-4  # prior of 100 scales, for what the records do not identify
     known = columns.T @ columns / variance + weak
-    drive, preload = bench.program.drive_mm, bench.rig.preload_N
+    drive, preload = loop.program.drive_mm, loop.rig.preload_N
     low, high = float(drive.min()), float(drive.max())
-    limits = np.array([c.high for c in CONSTANTS.values()]) / sizes
-    before, names, found = np.sqrt(np.diag(np.linalg.inv(known))), list(CONSTANTS), []
+    limits = np.array([c.high for c in PARAMETERS.values()]) / scales
+    before, names, found = np.sqrt(np.diag(np.linalg.inv(known))), list(PARAMETERS), []
     for p, a in ((1.0, 1.0), (0.5, 1.0), (2.0, 1.0), (1.0, 0.5), (1.0, 0.25), (0.5, 0.5), (2.0, 0.5)):
         if preload == 0 and p != 1:
             continue
-        rig, program = replace(bench.rig, preload_N=p * preload), loop_program(a * low, a * high, cycles=1)
-        other = _Bench(rig, program, 0, np.zeros(program.drive_mm.size))
+        rig, program = replace(loop.rig, preload_N=p * preload), loop_program(a * low, a * high, cycles=1)
+        other = _Loop(rig, program, 0, np.zeros(program.drive_mm.size))
         try:
-            more = jacobian(lambda y, other=other: other.miss(y * sizes), x, limits)  # type: ignore[misc]
+            more = jacobian(lambda y, other=other: other.residual(y * scales), x, limits)  # type: ignore[misc]
         except (SolverError, RigError):
             continue
         information = known + more.T @ more / variance * columns.shape[0] / more.shape[0]

@@ -17,7 +17,7 @@ from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel, with_notch
 from hysteresis.metrics import loop_width
-from validation.engines.twins import EFFECTS, compare, program, switches
+from validation.engines.chain_multibody import EFFECTS, compare_chain, comparison_program, comparison_rigs
 
 SHORT = triangle(2.2, step_mm=0.1)
 
@@ -28,9 +28,9 @@ def no_toe(rig: Rig) -> Rig:
 
 
 @pytest.mark.parametrize("preload", [10.0, 20.0])
-@pytest.mark.parametrize("name", switches(20.0))
-def test_twins_agree(name, preload):
-    agreement = compare(name, switches(preload)[name], program(cycles=1))
+@pytest.mark.parametrize("name", comparison_rigs(20.0))
+def test_chain_agrees_with_the_multibody_model(name, preload):
+    agreement = compare_chain(name, comparison_rigs(preload)[name], comparison_program(cycles=1))
     assert agreement.max_difference_deg <= 0.1
     share = agreement.width_difference_percent
     assert share is None or abs(share) <= 3
@@ -39,7 +39,7 @@ def test_twins_agree(name, preload):
 @pytest.mark.parametrize("name", EFFECTS)
 def test_each_effect_shows(name):
     # else the agreement above would say nothing
-    plain, steps = preset("du2018"), program()
+    plain, steps = preset("du2018"), comparison_program()
     rig = replace(plain, **EFFECTS[name])
     difference = np.abs(simulate_chain(rig, steps).angle_deg - simulate_chain(plain, steps).angle_deg)
     assert difference.max() > 0.15

@@ -18,7 +18,7 @@ from hysteresis.metrics import loop_width
 from studies.app.loop_svg import loop_svg
 from studies.app.playground import AMPLITUDE, answer, sliders, with_values
 from studies.commands.cli import call
-from validation.separation.contributions import loop_program
+from validation.separation import loop_program
 
 AMPLITUDES = {"du2018": 2.2, "notched-wrist-90": 1.0, "notched-wrist-150": 1.0}
 

@@ -22,14 +22,14 @@ from validation.separation.contributions import (
     SETS,
     SOURCES,
     closed_loop,
-    contributions,
+    separate,
     divide,
     loop_program,
     shapley,
     shapley_shares,
     switched,
 )
-from validation.separation.rig_calibration import CONSTANTS, calibrate_rig, constants_of, with_constants
+from validation.separation.rig_calibration import PARAMETERS, calibrate_rig, parameters_of, with_parameters
 
 RIG = preset("du2018", preload_N=20.0)
 PROGRAM = loop_program(-2.2, 2.2)
@@ -40,12 +40,12 @@ TRUTH = np.array([1.8, 0.03, 0.3, 1.8, 19_000.0, 35.0])
 
 @pytest.fixture(scope="module")
 def found():
-    return contributions(RIG, PROGRAM)
+    return separate(RIG, PROGRAM)
 
 
 def bench(preload: float, seed: int, amplitude: float = 2.2) -> Record:
     """Loop of the preset with the constants TRUTH, and noise of 0.02 deg: what a bench would give."""
-    rig = with_constants(replace(RIG, preload_N=preload), TRUTH)
+    rig = with_parameters(replace(RIG, preload_N=preload), TRUTH)
     run = simulate_chain(rig, triangle(amplitude, cycles=2))
     angle = run.angle_deg + 0.02 * np.random.default_rng(seed).standard_normal(run.drive.size)
     return Record(drive=run.drive, angle_deg=angle, rig={"preset": "du2018", "preload_N": preload}, title="bench")
@@ -93,7 +93,7 @@ def test_a_rope_that_is_off_makes_no_loop_worth_the_name(found):
 def test_a_rope_that_is_off_may_go_slack(preload):
     # bending to 45 deg takes more than that from a rope that cannot stretch; the rig's own keep 2 N
     rig = replace(RIG, preload_N=preload)
-    found = contributions(rig, PROGRAM)
+    found = separate(rig, PROGRAM)
     assert min(rope.min() for rope in tensions(found.loops[frozenset()])) == 0
     assert min(rope.min() for rope in tensions(found.whole)) > 2
     assert abs(found.closure_percent) < 1
@@ -114,7 +114,7 @@ def test_what_cannot_be_solved_names_what_was_off():
         raise SolverError("no equilibrium")
 
     with pytest.raises(SolverError, match=r"no equilibrium \(with friction, tendon elasticity, material switched off"):
-        contributions(RIG, PROGRAM, fails)
+        separate(RIG, PROGRAM, fails)
 
 
 @pytest.mark.parametrize(
@@ -128,20 +128,20 @@ def test_what_cannot_be_solved_names_what_was_off():
     ids=["friction", "friction, rigid ropes", "material", "material, rigid ropes"],
 )
 def test_a_single_loss_has_all_of_the_energy(rig, only):
-    shares = contributions(rig, PROGRAM).shares("dissipated_mJ")
+    shares = separate(rig, PROGRAM).shares("dissipated_mJ")
     assert shares[only] >= 0.98
     assert shares["interaction"] == pytest.approx(0, abs=1e-9)
 
 
 def test_width_of_a_single_loss_is_half_its_and_half_the_ropes():
     # with rigid ropes the wheel fixes the angle: neither makes a loop without the other, so Shapley halves it
-    shares = contributions(NO_MATERIAL, PROGRAM).shares("width_deg")
+    shares = separate(NO_MATERIAL, PROGRAM).shares("width_deg")
     assert shares["friction"] == pytest.approx(0.5, abs=1e-3)
     assert shares["tendon_elasticity"] == pytest.approx(0.5, abs=1e-3)
 
 
 def test_elasticity_alone_has_no_loop_to_share():
-    found = contributions(replace(NO_MATERIAL, friction=Friction()), PROGRAM)
+    found = separate(replace(NO_MATERIAL, friction=Friction()), PROGRAM)
     assert found.whole.is_lossless
     assert found.shares("dissipated_mJ") is None
     assert found.shares("width_deg") is None
@@ -149,7 +149,7 @@ def test_elasticity_alone_has_no_loop_to_share():
 
 def test_a_loop_of_another_origin_is_refused():
     with pytest.raises(RigError, match="backlash"):
-        contributions(replace(RIG, backlash=Backlash(0.1)), PROGRAM)
+        separate(replace(RIG, backlash=Backlash(0.1)), PROGRAM)
 
 
 def test_multibody_model_agrees(monkeypatch):
@@ -158,7 +158,7 @@ def test_multibody_model_agrees(monkeypatch):
 
     monkeypatch.setattr("validation.separation.contributions.STEPS", 22)  # both engines at 0.1 mm: quicker
     program = loop_program(-1.1, 1.1, cycles=1)
-    chain, bodies = contributions(RIG, program), contributions(RIG, program, solve_multibody)
+    chain, bodies = separate(RIG, program), separate(RIG, program, solve_multibody)
     assert bodies.shares("dissipated_mJ") == pytest.approx(chain.shares("dissipated_mJ"), abs=0.01)
     assert bodies.shares("width_deg") == pytest.approx(chain.shares("width_deg"), abs=0.01)
 
@@ -166,17 +166,17 @@ def test_multibody_model_agrees(monkeypatch):
 def test_constants_come_back_from_a_noisy_loop_within_their_intervals():
     calibrated = calibrate_rig([bench(20.0, 1), bench(10.0, 2)])
     assert calibrated.rmse_deg == pytest.approx(0.02, rel=0.1)  # the noise that was put in
-    for (name, constant), true in zip(calibrated.constants.items(), TRUTH, strict=True):
+    for (name, constant), true in zip(calibrated.parameters.items(), TRUTH, strict=True):
         half = 0.5 * (constant.high - constant.low)
         assert abs(constant.value - true) < 2 * half, name
-    assert dict(zip(CONSTANTS, TRUTH, strict=True)) == pytest.approx(constants_of(calibrated.rig), rel=0.15)
+    assert dict(zip(PARAMETERS, TRUTH, strict=True)) == pytest.approx(parameters_of(calibrated.rig), rel=0.15)
 
 
 def test_the_next_experiment_brings_what_it_promises():
     one = calibrate_rig([bench(20.0, 1)])
     best = one.experiments[0]
     again = next(e for e in one.experiments if e.what == "the same again")
-    assert best.gain > again.gain == pytest.approx(0.5 * len(CONSTANTS) * np.log(2), rel=0.3)
+    assert best.gain > again.gain == pytest.approx(0.5 * len(PARAMETERS) * np.log(2), rel=0.3)
     assert best.preload_N == 10  # a soft rope shows at low tension
     both = calibrate_rig([bench(20.0, 1), bench(10.0, 2)])
     before, after = (c.covariance[5, 5] for c in (one, both))  # of the toe region
@@ -204,7 +204,7 @@ def test_command_on_a_record_gives_intervals(tmp_path):
     write_record(bench(20.0, 1), path)
     assert call(["separate", str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 0
     result = json.loads((tmp_path / "out" / "separate.json").read_text())
-    true = contributions(with_constants(rig_of(bench(20.0, 1)), TRUTH), PROGRAM).shares("dissipated_mJ")
+    true = separate(with_parameters(rig_of(bench(20.0, 1)), TRUTH), PROGRAM).shares("dissipated_mJ")
     for name, share in true.items():
         low, high = result["contributions"][name]["intervals"]["share"]
         assert low - (high - low) < share < high + (high - low), name

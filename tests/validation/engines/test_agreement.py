@@ -1,11 +1,11 @@
-"""Analytic beside multibody."""
+"""Analytic curve and chain against the multibody model."""
 
 from fem_models.rig.presets import preset
-from validation.engines.agreement import crosscheck
+from validation.engines import compare_engines
 
 
 def test_models_agree_where_they_model_the_same():
-    result = crosscheck(preset("du2018"), step_mm=0.2)
+    result = compare_engines(preset("du2018"), step_mm=0.2)
     assert result.frictionless_max_deg < 0.05
     assert result.tip_pose_max_mm < 0.1
     assert result.chain_max_deg < 0.01

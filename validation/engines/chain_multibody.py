@@ -1,7 +1,4 @@
-"""Chain against multibody: the same rig in both engines, each effect alone and all together.
-
-``python -m validation.engines.twins`` prints the table of docs/validation/twins.md.
-"""
+"""Chain against multibody model: the same rig in both engines, each mechanism alone and all together."""
 
 from __future__ import annotations
 
@@ -29,17 +26,16 @@ from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, Rig
 from hysteresis.metrics import loop_width
 
-_ROPE = replace(preset("du2018").tendon_a, toe_N=0.0)
-_BARE = replace(
+_LINEAR_TENDON = replace(preset("du2018").tendon_a, toe_N=0.0)
+_LOSSLESS = replace(
     preset("du2018"),
     friction=Friction(),
     material=replace(preset("du2018").material, loop_share=0.0),
-    tendon_a=_ROPE,
-    tendon_b=_ROPE,
+    tendon_a=_LINEAR_TENDON,
+    tendon_b=_LINEAR_TENDON,
 )
-_FULL = preset("du2018")
+_LEAST_LOOP_DEG = 0.02
 
-# Sizes that show: each changes the angle of the default rig at 20 N by more than 0.15 deg (a test holds that).
 EFFECTS: dict[str, dict[str, object]] = {
     "slack": {"slack": Slack(tendon_b_mm=0.15)},
     "backlash": {"backlash": Backlash(width_mm=0.1)},
@@ -53,35 +49,36 @@ EFFECTS: dict[str, dict[str, object]] = {
     "preload_loss": {"preload_loss": PreloadLoss(fraction=0.4, cycles=1.0)},
     "fatigue": {"fatigue": Fatigue(loop_loss=0.7, residual_deg=0.2, cycles=1.0)},
 }
+"""Fields of the rig by effect; each changes the angle of the default rig at 20 N by more than 0.15 deg (tested)."""
 
 
-def switches(preload_N: float) -> dict[str, Rig]:
-    """Rigs to compare the engines on: the bare rig with each mechanism alone, the default rig, and all at once."""
-    bare, full = replace(_BARE, preload_N=preload_N), replace(_FULL, preload_N=preload_N)
-    rope = full.tendon_a
+def comparison_rigs(preload_N: float) -> dict[str, Rig]:
+    """Rigs by name: the lossless rig with each mechanism alone, the default rig, and that with all effects."""
+    lossless, default = replace(_LOSSLESS, preload_N=preload_N), preset("du2018", preload_N=preload_N)
+    tendon = default.tendon_a
     rigs = {
-        "elastic tendons": bare,
-        "toe region": replace(bare, tendon_a=rope, tendon_b=rope),
-        "capstan friction": replace(bare, friction=Friction(capstan_coefficient=0.1, rest_wrap_deg=30.0)),
-        "guide and sheath friction": replace(bare, friction=Friction(guide_N=0.05, sheath_N=1.0)),
-        "material loop": replace(bare, material=full.material),
+        "elastic tendons": lossless,
+        "toe region": replace(lossless, tendon_a=tendon, tendon_b=tendon),
+        "capstan friction": replace(lossless, friction=Friction(capstan_coefficient=0.1, rest_wrap_deg=30.0)),
+        "guide and sheath friction": replace(lossless, friction=Friction(guide_N=0.05, sheath_N=1.0)),
+        "material loop": replace(lossless, material=default.material),
     }
-    rigs |= {f"{name} alone": replace(bare, **on) for name, on in EFFECTS.items()}  # type: ignore[arg-type]
-    rigs["du2018"] = full
+    rigs |= {f"{name} alone": replace(lossless, **on) for name, on in EFFECTS.items()}  # type: ignore[arg-type]
+    rigs["du2018"] = default
     everything: dict[str, object] = {key: value for on in EFFECTS.values() for key, value in on.items()}
-    rigs["all on"] = replace(full, **everything)  # type: ignore[arg-type]
+    rigs["all on"] = replace(default, **everything)  # type: ignore[arg-type]
     return rigs
 
 
-def program(cycles: int = 2) -> LoadProgram:
-    """Take the paper's steps, a second a sample so that creep and drag have time."""
+def comparison_program(cycles: int = 2) -> LoadProgram:
+    """Load program of the paper's static test, with one second a sample so that creep and drag act."""
     steps = triangle(2.2, cycles=cycles)
     return replace(steps, time_s=np.arange(steps.drive_mm.size, dtype=float))
 
 
 @dataclass(frozen=True)
-class Agreement:
-    """One rig in both engines over the whole program."""
+class ChainAgreement:
+    """Differences between the engines for one rig over the whole program."""
 
     name: str
     preload_N: float
@@ -92,17 +89,23 @@ class Agreement:
 
     @property
     def width_difference_percent(self) -> float | None:
-        """Of the multibody model's; None where there is no loop to speak of (below 0.02 deg)."""
-        if abs(self.width_multibody_deg) < 0.02:
+        """Loop width of the chain against the multibody model; None for a loop below 0.02 deg."""
+        if abs(self.width_multibody_deg) < _LEAST_LOOP_DEG:
             return None
         return 100 * (self.width_chain_deg / self.width_multibody_deg - 1)
 
 
-def compare(name: str, rig: Rig, steps: LoadProgram) -> Agreement:
-    """Run a rig in both engines."""
+def compare_chain(name: str, rig: Rig, steps: LoadProgram) -> ChainAgreement:
+    """Run a rig in both engines.
+
+    Raises
+    ------
+    SolverError, RigError
+        From the engines.
+    """
     chain, multibody = solve_chain(rig, steps), solve_multibody(rig, steps)
     widths = [loop_width(r.drive, r.angle_deg, r.cycle).max_deg for r in (multibody.record, chain.record)]
-    return Agreement(
+    return ChainAgreement(
         name=name,
         preload_N=rig.preload_N,
         max_difference_deg=float(np.abs(chain.record.angle_deg - multibody.record.angle_deg).max()),
@@ -112,22 +115,10 @@ def compare(name: str, rig: Rig, steps: LoadProgram) -> Agreement:
     )
 
 
-def table() -> str:
-    """Both preloads, all switches, as Markdown."""
-    lines = [
-        "| switched on | preload, N | largest difference, deg | loop width, deg: multibody | chain | difference, % |",
-        "|---|---|---|---|---|---|",
+def comparisons() -> list[ChainAgreement]:
+    """Compare all rigs at both preloads of the paper."""
+    return [
+        compare_chain(name, rig, comparison_program())
+        for preload in (10.0, 20.0)
+        for name, rig in comparison_rigs(preload).items()
     ]
-    for preload in (10.0, 20.0):
-        for name, rig in switches(preload).items():
-            a = compare(name, rig, program())
-            share = a.width_difference_percent
-            lines.append(
-                f"| {name} | {preload:g} | {a.max_difference_deg:.3f} | {a.width_multibody_deg:.3f} | "
-                f"{a.width_chain_deg:.3f} | {'' if share is None else f'{share:.2f}'} |"
-            )
-    return "\n".join(lines)
-
-
-if __name__ == "__main__":
-    print(table())  # noqa: T201
