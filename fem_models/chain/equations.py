@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
-
-from fem_models.load.schedule import Load
+from fem_models.chain.compiled import chain_njit
+from fem_models.load.stepping import Load
 from hysteresis.arrays import Floats
 
 BAND = 5  # half width of the tangent in the headings; it is stored as a[i, j - i + BAND]
@@ -90,7 +89,7 @@ class Work(NamedTuple):
     guess: Floats  # (2,) tension between wheel and base to start from
 
 
-@njit(cache=True)
+@chain_njit()
 def free_tension(stretch: float, k: float, toe: float, preload: float, guess: float) -> tuple[float, float]:
     """Tension and its slope of the rope between wheel and base; unilateral if linear."""
     if toe == 0.0:
@@ -108,7 +107,7 @@ def free_tension(stretch: float, k: float, toe: float, preload: float, guess: fl
     return tension, k * tension / (tension + toe)
 
 
-@njit(cache=True)
+@chain_njit()
 def segment(
     ea: float, eb: float, ca: float, cb: float, q: float, preload_a: float, preload_b: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -134,7 +133,7 @@ def segment(
     return 0.0, 0.0, SLACK_STIFFNESS * ca, 0.0, 0.0, SLACK_STIFFNESS * cb
 
 
-@njit(cache=True)
+@chain_njit()
 def settled(state: float, force: float, limit: float, tolerance: float) -> float:
     """State of a guide whose bristle would carry a force: a guide that slides sticks before it slides the other way.
 
@@ -146,7 +145,7 @@ def settled(state: float, force: float, limit: float, tolerance: float) -> float
     return 0.0 if force * state < limit - tolerance else state
 
 
-@njit(cache=True)
+@chain_njit()
 def friction(
     state: float, force: float, stiffness: float, limit: float, ratio: float, mu: float, total: float
 ) -> tuple[float, float, float, float]:
@@ -159,7 +158,7 @@ def friction(
     return state * limit, 0.0, state * ratio, state * total * 0.5 * mu * (1.0 - ratio * ratio)
 
 
-@njit(cache=True)
+@chain_njit()
 def flag(
     theta: float, rest: float, k: float, upper: float, lower: float, span: float, climb: float
 ) -> tuple[float, float]:
@@ -176,10 +175,10 @@ def flag(
     return sign * moment, slope
 
 
-@njit(cache=True)
+@chain_njit()
 def joint_moment(theta: float, i: int, c: Constants, h: History, load: Load) -> tuple[float, float]:
     """Moment that bends a joint to an angle, and its slope: spring, Jenkins and flag elements, closed notch."""
-    moment, slope = c.elastic * (theta - load.residual), c.elastic
+    moment, slope = c.elastic * (theta - load.rest_angle), c.elastic
     for j in range(h.slip_moment.size):
         part, top = h.jenkins_stiffness[j] * (theta - h.jenkins[j, i]), load.loop_scale * h.slip_moment[j]
         if abs(part) <= top:
@@ -189,7 +188,7 @@ def joint_moment(theta: float, i: int, c: Constants, h: History, load: Load) -> 
             moment += math.copysign(top, part)
     for j in range(h.flag_stiffness.size):
         part, tangent = flag(
-            theta - load.residual, h.flags[j, i], h.flag_stiffness[j], h.flag_upper[j], h.flag_lower[j],
+            theta - load.rest_angle, h.flags[j, i], h.flag_stiffness[j], h.flag_upper[j], h.flag_lower[j],
             h.flag_span[j], h.flag_climb[j],
         )  # fmt: skip
         moment += part
@@ -201,7 +200,7 @@ def joint_moment(theta: float, i: int, c: Constants, h: History, load: Load) -> 
     return moment, slope
 
 
-@njit(cache=True)
+@chain_njit()
 def external_moments(x: Floats, c: Constants, w: Work) -> float:
     """Fill the moments of weight and tip stop on every joint, their slopes and the tip's levers; the stop's N/mm.
 
@@ -231,7 +230,7 @@ def external_moments(x: Floats, c: Constants, w: Work) -> float:
     return c.stop_stiffness if push != 0.0 else 0.0
 
 
-@njit(cache=True)
+@chain_njit()
 def by_headings(w: Work) -> None:
     """Turn tangent and residual from joints to headings, and add what weight and stop do.
 
@@ -251,7 +250,7 @@ def by_headings(w: Work) -> None:
         a[3 * i + 3, BAND] += w.restoring[i]
 
 
-@njit(cache=True)
+@chain_njit()
 def guide_row(
     side: int, i: int, x: Floats, c: Constants, h: History, w: Work, grip: tuple[float, float, float],
     by_angles: tuple[float, float], before: tuple[float, float, float, float, float],
@@ -296,7 +295,7 @@ def guide_row(
     return abs(w.b[row])
 
 
-@njit(cache=True)
+@chain_njit()
 def assemble(
     x: Floats, c: Constants, h: History, load: Load, w: Work, rate: float, settle: bool
 ) -> tuple[float, float, bool]:
@@ -317,8 +316,8 @@ def assemble(
     outside = stop > 0.0 or c.weight_x != 0.0 or c.weight_y != 0.0
     tp_a, k_a, tp_b, k_b = load.drive, 0.0, 0.0, 0.0
     if c.pulled == 0.0:
-        tp_a, k_a = free_tension(load.drive - x[1] - load.slack_a, c.free_a, c.toe_a, c.preload_a, w.guess[0])
-        tp_b, k_b = free_tension(-load.drive - x[2] - load.slack_b, c.free_b, c.toe_b, c.preload_b, w.guess[1])
+        tp_a, k_a = free_tension(load.drive - x[1] - load.slack[0], c.free_a, c.toe_a, c.preload_a, w.guess[0])
+        tp_b, k_b = free_tension(-load.drive - x[2] - load.slack[1], c.free_b, c.toe_b, c.preload_b, w.guess[1])
     start_sn, start_cs = math.sin(0.5 * c.rest), math.cos(0.5 * c.rest)
     start_even = 2.0 * c.half_gap * (1.0 - start_cs)  # of the paths at rest, where the ropes have their lengths
     start_a, start_b = start_even + 2.0 * c.arm_a * start_sn, start_even - 2.0 * c.arm_b * start_sn

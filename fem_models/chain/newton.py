@@ -12,18 +12,26 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-# numba keeps compiled code by this file's date and size: with a change of chain_equations alone it would run the old
+from fem_models.chain.compiled import chain_njit
 from fem_models.chain.equations import BAND, BAND_OF_JOINTS, Constants, History, Work, assemble, flag
-from fem_models.load.schedule import Load, part_of_way, way_mm
+from fem_models.load.stepping import (
+    Load,
+    StepControl,
+    at_rest,
+    front,
+    front_speed,
+    jumped,
+    next_step,
+    reach_after_success,
+    too_short,
+)
 from hysteresis.arrays import Floats
 
 LARGEST_TURN = 0.02  # rad a joint in a step of Newton's method, lest ropes go slack on its way
-FINE = 0.5001  # of the longest step: half, but for rounding
 
 
-@njit(cache=True)
+@chain_njit()
 def eliminate(a: Floats, b: Floats, z: Floats, both: bool, reach: int) -> None:
     """Solve the band of half width ``reach`` for b, and for z if ``both``, in place, without pivoting; a is lost."""
     n = b.size
@@ -48,7 +56,7 @@ def eliminate(a: Floats, b: Floats, z: Floats, both: bool, reach: int) -> None:
             z[i] = second / a[i, BAND]
 
 
-@njit(cache=True)
+@chain_njit()
 def base_let_go(held: Floats, state: Floats) -> bool:
     """Whether rope has begun to slide past the base, or to slide the other way."""
     for side in range(2):  # noqa: SIM110 - compiled
@@ -57,7 +65,7 @@ def base_let_go(held: Floats, state: Floats) -> bool:
     return False
 
 
-@njit(cache=True)
+@chain_njit()
 def newton(
     x: Floats, c: Constants, h: History, load: Load, w: Work, rate: float, iterations: int, held: Floats, fine: bool
 ) -> int:
@@ -100,7 +108,7 @@ def newton(
     return -1
 
 
-@njit(cache=True)
+@chain_njit()
 def slow(i: int, viscous: float, x: Floats, w: Work, drag: Floats) -> float:
     """Note the force of a dashpot over a step, and return its loss, mJ."""
     moved, last = x[i] - w.x_before[i], drag[i]
@@ -108,7 +116,7 @@ def slow(i: int, viscous: float, x: Floats, w: Work, drag: Floats) -> float:
     return 0.5 * (last + drag[i]) * moved
 
 
-@njit(cache=True)
+@chain_njit()
 def held_mm(c: Constants, w: Work, drag: Floats) -> float:
     """Rope that may come free without the drive when the dashpots let go of what they hold."""
     held = 0.0
@@ -121,7 +129,7 @@ def held_mm(c: Constants, w: Work, drag: Floats) -> float:
     return held + max(slack_a, slack_b)
 
 
-@njit(cache=True)
+@chain_njit()
 def accept(
     x: Floats, c: Constants, h: History, load: Load, w: Work, rate: float, before: Floats, drag: Floats
 ) -> tuple[float, float, float]:
@@ -152,7 +160,7 @@ def accept(
                 h.jenkins[j, i] += slid
                 material += top * abs(slid)
         for j in range(h.flag_stiffness.size):
-            k, u = h.flag_stiffness[j], theta - load.residual
+            k, u = h.flag_stiffness[j], theta - load.rest_angle
             moment, _ = flag(u, h.flags[j, i], k, h.flag_upper[j], h.flag_lower[j], h.flag_span[j], h.flag_climb[j])
             rest = u - moment / k
             material += moment * (rest - h.flags[j, i])
@@ -160,33 +168,19 @@ def accept(
     return lost, material, viscous
 
 
-distance = njit(cache=True)(way_mm)
-next_part = njit(cache=True)(part_of_way)
+@chain_njit()
+def largest_change(x: Floats, y: Floats) -> tuple[float, float]:
+    """Largest rotation of a joint and slide at a guide between two states."""
+    rotation = slide = 0.0
+    for i in range(x.size):
+        if i % 3 == 0:
+            rotation = max(rotation, abs(y[i] - x[i]))
+        else:
+            slide = max(slide, abs(y[i] - x[i]))
+    return rotation, slide
 
 
-@njit(cache=True)
-def jumped(x: Floats, y: Floats, turn: float, slide: float) -> bool:
-    """Whether a joint turned or a rope slid by more than a step can."""
-    for i in range(x.size):  # noqa: SIM110 - compiled
-        if abs(y[i] - x[i]) > (turn if i % 3 == 0 else slide):
-            return True
-    return False
-
-
-@njit(cache=True)
-def between(start: Load, end: Load, part: float) -> Load:
-    """Load at a part of the way; the compiled twin of :func:`fem_models.load.schedule.between`."""
-    return Load(
-        start.drive + part * (end.drive - start.drive),
-        start.slack_a + part * (end.slack_a - start.slack_a),
-        start.slack_b + part * (end.slack_b - start.slack_b),
-        start.loop_scale + part * (end.loop_scale - start.loop_scale),
-        start.residual + part * (end.residual - start.residual),
-        start.time + part * (end.time - start.time),
-    )
-
-
-@njit(cache=True)
+@chain_njit()
 def wound_in(x: Floats, c: Constants, w: Work) -> float:
     """Rope a that the wheel has wound in under a given tension, mm: its slip at the base and its stretch."""
     tension = w.tension[0, 0]
@@ -196,16 +190,7 @@ def wound_in(x: Floats, c: Constants, w: Work) -> float:
     return x[1] + stretch
 
 
-@njit(cache=True)
-def front(state: Floats) -> int:
-    """How many guides, from the wheel, are in the state of the first."""
-    for i in range(state.size):
-        if state[i] != state[0]:
-            return i
-    return state.size
-
-
-@njit(cache=True)
+@chain_njit()
 def advance(held: Floats, w: Work, fronts: Floats, run: Floats) -> None:
     """Start the guides from the states held, the front of either tendon carried on as far as it ran before."""
     w.state[:] = held
@@ -215,12 +200,11 @@ def advance(held: Floats, w: Work, fronts: Floats, run: Floats) -> None:
             w.state[side, i] = held[side, 0]
 
 
-@njit(cache=True, nogil=True)  # batches run in threads
+@chain_njit(nogil=True)  # batches run in threads
 def follow(
     drives: Floats, slacks: Floats, loop_scales: Floats, residuals: Floats, times: Floats, creeps: Floats,
     c: Constants, h: History,
-    max_step: float, max_halvings: int, iterations: int, turn_per_mm: float, least_turn: float,
-    slide_per_mm: float, least_slide: float,
+    control: StepControl, iterations: int,
     angles: Floats, tensions: Floats, energies: Floats,
 ) -> tuple[int, float, float]:  # fmt: skip
     """Visit the samples from rest; fill angles (m, N), tensions (m, 2, N+1), energies (m, 4).
@@ -238,8 +222,8 @@ def follow(
         np.zeros((size, 2 * BAND + 1)), np.zeros(size), np.zeros(size), np.zeros(n), np.zeros(n),
         np.zeros((2, n + 1)), np.zeros((2, n)), np.zeros((2, n)), np.zeros(size), np.array([c.preload_a, c.preload_b]),
     )  # fmt: skip
-    here, at = Load(0.0, 0.0, 0.0, 1.0, c.rest, 0.0), Load(0.0, 0.0, 0.0, 1.0, c.rest, 0.0)
-    drag, bound = np.zeros(size), 0.0
+    here = at = at_rest(c.rest)
+    drag = np.zeros(size)
     crept_a = crept_b = work = lost = material = viscous = 0.0
     if newton(x, c, h, here, w, 0.0, 10 * iterations, w.state, True) < 0:
         return 0, 0.0, 0.0
@@ -247,17 +231,17 @@ def follow(
     pull, wound = w.tension[0, 0] - w.tension[1, 0], 0.0
     if c.pulled > 0.0:
         wound = wound_in(x, c, w)
-    reach, heading, increment = max_step, 0.0, np.zeros(size)  # of the last step: its length, way and change per mm
+    reach, heading, increment = (
+        control.max_step,
+        0.0,
+        np.zeros(size),
+    )
     for k in range(drives.size):
-        goal = Load(drives[k], slacks[k, 0] + crept_a, slacks[k, 1] + crept_b, loop_scales[k], residuals[k], times[k])
-        way, ahead = distance(here, goal), np.sign(goal.drive - here.drive)
-        if way == 0.0:  # a dwell, in which drag lets go: as one step that can be halved
-            way = max_step
+        goal = Load(drives[k], (slacks[k, 0] + crept_a, slacks[k, 1] + crept_b), loop_scales[k], residuals[k], times[k])
+        ahead = np.sign(goal.drive - here.drive)
         done = 0.0
         while done < 1.0:
-            part = next_part(done, reach, way, max_step)
-            load = between(here, goal, part) if part < 1.0 else goal
-            step = (part - done) * way
+            part, load, step, fine = next_step(here, goal, done, reach, control)
             rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
             w.x_before[:] = x
             trial[:] = x
@@ -267,19 +251,16 @@ def follow(
                 advance(held, w, fronts, step * run)
             else:
                 w.state[:] = 0.0  # turned round, or failed: every guide sticks until its force says otherwise
-            fine, bound = step <= FINE * max_step, step + held_mm(c, w, drag)
             took = newton(trial, c, h, load, w, rate, iterations, held, fine)
-            if took < 0 or jumped(x, trial, turn_per_mm * bound + least_turn, slide_per_mm * bound + least_slide):
+            rotation, slide = largest_change(x, trial)
+            if took < 0 or jumped(rotation, slide, step + held_mm(c, w, drag), control):
                 heading, reach = heading if not fine else math.nan, 0.5 * step
-                if reach < max_step * 0.5**max_halvings:
+                if too_short(reach, control):
                     return k, at.drive, load.drive
                 continue
             for side in range(2):
                 reached = front(w.state[side])
-                if ahead == heading:
-                    run[side] = max(0.0, reached - fronts[side]) / max(step, 1e-12)
-                else:  # what a way lets go at once comes on top in its first step; after a failure no guess is safe
-                    run[side] = 0.5 * reached / max(step, 1e-12) if ahead == -heading else 0.0
+                run[side] = front_speed(fronts[side], reached, ahead, heading, step)
                 fronts[side] = reached
             for i in range(size):
                 increment[i] = (trial[i] - x[i]) / max(step, 1e-12)
@@ -293,7 +274,7 @@ def follow(
             winding = wound_in(x, c, w) if c.pulled > 0.0 else load.drive
             work += 0.5 * (pull + now) * (winding - wound)
             pull, wound, at, done = now, winding, load, part
-            reach = min(max_step, 2.0 * reach)
+            reach = reach_after_success(reach, control)
         here = goal
         crept_a += creeps[k] * (c.creep_a * (w.tension[0, 0] - c.preload_a) - crept_a)
         crept_b += creeps[k] * (c.creep_b * (w.tension[1, 0] - c.preload_b) - crept_b)

@@ -37,15 +37,8 @@ from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic import flag_fibres
 from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
-from fem_models.load.schedule import (
-    Schedule,
-    force_schedule,
-    largest_pulled_slide_mm,
-    largest_pulled_turn_rad,
-    largest_slide_mm,
-    largest_turn_rad,
-    schedule,
-)
+from fem_models.load.schedule import Schedule, force_schedule, schedule
+from fem_models.load.stepping import StepControl, drive_control, force_control
 from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
@@ -190,34 +183,29 @@ def solve_pulled_chain(rig: Rig, force_N: Floats, settings: ChainSettings | None
         From :func:`fem_models.load.schedule.force_schedule`.
     """
     settings, plan = settings or ChainSettings(), force_schedule(rig, force_N)
-    turn, slide = largest_pulled_turn_rad(rig, 1.0), largest_pulled_slide_mm(rig, 1.0)
-    angles, tensions, energies = _followed(
-        rig, plan, settings, settings.max_pull * force_scale_N(rig), pulled=True, turn=(turn, 0.05), slide=(slide, 0.1)
-    )
+    arm, bending, scale = moment_arms_mm(rig)[0], flexure(rig).bending_Nmm_per_rad, force_scale_N(rig)
+    control = force_control(rig, arm, bending, settings.max_pull * scale, settings.max_halvings)
+    angles, tensions, energies = _followed(rig, plan, settings, control, pulled=True)
     return _solution(rig, plan.drive_mm, angles, tensions, energies)
 
 
 def _wound(rig: Rig, program: LoadProgram, settings: ChainSettings) -> tuple[Floats, Floats, Floats]:
     """Angles, tensions and energies of a rig whose rope is wound in; as :func:`_followed`."""
-    plan, turn, slide = schedule(rig, program), largest_turn_rad, largest_slide_mm
-    return _followed(
-        rig, plan, settings, settings.max_step_mm, pulled=False, turn=(turn(rig, 1.0) - turn(rig, 0.0), turn(rig, 0.0)),
-        slide=(slide(1.0) - slide(0.0), slide(0.0)),
-    )  # fmt: skip
+    control = drive_control(rig, settings.max_step_mm, settings.max_halvings)
+    return _followed(rig, schedule(rig, program), settings, control, pulled=False)
 
 
 def _followed(
-    rig: Rig, plan: Schedule, settings: ChainSettings, step: float, *, pulled: bool, turn: tuple[float, float],
-    slide: tuple[float, float],
-) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-    """Angles (m, N), tensions (m, 2, N+1), energies (m, 4). ``turn``, ``slide``: bounds per unit of step, and at 0."""
+    rig: Rig, plan: Schedule, settings: ChainSettings, control: StepControl, *, pulled: bool
+) -> tuple[Floats, Floats, Floats]:
+    """Angles (m, N), tensions (m, 2, N+1), energies (m, 4)."""
     n, m, unit = rig.joints, plan.drive_mm.size, "N" if pulled else "mm"
     angles, tensions, energies = np.empty((m, n)), np.empty((m, 2, n + 1)), np.empty((m, 4))
     try:
         failed, start, end = follow(
             plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad, plan.time_s, plan.creep,
-            constants(rig, settings, pulled=pulled), _history(rig), step, settings.max_halvings,
-            settings.newton_iterations, *turn, *slide, angles, tensions, energies,
+            constants(rig, settings, pulled=pulled), _history(rig), control,
+            settings.newton_iterations, angles, tensions, energies,
         )  # fmt: skip
     except ZeroDivisionError:
         raise SolverError(f"rig {rig.name}: a tangent without stiffness on the way through {m} samples") from None

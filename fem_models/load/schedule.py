@@ -4,31 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fem_models.joint.flexure import flexure, moment_arms_mm
 from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig
 from fem_models.rig.tendon_law import tendon_stretch_mm
 from hysteresis.arrays import Floats
-
-
-class Load(NamedTuple):
-    """What acts at one point of the path; the fields are those of :class:`Schedule` at one sample."""
-
-    drive: float
-    slack_a: float
-    slack_b: float
-    loop_scale: float
-    residual: float
-    time: float
-
-
-REST = Load(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -47,57 +31,6 @@ class Schedule:
     residual_rad: Floats
     time_s: Floats
     creep: Floats
-
-
-def between(start: Load, end: Load, part: float) -> Load:
-    """Load at a part of the way from one to another."""
-    if part == 1:
-        return end
-    return Load(*(a + part * (b - a) for a, b in zip(start, end, strict=True)))
-
-
-def way_mm(start: Load, end: Load) -> float:
-    """How far two loads are apart, as rope."""
-    return max(abs(end.drive - start.drive), abs(end.slack_a - start.slack_a), abs(end.slack_b - start.slack_b))
-
-
-def part_of_way(done: float, reach_mm: float, way_mm: float, max_step_mm: float) -> float:
-    """Part of a way that the next step ends at, ``done`` being the part behind it.
-
-    The way is cut into equal pieces of at most ``max_step_mm``; no step, however the last ones were halved, goes past
-    the end of a piece, so that a program and its resampling visit the same points. Rounding leaves no step of next to
-    nothing.
-    """
-    pieces = math.ceil(way_mm / max_step_mm - 1e-6)
-    if pieces <= 1 and way_mm <= 1.000001 * reach_mm:
-        return 1.0
-    end = (math.floor(done * pieces + 1e-6) + 1) / pieces if pieces > 1 else 1.0
-    part = done + reach_mm / way_mm
-    return min(end, 1.0) if part > end - 1e-6 * reach_mm / way_mm else part
-
-
-def largest_turn_rad(rig: Rig, step_mm: float) -> float:
-    """Turn of a joint beyond which a step has jumped to another equilibrium and is not accepted.
-
-    All of the rope drawn in by one joint, five times over; some more for what moves without the drive.
-    """
-    return 5 * step_mm / min(rope.moment_arm_mm for rope in rig.tendons) + 2e-3
-
-
-def largest_pulled_turn_rad(rig: Rig, step_N: float) -> float:
-    """Turn of a joint beyond which a step of the force is not accepted: a joint a hundred times softer than elastic."""
-    return 100 * step_N * moment_arms_mm(rig)[0] / flexure(rig).bending_Nmm_per_rad
-
-
-def largest_pulled_slide_mm(rig: Rig, step_N: float) -> float:
-    """Slip at a guide that goes with it: of all joints together, and of the rope's stretch."""
-    turn = rig.joints * largest_pulled_turn_rad(rig, step_N) * moment_arms_mm(rig)[0]
-    return turn + 100 * step_N * rig.joints * rig.pitch_mm / rig.tendon_a.EA_N
-
-
-def largest_slide_mm(step_mm: float) -> float:
-    """Slip of a rope at a guide beyond which a step is not accepted either: no more than was wound, five times over."""
-    return 5 * step_mm + 0.02
 
 
 def play(drive: Floats, width: float) -> Floats:

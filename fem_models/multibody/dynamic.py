@@ -19,9 +19,10 @@ from fem_models.joint.contact import require_open
 from fem_models.joint.section import section
 from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
-from fem_models.load.schedule import Load, Schedule, schedule, way_mm
+from fem_models.load.schedule import Schedule, schedule
+from fem_models.load.stepping import Load, distance
 from fem_models.multibody.assembly import RingInertia
-from fem_models.multibody.quasi_static import MultibodySettings, Stepper, creep_goal_mm, quiet
+from fem_models.multibody.quasi_static import MultibodySettings, Stepper, creep_goal_mm, load_of, quiet
 from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import Rig
@@ -114,7 +115,7 @@ class _Motion:
         """Bring the drive to where it is at the end of the step."""
         drive, slack_a, slack_b, scale, residual = self.course(min(time_s, self.plan.time_s[-1])).tolist()
         a, b = self.crept.tolist()
-        self.stepper.set_load(Load(drive, slack_a + a, slack_b + b, scale, residual, time_s))
+        self.stepper.set_load(Load(drive, (slack_a + a, slack_b + b), scale, residual, time_s))
         return True
 
     def before_residual(self, mbs: Any, time_s: float, newton: int, discontinuous: int) -> None:
@@ -125,7 +126,7 @@ class _Motion:
         """Refuse a step that jumped to another equilibrium: an error above Exudyn's limit of 1, half the step."""
         step_s, stepper = time_s - self.rows[-1][0], self.stepper
         change = stepper.coordinates() - self.here
-        if stepper.jumped(change, way_mm(self.load, stepper.load)):
+        if stepper.jumped(change, distance(self.load, stepper.load)):
             return [2.0, 0.5 * step_s]
         return [0.0, -1.0]
 
@@ -254,10 +255,9 @@ def solve_dynamic(rig: Rig, program: LoadProgram, settings: DynamicSettings | No
         raise RigError(f"rig {rig.name}: expected a load program with time_s for a dynamic run")
     plan, inertia = schedule(rig, program), ring_inertia(rig)
     stepper = Stepper(rig, settings.statics, inertia)
-    start = (plan.drive_mm[0], *plan.slack_mm[0], plan.loop_scale[0], plan.residual_rad[0], 0.0)
     try:
         stepper.let_go()
-        work = stepper.move(Load(*map(float, start)))
+        work = stepper.move(load_of(plan, 0, plan.slack_mm[0], 0.0))
     except SolverError as error:
         raise SolverError(f"rig {rig.name}, sample 0 of {plan.time_s.size}: {error}") from None
     stepper.damp_by_speed()

@@ -19,33 +19,35 @@ from dataclasses import dataclass
 
 import exudyn as exu
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.joint.contact import require_open
-from fem_models.joint.flexure import flexure, force_scale_N, turning_length_mm
+from fem_models.joint.flexure import flexure, force_scale_N, moment_arms_mm, turning_length_mm
 from fem_models.joint.friction import friction_limits_N, guide_wrap_rad, jenkins_elements
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic import FlagFibres, flag_fibres, flag_moment
 from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
-from fem_models.load.schedule import (
-    REST,
+from fem_models.load.schedule import Schedule, force_schedule, schedule
+from fem_models.load.stepping import (
+    LEAST_LENGTH,
     Load,
-    Schedule,
+    StepControl,
+    at_rest,
     between,
-    force_schedule,
-    largest_pulled_slide_mm,
-    largest_pulled_turn_rad,
-    largest_slide_mm,
-    largest_turn_rad,
-    part_of_way,
-    schedule,
-    way_mm,
+    drive_control,
+    force_control,
+    front,
+    front_speed,
+    jumped,
+    next_step,
+    reach_after_success,
+    too_short,
 )
 from fem_models.multibody.assembly import MASSLESS, RingInertia, assemble, bristle_N_per_mm, taut
 from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Rig, Tendon
 from fem_models.rig.tendon_law import tendon_stretch_mm
+from hysteresis.arrays import Floats
 from hysteresis.record import Record
 
 
@@ -81,15 +83,14 @@ class MultibodySolution:
     """
 
     record: Record
-    segment_tensions_N: NDArray[np.float64]
-    peak_strain: NDArray[np.float64]
-    wheel_work_mJ: NDArray[np.float64]
-    friction_loss_mJ: NDArray[np.float64]
-    material_loss_mJ: NDArray[np.float64]
-    viscous_loss_mJ: NDArray[np.float64]
+    segment_tensions_N: Floats
+    peak_strain: Floats
+    wheel_work_mJ: Floats
+    friction_loss_mJ: Floats
+    material_loss_mJ: Floats
+    viscous_loss_mJ: Floats
 
 
-FINE = 0.5001  # of the longest step: half, but for rounding
 FAR_N = 1e6  # no friction comes near: a bristle that may carry this sticks, one drawn this far out slides
 
 
@@ -101,13 +102,13 @@ class _State:
     and their forces there.
     """
 
-    rest: NDArray[np.float64]
-    limit: NDArray[np.float64]
-    sliding: NDArray[np.float64]
-    jenkins_rest: NDArray[np.float64]
-    flag_rest: NDArray[np.float64]
-    dashpot_way: NDArray[np.float64]
-    dashpot_force: NDArray[np.float64]
+    rest: Floats
+    limit: Floats
+    sliding: Floats
+    jenkins_rest: Floats
+    flag_rest: Floats
+    dashpot_way: Floats
+    dashpot_force: Floats
     friction_loss: float = 0.0
     material_loss: float = 0.0
     viscous_loss: float = 0.0
@@ -131,7 +132,7 @@ class Stepper:
         self, rig: Rig, settings: MultibodySettings, inertia: RingInertia = MASSLESS, *, pulled: bool = False
     ) -> None:
         self.rig, self.settings, self.pulled, self.scale = rig, settings, pulled, force_scale_N(rig)
-        self.max_step = settings.max_pull * self.scale if pulled else settings.max_step_mm
+        self.control = _step_control(rig, settings, pulled=pulled)
         self.model = assemble(rig, settings.bristle_ratio, inertia, pulled=pulled)
         ropes, n = rig.tendons, rig.joints
         guides = len(ropes) * n
@@ -167,9 +168,8 @@ class Stepper:
         static.newton.numericalDifferentiation.relativeEpsilon = 1e-9
         self.drag = _dashpot_constants(rig)
         rest = math.radians(rig.precurvature_deg)
-        self.load, self.reach_mm = REST, self.max_step
+        self.load, self.reach = at_rest(rest), self.control.max_step
         self._bend_at_rest(rest)
-        self.load = REST._replace(residual=rest)
         # of the last step: way of the drive, and changes of coordinates, friction limits and fronts per mm of it
         self.heading, self.increment = 0.0, 0.0 * self.coordinates()
         self.climb, self.run = np.zeros(guides), np.zeros(len(ropes))
@@ -181,18 +181,18 @@ class Stepper:
         self.state.limit = self.limits()
         self.set_friction(self.state.limit)
 
-    def coordinates(self) -> NDArray[np.float64]:
+    def coordinates(self) -> Floats:
         """All coordinates of the system."""
         return np.asarray(self.model.mbs.systemData.GetODE2Coordinates())
 
-    def tensions(self) -> NDArray[np.float64]:
+    def tensions(self) -> Floats:
         """Shape (sides, N+1), wheel to tip; one side for each tendon."""
         output, kind = self.model.mbs.GetObjectOutput, exu.OutputVariableType
         free = [self.load.drive] if self.pulled else [output(i, kind.Force) for i in self.model.free_spans]
         rope = np.reshape([output(i, kind.ForceLocal) for i in self.model.segments], (self.taut.size, -1))
         return np.column_stack([free, rope / self.taut[:, None]])
 
-    def tip_mm(self) -> NDArray[np.float64]:
+    def tip_mm(self) -> Floats:
         """Centre of the last ring, shape (2,)."""
         ring = self.model.tip
         position = self.model.mbs.GetObjectOutputBody(
@@ -200,7 +200,7 @@ class Stepper:
         )
         return np.asarray(position)[:2]
 
-    def limits(self) -> NDArray[np.float64]:
+    def limits(self) -> Floats:
         """Greatest friction of each guide at the present tensions and angles, N."""
         tension = self.tensions()
         wrap = guide_wrap_rad(self.rig.friction, np.diff(self.coordinates()[self.model.rotation]))
@@ -211,16 +211,16 @@ class Stepper:
         for connector, value in zip(connectors, values, strict=True):
             put(connector, field, value)
 
-    def set_friction(self, limit: NDArray[np.float64]) -> None:
+    def set_friction(self, limit: Floats) -> None:
         """Bound the friction of each guide, N."""
         self._put(self.model.guides, "staticFrictionOffsetForce", limit)
 
-    def _hold(self, sliding: NDArray[np.float64], limit: NDArray[np.float64]) -> None:
+    def _hold(self, sliding: Floats, limit: Floats) -> None:
         """Have each guide stick or slide for a whole solve, so that Newton's method meets no kink."""
         self._put(self.model.guides, "offset", np.where(sliding == 0, self.state.rest, -sliding * FAR_N))
         self.set_friction(np.where(sliding == 0, FAR_N, limit))
 
-    def _settled(self, sliding: NDArray[np.float64], limit: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _settled(self, sliding: Floats, limit: Floats) -> Floats:
         """Let guides stick or slide by the forces of their bristles; what slides sticks before it slides back."""
         force = self.bristle * (self.coordinates()[self.model.slip] - self.state.rest)
         slack = 1e-9 * self.scale
@@ -237,11 +237,11 @@ class Stepper:
         self._put(self.model.dashpots, "stiffness", self.drag / time_s if time_s > 0 else 0.0 * self.drag)
         self._put(self.model.dashpots, "offset", self.state.dashpot_way)
 
-    def _turns(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _turns(self, q: Floats) -> Floats:
         """Turn of each flexure, shape (N,)."""
         return np.asarray(q[self.model.rotation[1:]] - q[self.model.near_rotation])
 
-    def _dashpots(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _dashpots(self, q: Floats) -> Floats:
         """Where the dashpots stand at coordinates, or how fast they move at velocities; none without drag."""
         at_base = q[self.model.slip[:: self.rig.joints]]
         return np.concatenate([at_base, self._turns(q)])[: self.drag.size]
@@ -253,13 +253,13 @@ class Stepper:
             self.model.mbs.SetLoadParameter(self.model.pulls[0], "load", load.drive)
         else:
             put(self.model.wheel, "offset", load.drive / rig.wheel.radius_mm)
-        if not self.pulled and (load.slack_a, load.slack_b) != (now.slack_a, now.slack_b):
+        if not self.pulled and load.slack != now.slack:
             rest = [s - rig.preload_N * r.free_length_mm / r.EA_N for s, r in self._ropes(load)]
             self._put(self.model.free_spans, "offset", rest)
         if load.loop_scale != now.loop_scale:
             self._put(self.model.jenkins, "staticFrictionOffsetForce", load.loop_scale * self.slip_moment)
-        if load.residual != now.residual:
-            self._bend_at_rest(load.residual)
+        if load.rest_angle != now.rest_angle:
+            self._bend_at_rest(load.rest_angle)
         self.load = load
 
     def _bend_at_rest(self, angle_rad: float) -> None:
@@ -269,7 +269,7 @@ class Stepper:
         self._put(self.model.beams, "referenceCurvature", [curvature] * len(self.model.beams))
 
     def _ropes(self, load: Load) -> list[tuple[float, Tendon]]:
-        return list(zip((load.slack_a, load.slack_b), self.rig.tendons, strict=False))
+        return list(zip(load.slack, self.rig.tendons, strict=False))
 
     def _solve(self, load: Load) -> bool:
         self.set_load(load)
@@ -279,21 +279,21 @@ class Stepper:
         except (RuntimeError, ValueError):
             return False
 
-    def _start_from(self, q: NDArray[np.float64]) -> None:
+    def _start_from(self, q: Floats) -> None:
         self.model.mbs.systemData.SetODE2Coordinates(q)
         self.model.mbs.systemData.SetODE2Coordinates(q, configuration=exu.ConfigurationType.Initial)
 
-    def _foreseen(self, step_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _foreseen(self, step_mm: float) -> tuple[Floats, Floats]:
         """Which guides slide after a step on the same way, the fronts carried on; and the limits of friction."""
         sliding = self.state.sliding.reshape(self.taut.size, -1).copy()
         for row, run in zip(sliding, self.run, strict=True):
-            reached = _front(row)
+            reached = front(row)
             row[reached : reached + int(step_mm * run)] = row[0]
         return sliding.ravel(), np.maximum(self.state.limit + step_mm * self.climb, 0.0)
 
     def _equilibrium(
-        self, load: Load, sliding: NDArray[np.float64], limit: NDArray[np.float64], *, fine: bool = True
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        self, load: Load, sliding: Floats, limit: Floats, *, fine: bool = True
+    ) -> tuple[Floats, Floats] | None:
         """Which guides slide, and friction limits that agree with the tensions; None where the solver fails.
 
         None, too, where a step that is not ``fine`` lets rope begin to slide past the base, the corner of the wheel's
@@ -313,7 +313,7 @@ class Stepper:
             sliding, limit = settled, update
         return None
 
-    def accept(self, q: NDArray[np.float64], limit: NDArray[np.float64]) -> None:
+    def accept(self, q: Floats, limit: Floats) -> None:
         """Move the rest points of what has slipped, and book the loss.
 
         A sliding guide's force changes from the last limit to the present one: their mean is booked.
@@ -334,13 +334,13 @@ class Stepper:
             state.material_loss += lost
             self._put(self.model.jenkins, "offset", state.jenkins_rest)
         if self.model.flags:
-            bend = np.tile(turn - self.load.residual, self.fibres.stiffness.size // turn.size)
+            bend = np.tile(turn - self.load.rest_angle, self.fibres.stiffness.size // turn.size)
             moment = flag_moment(bend, state.flag_rest, self.fibres)
             state.flag_rest, lost = _slipped(bend, moment, self.fibres.stiffness, state.flag_rest)
             state.material_loss += lost
             self._put(self.model.flags, "offset", state.flag_rest)
 
-    def book_drag(self, q: NDArray[np.float64], velocities: NDArray[np.float64]) -> None:
+    def book_drag(self, q: Floats, velocities: Floats) -> None:
         """Book what the dashpots took on their way to here, by the mean of their last and present force."""
         state, way, force = self.state, self._dashpots(q), self.drag * self._dashpots(velocities)
         state.viscous_loss += float(0.5 * (state.dashpot_force + force) @ (way - state.dashpot_way))
@@ -357,21 +357,17 @@ class Stepper:
         turn = force[sides:].max() / flexure(self.rig).bending_Nmm_per_rad
         return float(stretch.max() + turn * rope.moment_arm_mm)
 
-    def _base_let_go(self, sliding: NDArray[np.float64]) -> bool:
+    def _base_let_go(self, sliding: Floats) -> bool:
         first, before = sliding[:: self.rig.joints], self.state.sliding[:: self.rig.joints]
         return bool(np.any((first != 0) & (first != before)))
 
-    def jumped(self, change: NDArray[np.float64], step_mm: float) -> bool:
+    def jumped(self, change: Floats, step_mm: float) -> bool:
         """Whether coordinates have changed by more than a step of the drive can explain."""
         turn = np.abs(np.diff(change[self.model.rotation])).max()
         slide = np.abs(change[self.model.slip]).max()
-        if self.pulled:
-            return bool(
-                turn > largest_pulled_turn_rad(self.rig, step_mm) + 0.05
-                or slide > largest_pulled_slide_mm(self.rig, step_mm) + 0.1
-            )
-        step_mm += self._held_mm()
-        return bool(turn > largest_turn_rad(self.rig, step_mm) or slide > largest_slide_mm(step_mm))
+        if not self.pulled:
+            step_mm += self._held_mm()
+        return bool(jumped(turn, slide, step_mm, self.control))
 
     def let_go(self) -> None:
         """Find the equilibrium at rest, where weight and unequal arms may turn the straight, preloaded rig."""
@@ -388,16 +384,12 @@ class Stepper:
         steps succeed again.
         """
         start, done, work, pull, wound = self.load, 0.0, 0.0, self.pull(), self._wound_mm()
-        way, ahead = way_mm(start, end), np.sign(end.drive - start.drive)
-        if way == 0:  # a dwell, in which drag lets go: as one step that can be halved
-            way = self.max_step
+        ahead = np.sign(end.drive - start.drive)
         while done < 1:
-            part = part_of_way(done, self.reach_mm, way, self.max_step)
-            load, before = between(start, end, part), self.coordinates()
+            part, load, step, fine = next_step(start, end, done, self.reach, self.control)
+            before = self.coordinates()
             time_s = (part - done) * (end.time - start.time)
             self._damp_over(time_s)
-            step = (part - done) * way
-            fine = step <= FINE * self.max_step
             if ahead == self.heading:
                 self._start_from(before + step * self.increment)
                 found = self._equilibrium(load, *self._foreseen(step), fine=fine)
@@ -405,9 +397,9 @@ class Stepper:
                 self._start_from(before)
                 found = self._equilibrium(load, 0.0 * self.state.sliding, self.state.limit, fine=fine)
             if found is None or self.jumped(self.coordinates() - before, step):
-                self.heading, self.reach_mm = self.heading if not fine else math.nan, 0.5 * step
+                self.heading, self.reach = self.heading if not fine else math.nan, 0.5 * step
                 self._start_from(before)
-                if self.reach_mm < self.max_step * 0.5**self.settings.max_halvings:
+                if too_short(self.reach, self.control):
                     at = between(start, end, done)
                     unit = "N" if self.pulled else "mm"
                     raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {load.drive:.6g} {unit}")
@@ -418,21 +410,17 @@ class Stepper:
             self.book_drag(after, (after - before) / time_s if time_s > 0 else 0.0 * after)
             last, pull, before_mm, wound = pull, self.pull(), wound, self._wound_mm()
             work += 0.5 * (last + pull) * (wound - before_mm)
-            done, self.reach_mm = part, min(self.max_step, 2 * self.reach_mm)
+            done, self.reach = part, reach_after_success(self.reach, self.control)
         return work
 
     def _learn(
-        self, sliding: NDArray[np.float64], limit: NDArray[np.float64], change: NDArray[np.float64], step_mm: float,
+        self, sliding: Floats, limit: Floats, change: Floats, step_mm: float,
         ahead: float,
     ) -> None:  # fmt: skip
         """Note what a step changed per mm, for the next one to start from."""
-        step_mm = max(step_mm, 1e-12)
-        sides = self.taut.size
-        fronts = [np.array([_front(row) for row in rows.reshape(sides, -1)]) for rows in (self.state.sliding, sliding)]
-        if ahead == self.heading:
-            self.run = np.maximum(0, fronts[1] - fronts[0]) / step_mm
-        else:  # what a way lets go at once comes on top in its first step; after a failure no guess is safe
-            self.run = 0.5 * fronts[1] / step_mm if ahead == -self.heading else np.zeros(sides)
+        fronts = [[front(row) for row in rows.reshape(self.taut.size, -1)] for rows in (self.state.sliding, sliding)]
+        self.run = np.array([front_speed(*ends, ahead, self.heading, step_mm) for ends in zip(*fronts, strict=True)])
+        step_mm = max(step_mm, LEAST_LENGTH)
         self.increment, self.climb = change / step_mm, (limit - self.state.limit) / step_mm
         self.state.sliding, self.heading = sliding, ahead
 
@@ -453,22 +441,21 @@ class Stepper:
         return slip + float(tendon_stretch_mm(rope, self.load.drive, self.rig.preload_N, 0.0))
 
 
-def _front(sliding: NDArray[np.float64]) -> int:
-    """How many guides of a tendon, from the wheel, are in the state of the first."""
-    other = np.flatnonzero(sliding != sliding[0])
-    return int(other[0]) if other.size else sliding.size
+def _step_control(rig: Rig, settings: MultibodySettings, *, pulled: bool) -> StepControl:
+    if not pulled:
+        return drive_control(rig, settings.max_step_mm, settings.max_halvings)
+    arm, bending = moment_arms_mm(rig)[0], flexure(rig).bending_Nmm_per_rad
+    return force_control(rig, arm, bending, settings.max_pull * force_scale_N(rig), settings.max_halvings)
 
 
-def _dashpot_constants(rig: Rig) -> NDArray[np.float64]:
+def _dashpot_constants(rig: Rig) -> Floats:
     """Of the sheaths (N s/mm), then of the joints (Nmm s/rad), shape (sides+N,); shape (0,) without drag."""
     if rig.drag is None:
         return np.empty(0)
     return np.repeat([rig.drag.sheath_N_s_per_mm, rig.drag.joint_Nmm_s_per_rad], [len(rig.tendons), rig.joints])
 
 
-def _slipped(
-    bend: NDArray[np.float64], moment: NDArray[np.float64], stiffness: NDArray[np.float64], rest: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float]:
+def _slipped(bend: Floats, moment: Floats, stiffness: Floats, rest: Floats) -> tuple[Floats, float]:
     """Rest angles that agree with the moments, and what moving them took, mJ."""
     moved = bend - moment / stiffness
     return moved, float(moment @ (moved - rest))
@@ -491,9 +478,7 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
     return _run(stepper, schedule(rig, program), program)
 
 
-def solve_pulled_multibody(
-    rig: Rig, force_N: NDArray[np.float64], settings: MultibodySettings | None = None
-) -> MultibodySolution:
+def solve_pulled_multibody(rig: Rig, force_N: Floats, settings: MultibodySettings | None = None) -> MultibodySolution:
     """Run a rig of one tendon through tensions at the wheel, shape (m,), in order; the record's drive is in N.
 
     Raises
@@ -507,14 +492,13 @@ def solve_pulled_multibody(
     return _run(Stepper(rig, settings or MultibodySettings(), pulled=True), plan, plan.drive_mm)
 
 
-def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | NDArray[np.float64]) -> MultibodySolution:
+def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> MultibodySolution:
     rig, joints, m = stepper.rig, stepper.rig.joints, plan.drive_mm.size
     rotation, tip = np.empty((m, joints + 1)), np.empty((m, 2))
     tension, energy = np.zeros((m, 2, joints + 1)), np.empty((m, 4))
     work, crept = 0.0, np.zeros(2)
     for k in range(m):
-        slack = plan.slack_mm[k] + crept
-        load = Load(*map(float, (plan.drive_mm[k], *slack, plan.loop_scale[k], plan.residual_rad[k], plan.time_s[k])))
+        load = load_of(plan, k, plan.slack_mm[k] + crept, plan.time_s[k])
         try:
             if k == 0:
                 stepper.let_go()
@@ -540,7 +524,19 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | NDArray[np.flo
     return MultibodySolution(record, tension, peak_strain(rig, np.diff(rotation, axis=1)), *energy.T)
 
 
-def creep_goal_mm(rig: Rig, tension_N: NDArray[np.float64]) -> NDArray[np.float64]:
+def load_of(plan: Schedule, sample: int, slack_mm: Floats, time_s: float) -> Load:
+    """Load at a sample; ``slack_mm``, shape (2,), has the creep in it."""
+    slack_a, slack_b = slack_mm.tolist()
+    return Load(
+        drive=float(plan.drive_mm[sample]),
+        slack=(slack_a, slack_b),
+        loop_scale=float(plan.loop_scale[sample]),
+        rest_angle=float(plan.residual_rad[sample]),
+        time=float(time_s),
+    )
+
+
+def creep_goal_mm(rig: Rig, tension_N: Floats) -> Floats:
     """How far the ropes creep in the end at tensions at the wheel, shape (2,); a rope that is not there does not."""
     fraction, goal = rig.creep.fraction if rig.creep else 0.0, np.zeros(2)
     for side, rope in enumerate(rig.tendons):

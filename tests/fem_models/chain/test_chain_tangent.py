@@ -8,7 +8,7 @@ import pytest
 from fem_models.chain.equations import BAND, BAND_OF_JOINTS, Work, assemble
 from fem_models.chain.solve import ChainSettings, _history, constants, simulate_chain, solve_chain
 from fem_models.load.program import triangle
-from fem_models.load.schedule import Load
+from fem_models.load.stepping import Load
 from fem_models.rig.effects import Gravity, TipStop
 from fem_models.rig.presets import preset
 
@@ -35,7 +35,7 @@ def test_tangent_is_the_residuals_derivative(name):
     rig = replace(preset("du2018"), **OUTSIDE[name])
     n, rng = rig.joints, np.random.default_rng(5)
     c, h, w = constants(rig, ChainSettings()), _history(rig), work(rig.joints, rig.preload_N)
-    load = Load(0.4, 0.0, 0.0, 1.0, 0.0, 0.0)
+    load = Load(drive=0.4, slack=(0.0, 0.0), loop_scale=1.0, rest_angle=0.0, time=0.0)
     x = np.zeros(3 * (n + 1))
     x[3::3] = rng.uniform(0.005, 0.04, n)  # one sign: a wrap has a corner at zero
     for side, arm in ((0, c.arm_a), (1, -c.arm_b)):  # ropes slid along, so that none is slack
