@@ -17,7 +17,7 @@ from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, Rig, with_notch
 from hysteresis.metrics import loop_width
 from studies.commands.cli import call
-from validation.engines.dynamics import Comparison, Delay, compare, delay, energy_gap, write_page
+from validation.engines.dynamics import Delay, compare_dynamic, delay, energy_gap
 
 DU2018 = preset("du2018")
 ROPE = replace(DU2018.tendon_a, toe_N=0.0)
@@ -195,7 +195,7 @@ def test_slowly_driven_the_dynamic_loop_is_the_static_one():
 
 @pytest.mark.parametrize("drag", [None, Drag(sheath_N_s_per_mm=0.05)], ids=["dry", "drag"])
 def test_the_paper_s_sine_at_half_the_step(drag):
-    result = compare(replace(DU2018, drag=drag), 1.0, cycles=1)
+    result = compare_dynamic(replace(DU2018, drag=drag), 1.0, cycles=1)
     assert result.halved_step_percent < 1
     assert result.halved_step_percent < 0.1  # what it is: 2e-3 %
     assert abs(result.energy_gap_percent) < 0.5
@@ -277,10 +277,3 @@ def test_simulate_in_time_from_the_command_line(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "dynamic multibody" in said
     assert "quasi-static" not in said
-
-
-def test_the_page_is_written_whole(tmp_path):
-    row = Comparison(20.0, 1.0, True, 2.2, 2.9, 2.9, Delay(1.3e-3, 1.2e-3), 0.4, 0.02, 3.3e-3)
-    write_page([row], tmp_path / "dynamics.md")
-    assert [file.name for file in tmp_path.iterdir()] == ["dynamics.md"]
-    assert "| 20 | 1 | yes | 2.200 | 2.900 | 1.300 | 1.200 |" in (tmp_path / "dynamics.md").read_text()
