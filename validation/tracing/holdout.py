@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hysteresis.arrays import Mask
 from hysteresis.holdout import hold_out
-from hysteresis.record import Record
-from validation.tracing.effect import SampleInputs
 from validation.tracing.fitting import Holdout
+from validation.tracing.prepared import PreparedRecord
 
 _START = 0.05  # of a record held out: where it comes from is no secret
 _SAME = 0.1  # protocols are the same within this part of their size
@@ -27,23 +26,15 @@ class Protocol:
     rate_Hz: float
 
 
-def protocol(record: Record, record_inputs: SampleInputs) -> Protocol:
+def protocol(one: PreparedRecord) -> Protocol:
     """Read the protocol off a record."""
-    cycles, seconds = (
-        np.unique(record_inputs.cycle[record_inputs.cycle > 0]).size,
-        float(record_inputs.time_s[-1] - record_inputs.time_s[0]),
-    )
-    rate = max(cycles, 1) / seconds if record_inputs.timed else float("nan")
-    return Protocol(float(record.rig.get("preload_N", float("nan"))), float(np.ptp(record.drive)) / 2, rate)
+    time_s, cycle = one.inputs.time_s, one.inputs.cycle
+    cycles, seconds = np.unique(cycle[cycle > 0]).size, float(time_s[-1] - time_s[0])
+    rate = max(cycles, 1) / seconds if one.inputs.timed else float("nan")
+    return Protocol(one.preload_N, float(np.ptp(one.record.drive)) / 2, rate)
 
 
-def divide_records(
-    records: Sequence[Record],
-    inputs: Sequence[SampleInputs],
-    kept: Sequence[NDArray[np.int64]],
-    *,
-    own_preload: bool = True,
-) -> Holdout:
+def divide_records(records: Sequence[PreparedRecord], *, own_preload: bool = True) -> Holdout:
     """Divide records into what is fitted and what is held out.
 
     Of three records or more the one is held out whose protocol the others cover best: its preload and rate are among
@@ -61,32 +52,30 @@ def divide_records(
     RecordError
         Too few samples for either part.
     """
-    protocols = [protocol(r, s) for r, s in zip(records, inputs, strict=True)]
+    protocols = [protocol(one) for one in records]
     out = _most_covered(protocols)
     loads = [p.preload_N for p in protocols]
     alone = not any(_alike(loads[out], load) for i, load in enumerate(loads) if i != out)
     if len(records) >= 3 and (own_preload or not alone):
-        name = Path(records[out].source).name or f"record {out + 1}"
+        name = Path(records[out].record.source).name or f"record {out + 1}"
         masks = tuple(
-            np.ones(record_inputs.drive.size, dtype=bool)
-            if i != out
-            else np.arange(record_inputs.drive.size) < _START * record_inputs.drive.size
-            for i, record_inputs in enumerate(inputs)
+            np.ones(one.kept.size, dtype=bool) if i != out else np.arange(one.kept.size) < _START * one.kept.size
+            for i, one in enumerate(records)
         )
         begins = f"its first {100 * _START:.0f} %, which tell the state it starts in, and its zero are its own"
         return Holdout(masks, f"{name}, another protocol than those fitted; {begins}")
-    parts = [_within(r, s, k) for r, s, k in zip(records, inputs, kept, strict=True)]
+    parts = [_within(one) for one in records]
     return Holdout(tuple(mask for mask, _ in parts), "; ".join(dict.fromkeys(by for _, by in parts)))
 
 
-def _within(record: Record, record_inputs: SampleInputs, keep: NDArray[np.int64]) -> tuple[NDArray[np.bool_], str]:
-    if record.drive_unit == "N":
-        trials = np.unique(record_inputs.cycle)
+def _within(one: PreparedRecord) -> tuple[Mask, str]:
+    if one.record.drive_unit == "N":
+        trials = np.unique(one.inputs.cycle)
         if trials.size >= 2:
             last = trials[-max(1, trials.size // 3)]
-            return record_inputs.cycle < last, f"trials from {last} on"
-    split = hold_out(record)
-    return split.train[keep], split.by
+            return one.inputs.cycle < last, f"trials from {last} on"
+    split = hold_out(one.record)
+    return split.train[one.kept], split.by
 
 
 def _most_covered(protocols: Sequence[Protocol]) -> int:

@@ -19,12 +19,12 @@ from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from hysteresis.path import branches
-from hysteresis.record import Record
 from validation.tracing import holdout as holdout
 from validation.tracing.baseline.known_rig import RigProblem, Run, observed_angle_deg
 from validation.tracing.effect import SampleInputs, Values
 from validation.tracing.fitting import Fitted, rms
 from validation.tracing.holdout import Protocol
+from validation.tracing.prepared import PreparedRecord
 from validation.tracing.trace import Trace, competitors_of
 
 PRELOADS, AMPLITUDES, RATES = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)
@@ -147,8 +147,9 @@ def _angle(problem: Any, widest: int, trial: Trial, rival: Fitted) -> Floats:
     added = [(a.form, values) for a, values in zip(rival.model.added, more, strict=True)]
     if isinstance(problem, RigProblem):
         return _angle_of_rig(problem, problem.runs[widest][0], trial, baseline, added)
-    inputs = tuple(trial.inputs if i == widest else s for i, s in enumerate(problem.inputs))
-    return np.asarray(replace(problem, inputs=inputs).predict(baseline, added)[widest])
+    records = list(problem.records)
+    records[widest] = replace(records[widest], inputs=trial.inputs)
+    return np.asarray(replace(problem, records=tuple(records)).predict(baseline, added)[widest])
 
 
 def _angle_of_rig(
@@ -167,15 +168,15 @@ def _angle_of_rig(
 
 def _trials(trace: Trace, widest: int) -> list[Trial]:
     """Programs about the protocol of one record: those measured already are left out."""
-    record, record_inputs = trace.records[widest], trace.baseline.model.problem.inputs[widest]
-    base = protocol(record, record_inputs)
+    record = trace.records[widest]
+    base = protocol(trace.baseline.model.problem.records[widest])
     pulled = record.drive_unit == "N"
     if pulled:
         base = Protocol(math.nan, base.amplitude, math.nan)
     low, high = float(record.drive.min()), float(record.drive.max())
     preloads = (1.0,) if math.isnan(base.preload_N) or base.preload_N == 0 else PRELOADS
     rates = (1.0,) if math.isnan(base.rate_Hz) else RATES
-    seen = [protocol(r, s) for r, s in zip(trace.records, trace.baseline.model.problem.inputs, strict=True)]
+    seen = [protocol(one) for one in trace.baseline.model.problem.records]
     plans = [(p, a, 1.0) for p in preloads for a in AMPLITUDES] + [(1.0, 1.0, r) for r in rates[1:]]
     out = []
     for p, a, r in plans:
@@ -190,9 +191,9 @@ def _trials(trace: Trace, widest: int) -> list[Trial]:
     return out
 
 
-def protocol(record: Record, record_inputs: SampleInputs) -> Protocol:
+def protocol(one: PreparedRecord) -> Protocol:
     """Read the protocol off a record; the rate by the drive's way, parts of a cycle counted."""
-    whole, drive = holdout.protocol(record, record_inputs), record_inputs.drive
+    whole, record_inputs, drive = holdout.protocol(one), one.inputs, one.inputs.drive
     way = sum(abs(float(drive[b.stop - 1] - drive[b.start])) for b in branches(drive))
     seconds = float(record_inputs.time_s[-1] - record_inputs.time_s[0])
     return replace(whole, rate_Hz=way / (2 * float(np.ptp(drive))) / seconds if record_inputs.timed else math.nan)
@@ -243,11 +244,11 @@ def _dwell(trial: Trial, at: Protocol) -> Trial:
 def _altered(trace: Trace, problem: Any, widest: int) -> list[Trial]:
     """Programs where the geometry is unknown: one record's own path, at other amplitudes and rates."""
     record, record_inputs = trace.records[widest], problem.inputs[widest]
-    base = protocol(record, record_inputs)
+    base = protocol(problem.records[widest])
     middle = float(record.drive.min() + record.drive.max()) / 2
     if abs(middle) <= _ONE_SIDED * base.amplitude:
         middle = 0.0
-    seen = [protocol(r, s) for r, s in zip(trace.records, problem.inputs, strict=True)]
+    seen = [protocol(one) for one in problem.records]
     rates = RATES[1:] if record_inputs.timed else ()
     out = []
     for a, r in [(0.5, 1.0), (0.25, 1.0), *((1.0, rate) for rate in rates)]:
@@ -295,7 +296,7 @@ def _lacking(trace: Trace) -> str:
 def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
     """Protocols that all records have alike: what to measure in their place, and what it would show."""
     inputs = trace.baseline.model.problem.inputs
-    seen = [protocol(r, s) for r, s in zip(trace.records, inputs, strict=True)]
+    seen = [protocol(one) for one in trace.baseline.model.problem.records]
     preload, amplitude, rate = seen[0].preload_N, seen[0].amplitude, seen[0].rate_Hz
     unit, pulled = trace.records[0].drive_unit, trace.records[0].drive_unit == "N"
     out = {}

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hysteresis.arrays import Floats
 from hysteresis.record import Record, RecordError
 from validation.tracing.effect import Effect, FreeParameter, SampleInputs, Values
+from validation.tracing.prepared import PreparedRecord
 
 
 class Form(Protocol):
@@ -37,16 +35,20 @@ class Problem(Protocol):
     """
 
     @property
+    def records(self) -> tuple[PreparedRecord, ...]:
+        """The records, with the samples of them that are fitted."""
+
+    @property
+    def preloads_N(self) -> list[float]:
+        """Preload of each record; empty where one record does not state it."""
+
+    @property
     def observed(self) -> tuple[Floats, ...]:
         """Angles of each record, shapes (m_i,), deg."""
 
     @property
     def inputs(self) -> tuple[SampleInputs, ...]:
         """What else is known of their samples."""
-
-    @property
-    def kept(self) -> tuple[NDArray[np.intp], ...]:
-        """Which samples of each record these are."""
 
     @property
     def prior_weight_deg(self) -> float:
@@ -78,12 +80,6 @@ class Problem(Protocol):
         SolverError, RigError
             Constants that no rig can have, or that it cannot follow.
         """
-
-
-def preloads_N(records: Sequence[Record]) -> list[float]:
-    """Preload of each record, N; none where one does not tell."""
-    told = [float(r.rig["preload_N"]) for r in records if "preload_N" in r.rig]
-    return told if len(told) == len(records) else []
 
 
 def require_one_unit(records: Sequence[Record]) -> None:

@@ -21,9 +21,10 @@ from hysteresis.arrays import Floats
 from hysteresis.metrics import noise_floor
 from hysteresis.path import branches
 from hysteresis.record import Record
-from validation.tracing.effect import SampleInputs, cycles_repeat
+from validation.tracing.effect import SampleInputs
 from validation.tracing.fitting import Fitted, bic, correlation_of_neighbours, solve
-from validation.tracing.problem import preloads_N
+from validation.tracing.prepared import PreparedRecord
+from validation.tracing.problem import Problem
 
 _FEWEST = 8  # samples of a branch that the local noise is read off
 _TO_SIGMA = 1.4826  # of a median absolute deviation
@@ -46,23 +47,22 @@ class Floor:
         return self.local_deg if self.repeats_deg is None else min(self.local_deg, self.repeats_deg)
 
 
-def floor_of(records: Sequence[Record], kept: Sequence[NDArray[np.int64]], residuals: Sequence[Floats]) -> Floor:
+def floor_of(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> Floor:
     """Noise floor of records, read off what a model leaves, which is flatter than the angle.
 
     Locally: the third differences of neighbours along the path, over sqrt(20), by their median; at least what rounding
     to the record's digits makes, 1/sqrt(12) of it, and a part of the range that no sensor of a bending angle resolves.
     """
     local, repeats, weight = [], [], []
-    for record, keep, residual in zip(records, kept, residuals, strict=True):
-        least = max(_rounding(record.angle_deg), _LEAST * float(np.ptp(record.angle_deg)))
-        third = [np.diff(residual[b], 3) for b in branches(record.drive[keep]) if b.stop - b.start >= _FEWEST]
+    for one, residual in zip(records, residuals, strict=True):
+        least = max(one.rounding_deg, _LEAST * float(np.ptp(one.record.angle_deg)))
+        third = [np.diff(residual[b], 3) for b in one.branches if b.stop - b.start >= _FEWEST]
         if third:
             size = _TO_SIGMA * float(np.median(np.abs(np.concatenate(third)))) / math.sqrt(20)
             local.append(max(size, least))
             weight.append(residual.size)
-        cycles = record.cycle[keep] if record.cycle is not None else np.zeros(keep.size, dtype=np.int64)
-        if cycles_repeat([SampleInputs(record.drive[keep], np.arange(keep.size, dtype=float), cycles, timed=False)]):
-            repeats.append(max(noise_floor(_thin(record, keep, residual)), least))
+        if one.cycles_repeat:
+            repeats.append(max(noise_floor(_residual_record(one, residual)), least))
     known = math.sqrt(float(np.mean(np.square(repeats)))) if repeats else None
     if not local:  # branches of a few samples: without cycles that repeat, all that is left may be noise
         whole = np.concatenate([r - r.mean() for r in residuals])
@@ -70,14 +70,8 @@ def floor_of(records: Sequence[Record], kept: Sequence[NDArray[np.int64]], resid
     return Floor(math.sqrt(float(np.average(np.square(local), weights=weight))), known)
 
 
-def _thin(record: Record, keep: NDArray[np.int64], residual: Floats) -> Record:
-    assert record.cycle is not None
-    return Record(drive=record.drive[keep], angle_deg=residual, drive_unit=record.drive_unit, cycle=record.cycle[keep])
-
-
-def _rounding(angle_deg: Floats) -> float:
-    steps = np.diff(np.unique(np.round(angle_deg, 9)))
-    return float(np.quantile(steps, 0.1)) / math.sqrt(12) if steps.size else 0.0
+def _residual_record(one: PreparedRecord, residual: Floats) -> Record:
+    return Record(drive=one.drive, angle_deg=residual, drive_unit=one.record.drive_unit, cycle=one.inputs.cycle)
 
 
 @dataclass(frozen=True)
@@ -90,9 +84,7 @@ class Smooth:
     gains: tuple[float, ...]  # part of the mean square, one after the other
 
 
-def smooth_functions(
-    fitted: Fitted, records: Sequence[Record], inputs: Sequence[SampleInputs], samples: float
-) -> Smooth:
+def smooth_functions(fitted: Fitted, samples: float) -> Smooth:
     """Add free functions to a fitted model, the best first, as long as the criterion falls.
 
     Each is linear in its constants and fitted together with those of the model, to the fitted samples.
@@ -102,7 +94,7 @@ def smooth_functions(
     samples
         How many samples count as independent.
     """
-    left = _bases(records, inputs)
+    left = _bases(fitted.model.problem)
     seen, own = fitted.holdout.seen, fitted.jacobian
     taken: list[str] = []
     squares, columns, parameters = [fitted.square], own, own.shape[1]
@@ -141,23 +133,17 @@ class Dependence:
     p: float
 
 
-def dependences(fitted: Fitted, records: Sequence[Record]) -> tuple[Dependence, ...]:
+def dependences(fitted: Fitted) -> tuple[Dependence, ...]:
     """Test the residuals of a fit for whiteness, and on drive, angle, rate, tension, preload, cycle, time and way.
-
-    Parameters
-    ----------
-    records
-        All samples of them; the problem of the fit says which are in use.
 
     Returns
     -------
     tuple
         Whiteness first; what no record tells is left out.
     """
-    problem = fitted.model.problem
     out = [Dependence("neighbours", correlation_of_neighbours(fitted.errors), _portmanteau(fitted.errors))]
     whole, cuts = float(fitted.row @ fitted.row), np.cumsum([e.size for e in fitted.errors])[:-1]
-    for name, values in _regressors(fitted, records, problem.kept, problem.inputs).items():
+    for name, values in _regressors(fitted).items():
         low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
         if high - low <= 0 or whole == 0:
             continue
@@ -187,11 +173,10 @@ def _portmanteau(errors: Sequence[Floats]) -> float:
     return float(chi2.sf(total, lags)) if lags else 1.0
 
 
-def _regressors(
-    fitted: Fitted, records: Sequence[Record], kept: Sequence[NDArray[np.int64]], inputs: Sequence[SampleInputs]
-) -> dict[str, list[Floats]]:
+def _regressors(fitted: Fitted) -> dict[str, list[Floats]]:
     """Values of what a residual may go with, one array a record."""
-    observed = fitted.model.problem.observed
+    problem = fitted.model.problem
+    observed, inputs = problem.observed, problem.inputs
     out = {
         "drive": [s.drive for s in inputs],
         "angle": [angle + error for angle, error in zip(observed, fitted.errors, strict=True)],
@@ -202,10 +187,10 @@ def _regressors(
     }
     if all(s.timed for s in inputs):
         out["rate"] = [_rate(s) for s in inputs]
-    tensions = [(r.tension_a_N, keep) for r, keep in zip(records, kept, strict=True)]
+    tensions = [(one.record.tension_a_N, one.kept) for one in problem.records]
     if all(tension is not None for tension, _ in tensions):
-        out["tension"] = [tension[keep] for tension, keep in tensions if tension is not None]
-    preloads = preloads_N(records)
+        out["tension"] = [tension[kept] for tension, kept in tensions if tension is not None]
+    preloads = problem.preloads_N
     if preloads and np.ptp(preloads) > 0:  # every record has its own zero, so that only a slope by the preload can show
         scale = max(float(np.abs(s.drive).max()) for s in inputs)
         out["drive by preload"] = [
@@ -214,13 +199,14 @@ def _regressors(
     return out
 
 
-def _bases(records: Sequence[Record], inputs: Sequence[SampleInputs]) -> dict[str, Floats]:
+def _bases(problem: Problem) -> dict[str, Floats]:
     """Columns of the free functions, by what they are functions of, shapes (m, k), centred in every record."""
+    inputs = problem.inputs
     reach = max(float(np.abs(s.drive).max()) for s in inputs)
     x = [s.drive / reach for s in inputs]
     way = [_way(s.drive) for s in inputs]
     since = [_since_reversal(s.drive) / reach for s in inputs]
-    preload = preloads_N(records)
+    preload = problem.preloads_N
     mean = float(np.mean(preload)) if preload else 0.0
     most = max(int(s.cycle.max()) for s in inputs)
     out = {

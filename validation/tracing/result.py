@@ -193,8 +193,8 @@ def trace_report(
         words=trace.words,
         smooth=SmoothReport(trace.smooth.names, math.sqrt(trace.smooth.square)),
         residual=ResidualReport(
-            dependences(trace.baseline, trace.records),
-            dependences(trace.augmented, trace.records) if named else None,
+            dependences(trace.baseline),
+            dependences(trace.augmented) if named else None,
         ),
         samples=SampleCount(int(trace.baseline.row.size), samples),
         multibody_words=confirmation.words if confirmation else "not run",

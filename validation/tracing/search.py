@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
-from hysteresis.path import branches
-from hysteresis.record import Record
 from validation.tracing.effect import Effect, Values
 from validation.tracing.fitting import (
     Fitted,
@@ -69,7 +67,6 @@ CURVE: ModelName = "curve"
 class Search:
     """Records, the declared model of them, and the effects that are looked for."""
 
-    records: tuple[Record, ...]
     problem: Any
     model: ModelName
     effects: Sequence[Effect]
@@ -85,7 +82,7 @@ class Search:
 
     def floor(self, fitted: Fitted) -> Floor:
         """Noise of the records beneath what a model leaves."""
-        return floor_of(self.records, self.problem.kept, fitted.residuals)
+        return floor_of(self.problem.records, fitted.residuals)
 
     def augment(self, fitted: Fitted, most: int) -> list[Fitted]:
         """Add each effect that is not there yet: those that promise most, fitted in full."""
@@ -315,19 +312,12 @@ def along_the_valley(fitted: Fitted) -> list[Floats]:
 
 def samples_of(fitted: Fitted, *, held_out: bool = True) -> float:
     """Count the samples that are as good as independent, by what a model leaves; of the fitted ones alone if asked."""
-    inputs = fitted.model.problem.inputs
-    turns = sum(len(branches(part)) for s in inputs for part in _loads(s.drive, s.cycle))
+    turns = sum(one.branch_count for one in fitted.model.problem.records)
     if held_out:
         return independent(fitted.row.size, correlation_of_neighbours(fitted.errors), turns)
     seen = [error[train] for error, train in zip(fitted.errors, fitted.holdout.train, strict=True)]
     part = fitted.train.size / fitted.row.size
     return independent(fitted.train.size, correlation_of_neighbours(seen), round(part * turns))
-
-
-def _loads(drive: Floats, cycle: NDArray[np.int64]) -> list[Floats]:
-    """Cut a record where its drive jumps back between trials."""
-    jumps = np.flatnonzero((np.diff(cycle) != 0) & (np.abs(np.diff(drive)) > 0.5 * np.ptp(drive))) + 1
-    return np.split(drive, jumps)
 
 
 def score(fitted: Fitted, samples: float) -> float:

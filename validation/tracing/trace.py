@@ -96,7 +96,6 @@ class Candidate:
 class Trace:
     """What was found in records: the declared model, the grown one, and all that was tried."""
 
-    records: tuple[Record, ...]
     model: ModelName
     verdict: str
     baseline: Fitted
@@ -107,6 +106,11 @@ class Trace:
     smooth: Smooth
     words: tuple[str, ...]
     alike: float  # difference of the criterion below which effects were not told apart
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """The records, each with the number of its cycle for every sample."""
+        return tuple(one.record for one in self.baseline.model.problem.records)
 
     @property
     def known(self) -> bool:
@@ -158,7 +162,7 @@ def trace_records(
         if mechanical is None:
             trace = _of_unknown(known, chosen, threads, report)
         else:
-            trace = _of_known(Search(tuple(known), mechanical, RIG, chosen, threads, report))
+            trace = _of_known(Search(mechanical, RIG, chosen, threads, report))
     trace = _believed(trace)
     return replace(trace, words=(*trace.words, *words))
 
@@ -171,7 +175,8 @@ def _believed(trace: Trace) -> Trace:
     before, after = trace.baseline.heldout_rmse_deg, trace.augmented.heldout_rmse_deg
     if not trace.effects or after <= max(AT_FLOOR * trace.floor.deg, PAYS * before):
         return trace
-    said = f"{' + '.join(trace.augmented.names)} leaves {after:.3g} deg held out, where the declared model leaves {before:.3g}"
+    names = " + ".join(trace.augmented.names)
+    said = f"{names} leaves {after:.3g} deg held out, where the declared model leaves {before:.3g}"
     return replace(
         trace,
         verdict="unexplained",
@@ -191,7 +196,7 @@ def _rigs_not_used(records: Sequence[Record]) -> tuple[str, ...]:
 
 def _of_known(search: Search) -> Trace:
     """Trace records of a rig that is declared."""
-    holdout = divide_records(search.records, search.problem.inputs, search.problem.kept)
+    holdout = divide_records(search.problem.records)
     search.report("the declared model")
     model = Model(search.problem)
     baseline = fit(model, holdout, model.row(search.problem.start, []), threads=search.threads)
@@ -214,7 +219,7 @@ def _of_better_start(search: Search, trace: Trace) -> Trace:
     if baseline.square >= was.square:
         return trace
     samples = samples_of(augmented)
-    smooth = smooth_functions(baseline, search.records, search.problem.inputs, samples_of(baseline))
+    smooth = smooth_functions(baseline, samples_of(baseline))
     nothing = math.sqrt(baseline.square) <= _limit(search, baseline) * search.floor(baseline).deg
     if nothing or not (
         _pays(baseline, augmented, len(search.effects)) and _better_than_free(augmented, smooth, samples)
@@ -230,7 +235,7 @@ def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: i
     found = []
     if records[0].drive_unit != "N":
         with suppress(SolverError, RigError):  # records that no such rig follows
-            rig = Search(tuple(records), equivalent_rig_problem(records), EQUIVALENT, effects, threads, report)
+            rig = Search(equivalent_rig_problem(records), EQUIVALENT, effects, threads, report)
             rig = replace(rig, early=_declared(rig, _EARLY))
             baseline = _declared(rig)
             if math.sqrt(baseline.square) < _UNLIKE * rig.problem.scale.angle_deg:
@@ -238,7 +243,7 @@ def _of_unknown(records: Sequence[Record], effects: Sequence[Effect], threads: i
     told = bool(found) and _explained(found[0])
     if not told or found[0].effects:
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
-            curve = Search(tuple(records), curve_problem(records, elements=elements), CURVE, effects, 1, report)
+            curve = Search(curve_problem(records, elements=elements), CURVE, effects, 1, report)
             simple = _declared(curve)
             if not told:
                 found.append(_verdict(curve, simple))
@@ -282,7 +287,7 @@ def _declared(search: Search, most_calls: int = ALL_CALLS) -> Fitted:
 
     What is free takes what one amplitude shows for its own; all records together tell effects apart.
     """
-    holdout = divide_records(search.records, search.problem.inputs, search.problem.kept)
+    holdout = divide_records(search.problem.records)
     everything = Holdout(tuple(np.ones_like(mask) for mask in holdout.train), holdout.by)
     search.report(f"the declared model ({search.model})")
     model = Model(search.problem)
@@ -297,9 +302,9 @@ def _held_out(whole: Trace, threads: int, report: Progress) -> Trace:
     """
     problem = whole.baseline.model.problem
     rig = whole.model == EQUIVALENT
-    holdout = divide_records(whole.records, problem.inputs, problem.kept, own_preload=rig)
-    at_last = refined_problem(problem, whole.records) if rig else problem
-    divided = divide_records(whole.records, at_last.inputs, at_last.kept, own_preload=rig)
+    holdout = divide_records(problem.records, own_preload=rig)
+    at_last = refined_problem(problem) if rig else problem
+    divided = divide_records(at_last.records, own_preload=rig)
 
     def again(fitted: Fitted, problem: Problem, holdout: Holdout, *, of_loops: bool = True) -> Fitted | None:
         """Fit what is named, declared or a rival from where it was and from other loops."""
@@ -375,7 +380,7 @@ def _verdict(search: Search, baseline: Fitted, *, to_the_noise: bool = False) ->
     """
     floor = search.floor(baseline)
     before = math.sqrt(baseline.square)
-    smooth = smooth_functions(baseline, search.records, search.problem.inputs, samples_of(baseline))
+    smooth = smooth_functions(baseline, samples_of(baseline))
     stages: list[list[Fitted]] = []
     front, best = [baseline], baseline
     structure = limit = _limit(search, baseline)
@@ -423,10 +428,9 @@ def _verdict(search: Search, baseline: Fitted, *, to_the_noise: bool = False) ->
         words.append(f"the residual goes with {_names(smooth)}")
         best = baseline
     elif best is not baseline and after > AT_FLOOR * floor.deg:
-        rest = smooth_functions(best, search.records, search.problem.inputs, samples)
+        rest = smooth_functions(best, samples)
         words.append(f"{after:.2g} deg is left, {after / floor.deg:.2g} times the noise; it goes with {_names(rest)}")
     return Trace(
-        search.records,
         search.model,
         verdict,
         baseline,

@@ -60,7 +60,7 @@ def records_of(rig, amplitude_mm, *, unit="mm", per_mm=1.0, seed=0):
 def fitted(records, added=()):
     problem = equivalent_rig_problem(records)
     model = Model(problem, added)
-    holdout = divide_records(records, problem.inputs, problem.kept)
+    holdout = divide_records(problem.records)
     everything = Holdout(tuple(np.ones_like(mask) for mask in holdout.train), holdout.by)
     return fit(model, everything, model.row(problem.start, []), threads=1)
 
@@ -208,7 +208,7 @@ def test_a_divided_rig_moves_as_the_whole_one_does():
 def test_the_last_fit_has_more_samples_and_joints_and_one_constant_more():
     records = records_of(BENCH, 1.2)
     problem = equivalent_rig_problem(records, samples=60)
-    finer = refined_problem(problem, records)
+    finer = refined_problem(problem)
     assert finer.parameters[:-1] == problem.parameters
     assert finer.parameters[-1].name == "rigid_gap_mm"
     assert sum(map(len, finer.observed)) > sum(map(len, problem.observed))

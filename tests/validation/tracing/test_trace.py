@@ -262,12 +262,12 @@ def test_noise_floor_and_free_functions_on_a_known_residual():
     problem = known_rig_problem(records)
     rng = np.random.default_rng(3)
     noise = [rng.normal(0, 0.04, o.size) for o in problem.observed]
-    floor = floor_of(records, problem.kept, noise)
+    floor = floor_of(problem.records, noise)
     assert floor.deg == pytest.approx(0.04, rel=0.12)
     model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
     fitted = fit(model, holdout, model.row(problem.start, []), threads=1, most_calls=3)
     even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.inputs, strict=True))
-    smooth = smooth_functions(replace(fitted, errors=even), records, problem.inputs, 400.0)
+    smooth = smooth_functions(replace(fitted, errors=even), 400.0)
     assert smooth.names[0] == "even in the drive"
 
 
@@ -281,11 +281,11 @@ def test_dependence_of_white_noise_and_of_a_known_residual():
     for _ in range(200):
         white = tuple(rng.normal(0.0, 0.1, e.size) for e in fitted.errors)
         noise = replace(fitted, errors=tuple(e - e.mean() for e in white))
-        chances.append([one.p for one in dependences(noise, records)])
+        chances.append([one.p for one in dependences(noise)])
     assert np.all(np.mean(np.array(chances) < 0.05, axis=0) < 0.12)
     assert np.all(np.mean(np.array(chances) < 0.5, axis=0) > 0.35)
     square = [s.drive**2 + 0.01 * rng.normal(size=s.drive.size) for s in problem.inputs]
-    found = {one.on: one for one in dependences(replace(fitted, errors=tuple(e - e.mean() for e in square)), records)}
+    found = {one.on: one for one in dependences(replace(fitted, errors=tuple(e - e.mean() for e in square)))}
     assert found["drive"].part > 0.95
     assert found["drive"].p < 1e-6
     assert found["neighbours"].p < 1e-6

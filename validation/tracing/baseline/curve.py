@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from hysteresis.arrays import Floats
-from hysteresis.path import branches, cycle_index
+from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing.baseline.curve_kernels import loops
 from validation.tracing.effect import (
@@ -29,11 +29,11 @@ from validation.tracing.effect import (
     FreeParameter,
     Need,
     RelativeParameter,
-    SampleInputs,
     Values,
     cycles_repeat,
 )
-from validation.tracing.problem import preloads_N, require_one_unit
+from validation.tracing.prepared import RecordSet, prepare
+from validation.tracing.problem import require_one_unit
 
 SAMPLES = 600
 """Of a record at most, about: the rest is left out, turning points never."""
@@ -98,23 +98,19 @@ class CurveScale:
 
 
 @dataclass(frozen=True, eq=False)
-class CurveProblem:
+class CurveProblem(RecordSet):
     """Records of a rig of unknown geometry; see :class:`validation.tracing.problem.Problem`.
 
     ``groups`` numbers the preload of every record; ``preloads`` are those of the groups over the largest one, which is
     group 0. The state that a record starts in is free.
     """
 
-    observed: tuple[Floats, ...]
-    inputs: tuple[SampleInputs, ...]
     parameters: tuple[FreeParameter, ...]
     start: Values
     groups: tuple[int, ...]
     preloads: tuple[float, ...]
     middle: float
     scale: CurveScale
-    kept: tuple[NDArray[np.intp], ...]
-    """Which samples of each record these are."""
 
     @property
     def prior_weight_deg(self) -> float:
@@ -237,24 +233,21 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements
         Records of different units of the drive.
     """
     require_one_unit(records)
-    kept = tuple(thinned(record.drive, samples) for record in records)
-    drives = [record.drive[keep] for record, keep in zip(records, kept, strict=True)]
-    observed = tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True))
-    inputs = tuple(_inputs(record, keep) for record, keep in zip(records, kept, strict=True))
+    used = prepare(records, [thinned(record.drive, samples) for record in records])
+    drives, observed = [one.drive for one in used], [one.angle_deg for one in used]
     low, high = min(float(d.min()) for d in drives), max(float(d.max()) for d in drives)
     middle = middle_of(drives)
-    known, groups = _preload_groups(records)
+    known, groups = _preload_groups([one.preload_N for one in used])
     scale = CurveScale(
         drive=max(high - middle, middle - low),
         angle=0.5 * max(float(np.ptp(angle)) for angle in observed),
-        time=min(float(record_inputs.time_s[-1]) for record_inputs in inputs),
+        time=min(float(one.inputs.time_s[-1]) for one in used),
         unit=records[0].drive_unit,
     )
     preloads = tuple(load / known[0] for load in known) or (1.0,)
     slope = mean_slope(drives, observed)
     problem = CurveProblem(
-        observed=observed,
-        inputs=inputs,
+        records=used,
         parameters=tuple(
             constant
             for constant in _constants(scale, slope, len(preloads), len(records))
@@ -265,20 +258,18 @@ def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements
         preloads=preloads,
         middle=middle,
         scale=scale,
-        kept=kept,
     )
     return replace(problem, start=_first_fit(problem, slope))
 
 
-def _preload_groups(records: Sequence[Record]) -> tuple[list[float], tuple[int, ...]]:
-    """Preloads, N, the largest first, and which of them each record has; one group where a record does not tell."""
-    loads = preloads_N(records)
+def _preload_groups(loads: Sequence[float]) -> tuple[list[float], tuple[int, ...]]:
+    """Preloads, N, the largest first, and which of them each record has; one group where one of them is NaN."""
+    if np.isnan(loads).any():
+        return [], (0,) * len(loads)
     known = list[float]()
     for load in sorted(loads, reverse=True):
         if not known or load < (1 - _ONE_PRELOAD) * known[-1]:
             known.append(load)
-    if not loads:
-        return [], (0,) * len(records)
     return known, tuple(int(np.argmin(np.abs(np.array(known) - load))) for load in loads)
 
 
@@ -287,11 +278,6 @@ def thinned(drive: Floats, samples: int = SAMPLES) -> NDArray[np.intp]:
     every = -(-len(drive) // samples)
     turns = [branch.stop - 1 for branch in branches(drive)] if every > 1 else []
     return np.unique(np.concatenate([np.arange(0, len(drive), every), np.array(turns, dtype=np.intp)]))
-
-
-def _inputs(record: Record, keep: NDArray[np.intp]) -> SampleInputs:
-    time = record.time_s if record.time_s is not None else np.arange(len(record.drive), dtype=float)
-    return SampleInputs(record.drive[keep], time[keep] - time[0], cycle_index(record)[keep], record.time_s is not None)
 
 
 def middle_of(drives: Sequence[Floats]) -> float:

@@ -31,11 +31,11 @@ from validation.tracing.baseline.known_rig import (
     Run,
     has,
     runs_of,
-    sample_inputs,
     scale_of,
     thinned,
 )
 from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Values
+from validation.tracing.prepared import prepare
 from validation.tracing.problem import Problem, require_one_unit
 
 JOINTS, PARTS_AT_LAST = 6, 2
@@ -144,28 +144,24 @@ def equivalent_rig_problem(records: Sequence[Record], samples: int = SAMPLES) ->
         A drive that no such rig follows.
     """
     require_one_unit(records)
-    kept = tuple(thinned(record, samples) for record in records)
-    inputs = tuple(sample_inputs(record, keep) for record, keep in zip(records, kept, strict=True))
-    observed = tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True))
-    drives = [record_inputs.drive for record_inputs in inputs]
+    used = prepare(records, [thinned(record, samples) for record in records])
+    inputs, observed = [one.inputs for one in used], [one.angle_deg for one in used]
+    drives = [one.drive for one in used]
     middle, slope = middle_of(drives), mean_slope(drives, observed)
     mm = math.copysign(math.radians(abs(slope)) * _ARM_MM, slope)
     told = all(record.rig.get("preload_N", 0.0) > 0 for record in records)
     loads = [float(record.rig["preload_N"]) if told else _PRELOAD_N for record in records]
     joint = 0.5 * max(float(np.ptp(angle)) for angle in observed) / JOINTS
     rigs = [replace(_rig(max(loads), joint), preload_N=load) for load in loads]
-    moved = [replace(r, drive=(r.drive - middle) * mm, drive_unit="mm") for r in records]
-    runs = tuple(runs_of(record, rig, keep) for record, rig, keep in zip(moved, rigs, kept, strict=True))
+    runs = tuple(runs_of((one.drive - middle) * mm, one.inputs, rig) for one, rig in zip(used, rigs, strict=True))
     largest, several = max(loads), max(loads) > 1.05 * min(loads)
     roped = tuple(replace(record_inputs, drive=(record_inputs.drive - middle) * mm) for record_inputs in inputs)
     return EquivalentRigProblem(
-        observed=observed,
-        inputs=inputs,
+        records=used,
         parameters=_constants(largest, joint, several=several),
         start=_start(largest, joint, several=several),
         runs=runs,
-        kept=kept,
-        scale=scale_of(moved, runs, roped),
+        scale=scale_of(used, [(record.drive - middle) * mm for record in records], runs, roped),
         has=has(rigs[0], inputs, pulled=False),
         middle=middle,
         mm=mm,
@@ -207,18 +203,19 @@ def divided(rig: Rig, parts: int) -> Rig:
     )
 
 
-def refined_problem(problem: Problem, records: Sequence[Record]) -> EquivalentRigProblem:
+def refined_problem(problem: Problem) -> EquivalentRigProblem:
     """Give the problem with :data:`SAMPLES_AT_LAST` a record, joints in :data:`PARTS_AT_LAST`, roots, a rigid gap."""
     assert isinstance(problem, EquivalentRigProblem)
-    kept = tuple(thinned(record, SAMPLES_AT_LAST) for record in records)
-    moved = [replace(r, drive=(r.drive - problem.middle) * problem.mm, drive_unit="mm") for r in records]
+    records = [one.record for one in problem.records]
+    used = prepare(records, [thinned(record, SAMPLES_AT_LAST) for record in records])
     rigs = [_rooted(runs[0].rig) for runs in problem.runs]
     return replace(
         problem,
-        observed=tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True)),
-        inputs=tuple(sample_inputs(record, keep) for record, keep in zip(records, kept, strict=True)),
-        runs=tuple(runs_of(record, rig, keep) for record, rig, keep in zip(moved, rigs, kept, strict=True)),
-        kept=kept,
+        records=used,
+        runs=tuple(
+            runs_of((one.drive - problem.middle) * problem.mm, one.inputs, rig)
+            for one, rig in zip(used, rigs, strict=True)
+        ),
         parameters=(*problem.parameters, _GAP),
         start={**problem.start, _GAP.name: 0.0},
         parts=PARTS_AT_LAST,

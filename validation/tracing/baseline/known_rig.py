@@ -26,6 +26,7 @@ from hysteresis.arrays import Floats
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record, RecordError
 from validation.tracing.effect import Effect, FreeParameter, RigForm, SampleInputs, Scale, Values, cycles_repeat
+from validation.tracing.prepared import PreparedRecord, RecordSet, prepare
 
 PULLED = (
     FreeParameter("youngs_modulus_GPa", "GPa", 1.0, 200.0, 0.1, log=True),
@@ -73,15 +74,12 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False)
-class RigProblem:
-    """Satisfies :class:`validation.tracing.problem.Problem`; ``runs`` are those of each record, ``kept`` its samples in use."""
+class RigProblem(RecordSet):
+    """Satisfies :class:`validation.tracing.problem.Problem`; ``runs`` are those of each record."""
 
-    observed: tuple[Floats, ...]
-    inputs: tuple[SampleInputs, ...]
     parameters: tuple[FreeParameter, ...]
     start: Values
     runs: tuple[tuple[Run, ...], ...]
-    kept: tuple[NDArray[np.int64], ...]
     scale: Scale
     has: frozenset[str]
 
@@ -181,19 +179,18 @@ def known_rig_problem(records: Sequence[Record]) -> RigProblem | None:
         _require_the_rigs_sense(records)
     most = max(LEAST_OF_RECORD, SAMPLES // len(records))
     rigs = [rig and _open(rig) for rig in rigs]
-    kept = tuple(thinned(record, most) for record in records)
-    runs = tuple(runs_of(record, rig, keep) for record, rig, keep in zip(records, rigs, kept, strict=True) if rig)
-    inputs = tuple(sample_inputs(record, keep) for record, keep in zip(records, kept, strict=True))
     pulled = records[0].drive_unit == "N"
+    used = prepare(records, [thinned(record, most) for record in records])
+    make = trial_runs if pulled else runs_of
+    runs = tuple(make(one.drive, one.inputs, rig) for one, rig in zip(used, rigs, strict=True) if rig)
+    inputs = [one.inputs for one in used]
     first = runs[0][0].rig
     return RigProblem(
-        observed=tuple(record.angle_deg[keep] for record, keep in zip(records, kept, strict=True)),
-        inputs=inputs,
+        records=used,
         parameters=PULLED if pulled else _constants(rig for rig in rigs if rig),
         start=_start(first, pulled),
         runs=runs,
-        kept=kept,
-        scale=scale_of(records, runs, inputs),
+        scale=scale_of(used, [record.drive for record in records], runs, inputs),
         has=has(first, inputs, pulled=pulled),
     )
 
@@ -289,20 +286,15 @@ def thinned(record: Record, most: int) -> NDArray[np.int64]:
     return np.flatnonzero(keep)
 
 
-def sample_inputs(record: Record, keep: NDArray[np.int64]) -> SampleInputs:
-    """Gather what is known of the samples of a record that are in use."""
-    time = np.arange(record.drive.size, dtype=float) if record.time_s is None else record.time_s - record.time_s[0]
-    return SampleInputs(record.drive[keep], time[keep], cycle_index(record)[keep], timed=record.time_s is not None)
+def trial_runs(force_N: Floats, record_inputs: SampleInputs, rig: Rig) -> tuple[Run, ...]:
+    """Make a run from rest of every trial of a record under a tendon force, shape (m,)."""
+    force = np.maximum(force_N, 0.0)  # the zero of a load cell wanders
+    starts = np.flatnonzero(np.append(True, np.diff(record_inputs.cycle) != 0))
+    return tuple(Run(rig, part, 0) for part in np.split(force, starts[1:]))
 
 
-def runs_of(record: Record, rig: Rig, keep: NDArray[np.int64]) -> tuple[Run, ...]:
-    """Cut a record into runs from rest; under a force every trial is one."""
-    if record.drive_unit == "N":
-        trial = cycle_index(record)[keep]
-        force = np.maximum(record.drive[keep], 0.0)  # the zero of a load cell wanders
-        starts = np.flatnonzero(np.append(True, np.diff(trial) != 0))
-        return tuple(Run(rig, part, 0) for part in np.split(force, starts[1:]))
-    drive, record_inputs = record.drive[keep], sample_inputs(record, keep)
+def runs_of(drive: Floats, record_inputs: SampleInputs, rig: Rig) -> tuple[Run, ...]:
+    """Make a run from rest of a record whose wheel winds in ``drive``, mm, shape (m,)."""
     way = _approach(drive)
     step = np.diff(record_inputs.time_s).mean()
     time = np.concatenate([record_inputs.time_s[0] - step * np.arange(way.size, 0, -1), record_inputs.time_s])
@@ -341,20 +333,32 @@ def _approach(drive: Floats) -> Floats:
     return np.concatenate(way)
 
 
-def scale_of(records: Sequence[Record], runs: Sequence[Sequence[Run]], inputs: Sequence[SampleInputs]) -> Scale:
-    """Orders of magnitude, the mechanical ones by the rigs as they are declared."""
+def scale_of(
+    records: Sequence[PreparedRecord],
+    drives: Sequence[Floats],
+    runs: Sequence[Sequence[Run]],
+    inputs: Sequence[SampleInputs],
+) -> Scale:
+    """Orders of magnitude, the mechanical ones by the rigs as they are declared.
+
+    Parameters
+    ----------
+    drives
+        Whole drive of each record in mm, or force in N.
+    """
+    angles = [one.record.angle_deg for one in records]
     solved = [run.solve(run.rig).record for all_of in runs for run in all_of]
     notches = [np.abs(r.notches_deg).max() for r in solved if r.notches_deg is not None]
     tips = [np.abs(r.tip_mm[:, 1]).max() for r in solved if r.tip_mm is not None]
     rig = runs[0][0].rig
     young = rig.material.youngs_modulus_GPa * 1e3
-    seen = max(_reach_deg(r.angle_deg) for r in records) / rig.joints
+    seen = max(map(_reach_deg, angles)) / rig.joints
     joint = max(seen, float(max(notches)))
     times = [s.time_s for s in inputs]
     speeds = [np.abs(np.diff(s.drive) / np.diff(s.time_s)).max() for s in inputs]
     return Scale(
-        drive=max(float(np.ptp(r.drive)) for r in records) / 2,
-        angle_deg=max(float(np.ptp(r.angle_deg)) for r in records) / 2,
+        drive=max(float(np.ptp(drive)) for drive in drives) / 2,
+        angle_deg=max(float(np.ptp(angle)) for angle in angles) / 2,
         joint_deg=joint,
         tip_mm=float(max(tips)),
         stress_MPa=young * strain_per_rad(rig) * math.radians(joint),

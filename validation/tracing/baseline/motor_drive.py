@@ -91,7 +91,10 @@ def motor_drive_problem(records: Sequence[Record]) -> MotorDriveProblem | None:
     gain = FreeParameter(f"drive_mm_per_{unit}", f"mm/{unit}", low, high, _SIZE * abs(mm))
     shared = {field.name: getattr(in_mm, field.name) for field in fields(in_mm)}
     own = {
-        "inputs": tuple(replace(record_inputs, drive=record_inputs.drive / mm) for record_inputs in in_mm.inputs),
+        "records": tuple(
+            replace(one, record=record, inputs=replace(one.inputs, drive=one.inputs.drive / mm))
+            for one, record in zip(in_mm.records, records, strict=True)
+        ),
         "parameters": (*in_mm.parameters, gain),
         "start": {**in_mm.start, gain.name: mm},
     }

@@ -1,0 +1,109 @@
+"""Records as the tracer uses them: the samples that are fitted, and what is derived from them, once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hysteresis.arrays import Floats, Ints
+from hysteresis.path import branches, cycle_index
+from hysteresis.record import Record
+from validation.tracing.effect import SampleInputs, cycles_repeat
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedRecord:
+    """One record, thinned to the samples that are fitted.
+
+    Parameters
+    ----------
+    record
+        As it was read.
+    kept
+        Indices of the samples that are used, shape (m,).
+    inputs
+        What is known of those samples besides the angle. Its drive may be converted (a motor's turns to tendon
+        length and back), so that it agrees with the record's drive up to rounding only.
+    """
+
+    record: Record
+    kept: Ints
+    inputs: SampleInputs
+
+    @cached_property
+    def angle_deg(self) -> Floats:
+        """Measured angle of the samples that are used, shape (m,)."""
+        return self.record.angle_deg[self.kept]
+
+    @cached_property
+    def drive(self) -> Floats:
+        """Drive of the samples that are used, as recorded, shape (m,)."""
+        return self.record.drive[self.kept]
+
+    @property
+    def preload_N(self) -> float:
+        """Preload of the tendons; NaN where the record does not state it."""
+        return float(self.record.rig.get("preload_N", math.nan))
+
+    @cached_property
+    def branches(self) -> list[slice]:
+        """Monotonic branches of the drive."""
+        return branches(self.drive)
+
+    @cached_property
+    def cycles_repeat(self) -> bool:
+        """Whether several cycles have the same amplitude."""
+        samples = np.arange(self.kept.size, dtype=float)
+        return cycles_repeat([SampleInputs(self.drive, samples, self.inputs.cycle, timed=False)])
+
+    @cached_property
+    def branch_count(self) -> int:
+        """Number of branches, counted in each trial of a record that the drive is reset in."""
+        drive, cycle = self.inputs.drive, self.inputs.cycle
+        resets = np.flatnonzero((np.diff(cycle) != 0) & (np.abs(np.diff(drive)) > 0.5 * np.ptp(drive))) + 1
+        return sum(len(branches(trial)) for trial in np.split(drive, resets))
+
+    @cached_property
+    def rounding_deg(self) -> float:
+        """Standard deviation of the error that rounding to the record's digits makes: 1/sqrt(12) of a digit."""
+        steps = np.diff(np.unique(np.round(self.record.angle_deg, 9)))
+        return float(np.quantile(steps, 0.1)) / math.sqrt(12) if steps.size else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class RecordSet:
+    """All records of a problem; base class of the problems in :mod:`validation.tracing.baseline`."""
+
+    records: tuple[PreparedRecord, ...]
+
+    @cached_property
+    def observed(self) -> tuple[Floats, ...]:
+        """Measured angles of each record, shapes (m_i,), deg."""
+        return tuple(one.angle_deg for one in self.records)
+
+    @cached_property
+    def inputs(self) -> tuple[SampleInputs, ...]:
+        """Drive, time and cycle of each record."""
+        return tuple(one.inputs for one in self.records)
+
+    @property
+    def preloads_N(self) -> list[float]:
+        """Preload of each record; empty where one record does not state it."""
+        preloads = [one.preload_N for one in self.records]
+        return [] if any(map(math.isnan, preloads)) else preloads
+
+
+def prepared(record: Record, kept: Ints) -> PreparedRecord:
+    """Thin a record to some of its samples; times count from its first sample, samples where there are no times."""
+    time = np.arange(record.drive.size, dtype=float) if record.time_s is None else record.time_s - record.time_s[0]
+    inputs = SampleInputs(record.drive[kept], time[kept], cycle_index(record)[kept], timed=record.time_s is not None)
+    return PreparedRecord(record, kept, inputs)
+
+
+def prepare(records: Sequence[Record], kept: Sequence[Ints]) -> tuple[PreparedRecord, ...]:
+    """Thin all records, each to the samples named for it."""
+    return tuple(prepared(record, samples) for record, samples in zip(records, kept, strict=True))
