@@ -1,65 +1,83 @@
-"""What an identification gives: :class:`Fit`."""
+"""The result of an identification: :class:`Fit`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hysteresis.arrays import Floats, Mask
 from hysteresis.bouc_wen import BoucWen, hysteresis_batch
+from hysteresis.display import html_table
+from hysteresis.form import Form, Point
 from hysteresis.metrics import Errors
-from hysteresis.record import DriveUnit
-from hysteresis.search import Form, Point
+from hysteresis.record import DriveUnit, Record
+from hysteresis.settings import IdentifySettings
 from hysteresis.uncertainty import Parameter
 
-Label = Literal["analytic", "chain", "fitted", "theory"]
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+KinematicsLabel = Literal["analytic", "chain", "fitted", "theory"]
+"""Origin of f: a model of the rig, a fit to the data, or the record's own theory."""
+
+_PLACES = 257  # samples of f in identify.json: interpolation of a curve of 17 slopes is within 1e-5 of its range
 
 
-_PLACES = 257  # of f in identify.json: between them a curve of 17 slopes is met to 1e-5 of its range
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fit:
-    """Result of :func:`hysteresis.identify.identify`: theta = f(x) + h, what it gets right, what to beware of.
+    """Result of :func:`hysteresis.identification.identify`: theta = f(x) + h, its errors, and warnings.
 
-    ``parameters`` holds A, beta, gamma, n, h0_deg, what else is free in h, and, for given kinematics, what was free in
-    them; ``baseline_*`` are the errors of :meth:`plain`, the best single-valued f of the same freedom, fitted to the
-    same samples. Records whose samples are met as well without hysteresis have A = 0, h = 0 and f = plain.
-    ``heldout_masks``, shapes (m_i,), mark the samples of each record that were hidden from the fit.
-    ``bootstrap`` has the intervals by blocks beside those of the Jacobian in ``parameters``; ``seeds_agreeing`` counts
-    the searches, of ``seeds`` in all, that ended as well as the best one, to 1 %.
+    ``observed`` are the records that were fitted. ``parameters`` holds A, beta, gamma, n, h0_deg, the other parameters
+    of h, and, for given kinematics, their fitted parameters. ``baseline_*`` are the errors of :meth:`plain`, the best
+    single-valued f of the same form, fitted to the same samples. If h is not significant, A = 0, h = 0 and f = plain.
+    ``heldout_masks``, shapes (m_i,), mark the held-out samples of each record. ``bootstrap`` has the intervals by
+    blocks beside those of the Jacobian in ``parameters``; ``seeds_agreeing`` counts the searches that ended within 1 %
+    of the best one.
     """
 
-    records: tuple[str, ...]
-    kinematics: Label
+    observed: tuple[Record, ...]
+    kinematics: KinematicsLabel
+    settings: IdentifySettings
     parameters: dict[str, Parameter]
     saturation_deg: Parameter
     train: Errors
     heldout: Errors
     baseline_train: Errors
     baseline_heldout: Errors
-    heldout_of_records: tuple[Errors | None, ...]  # None for a record all of which was fitted
+    heldout_of_records: tuple[Errors | None, ...]  # None for a record without held-out samples
     heldout_by: str
     noise_floor_deg: float
     bootstrap: dict[str, Parameter]
-    correlations: dict[str, float]  # of two coordinates of the law, "A ~ n"
+    correlations: dict[str, float]  # of two parameters of the law, "A ~ n"
     warnings: tuple[str, ...]
     form: Form
     point: Point
-    plain_point: Point  # f without hysteresis
+    baseline_point: Point  # f without hysteresis
     heldout_masks: tuple[Mask, ...]
     drive_range: tuple[float, float]  # of all records
-    drive_unit: DriveUnit
-    first_drive: float  # of the first record
-    method: str
     evaluations: int
-    seconds: float
-    seed: int
-    seeds: int
     seeds_agreeing: int
+    seconds: float
+
+    @property
+    def records(self) -> tuple[str, ...]:
+        """Names of the records: their files, else their titles."""
+        return tuple(record.source or record.title or "record" for record in self.observed)
+
+    @property
+    def drive_unit(self) -> DriveUnit:
+        """Unit of the drive, the same in all records."""
+        return self.observed[0].drive_unit
+
+    @property
+    def first_drive(self) -> float:
+        """Drive at the first sample of the first record."""
+        return float(self.observed[0].drive[0])
 
     @property
     def models(self) -> list[BoucWen]:
@@ -83,29 +101,30 @@ class Fit:
 
     @property
     def heldout_mask(self) -> Mask:
-        """Samples of the first record that were hidden from the fit, shape (m,)."""
+        """Held-out samples of the first record, shape (m,)."""
         return self.heldout_masks[0]
 
     def f(self, drive: ArrayLike, record: int = 0) -> Floats:
-        """Single-valued part of the angle, without the record's zero, shape (m,) -> (m,), deg."""
+        """Evaluate the single-valued part of the angle, without the record's zero, shape (m,) -> (m,), deg."""
         return self.form.backbones[record].at(np.asarray(drive, dtype=float))(self.point.c)
 
     def plain(self, drive: ArrayLike, record: int = 0) -> Floats:
-        """Angle of the best curve without hysteresis, the baseline, shape (m,) -> (m,), deg."""
-        f = self.form.backbones[record].at(np.asarray(drive, dtype=float))(self.plain_point.c)
-        return f + self._zero_deg(self.plain_point, record)
+        """Evaluate the baseline, the best curve without hysteresis, shape (m,) -> (m,), deg."""
+        f = self.form.backbones[record].at(np.asarray(drive, dtype=float))(self.baseline_point.c)
+        return f + self._zero_deg(self.baseline_point, record)
 
     def predict(self, drive: ArrayLike, time_s: ArrayLike | None = None, record: int = 0) -> Floats:
-        """Angle along a path of the drive, shape (m,) -> (m,), deg; it starts in the state h0_deg of the record.
+        """Predict the angle along a path of the drive, shape (m,) -> (m,), deg.
 
-        ``time_s``, shape (m,), is needed where the fit has a delay, and of no account elsewhere.
+        The path starts in the initial state h0_deg of the record. ``time_s``, shape (m,), is required if the fit has a
+        delay, and ignored otherwise.
 
         Raises
         ------
         ValueError
-            No times, where there is a delay.
+            A delay without times.
         """
-        path, delay = np.asarray(drive, dtype=float), self.form.delay_s(self.point.q)
+        path, delay = np.asarray(drive, dtype=float), self.delay_s
         if delay > 0:
             if time_s is None:
                 raise ValueError(f"time_s: missing: the angle is {delay:g} s behind the drive: expected times")
@@ -119,7 +138,7 @@ class Fit:
         return float(point.q[self.form.zeros][record - 1]) if record else 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the contents of identify.json (docs/guide/identification.md)."""
+        """Return the contents of identify.json (documented in docs/guide/identification.md)."""
         places = np.linspace(*self.drive_range, _PLACES)
         return {
             "schema": 1,
@@ -151,11 +170,65 @@ class Fit:
             },
             "drive_unit": self.drive_unit,
             "first_drive": self.first_drive,
-            "method": self.method,
-            "seed": self.seed,
-            "seeds": self.seeds,
+            "method": self.settings.method,
+            "seed": self.settings.seed,
+            "seeds": self.settings.seeds,
             "seeds_agreeing": self.seeds_agreeing,
         }
+
+    def to_dataframe(self, record: int = 0) -> pd.DataFrame:
+        """Return a record sample by sample, with the columns of the CSV that ``notchbend identify`` writes.
+
+        The columns are drive, angle_deg, f_alone_deg (:meth:`plain`), predicted_deg and heldout.
+        """
+        import pandas as pd  # takes a quarter of a second, and only this needs it
+
+        return pd.DataFrame(self._columns(record))
+
+    def to_xarray(self, record: int = 0) -> xr.Dataset:
+        """Return a record sample by sample as a dataset: the columns of :meth:`to_dataframe` along ``sample``.
+
+        Each variable has the attribute ``units``; the attributes of the dataset are the parameters and the errors.
+        """
+        import xarray as xr
+
+        units = {"drive": self.drive_unit, "heldout": "1"}
+        data = {n: ("sample", c, {"units": units.get(n, "deg")}) for n, c in self._columns(record).items()}
+        facts = {name: parameter.value for name, parameter in self.parameters.items()}
+        facts |= {"train_rmse_deg": self.train.rmse_deg, "heldout_rmse_deg": self.heldout.rmse_deg}
+        return xr.Dataset(data, attrs={"record": self.records[record], **facts})
+
+    def _columns(self, record: int) -> dict[str, Floats | Mask]:
+        observed = self.observed[record]
+        return {
+            "drive": observed.drive,
+            "angle_deg": observed.angle_deg,
+            "f_alone_deg": self.plain(observed.drive, record),
+            "predicted_deg": self.predict(observed.drive, observed.time_s, record),
+            "heldout": self.heldout_masks[record],
+        }
+
+    def __repr__(self) -> str:
+        law = ", ".join(f"{name} = {self.parameters[name].value:.4g}" for name in ("A", "beta", "gamma", "n"))
+        errors = f"{self.heldout.rmse_deg:.3g} deg, without hysteresis {self.baseline_heldout.rmse_deg:.3g} deg"
+        names = ", ".join(Path(name).name for name in self.records)
+        return f"Fit({names}: f {self.kinematics}, {law}, held-out rmse {errors}, {len(self.warnings)} warnings)"
+
+    def _repr_html_(self) -> str:
+        shown = {**self.parameters, "saturation_deg": self.saturation_deg}
+        rows = [
+            (name, f"{p.value:.4g}", *("" if end is None else f"{end:.4g}" for end in (p.low, p.high)), p.unit)
+            for name, p in shown.items()
+        ]
+        notes = [
+            f"rmse: training {self.train.rmse_deg:.3g} deg, held out {self.heldout.rmse_deg:.3g} deg; "
+            f"without hysteresis {self.baseline_train.rmse_deg:.3g} and {self.baseline_heldout.rmse_deg:.3g} deg",
+            f"held out: {self.heldout_by}",
+            f"noise floor: {self.noise_floor_deg:.2g} deg",
+            *(f"warning: {text}" for text in self.warnings),
+        ]
+        title = f"Bouc-Wen on {', '.join(self.records)}, kinematics {self.kinematics}"
+        return html_table(title, rows, ("parameter", "value", "low (95 %)", "high (95 %)", "unit"), notes)
 
     def __str__(self) -> str:
         lines = [f"Bouc-Wen on {', '.join(self.records)}, kinematics {self.kinematics}"]

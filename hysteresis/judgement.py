@@ -1,112 +1,109 @@
-"""What a fit is worth: errors on both parts of the records, intervals, and warnings in words."""
+"""Assessment of a fit: errors of training and held-out samples, intervals, and warnings."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hysteresis import search
-from hysteresis.arrays import Floats
-from hysteresis.fit import Fit
+from hysteresis.arrays import Floats, Mask
+from hysteresis.fit import Fit, KinematicsLabel
+from hysteresis.form import Form, Point, without_hysteresis
 from hysteresis.holdout import Split
 from hysteresis.metrics import Errors, errors, noise_floor
 from hysteresis.record import Record
-from hysteresis.search import Form, Point, Samples
-from hysteresis.uncertainty import Uncertainty, bootstrap, coordinates, parameters_of, uncertainty
+from hysteresis.samples import Samples, join
+from hysteresis.search import POLISH_SAMPLES, Found
+from hysteresis.settings import IdentifySettings
+from hysteresis.uncertainty import Parameter, Uncertainty, bootstrap, coordinates, parameters_of, uncertainty
 
 _NO_HYSTERESIS = "no hysteresis above the noise in this record"
-_STANDSTILL = -1.1  # A; -1 is a play, some more is within what steps of the drive can tell
+_OVERSHOOT = -1.1  # of A; -1 is a play operator, and the steps of the drive do not resolve slightly less
 _ILL_CONDITIONED = 1e4
 _CORRELATED = 0.98
 _SATURATED = 0.95  # of the saturation
 _SUSPECT = 2.0  # held-out error in training errors
-_ROUNDING = 1e-9  # of the angle's range; errors below it are those of the arithmetic
+_ROUNDING = 1e-9  # of the angle's range; smaller errors are rounding
 
 
 def judge(
     records: Sequence[Record],
     splits: Sequence[Split],
-    samples: Samples,
-    fine: Samples,
-    form: Form,
-    point: Point,
-    *,
-    intervals: bool,
-    seeds: int,
-    seeds_agreeing: int,
-    **facts: Any,
+    found: Found,
+    settings: IdentifySettings,
+    kinematics: KinematicsLabel,
 ) -> Fit:
-    """Put together a :class:`Fit`.
+    """Assess the model that a search found, and return it as a :class:`hysteresis.fit.Fit`.
 
     Parameters
     ----------
     records, splits
-        What was fitted, and which part of it.
-    samples, fine
-        All samples, and those of the last polish.
-    form, point
-        Its end.
-    intervals
-        Whether the end is one of least squares, so that it has intervals.
-    seeds, seeds_agreeing, facts
-        Fields of the result that the search gives.
+        What was fitted, and its training and held-out samples.
+    found, settings
+        The model, and how it was searched. Only a least-squares fit has intervals.
+    kinematics
+        Origin of f.
     """
-    plain = search.plain(form, samples)
-    spread = uncertainty(fine, form, point) if intervals else None
-    by_blocks = bootstrap(fine, form, point, facts["seed"]) if intervals and point.sign else None
-    predicted, without = form.angle(samples, point), form.angle(samples, plain)
-    seen, held = (np.concatenate([getattr(split, part) for split in splits]) for part in ("train", "heldout"))
+    form, point, least_squares = found.form, found.point, settings.fitness == "rmse"
+    samples = join(records, [split.train for split in splits], timed=settings.delay)
+    fine = samples.thinned(POLISH_SAMPLES)
+    baseline = without_hysteresis(form, samples)
+    spread = uncertainty(fine, form, point) if least_squares else None
+    by_blocks = bootstrap(fine, form, point, settings.seed) if least_squares and point.sign else None
+    predicted, without = form.angle(samples, point), form.angle(samples, baseline)
+    train_mask, heldout_mask = (np.concatenate([getattr(s, part) for s in splits]) for part in ("train", "heldout"))
     train, heldout, baseline_train, baseline_heldout = (
-        errors(samples.angle_deg[mask], angle[mask]) for angle in (predicted, without) for mask in (seen, held)
+        errors(samples.angle_deg[mask], angle[mask])
+        for angle in (predicted, without)
+        for mask in (train_mask, heldout_mask)
     )
-    parameters, again = (_shown(parameters_of(fine, form, point, s), form, facts) for s in (spread, by_blocks))
+    # The coefficients of a fitted f mean nothing by themselves: the result tabulates f.
+    hidden = form.backbones[0].names if kinematics == "fitted" else ()
+    parameters, of_blocks = (_without(parameters_of(fine, form, point, s), hidden) for s in (spread, by_blocks))
     saturation = parameters.pop("saturation_deg")
     of_law = _law_warnings(fine, form, point, spread) if point.sign else [_NO_HYSTERESIS]
-    warnings = [*of_law, *_error_warnings(fine, point, train, heldout, baseline_heldout)]
-    if point.sign and 2 * seeds_agreeing < seeds:
-        warnings.append(f"{seeds_agreeing} of {seeds} searches ended at the best: expected more than half")
+    of_errors = _error_warnings(fine, point, train, heldout, baseline_heldout)
     drives = np.concatenate([record.drive for record in records])
     return Fit(
-        records=tuple(record.source or record.title or "record" for record in records),
+        observed=tuple(records),
+        kinematics=kinematics,
+        settings=settings,
         parameters=parameters,
         saturation_deg=saturation,
         train=train,
         heldout=heldout,
         baseline_train=baseline_train,
         baseline_heldout=baseline_heldout,
-        heldout_of_records=tuple(_errors_of(samples, predicted, held, part) for part in samples.slices()),
+        heldout_of_records=tuple(_errors_of(samples, predicted, heldout_mask, part) for part in samples.slices()),
         heldout_by="; ".join(dict.fromkeys(split.by for split in splits)),
         noise_floor_deg=math.sqrt(sum(noise_floor(record) ** 2 for record in records) / len(records)),
-        bootstrap=again if intervals and point.sign else {},
+        bootstrap=of_blocks if least_squares and point.sign else {},
         correlations=_correlations(form, spread) if spread is not None and point.sign else {},
-        warnings=tuple(warnings),
+        warnings=(*of_law, *of_errors, *_search_warnings(point, settings.seeds, found.seeds_agreeing)),
         form=form,
         point=point,
-        plain_point=plain,
+        baseline_point=baseline,
         heldout_masks=tuple(split.heldout for split in splits),
         drive_range=(float(drives.min()), float(drives.max())),
-        drive_unit=records[0].drive_unit,
-        first_drive=float(records[0].drive[0]),
+        evaluations=found.evaluations,
+        seeds_agreeing=found.seeds_agreeing,
         seconds=0.0,
-        seeds=seeds,
-        seeds_agreeing=seeds_agreeing,
-        **facts,
     )
 
 
-def _shown(parameters: dict[str, Any], form: Form, facts: dict[str, Any]) -> dict[str, Any]:
-    """Leave out the coefficients of a fitted f: they say nothing by themselves, f is given as a table."""
-    hidden = form.backbones[0].names if facts["kinematics"] == "fitted" else ()
-    return {name: value for name, value in parameters.items() if name not in hidden}
+def _without(parameters: dict[str, Parameter], hidden: Sequence[str]) -> dict[str, Parameter]:
+    return {name: parameter for name, parameter in parameters.items() if name not in hidden}
 
 
-def _errors_of(samples: Samples, predicted: Floats, held: NDArray[np.bool_], part: slice) -> Errors | None:
-    mask = held[part]
+def _search_warnings(point: Point, seeds: int, agreeing: int) -> Iterator[str]:
+    if point.sign and 2 * agreeing < seeds:
+        yield f"{agreeing} of {seeds} searches ended at the best: expected more than half"
+
+
+def _errors_of(samples: Samples, predicted: Floats, heldout: Mask, part: slice) -> Errors | None:
+    mask = heldout[part]
     angle = samples.angle_deg[part][mask]
     return errors(angle, predicted[part][mask]) if angle.size and np.ptp(angle) > 0 else None
 
@@ -117,7 +114,7 @@ def _correlations(form: Form, spread: Uncertainty) -> dict[str, float]:
 
 
 def _law_warnings(fine: Samples, form: Form, point: Point, spread: Uncertainty | None) -> Iterator[str]:
-    low, high = form.box(fine)
+    low, high = form.bounds(fine)
     for name, i in coordinates(form):
         value, a, b = point.q[i], low[i], high[i]
         end = a if value - a < 1e-3 * (b - a) else b if b - value < 1e-3 * (b - a) else None
@@ -125,32 +122,32 @@ def _law_warnings(fine: Samples, form: Form, point: Point, spread: Uncertainty |
             limit = end if name.startswith("gamma") else math.exp(end)
             yield f"{'|A|' + name[1:] if name.startswith('A') else name} is at the bound of the search, {limit:.3g}"
     for i, model in enumerate(point.models(form)):
-        if model.A < _STANDSTILL:
+        if model.A < _OVERSHOOT:
             of = f" of element {i + 1}" if form.elements > 1 else ""
-            yield f"A = {model.A:.3g}{of} is below -1: the predicted angle runs on after the drive has turned"
+            yield f"A = {model.A:.3g}{of} is below -1: the predicted angle overshoots after the drive reverses"
     yield from _spread_warnings(form, spread)
     yield from _saturation_warnings(fine, form, point)
     if point.sign > 0:
-        yield "A > 0: h leads f, the loop runs the other way round than a lagging one"
+        yield "A > 0: h leads f, so the loop runs in the direction opposite to a lagging one"
 
 
 def _spread_warnings(form: Form, spread: Uncertainty | None) -> Iterator[str]:
-    """Say what the data cannot fix."""
+    """Warn of parameters that the data does not determine."""
     if spread is None:
         yield "eq. 8 is a mean in which errors cancel: it does not determine the parameters, and gives no intervals"
         return
     names = coordinates(form)
-    unseen = [name for name, i in names if spread.blind[i]]
-    if unseen:
-        yield f"the record does not show {', '.join(unseen)}: no interval"
+    unidentifiable = [name for name, i in names if spread.unidentifiable[i]]
+    if unidentifiable:
+        yield f"the record does not determine {', '.join(unidentifiable)}: no interval"
     elif spread.condition > _ILL_CONDITIONED:
         yield (
-            f"parameters make good for each other (condition number {spread.condition:.1e}): "
-            "judge by the errors, not by single parameters"
+            f"parameters compensate for each other (condition number {spread.condition:.1e}): "
+            "judge the fit by its errors, not by single parameters"
         )
-    alike = [f"{a} and {b}" for (a, i), (b, j) in combinations(names, 2) if abs(spread.correlation(i, j)) > _CORRELATED]
-    if alike:
-        yield f"the record fixes only together: {'; '.join(alike)} (correlation above {_CORRELATED:g})"
+    pairs = [f"{a} and {b}" for (a, i), (b, j) in combinations(names, 2) if abs(spread.correlation(i, j)) > _CORRELATED]
+    if pairs:
+        yield f"the record determines only in combination: {'; '.join(pairs)} (correlation above {_CORRELATED:g})"
 
 
 def _saturation_warnings(fine: Samples, form: Form, point: Point) -> Iterator[str]:
@@ -168,4 +165,4 @@ def _error_warnings(fine: Samples, point: Point, train: Errors, heldout: Errors,
     if heldout.rmse_deg > max(_SUSPECT * train.rmse_deg, _ROUNDING * fine.span_deg()):
         yield f"held-out rmse is {heldout.rmse_deg:.3g} deg, that of training {train.rmse_deg:.3g} deg"
     if point.sign and heldout.rmse_deg >= baseline.rmse_deg:
-        yield "no better than a curve without hysteresis on what was held out"
+        yield "no better than a curve without hysteresis on the held-out samples"

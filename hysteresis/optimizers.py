@@ -1,6 +1,6 @@
-"""Global searches over a box by one scored batch of candidates at a time, behind one call.
+"""Global optimizers behind one call; each scores a whole batch of candidates at a time.
 
-A candidate is a row of genes: a first one of -1 or 1 (the sign of A), then coordinates within the bounds.
+A candidate is a row of genes: first -1 or 1 (the sign of A), then coordinates within the bounds.
 """
 
 from __future__ import annotations
@@ -10,20 +10,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Literal, get_args
 
-import cma  # type: ignore[import-untyped]
 import numpy as np
 import pygad
-from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Ints
 
 Score = Callable[[Floats], Floats]  # genes (k, 1 + p) -> fitness (k,), higher is better
 Method = Literal["genetic", "cma", "differential-evolution", "least-squares"]
 METHODS: tuple[str, ...] = get_args(Method)
 
 _MUTATED = 0.15  # of the genes
-_NEAR = 0.5  # of the mutations: a step from where the gene is, not a new draw
+_NEAR = 0.5  # of the mutations: a step from the present value, not a new draw
 
 
 def evolve(
@@ -36,21 +34,21 @@ def evolve(
     seed: int,
     tick: Callable[[], None],
 ) -> Floats:
-    """Search from a population; a last one, the fittest first.
+    """Search from a population; return the last one, the fittest first.
 
     Parameters
     ----------
     method
         ``"genetic"`` (pygad), ``"cma"`` (CMA-ES, one run for each sign), ``"differential-evolution"`` (scipy), or
-        ``"least-squares"``: no search, the polish that follows starts from the best of the population.
+        ``"least-squares"``: no global search; least squares start from the best of the population.
     score
-        Fitness of a batch, all of which is computed in one call.
+        Fitness of a whole batch, computed in one call.
     genes
         Shape (k, 1 + p), the first population.
     bounds
         Of the coordinates, shapes (p,).
     generations
-        Batches of k; CMA-ES and differential evolution end earlier where nothing is left to gain.
+        Batches of k; CMA-ES and differential evolution end earlier if they have converged.
     seed, tick
         The same seed gives the same result; ``tick`` is called after each generation.
 
@@ -70,18 +68,18 @@ def evolve(
 
 
 class _WholeGenerations(pygad.GA):
-    """pygad, but a generation gets its fitness, and its best, by one call each.
+    """pygad with one call for the fitness of a generation, and one for its best.
 
-    pygad's own ways look every candidate up among parents and elite and check its fitness by itself, which takes
-    longer than a compiled score for all of them.
+    pygad looks up every candidate among parents and elite and checks its fitness one by one, which takes longer than
+    a compiled score of all candidates.
     """
 
     def cal_pop_fitness(self) -> Floats:
-        """Score the population, the elite included: shape (k,)."""
+        """Score the population, including the elite: shape (k,)."""
         return np.asarray(self.fitness_func(self, self.population, None))
 
     def best_solution(self, pop_fitness: Floats | None = None) -> tuple[Floats, np.float64, int]:
-        """Give genes, fitness and place of the fittest."""
+        """Return genes, fitness and index of the fittest."""
         fitness = self.cal_pop_fitness() if pop_fitness is None else np.asarray(pop_fitness)
         best = int(fitness.argmax())
         return self.population[best].copy(), fitness[best], best
@@ -95,21 +93,21 @@ def _genetic(
     seed: int,
     tick: Callable[[], None],
 ) -> Floats:
-    """Tournaments of three, uniform crossover, elitism; mutations are new draws or steps that shrink.
+    """Genetic search: tournaments of three, uniform crossover, elitism; mutations are new draws or shrinking steps.
 
-    The operators are pygad's in kind, but work on whole generations: its own go gene by gene.
+    The operators are those of pygad, but vectorised over a generation: its own work gene by gene.
     """
     rng = np.random.default_rng(seed)
     low, high = (np.concatenate([[sign], bound]) for sign, bound in zip((-1.0, 1.0), bounds, strict=True))
 
-    def select(fitness: Any, count: int, ga: pygad.GA) -> tuple[Floats, NDArray[np.int64]]:
+    def select(fitness: Any, count: int, ga: pygad.GA) -> tuple[Floats, Ints]:
         drawn = rng.integers(0, len(fitness), (count, 3))
         best = drawn[np.arange(count), np.asarray(fitness)[drawn].argmax(axis=1)]
         return ga.population[best], best
 
     def cross(parents: Floats, shape: tuple[int, int], ga: pygad.GA) -> Floats:
-        one, other = rng.integers(0, len(parents), (2, shape[0]))
-        return np.where(rng.random(shape) < 0.5, parents[one], parents[other])
+        first, second = rng.integers(0, len(parents), (2, shape[0]))
+        return np.where(rng.random(shape) < 0.5, parents[first], parents[second])
 
     def mutate(offspring: Floats, ga: pygad.GA) -> Floats:
         size = 0.1 * 0.02 ** (ga.generations_completed / max(1, generations))
@@ -121,7 +119,7 @@ def _genetic(
         drawn[:, 0] = np.where(drawn[:, 0] < 0, -1.0, 1.0)
         return np.where(rng.random(offspring.shape) < _MUTATED, drawn, offspring)
 
-    with _own_random_state():
+    with _random_state_kept():
         search = _WholeGenerations(
             num_generations=generations,
             num_parents_mating=len(genes) // 2,
@@ -148,18 +146,20 @@ def _cma(
     seed: int,
     tick: Callable[[], None],
 ) -> Floats:
+    import cma  # type: ignore[import-untyped]  # takes longer to load than all the rest, and only this method needs it
+
     low, high = bounds
     ends = [genes]
     for sign in (-1.0, 1.0):
-        mine = genes[genes[:, 0] == sign]
-        if not len(mine):
+        of_sign = genes[genes[:, 0] == sign]
+        if not len(of_sign):
             continue
-        start = mine[np.argmax(score(mine)), 1:]
+        start = of_sign[np.argmax(score(of_sign)), 1:]
         options = {
             "bounds": [0.0, 1.0], "popsize": max(4, len(genes) // 2), "seed": seed + 1, "verbose": -9,
             "maxiter": generations,
         }  # fmt: skip
-        with _own_random_state():
+        with _random_state_kept():
             search = cma.CMAEvolutionStrategy((start - low) / (high - low), 0.25, options)
             while not search.stop():
                 points = np.array(search.ask())
@@ -201,11 +201,11 @@ def _differential(
 
 
 @contextmanager
-def _own_random_state() -> Iterator[None]:
-    """Leave the global generators, which the libraries seed, as they were."""
-    ours, theirs = random.getstate(), np.random.get_state()  # noqa: NPY002
+def _random_state_kept() -> Iterator[None]:
+    """Restore the state of the global generators, which the libraries seed."""
+    of_python, of_numpy = random.getstate(), np.random.get_state()  # noqa: NPY002
     try:
         yield
     finally:
-        random.setstate(ours)
-        np.random.set_state(theirs)  # noqa: NPY002
+        random.setstate(of_python)
+        np.random.set_state(of_numpy)  # noqa: NPY002

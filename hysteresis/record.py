@@ -7,13 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats, Ints, Mask
+from hysteresis.display import from_to, html_table
 from hysteresis.files import RecordError as RecordError
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 DriveUnit = Literal["mm", "deg", "step", "N"]
 DRIVE_UNITS: tuple[str, ...] = ("mm", "deg", "step", "N")
@@ -34,6 +39,8 @@ FIELDS: dict[str, str] = {
     "tension_b": "tension_b_N",
 }
 """Key of the sidecar's ``[columns]`` -> field of :class:`Record`; a bare CSV names its columns as these fields."""
+LIST_FIELDS: dict[str, str] = {"notches": "notches_deg", "tip": "tip_mm"}
+"""Keys of ``[columns]`` that name a list of columns, with the field of :class:`Record` that they fill."""
 MEASURED_KEYS = (
     "joints",
     "moment_arm_mm",
@@ -45,7 +52,7 @@ MEASURED_KEYS = (
 """Measured quantities of ``[rig]`` that replace a preset or a rig file; all of them are given, or none."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Record:
     """One test of one rig, sample by sample. All arrays have the same length m.
 
@@ -129,6 +136,93 @@ class Record:
         return all(
             np.array_equal(a, b) if isinstance(a, np.ndarray) else type(a) is type(b) and a == b for a, b in pairs
         )
+
+    def column_names(self) -> dict[str, str | list[str]]:
+        """Return the ``[columns]`` table of the record's file: key -> column, or list of columns, of the CSV."""
+        load = self.drive_unit == "N"
+        names = {**FIELDS, "drive": f"drive_{self.drive_unit}", "force": "force_N"}
+        del names["drive" if load else "force"]
+        columns: dict[str, str | list[str]] = {
+            key: name for key, name in names.items() if getattr(self, FIELDS[key]) is not None
+        }
+        if self.notches_deg is not None:
+            columns["notches"] = [f"notch_{i + 1}_deg" for i in range(self.notches_deg.shape[1])]
+        if self.tip_mm is not None:
+            columns["tip"] = ["tip_x_mm", "tip_y_mm"]
+        return columns
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the columns of the CSV by name, each of shape (m,)."""
+        data: dict[str, NDArray[Any]] = {}
+        for key, names in self.column_names().items():
+            if isinstance(names, str):
+                data[names] = getattr(self, FIELDS[key])
+            else:
+                data |= dict(zip(names, getattr(self, LIST_FIELDS[key]).T, strict=True))
+        return data
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values: the columns of the CSV as lists, and what the sidecar holds."""
+        tables = {"rig": dict(self.rig), "tube": dict(self.tube), "notch": dict(self.notch)}
+        theory = {} if self.kinematics is None else {"kinematics": self.kinematics.tolist()}
+        columns = {name: column.tolist() for name, column in self.columns().items()}
+        head = {"title": self.title, "kind": self.kind, "drive_unit": self.drive_unit}
+        return head | {name: table for name, table in tables.items() if table} | theory | {"columns": columns}
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the samples as a table with the columns of the CSV; ``attrs`` holds title and kind."""
+        import pandas as pd  # takes a quarter of a second, and only this needs it
+
+        frame = pd.DataFrame(self.columns())
+        frame.attrs = {"title": self.title, "kind": self.kind}
+        return frame
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the samples as a labelled dataset with units.
+
+        Variables are named as the columns of the CSV, with dimension ``sample``; ``time_s`` and ``cycle`` are
+        coordinates. Notch angles are one variable (sample, notch), numbered from 1 at the base, and the tip is one
+        variable (sample, axis). Each variable has the attribute ``units``.
+        """
+        import xarray as xr
+
+        columns, names = self.columns(), self.column_names().values()
+        variables: dict[str, Any] = {name: ("sample", columns[name]) for name in names if isinstance(name, str)}
+        coordinates: dict[str, Any] = {name: variables.pop(name) for name in ("time_s", "cycle") if name in variables}
+        if self.notches_deg is not None:
+            variables["notches_deg"] = (("sample", "notch"), self.notches_deg)
+            coordinates["notch"] = np.arange(1, self.notches_deg.shape[1] + 1)
+        if self.tip_mm is not None:
+            variables["tip_mm"] = (("sample", "axis"), self.tip_mm)
+            coordinates["axis"] = ["along", "across"]
+        dataset = xr.Dataset(variables, coordinates, {"title": self.title, "kind": self.kind})
+        for table in ("rig", "tube", "notch"):
+            dataset.attrs |= {f"{table}_{key}": value for key, value in getattr(self, table).items()}
+        for name in (*variables, *(n for n in ("time_s", "cycle") if n in coordinates)):
+            dataset[name].attrs["units"] = "1" if name == "cycle" else name.rsplit("_", 1)[-1]
+        return dataset
+
+    def __repr__(self) -> str:
+        drive, angle = from_to(self.drive, self.drive_unit), from_to(self.angle_deg, "deg")
+        return f"Record({self.title!r}, {self.kind}, {self.drive.size} samples, drive {drive}, angle {angle})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("kind", self.kind),
+            ("samples", str(self.drive.size)),
+            ("drive", from_to(self.drive, self.drive_unit)),
+            ("angle", from_to(self.angle_deg, "deg")),
+        ]
+        if self.time_s is not None:
+            rows.append(("time", from_to(self.time_s, "s")))
+        if self.cycle is not None:
+            rows.append(("cycles", f"{self.cycle.min()} to {self.cycle.max()}"))
+        rows.append(("columns", ", ".join(self.columns())))
+        tables = {"rig": self.rig, "tube": self.tube, "notch": self.notch}
+        rows += [(name, ", ".join(f"{k} = {v}" for k, v in table.items())) for name, table in tables.items() if table]
+        if self.source:
+            rows.append(("file", self.source))
+        return html_table(self.title or "record", rows)
 
 
 def bad_cycles(cycle: Floats) -> Mask:

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError, read_text, write_files
-from hysteresis.record import FIELDS, MAX_COUNT, MAX_MAGNITUDE, Record, bad_cycles
+from hysteresis.record import FIELDS, LIST_FIELDS, MAX_COUNT, MAX_MAGNITUDE, Record, bad_cycles
 from hysteresis.sidecar import (
-    LIST_FIELDS,
     Columns,
     Sidecar,
     bare_columns,
@@ -213,9 +212,8 @@ def write_record(record: Record, path: Path | str) -> None:
     rig = tables["rig"]
     if "file" in rig:  # relative, so that a folder of records can be moved
         rig["file"] = Path(os.path.relpath(Path(rig["file"]).resolve(), path.parent.resolve())).as_posix()
-    columns, data = columns_of(record)
     drive = {} if record.drive_unit == "N" else {"unit": record.drive_unit}
-    head = {"schema": 1, "title": record.title, "kind": record.kind, "columns": columns, "drive": drive}
+    head = {"schema": 1, "title": record.title, "kind": record.kind, "columns": record.column_names(), "drive": drive}
     tables = {**head, **tables}
     files: dict[Path, str] = {}
     if record.kinematics is not None:
@@ -223,7 +221,7 @@ def write_record(record: Record, path: Path | str) -> None:
         files[theory] = _csv({"drive_mm": record.kinematics[:, 0], "angle_deg": record.kinematics[:, 1]})
         tables["kinematics"] = {"file": theory.name}
     files[sidecar] = toml(tables)
-    files[path] = _csv(data)
+    files[path] = _csv(record.columns())
     write_files(files)
 
 
@@ -253,24 +251,6 @@ def check_target(path: Path, inputs: Collection[Path] = ()) -> None:
                 )
     if sidecar.is_file() and not is_sidecar(sidecar):
         raise RecordError(f"{sidecar}: not the sidecar of a record, would be replaced: expected another name")
-
-
-def columns_of(record: Record) -> tuple[dict[str, str | list[str]], dict[str, NDArray[Any]]]:
-    """Return the ``[columns]`` table, and the columns of the CSV by name, each of shape (m,)."""
-    load = record.drive_unit == "N"
-    names = {**FIELDS, "drive": f"drive_{record.drive_unit}", "force": "force_N"}
-    del names["drive" if load else "force"]
-    present = {key: name for key, name in names.items() if getattr(record, FIELDS[key]) is not None}
-    columns: dict[str, str | list[str]] = dict(present)
-    data: dict[str, NDArray[Any]] = {name: getattr(record, FIELDS[key]) for key, name in present.items()}
-    notches, tip = record.notches_deg, ["tip_x_mm", "tip_y_mm"]
-    if notches is not None:
-        columns["notches"] = of_notches = [f"notch_{i + 1}_deg" for i in range(notches.shape[1])]
-        data |= dict(zip(of_notches, notches.T, strict=True))
-    if record.tip_mm is not None:
-        columns["tip"] = tip
-        data |= dict(zip(tip, record.tip_mm.T, strict=True))
-    return columns, data
 
 
 def _csv(data: Mapping[str, NDArray[Any]]) -> str:

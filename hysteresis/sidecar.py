@@ -11,10 +11,8 @@ from sys import float_info
 from typing import Any
 
 from hysteresis.files import RecordError, read_text
-from hysteresis.record import FIELDS, KINDS, MEASURED_KEYS, DriveUnit, Kind
+from hysteresis.record import FIELDS, KINDS, LIST_FIELDS, MEASURED_KEYS, DriveUnit, Kind
 
-LIST_FIELDS: dict[str, str] = {"notches": "notches_deg", "tip": "tip_mm"}
-"""Keys of ``[columns]`` that name a list of columns, with the field of the record that they fill."""
 Columns = Mapping[str, list[str]]
 """Key of ``[columns]`` -> columns of the CSV."""
 _RIG_NUMBERS = ("preload_N", *MEASURED_KEYS)

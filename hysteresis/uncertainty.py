@@ -1,38 +1,38 @@
-"""Intervals of identified parameters: from the Jacobian at the end of the least squares, and by bootstrap of blocks."""
+"""95 % intervals of identified parameters: from the Jacobian at the least-squares solution, and by block bootstrap."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
-from hysteresis.arrays import Floats
-from hysteresis.search import Form, Point, Samples, residual_of
+from hysteresis.arrays import Floats, Mask
+from hysteresis.form import Form, Point
+from hysteresis.samples import Samples
+from hysteresis.search import residual_of
 
 _CONFIDENCE = 0.95
 _STEP = 1e-6  # of finite differences; the kernel of h is exact to about 1e-13
-_BLIND = 1e-9  # of the largest column of the Jacobian: smaller ones are rounding
-_WIDEST_LOG = 30.0  # half width of the interval of a logarithm beyond which there is no interval
+_UNIDENTIFIABLE = 1e-9  # of the largest column of the Jacobian; smaller columns are rounding
+_WIDEST_LOG = 30.0  # half width of a logarithm's interval; a wider one is not reported
 _DRAWS = 400
-_LEAST_LEFT = 0.01  # of a block's residual after a fit: below it the block alone sets a parameter
+_LEAST_RESIDUAL = 0.01  # share of a block's residual that survives the fit; below, that block alone sets a parameter
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A value with its 95 % interval; the interval is None where the data does not give one."""
+    """A value with its 95 % interval; ``low`` and ``high`` are None if the data does not determine the value."""
 
     value: float
     low: float | None
     high: float | None
     unit: str
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
+    def to_dict(self) -> dict[str, float | str | None]:
+        """Return plain values for JSON."""
         return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
 
     def __str__(self) -> str:
@@ -43,65 +43,65 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """Covariance of x = (q, c), shape (s + p, s + p), and what it rests on.
+    """Covariance of x = (q, c), shape (s + p, s + p), with the basis of its intervals.
 
-    ``quantile`` times a standard deviation is half an interval; where there is a ``freedom``, the quantile is that of
-    Student's t with the degrees of freedom that it gives for a gradient. ``condition`` is that of the Jacobian with
-    columns of length 1: large where a change of one parameter can be made good by others. ``blind``, shape (s + p,),
-    marks what the samples do not show at all; ``effective`` is the number of independent samples that the residual is
-    worth.
+    ``quantile`` times a standard deviation is half an interval. If ``freedom`` is given, it maps a gradient to degrees
+    of freedom, and the quantile is that of Student's t. ``condition`` is the condition number of the Jacobian with
+    columns scaled to length 1: it is large if other parameters can compensate for a change of one. ``unidentifiable``,
+    shape (s + p,), marks the parameters to which the samples are insensitive. ``effective`` is the effective number of
+    independent samples.
     """
 
     covariance: Floats
     quantile: float
     condition: float
-    blind: NDArray[np.bool_]
+    unidentifiable: Mask
     effective: float
     freedom: Callable[[Floats], float] | None = None
 
-    def half(self, gradient: Floats) -> float:
+    def half_width(self, gradient: Floats) -> float:
         """Half width of the interval of a function of x with this gradient, shape (s + p,); may be infinite."""
-        if (gradient[self.blind] != 0).any():
+        if (gradient[self.unidentifiable] != 0).any():
             return math.inf
         quantile = self.quantile if self.freedom is None else _quantile(self.freedom(gradient))
         return quantile * math.sqrt(max(0.0, float(gradient @ self.covariance @ gradient)))
 
     def correlation(self, i: int, j: int) -> float:
-        """Correlation of two entries of x; 0 where one of them has no spread."""
+        """Correlation of two entries of x; 0 if the variance of one is 0."""
         size = math.sqrt(self.covariance[i, i] * self.covariance[j, j])
         return float(self.covariance[i, j] / size) if size > 0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Residual at the end of a polish and its Jacobian by finite differences.
+    """Residual at the end of the least squares, and its Jacobian by finite differences.
 
-    ``free`` marks the entries of x that the samples show and no bound holds, ``blind`` those that they do not show.
+    ``free`` marks the entries of x that are identifiable and at no bound, ``unidentifiable`` those without influence.
     """
 
     residual: Floats
     columns: Floats
-    free: NDArray[np.bool_]
-    blind: NDArray[np.bool_]
+    free: Mask
+    unidentifiable: Mask
 
     def inverse(self) -> tuple[Floats, float]:
-        """Give (J^T J)^-1 of the free entries, and the condition of J with columns of length 1."""
+        """Return (J^T J)^-1 of the free entries, and the condition number of J with columns scaled to length 1."""
         jacobian = self.columns[:, self.free]
         norms = np.linalg.norm(jacobian, axis=0)
         _, singular, basis = np.linalg.svd(jacobian / norms, full_matrices=False)
-        largest = float(singular.max(initial=1e-300))  # there are none where the samples show nothing at all
+        largest = float(singular.max(initial=1e-300))  # empty if no parameter is identifiable
         singular = np.maximum(singular, 1e-12 * largest)
         within = (basis.T / singular**2) @ basis / np.outer(norms, norms)
         return within, largest / float(singular.min(initial=largest))
 
 
 def linearise(samples: Samples, form: Form, point: Point) -> Linearised:
-    """Differentiate the residual. Coefficients of f that are held by a bound (a flat piece) count as known."""
+    """Differentiate the residual. Coefficients of f at a bound (a flat piece) count as known."""
     residual = residual_of(samples, form, point.sign)
     x = np.concatenate([point.q, point.c])
-    high = form.box(samples)[1]
-    held = point.c - form.backbones[0].low <= 1e-6 * np.abs(point.c).max()
-    free = np.concatenate([np.ones(form.size, dtype=bool), ~held])
+    high = form.bounds(samples)[1]
+    at_bound = point.c - form.backbones[0].low <= 1e-6 * np.abs(point.c).max()
+    free = np.concatenate([np.ones(form.size, dtype=bool), ~at_bound])
     at_end = residual(x)
     columns = np.zeros((len(at_end), len(x)))
     for i in np.flatnonzero(free):
@@ -110,15 +110,15 @@ def linearise(samples: Samples, form: Form, point: Point) -> Linearised:
             step = -step
         columns[:, i] = (residual(x + step * np.eye(len(x))[i]) - at_end) / step
     norms = np.linalg.norm(columns, axis=0)
-    blind = free & (norms <= _BLIND * norms.max())
-    return Linearised(at_end, columns, free & ~blind, blind)
+    unidentifiable = free & (norms <= _UNIDENTIFIABLE * norms.max())
+    return Linearised(at_end, columns, free & ~unidentifiable, unidentifiable)
 
 
 def uncertainty(samples: Samples, form: Form, point: Point) -> Uncertainty:
-    """Covariance s^2 (J^T J)^-1 m / m_eff at the end of a polish.
+    """Covariance s^2 (J^T J)^-1 m / m_eff at the end of the least squares.
 
-    The residual of a model that lacks an effect is no white noise. Its m samples count as
-    m_eff = m (1 - r) / (1 + r), r being the correlation of neighbours (first-order autoregression).
+    The residual of an incomplete model is not white noise. Its m samples count as m_eff = m (1 - r) / (1 + r), where r
+    is the correlation of neighbouring samples (first-order autoregression).
     """
     line = linearise(samples, form, point)
     within, condition = line.inverse()
@@ -126,56 +126,57 @@ def uncertainty(samples: Samples, form: Form, point: Point) -> Uncertainty:
     neighbours = float(e[1:] @ e[:-1]) / max(float(e @ e), 1e-300)
     effective = m * (1 - max(0.0, neighbours)) / (1 + max(0.0, neighbours))
     variance = float(e @ e) / max(1, m - p) * m / max(1.0, effective)
-    quantile = float(student.ppf(0.5 + 0.5 * _CONFIDENCE, max(1, m - p)))
-    return Uncertainty(_spread_out(line, variance * within), quantile, condition, line.blind, effective)
+    quantile = _quantile(m - p)
+    return Uncertainty(_of_all(line, variance * within), quantile, condition, line.unidentifiable, effective)
 
 
 def bootstrap(samples: Samples, form: Form, point: Point, seed: int) -> Uncertainty:
-    """Covariance over draws of whole blocks of samples, with replacement; each draw refitted by one Gauss-Newton step.
+    """Covariance by block bootstrap; one Gauss-Newton step refits each draw of blocks with replacement.
 
-    What the blocks have in common in their residual, however it is correlated within them, counts as it is (Kunsch
-    1989, doi 10.1214/aos/1176347265). A fit bends towards the blocks that a parameter hangs on, so that their residual
-    is too small: it is divided by the root of what the fit leaves of it, and since those blocks may be few the
-    quantiles are those of Student's t by Satterthwaite (both: Bell, McCaffrey 2002, Survey Methodology 28(2), 169-181).
+    Residuals may be correlated within a block in any way (Kunsch 1989, doi 10.1214/aos/1176347265). The fit reduces the
+    residual of the blocks that determine a parameter. Their residual is therefore divided by the root of the share that
+    survives the fit. As these blocks may be few, the quantiles are those of Student's t with Satterthwaite's degrees of
+    freedom (both: Bell and McCaffrey 2002, Survey Methodology 28(2), 169-181).
 
     Parameters
     ----------
     samples, form, point
-        End of a polish; ``samples.blocks`` has at least two blocks.
+        End of the least squares; ``samples.blocks`` has at least two blocks.
     seed
         Of the draws.
     """
     line = linearise(samples, form, point)
     jacobian = line.columns[:, line.free]
     assert samples.blocks is not None
-    names, which = np.unique(samples.blocks[samples.seen], return_inverse=True)
-    parts = [which == i for i in range(len(names))]
+    names, number = np.unique(samples.blocks[samples.train], return_inverse=True)
+    parts = [number == i for i in range(len(names))]
     blocks = _Blocks.of([jacobian[part] for part in parts], [line.residual[part] for part in parts])
     steps = blocks.steps(np.random.default_rng(seed))
     k = len(names)
     centred = steps - steps.mean(axis=0)
     covariance = centred.T @ centred / (_DRAWS - 1)
     return Uncertainty(
-        _spread_out(line, covariance), _quantile(k - 1), line.inverse()[1], line.blind, float(k),
+        _of_all(line, covariance), _quantile(k - 1), line.inverse()[1], line.unidentifiable, float(k),
         lambda gradient: blocks.freedom(gradient[line.free]),
     )  # fmt: skip
 
 
 def _quantile(freedom: float) -> float:
-    return float(student.ppf(0.5 + 0.5 * _CONFIDENCE, max(1.0, freedom)))
+    """Quantile of Student's t; scipy.stats has the same, but takes as long to load as the rest of scipy together."""
+    return float(stdtrit(max(1.0, freedom), 0.5 + 0.5 * _CONFIDENCE))
 
 
 @dataclass(frozen=True, eq=False)
 class _Blocks:
-    """What a bootstrap needs of k blocks with p free parameters, scaled to columns of length 1.
+    """Matrices of k blocks with p free parameters for a bootstrap, columns scaled to length 1.
 
-    ``normals``, shape (k, p, p): J^T J; ``pulls``, (k, p): J^T W e, W = (1 - H)^-1/2 of the block, H its part of the
-    hat matrix; ``weighted``, (k, p, p): J^T W^2 J; ``crossed``, (k, p, p): J^T W J; ``inverse``, (p, p), of the sum of
-    the normals.
+    ``normals``, shape (k, p, p): J^T J; ``gradients``, (k, p): J^T W e, W = (1 - H)^-1/2 of the block, H its part of
+    the hat matrix; ``weighted``, (k, p, p): J^T W^2 J; ``crossed``, (k, p, p): J^T W J; ``inverse``, (p, p), of the sum
+    of the normals.
     """
 
     normals: Floats
-    pulls: Floats
+    gradients: Floats
     weighted: Floats
     crossed: Floats
     inverse: Floats
@@ -189,29 +190,29 @@ class _Blocks:
         inverse = np.linalg.pinv(normals.sum(axis=0), rcond=1e-14, hermitian=True)
         values, vectors = np.linalg.eigh(inverse)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
-        pulls, weighted, crossed = (np.zeros_like(part) for part in (normals[:, 0], normals, normals))
+        gradients, weighted, crossed = (np.zeros_like(part) for part in (normals[:, 0], normals, normals))
         for i, (j, e) in enumerate(zip(scaled, residuals, strict=True)):
             basis, own, _ = np.linalg.svd(j @ root, full_matrices=False)
-            more = np.maximum(1.0 - own**2, _LEAST_LEFT) ** -0.5 - 1.0
+            more = np.maximum(1.0 - own**2, _LEAST_RESIDUAL) ** -0.5 - 1.0
             once = j + basis @ (more[:, np.newaxis] * (basis.T @ j))  # W J
-            pulls[i], weighted[i], crossed[i] = once.T @ e, once.T @ once, j.T @ once
-        return cls(normals, pulls, weighted, crossed, inverse, size)
+            gradients[i], weighted[i], crossed[i] = once.T @ e, once.T @ once, j.T @ once
+        return cls(normals, gradients, weighted, crossed, inverse, size)
 
     def steps(self, rng: np.random.Generator) -> Floats:
         """Gauss-Newton steps of the draws, shape (draws, p)."""
-        k = len(self.pulls)
+        k = len(self.gradients)
         draws = rng.multinomial(k, np.full(k, 1 / k), _DRAWS).astype(float)
-        # One draw's normal matrix may be singular where few blocks show a parameter: the whole one takes a small part.
+        # If few blocks determine a parameter, the normal matrix of a draw may be singular; 10 % of the whole is added.
         whole = self.normals.sum(axis=0)
-        pulls = self.pulls - self.pulls.mean(axis=0)
-        found = np.empty((_DRAWS, self.pulls.shape[1]))
+        gradients = self.gradients - self.gradients.mean(axis=0)
+        found = np.empty((_DRAWS, self.gradients.shape[1]))
         for i, draw in enumerate(draws):
             matrix = 0.9 * np.tensordot(draw, self.normals, 1) + 0.1 * whole
-            found[i] = np.linalg.lstsq(matrix, -(draw @ pulls), rcond=1e-14)[0]
+            found[i] = np.linalg.lstsq(matrix, -(draw @ gradients), rcond=1e-14)[0]
         return found / self.size
 
     def freedom(self, gradient: Floats) -> float:
-        """Degrees of freedom of the variance of a combination of parameters, were the noise white."""
+        """Degrees of freedom of the variance of a combination of parameters, for white noise."""
         direction = self.inverse @ (gradient / self.size)
         own = np.einsum("i,kij,j->k", direction, self.weighted, direction)
         ends = np.einsum("kij,j->ki", self.crossed, direction)
@@ -220,15 +221,15 @@ class _Blocks:
         return float(np.trace(gram)) ** 2 / total if total > 0 else math.inf
 
 
-def _spread_out(line: Linearised, covariance: Floats) -> Floats:
-    """Covariance of all of x, zero where it is not free."""
+def _of_all(line: Linearised, covariance: Floats) -> Floats:
+    """Extend a covariance of the free entries to all of x, with zeros."""
     out = np.zeros((len(line.free), len(line.free)))
     out[np.ix_(line.free, line.free)] = covariance
     return out
 
 
 def coordinates(form: Form) -> list[tuple[str, int]]:
-    """Names and places in x of what shapes the law: (A, saturation_deg, n, gamma / beta) of each element."""
+    """Names and indices in x of the parameters of the law: (A, saturation_deg, n, gamma / beta) of each element."""
     names = ("A", "saturation_deg", "n", "gamma / beta")
     return [(name + _mark(i), 4 * i + j) for i in range(form.elements) for j, name in enumerate(names)]
 
@@ -238,12 +239,12 @@ def _mark(i: int) -> str:
 
 
 def parameters_of(samples: Samples, form: Form, point: Point, spread: Uncertainty | None) -> dict[str, Parameter]:
-    """Give A, beta, gamma, n, h0_deg, saturation_deg and the rest of q, and the coefficients of f, with intervals.
+    """Return A, beta, gamma, n, h0_deg, saturation_deg, the rest of q, and the coefficients of f, with intervals.
 
-    Those of a second element end in _2; h0_deg of further records in _record_2 and on; ``amplitude_2`` is that of h in
-    the second group of records over the first, ``zero_deg_record_2`` what its angle has on top of f + h. Without a
-    spread the intervals are None. Intervals of A, n and the saturation end at the bounds of the search. Where h = 0
-    (sign 0) those of its parameters are None.
+    Names of a second element end in ``_2``, initial states of further records in ``_record_2`` and so on.
+    ``amplitude_2`` is the ratio of h in the second group of records to h in the first; ``zero_deg_record_2`` is the
+    offset of the second record's angle from f + h. Without a ``spread`` the intervals are None. Intervals of A, n and
+    the saturation end at the bounds of the search. For h = 0 (sign 0) the intervals of its parameters are None.
     """
     found: dict[str, Parameter] = {}
     reader = _Reader(spread, form.size + len(point.c))
@@ -273,7 +274,7 @@ def parameters_of(samples: Samples, form: Form, point: Point, spread: Uncertaint
 
 @dataclass(frozen=True)
 class _Reader:
-    """Turns a value and its gradient into a parameter with an interval."""
+    """Makes a parameter with an interval from a value and its gradient."""
 
     spread: Uncertainty | None
     size: int
@@ -284,14 +285,14 @@ class _Reader:
         return gradient
 
     def plain(self, value: float, gradient: Floats, unit: str) -> Parameter:
-        half = math.inf if self.spread is None else self.spread.half(gradient)
+        half = math.inf if self.spread is None else self.spread.half_width(gradient)
         if not math.isfinite(half):
             return Parameter(value, None, None, unit)
         return Parameter(value, value - half, value + half, unit)
 
     def positive(self, value: float, gradient: Floats, unit: str, ends: tuple[float, float] | None = None) -> Parameter:
-        """Interval of the logarithm; ``ends`` bound it."""
-        half = math.inf if self.spread is None else self.spread.half(gradient)
+        """Return a positive parameter with the interval of its logarithm, which ``ends`` bound."""
+        half = math.inf if self.spread is None else self.spread.half_width(gradient)
         if self.spread is None or value == 0 or (ends is None and half > _WIDEST_LOG):
             return Parameter(value, None, None, unit)
         log_low, log_high = math.log(value) - half, math.log(value) + half
@@ -301,7 +302,7 @@ class _Reader:
 
 
 def _element(reader: _Reader, samples: Samples, form: Form, point: Point, i: int) -> dict[str, Parameter]:
-    low, high = form.box(samples)
+    low, high = form.bounds(samples)
     at = 4 * i
     _, log_saturation, _, rho = (float(v) for v in point.q[at : at + 4])
     model = point.models(form)[i]

@@ -17,8 +17,8 @@ from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig.joints import Notch
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, with_notch
+from hysteresis import Fit, identify
 from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
-from hysteresis.identify import Fit, identify
 from hysteresis.metrics import LoopWidth, errors, loop_width
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record

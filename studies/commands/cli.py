@@ -26,6 +26,7 @@ from fem_models.rig.rig_file import read_rig
 from hysteresis.optimizers import METHODS, Method
 from hysteresis.record import RecordError
 from hysteresis.record_file import check_target, read_record, write_record
+from hysteresis.settings import IdentifySettings
 from studies.commands.identification import identify_records, write_fit, written
 from studies.engines import (
     ENGINES,
@@ -151,15 +152,10 @@ def identify(
         if path.resolve() in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
     loaded = [read_record(path) for path in records]
-    fit = identify_records(
-        loaded,
-        seed=seed,
-        progress=not quiet and not as_json,
-        method=cast("Method", method.value),
-        seeds=seeds,
-        elements=elements or None,
-        delay=delay,
+    settings = IdentifySettings(
+        method=cast("Method", method.value), seed=seed, seeds=seeds, elements=elements or None, delay=delay
     )
+    fit = identify_records(loaded, settings=settings, progress=not quiet and not as_json)
     write_fit(fit, loaded, out, "identify")
     _show(fit.to_dict(), quiet, as_json, str(fit), f"wrote {out / 'identify.json'}")
 

@@ -17,6 +17,7 @@ from hysteresis.files import write_files
 from hysteresis.inverse import UnreachableError, compensating_drive, uncompensated_drive
 from hysteresis.record import RecordError
 from hysteresis.record_file import read_columns, read_record
+from hysteresis.settings import IdentifySettings
 from studies.commands.identification import identify_records
 
 
@@ -64,7 +65,9 @@ def known_layer(source: Path, *, elements: int | None, seed: int, progress: bool
     if source.suffix.lower() == ".json":
         return read_layer(source)
     record = read_record(source)
-    fit = identify_records([record], seed=seed, use_rig=False, progress=progress, elements=elements)
+    fit = identify_records(
+        [record], settings=IdentifySettings(seed=seed, elements=elements), use_rig=False, progress=progress
+    )
     return Known(
         source=f"the record {record.source}",
         models=fit.models,

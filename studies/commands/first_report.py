@@ -27,7 +27,8 @@ from fem_models.view.manipulator import SceneError, render
 from hysteresis.files import write_files
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
-from studies.commands.identification import identify_record, write_fit
+from hysteresis.settings import IdentifySettings
+from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import trace_loaded
 from studies.progress import steps
@@ -66,7 +67,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         fits = []
         for label, name, known in jobs:
             step(f"identifying {label}")
-            fit = identify_record(records[name], seed=seed, use_rig=known)
+            fit = identify_records([records[name]], settings=IdentifySettings(seed=seed), use_rig=known)
             write_fit(fit, [records[name]], out, f"identify-{label}")
             fits.append({"name": label, "record": name, "title": records[name].title})
         step(f"separating {PRESET} at {PRELOADS_N[-1]:g} N")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,44 +12,29 @@ from numpy.typing import NDArray
 from fem_models.analytic.kinematics import theory_curve
 from fem_models.rig.checks import RigError
 from fem_models.rig.of_record import rig_of
+from hysteresis import Fit, identify
 from hysteresis.backbone import Kinematics
 from hysteresis.files import write_files
 from hysteresis.holdout import hold_out
-from hysteresis.identify import Fit, identify
-from hysteresis.optimizers import Method
 from hysteresis.path import require_reversal
 from hysteresis.record import Record, RecordError
+from hysteresis.settings import DEFAULTS, IdentifySettings
 from studies.progress import bar
 
-
-class Options(TypedDict, total=False):
-    """What a caller may choose, as in :func:`hysteresis.identify.identify`."""
-
-    method: Method
-    seeds: int
-    elements: int | None
-    delay: bool
-
-
 STANDSTILL_DEG = 1e-9  # no sensor tells such angles apart
-
-
-def identify_record(record: Record, *, seed: int = 0, use_rig: bool = True, progress: bool = False) -> Fit:
-    """Identify the layer on one record; see :func:`identify_records`."""
-    return identify_records([record], seed=seed, use_rig=use_rig, progress=progress)
 
 
 def identify_records(
     records: Sequence[Record],
     *,
-    seed: int = 0,
+    settings: IdentifySettings = DEFAULTS,
     use_rig: bool = True,
     progress: bool = False,
-    **options: Unpack[Options],
 ) -> Fit:
-    """Identify the layer with the best base that the records allow: user's theory, analytic rig, or a fitted f.
+    """Identify the hysteresis of records on the best kinematics that they allow.
 
-    Several records are fitted jointly. They need a rig or a theory each, or f is fitted.
+    That is the user's own theory, the analytic model of the rig, or a curve that is fitted. Several records are fitted
+    jointly; if one of them has neither rig nor theory, the curve is fitted. With ``use_rig`` False the rig is ignored.
 
     Raises
     ------
@@ -66,9 +50,8 @@ def identify_records(
         return identify(
             records,
             known if len(known) == len(records) else None,
-            seed=seed,
+            settings=settings,
             progress=lambda done, total: shown.update(task, completed=done, total=total),
-            **options,
         )
 
 

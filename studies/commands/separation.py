@@ -11,10 +11,11 @@ import numpy as np
 from fem_models.load.program import LoadProgram
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Rig
+from hysteresis import identify
 from hysteresis.arrays import Floats
-from hysteresis.identify import identify
 from hysteresis.metrics import dissipated_area, loop_width
 from hysteresis.record import Record
+from hysteresis.settings import IdentifySettings
 from studies.engines import mechanics
 from validation.separation import Contributions, calibrate_rig, loop_program, separate
 from validation.separation.contributions import PARTS, SETS, Loop, divide, shapley_shares
@@ -120,7 +121,7 @@ def _law(found: Contributions, on: frozenset[str], seed: int) -> dict[str, Any] 
     loop = found.loops[on]
     if loop.is_lossless or loop.is_flat:
         return None
-    fit = identify(loop.record, seed=seed)
+    fit = identify(loop.record, settings=IdentifySettings(seed=seed))
     laws = {name: parameter.to_dict() for name, parameter in fit.parameters.items()}
     return {"parameters": laws, "saturation_deg": fit.saturation_deg.to_dict(), "heldout": fit.heldout.to_dict()}
 

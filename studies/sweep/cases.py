@@ -18,9 +18,11 @@ from fem_models.joint.strain import SUPERELASTIC, limits_passed, peak_strain, st
 from fem_models.load.program import LoadProgram, sine, triangle
 from fem_models.rig.rig import Rig
 from fem_models.rig.rig_file import rig_of_tables
+from hysteresis import identify
 from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
 from hysteresis.record import Record
+from hysteresis.settings import IdentifySettings
 from studies.engines import mechanics
 from studies.sweep.inputs import code_version, with_values
 from validation.separation import loop_program, separate
@@ -264,9 +266,7 @@ def _contributions(rig: Rig, program: LoadProgram, engine: str) -> Quantities:
 
 
 def _bouc_wen(record: Record, seed: int) -> Quantities:
-    from hysteresis.identify import identify  # its optimizers take as long to load as all the rest
-
-    fit = identify(record, seed=seed)
+    fit = identify(record, settings=IdentifySettings(seed=seed))
     values = {f"bouc_wen_{name}": fit.parameters[name].value for name in ("A", "beta", "gamma", "n")}
     return values | {"saturation_deg": fit.saturation_deg.value}
 

@@ -10,13 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hysteresis import identify
 from hysteresis.backbone import fitted_backbone, given_backbone
 from hysteresis.bouc_wen import BoucWen, hysteresis
+from hysteresis.form import Form, Point
 from hysteresis.holdout import hold_out, validate_within
-from hysteresis.identify import identify
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import read_record
-from hysteresis.search import Form, Point, Samples
+from hysteresis.samples import Samples
+from hysteresis.settings import IdentifySettings
 from hysteresis.uncertainty import parameters_of, uncertainty
 
 PAPER = {"A": 1.895, "beta": 0.315, "gamma": 0.2606, "n": 1.176}  # eq. 10
@@ -226,7 +228,7 @@ def test_held_out_angles_are_never_seen(drive, base):
     record = loop(BoucWen(-1.0, 0.3, 0.1, 1.5), drive=drive, noise=0.05)
     heldout = hold_out(record).heldout
     spoilt = replace(record, angle_deg=record.angle_deg + 20 * heldout)
-    fit, other = (identify(r, base, generations=9) for r in (record, spoilt))
+    fit, other = (identify(r, base, settings=IdentifySettings(generations=9)) for r in (record, spoilt))
     assert other.model == fit.model
     np.testing.assert_array_equal(other.coefficients, fit.coefficients)
     assert other.train == fit.train
@@ -235,7 +237,7 @@ def test_held_out_angles_are_never_seen(drive, base):
 
 def test_baseline_is_the_best_curve_without_hysteresis():
     record = loop(BoucWen(-1.0, 0.3, 0.1, 1.5), noise=0.05)
-    fit = identify(record, analytic, generations=9)
+    fit = identify(record, analytic, settings=IdentifySettings(generations=9))
     train = hold_out(record).train
     deviation = (record.angle_deg - analytic(record.drive))[train]  # of given kinematics only the zero is free
     assert fit.baseline_train.rmse_deg == pytest.approx(np.std(deviation), rel=1e-9)
@@ -267,16 +269,24 @@ def test_a_seed_gives_one_result_and_leaves_the_world_alone(capfd):
     seen = []
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        fit = identify(record, seed=3, generations=10, progress=lambda done, total: seen.append((done, total)))
+        fit = identify(
+            record,
+            settings=IdentifySettings(seed=3, generations=10),
+            progress=lambda done, total: seen.append((done, total)),
+        )
     assert capfd.readouterr() == ("", "")
     assert seen == [(i, 10) for i in range(1, 11)]
     assert random.getstate() == ours
     np.testing.assert_array_equal(np.random.get_state()[1], theirs)  # noqa: NPY002
-    assert comparable(identify(record, seed=3, generations=10)) == comparable(fit)
+    assert comparable(identify(record, settings=IdentifySettings(seed=3, generations=10))) == comparable(fit)
 
 
 def test_identify_json_is_the_contract():
-    fit = identify(loop(BoucWen(-1.0, 0.3, 0.1, 1.5), noise=0.05, title="bench"), analytic, generations=9)
+    fit = identify(
+        loop(BoucWen(-1.0, 0.3, 0.1, 1.5), noise=0.05, title="bench"),
+        analytic,
+        settings=IdentifySettings(generations=9),
+    )
     data = json.loads(json.dumps(fit.to_dict(), allow_nan=False))
     assert data["schema"] == 1
     assert data["records"] == ["bench"]
@@ -297,7 +307,9 @@ def test_identify_json_is_the_contract():
 def test_the_papers_fitness_does_not_determine_the_loop():
     """Eq. 8 cancels: a mean of zero is reached with errors many times those of the default."""
     record = loop(BoucWen(**PAPER | {"A": -1.895}), noise=0.05)
-    default, paper = (identify(record, analytic, fitness=name) for name in ("rmse", "paper-signed-mean"))
+    default, paper = (
+        identify(record, analytic, settings=IdentifySettings(fitness=name)) for name in ("rmse", "paper-signed-mean")
+    )
     residual = (paper.predict(record.drive) - record.angle_deg)[hold_out(record).train]
     assert abs(residual.mean()) / np.ptp(record.angle_deg) < 1e-4
     assert paper.train.rmse_deg > 5 * default.train.rmse_deg
@@ -319,7 +331,7 @@ def test_what_the_samples_do_not_show_has_no_interval():
     record = loop(point.models(form)[0], drive=drive, noise=0.01)
     samples = Samples(drive, record.angle_deg, np.ones(len(drive), dtype=bool))
     spread = uncertainty(samples, form, point)
-    assert spread.blind.tolist() == [True, False, True, True, False, False]
+    assert spread.unidentifiable.tolist() == [True, False, True, True, False, False]
     found = parameters_of(samples, form, point, spread)
     assert found["gamma"].low is None
     assert (found["n"].low, found["n"].high) == pytest.approx((1, 10))  # the bounds of the search
@@ -344,9 +356,9 @@ def test_bad_records_are_named():
 def test_bad_arguments_are_named():
     record = loop(BoucWen(-1.0, 0.3, 0.1, 1.5))
     with pytest.raises(ValueError, match="fitness = 'best'"):
-        identify(record, fitness="best")
+        identify(record, settings=IdentifySettings(fitness="best"))
     with pytest.raises(ValueError, match="generations = 1: expected at least 3"):
-        identify(record, generations=1)
+        identify(record, settings=IdentifySettings(generations=1))
     with pytest.raises(ValueError, match="base: shape"):
         identify(record, lambda drive: drive[:-1])
     with pytest.raises(ValueError, match="base: no finite angles"):

@@ -16,12 +16,13 @@ from fem_models.chain.solve import simulate_chain
 from fem_models.load.program import LoadProgram
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Rig
+from hysteresis import identify
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.fit import Fit
-from hysteresis.identify import identify
 from hysteresis.inverse import compensating_drive, uncompensated_drive
 from hysteresis.record import Record
+from hysteresis.settings import IdentifySettings
 
 Engine = Callable[[Rig, LoadProgram], Record]
 
@@ -64,7 +65,7 @@ def references() -> dict[str, Floats]:
 
 def layer(rig: Rig, engine: Engine, elements: int | None = None) -> Fit:
     """Identify f + h on shrinking loops of a rig, f fitted: all that a bench would know."""
-    return identify(engine(rig, shrinking_loops()), elements=elements)
+    return identify(engine(rig, shrinking_loops()), settings=IdentifySettings(elements=elements))
 
 
 def track(fit: Fit, rig: Rig, reference_deg: Floats, engine: Engine) -> Tracking:

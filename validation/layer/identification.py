@@ -18,20 +18,23 @@ from fem_models.analytic.kinematics import theory_curve
 from fem_models.chain.solve import simulate_chain
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.rig.presets import preset
+from hysteresis import identify
 from hysteresis.arrays import Floats, Mask
 from hysteresis.files import write_files
 from hysteresis.fit import Fit
 from hysteresis.holdout import Split, hold_out
-from hysteresis.identify import identify, join
 from hysteresis.metrics import Errors, errors
 from hysteresis.record import Record
 from hysteresis.record_file import read_record
+from hysteresis.samples import join
 from hysteresis.search import polish, with_curve_of
+from hysteresis.settings import IdentifySettings
 from validation.layer.comparators import Kind, fit_operator
 from validation.layer.interpolation import between_fits, between_operators, within_fit, within_operator
 from validation.layer.trials import coverage, recovery
 
 RATES_HZ = (0.1, 0.2, 0.3)  # of the catheter
+_DELAYED = IdentifySettings(delay=True)
 OPERATORS: dict[Kind, str] = {
     "play": "play, f(P[x])",
     "pi": "Prandtl-Ishlinskii of 10, f(x) + sum w P[x]",
@@ -74,7 +77,10 @@ def named(fit: Fit) -> str:
 def compared(records: Sequence[Record], splits: Sequence[Split], *, delay: bool) -> list[Score]:
     """Fit everything to the same training samples."""
     scores = []
-    fits = [identify(records, elements=elements, delay=delay, splits=splits) for elements in (1, None)]
+    fits = [
+        identify(records, settings=IdentifySettings(elements=elements, delay=delay), splits=splits)
+        for elements in (1, None)
+    ]
     labels = ["", ", chosen inside the training samples"]
     for fit, label in zip(fits, labels, strict=True):
         predicted = [fit.predict(r.drive, r.time_s, i) for i, r in enumerate(records)]
@@ -125,7 +131,7 @@ def davinci(folder: Path) -> list[str]:
     }
     target, share = loads[50], (50 - 10) / (100 - 10)
     splits = [Split(np.zeros(len(r.drive), bool), np.ones(len(r.drive), bool), "all of it") for r in target]
-    low, high = (identify(loads[load], delay=True) for load in (10, 100))
+    low, high = (identify(loads[load], settings=_DELAYED) for load in (10, 100))
     pairs = {"each load searched by itself": high, "load 100 continued from load 10": continued(low, high, loads[100])}
     scores = []
     for label, end in pairs.items():
@@ -133,7 +139,7 @@ def davinci(folder: Path) -> list[str]:
         predicted = [middle(record.drive, record.time_s, i) for i, record in enumerate(target)]
         scores.append(score(f"Bouc-Wen, {label}", target, predicted, splits))
     everything = [*loads[10], *loads[100]]
-    joint = within_fit(identify(everything, delay=True, amplitude_by=[10, 10, 100, 100]), share)
+    joint = within_fit(identify(everything, settings=_DELAYED, amplitude_by=[10, 10, 100, 100]), share)
     predicted = [joint(record.drive, record.time_s, i) for i, record in enumerate(target)]
     scores.append(score("Bouc-Wen, one f for both loads", target, predicted, splits))
     longest = low.form.longest_delay_s
@@ -205,7 +211,7 @@ def table_1() -> list[str]:
         amplitude = float(np.abs(record.angle_deg).max())
         for label, base in (("analytic", _base(preload)), ("fitted", None)):
             for elements in (1, 2):
-                fit = identify(record, base, elements=elements)
+                fit = identify(record, base, settings=IdentifySettings(elements=elements))
                 figures = _as_in_the_paper(fit.heldout, amplitude)
                 lines.append(f"| {preload:g} N | {label} | {elements} | {figures} |")
     return [*lines, ""]
@@ -239,7 +245,7 @@ def minor_loops() -> list[str]:
         record = simulate_chain(preset("du2018", preload_N=preload), program)
         for label, base in (("analytic", _base(preload)), ("fitted", None)):
             for elements in (1, 2):
-                fit = identify(record, base, elements=elements, splits=[split])
+                fit = identify(record, base, settings=IdentifySettings(elements=elements), splits=[split])
                 angle = fit.predict(record.drive)
                 found = [errors(record.angle_deg[part], angle[part]) for part in parts]
                 cells = " | ".join(f"{e.rmse_deg:.3f}, {e.max_abs_deg:.3f}" for e in found)

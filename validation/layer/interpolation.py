@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from hysteresis.arrays import Floats
 from hysteresis.backbone import Backbone
 from hysteresis.fit import Fit
-from hysteresis.search import Form, Point
+from hysteresis.form import Form, Point
 from validation.layer.comparators import Operator
 
 

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hysteresis import identify
 from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.fit import Fit
-from hysteresis.identify import identify
 from hysteresis.record import Record
+from hysteresis.settings import IdentifySettings
 
 PAPER = {"A": 1.895, "beta": 0.315, "gamma": 0.2606, "n": 1.176}  # eq. 10
 NAMES = ("A", "beta", "gamma", "n", "saturation_deg")
@@ -45,7 +46,10 @@ def recovery(seeds: int = 20, within: float = 1e-4) -> list[str]:
         "| method | within 1e-4 | largest relative error | seconds a fit |", "|---|---|---|---|",
     ]  # fmt: skip
     for method in ("genetic", "cma", "differential-evolution", "least-squares"):
-        fits = [identify(loop(model), kinematics, method=method, seed=seed) for seed in range(seeds)]
+        fits = [
+            identify(loop(model), kinematics, settings=IdentifySettings(method=method, seed=seed))
+            for seed in range(seeds)
+        ]
         found = [largest_error(fit, model) for fit in fits]
         good, seconds = sum(error <= within for error in found), np.median([fit.seconds for fit in fits])
         lines.append(f"| {method} | {good} of {seeds} | {max(found):.1e} | {seconds:.2f} |")
@@ -66,7 +70,7 @@ def covered(count: int = 200, noise_deg: float = NOISE_DEG) -> tuple[dict[str, i
     """How often the 95 % intervals hold the truth: those of the Jacobian, and those by blocks."""
     jacobian, blocks = dict.fromkeys(NAMES, 0), dict.fromkeys(NAMES, 0)
     for seed, model in enumerate(draws(count)):
-        fit = identify(loop(model, noise_deg, seed), kinematics, generations=30, seed=seed)
+        fit = identify(loop(model, noise_deg, seed), kinematics, settings=IdentifySettings(generations=30, seed=seed))
         everything = fit.parameters | {"saturation_deg": fit.saturation_deg}
         for name in NAMES:
             truth = getattr(model, name)

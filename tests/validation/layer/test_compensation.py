@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from fem_models.chain.solve import simulate_chain
 from fem_models.rig.presets import preset
+from hysteresis import identify
 from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.identify import identify
 from hysteresis.inverse import compensating_drive, inverse_curve, inverse_hysteresis, uncompensated_drive
 from hysteresis.record_file import read_columns, read_record, write_record
 from studies.commands.cli import call
@@ -91,7 +91,7 @@ def test_an_identify_json_gives_the_drive_of_its_record(loops, tmp_path):
     """The layer from the file has f as a table: the same drive, but for what lies between its places."""
     reference = tmp_path / "wanted.csv"
     reference.write_text("angle_deg\n" + "\n".join(map(repr, (20 * np.sin(np.linspace(0, 9, 60))).tolist())) + "\n")
-    fit = identify(read_record(loops), elements=1)
+    fit = identify(read_record(loops))
     write_fit(fit, [read_record(loops)], tmp_path, "identify")
     drives = []
     for source in (loops, tmp_path / "identify.json"):

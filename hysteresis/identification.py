@@ -1,0 +1,162 @@
+"""Identification of the improved Bouc-Wen law (paper, eq. 6-7) on records: ``fit = identify(record, base)``."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import count
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from hysteresis.backbone import Kinematics
+from hysteresis.fit import Fit, KinematicsLabel
+from hysteresis.form import Form
+from hysteresis.holdout import Split, hold_out
+from hysteresis.judgement import judge
+from hysteresis.model_choice import find_model
+from hysteresis.path import require_reversal
+from hysteresis.record import Record, RecordError
+from hysteresis.search import Effort
+from hysteresis.settings import DEFAULTS, IdentifySettings
+
+_LONGEST_DELAY = 0.02  # of the shortest record
+
+
+def identify(
+    record: Record | Sequence[Record],
+    base: Kinematics | Sequence[Kinematics] | None = None,
+    *,
+    kinematics: KinematicsLabel = "analytic",
+    settings: IdentifySettings = DEFAULTS,
+    amplitude_by: Sequence[object] | None = None,
+    splits: Sequence[Split] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Fit:
+    """Identify A, beta, gamma, n and the initial state of the improved Bouc-Wen law.
+
+    Parameters
+    ----------
+    record
+        A loop: the drive must reverse. Several records are fitted jointly: they share f and the parameters of h; each
+        has its own initial state and its own zero of the angle.
+    base
+        The kinematics f, drive in mm -> angle in deg, shape (m,) -> (m,), for all records or one for each. Its zero
+        is fitted, and for a drive that is not in mm also the gain. Without ``base`` the record's own theory is used,
+        and without that f is fitted to the data: monotone, with slopes at knots whose number is chosen within the
+        training data.
+    kinematics
+        Name of ``base`` in the result.
+    settings
+        Of the search and of the model.
+    amplitude_by
+        A label for each record: the amplitude of h is fitted for each label after the first. By default the preload,
+        if all records have one.
+    splits
+        Training and held-out samples of each record; by default :func:`hysteresis.holdout.hold_out`.
+    progress
+        Called with (generations done, generations in all).
+
+    Raises
+    ------
+    RecordError
+        A record that never reverses, has too few samples, an angle that never changes, or leaves its own theory;
+        records of different drive units; a delay without times.
+    ValueError
+        No record, kinematics without finite angles, or labels that do not match the records.
+    """
+    began = time.perf_counter()
+    records = [record] if isinstance(record, Record) else list(record)
+    _require_usable(records, settings.delay)
+    splits = [hold_out(r) for r in records] if splits is None else list(splits)
+    bases, label = _kinematics(records, base, kinematics)
+    longest_delay_s = _longest_delay(records) if settings.delay else 0.0
+    form = Form(backbones=(), groups=_groups(records, amplitude_by), longest_delay_s=longest_delay_s)
+    found = find_model(records, splits, bases, form, _efforts(settings, progress), settings.elements)
+    fit = judge(records, splits, found, settings, label)
+    return replace(fit, seconds=time.perf_counter() - began)
+
+
+# --- checks of the input -----------------------------------------------------------------------------------------
+
+
+def _require_usable(records: Sequence[Record], delay: bool) -> None:
+    if not records:
+        raise ValueError("records: none: expected at least one")
+    for record in records:
+        name = record.source or "record"
+        require_reversal(record)
+        if np.ptp(record.angle_deg) == 0:
+            raise RecordError(f"{name}: angle = {record.angle_deg[0]:g} throughout: expected an angle that changes")
+        if record.drive_unit != records[0].drive_unit:
+            expected = f"expected {records[0].drive_unit}, as in the first record"
+            raise RecordError(f"{name}: drive in {record.drive_unit}: {expected}")
+        if delay and record.time_s is None:
+            raise RecordError(f"{name}: time: missing: expected times, to fit a delay")
+
+
+def _efforts(settings: IdentifySettings, progress: Callable[[int, int], None] | None) -> list[Effort]:
+    """One effort for each seed; all count generations together."""
+    s, done = settings, count(1)
+
+    def tick() -> None:
+        if progress is not None:
+            progress(next(done), s.generations * s.seeds)
+
+    return [Effort(s.method, s.fitness, s.seed + i, s.population, s.generations, tick) for i in range(s.seeds)]
+
+
+def _groups(records: Sequence[Record], labels: Sequence[object] | None) -> tuple[int, ...]:
+    """Group of each record, by label in order of appearance; one group for all if some have no label."""
+    if labels is None:
+        labels = [record.rig.get("preload_N") for record in records]
+        if None in labels:
+            return (0,) * len(records)
+    if len(labels) != len(records):
+        raise ValueError(f"amplitude_by: {len(labels)} labels: expected one for each of {len(records)} records")
+    known = list(dict.fromkeys(labels))
+    return tuple(known.index(label) for label in labels)
+
+
+def _longest_delay(records: Sequence[Record]) -> float:
+    return _LONGEST_DELAY * min(float(r.time_s[-1] - r.time_s[0]) for r in records if r.time_s is not None)
+
+
+def _kinematics(
+    records: Sequence[Record], base: Kinematics | Sequence[Kinematics] | None, label: KinematicsLabel
+) -> tuple[list[Kinematics] | None, KinematicsLabel]:
+    """Use the caller's kinematics, else the records' own theory, else none: f is then fitted."""
+    if base is not None:
+        bases = [base] * len(records) if callable(base) else list(base)
+        for kinematics, record in zip(bases, records, strict=True):
+            _require_finite(kinematics, record)
+        return bases, label
+    if any(record.kinematics is None for record in records):
+        return None, "fitted"
+    return [_theory(record) for record in records], "theory"
+
+
+def _theory(record: Record) -> Kinematics:
+    """Interpolate the record's own theory; it is constant beyond its ends."""
+    assert record.kinematics is not None
+    if record.drive_unit == "N":
+        raise RecordError(f"{record.source or 'record'}: kinematics: expected a drive in mm, deg or step, not a force")
+    first, last = record.kinematics[[0, -1], 0]
+    low, high = float(record.drive.min()), float(record.drive.max())
+    slack = 1e-6 * (last - first)
+    if record.drive_unit == "mm" and (low < first - slack or high > last + slack):
+        raise RecordError(
+            f"{record.source or 'record'}: drive from {low:g} to {high:g}: expected within the kinematics table, "
+            f"{first:g} to {last:g}"
+        )
+    curve = PchipInterpolator(*record.kinematics.T)
+    return lambda drive: curve(np.clip(drive, first, last))
+
+
+def _require_finite(base: Kinematics, record: Record) -> None:
+    if record.drive_unit not in ("mm", "N"):
+        return  # the drive is scaled before the kinematics are evaluated
+    angle = np.asarray(base(record.drive), dtype=float)
+    if angle.shape != record.drive.shape or not np.isfinite(angle).all():
+        raise ValueError(f"base: shape {angle.shape}: expected {record.drive.shape} finite angles for the drive")

@@ -1,0 +1,61 @@
+"""Settings of an identification, with their defaults: one frozen value for the command, the notebook and the tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from hysteresis.optimizers import METHODS, Method
+
+Fitness = Literal["rmse", "paper-signed-mean"]
+
+
+@dataclass(frozen=True)
+class IdentifySettings:
+    """How :func:`hysteresis.identification.identify` searches, and what the model may contain.
+
+    Parameters
+    ----------
+    method
+        Of the global search, see :func:`hysteresis.optimizers.evolve`.
+    seed, seeds
+        First seed, and number of searches with consecutive seeds. The same settings give the same fit.
+    elements
+        Number of Bouc-Wen elements of h, 1 or 2; None chooses by validation within the training data.
+    delay
+        Whether the angle may lag the drive in time, by up to 2 % of the shortest record.
+    fitness
+        ``"rmse"``: root mean square error, followed by least squares of all unknowns together.
+        ``"paper-signed-mean"``: eq. 8 of the paper, a mean in which errors cancel; for comparison, without least
+        squares.
+    population, generations
+        Size of one search: individuals, at least 8, and generations, at least 3.
+
+    Raises
+    ------
+    ValueError
+        An unknown fitness or method, a number of elements other than 1, 2 or None, or a search that is too small.
+    """
+
+    method: Method = "genetic"
+    seed: int = 0
+    seeds: int = 1
+    elements: int | None = 1
+    delay: bool = False
+    fitness: Fitness = "rmse"
+    population: int = 100
+    generations: int = 90
+
+    def __post_init__(self) -> None:
+        if self.fitness not in ("rmse", "paper-signed-mean"):
+            raise ValueError(f"fitness = {self.fitness!r}: expected 'rmse' or 'paper-signed-mean'")
+        if self.method not in METHODS:
+            raise ValueError(f"method = {self.method!r}: expected one of {', '.join(METHODS)}")
+        if self.elements not in (None, 1, 2) or (self.elements != 1 and self.fitness != "rmse"):
+            raise ValueError(f"elements = {self.elements}: expected 1, 2 or None; 1 for the paper's fitness")
+        for name, least in (("population", 8), ("generations", 3), ("seeds", 1)):
+            if (value := getattr(self, name)) < least:
+                raise ValueError(f"{name} = {value}: expected at least {least}")
+
+
+DEFAULTS = IdentifySettings()
