@@ -53,11 +53,9 @@ def judge(
     spread = uncertainty(fine, form, point) if least_squares else None
     by_blocks = bootstrap(fine, form, point, settings.seed) if least_squares and point.sign else None
     predicted, without = form.angle(samples, point), form.angle(samples, baseline)
-    train_mask, heldout_mask = (np.concatenate([getattr(s, part) for s in splits]) for part in ("train", "heldout"))
+    masks = samples.train, np.concatenate([split.heldout for split in splits])
     train, heldout, baseline_train, baseline_heldout = (
-        errors(samples.angle_deg[mask], angle[mask])
-        for angle in (predicted, without)
-        for mask in (train_mask, heldout_mask)
+        errors(samples.angle_deg[mask], angle[mask]) for angle in (predicted, without) for mask in masks
     )
     # The coefficients of a fitted f mean nothing by themselves: the result tabulates f.
     hidden = form.backbones[0].names if kinematics == "fitted" else ()
@@ -76,7 +74,7 @@ def judge(
         heldout=heldout,
         baseline_train=baseline_train,
         baseline_heldout=baseline_heldout,
-        heldout_of_records=tuple(_errors_of(samples, predicted, heldout_mask, part) for part in samples.slices()),
+        heldout_of_records=tuple(_errors_of(samples, predicted, masks[1], part) for part in samples.slices()),
         heldout_by="; ".join(dict.fromkeys(split.by for split in splits)),
         noise_floor_deg=math.sqrt(sum(noise_floor(record) ** 2 for record in records) / len(records)),
         bootstrap=of_blocks if least_squares and point.sign else {},
