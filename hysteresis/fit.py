@@ -59,7 +59,6 @@ class Fit:
     point: Point
     baseline_point: Point  # f without hysteresis
     heldout_masks: tuple[Mask, ...]
-    drive_range: tuple[float, float]  # of all records
     evaluations: int
     seeds_agreeing: int
     seconds: float
@@ -73,6 +72,12 @@ class Fit:
     def drive_unit(self) -> DriveUnit:
         """Unit of the drive, the same in all records."""
         return self.observed[0].drive_unit
+
+    @property
+    def drive_range(self) -> tuple[float, float]:
+        """Ends of the drives of all records."""
+        drives = np.concatenate([record.drive for record in self.observed])
+        return float(drives.min()), float(drives.max())
 
     @property
     def first_drive(self) -> float:

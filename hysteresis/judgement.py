@@ -63,7 +63,6 @@ def judge(
     saturation = parameters.pop("saturation_deg")
     of_law = _law_warnings(fine, form, point, spread) if point.sign else [_NO_HYSTERESIS]
     of_errors = _error_warnings(fine, point, train, heldout, baseline_heldout)
-    drives = np.concatenate([record.drive for record in records])
     return Fit(
         observed=tuple(records),
         kinematics=kinematics,
@@ -84,7 +83,6 @@ def judge(
         point=point,
         baseline_point=baseline,
         heldout_masks=tuple(split.heldout for split in splits),
-        drive_range=(float(drives.min()), float(drives.max())),
         evaluations=found.evaluations,
         seeds_agreeing=found.seeds_agreeing,
         seconds=0.0,
