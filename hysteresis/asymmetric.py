@@ -2,8 +2,8 @@
 
 h' = f' (A - |h|^n psi), psi = b1 sgn(f' h) + b2 sgn(f f') + b3 sgn(f h) + b4 sgn(f') + b5 sgn(h) + b6 sgn(f),
 
-with f counted from a centre. psi changes only where f turns, f passes the centre or h passes zero, so between these
-h follows the flow of :mod:`hysteresis.flow`, with other constants on either side of the centre and in either direction.
+with f measured from a centre. psi changes only where f reverses, f crosses the centre or h crosses zero. Between these
+events h follows the flow of :mod:`hysteresis.flow`; its parameters depend on the side of the centre and the direction.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 from hysteresis.flow import FREE, advance, set_kappa, workspace
 
 
@@ -28,11 +28,11 @@ class AsymmetricBoucWen:
     A
         As in :class:`hysteresis.bouc_wen.BoucWen`: h = sign(A) z, where z obeys the law with |A|.
     betas
-        b1 to b6, deg^-n. b1 alone is the symmetric law with gamma = 0; b2 to b6 make sides or directions unlike.
+        b1 to b6, deg^-n. b1 alone is the symmetric law with gamma = 0; b2 to b6 make sides or directions differ.
     n
         Sharpness, at least 1.
     centre_deg
-        f that parts the two sides.
+        f at the boundary of the two sides.
     h0_deg
         h at the first sample of the path.
     """
@@ -44,32 +44,32 @@ class AsymmetricBoucWen:
     h0_deg: float = 0.0
 
     def saturations_deg(self) -> Floats:
-        """Limit that |h| tends to, shape (2, 2): below and above the centre, f falling and rising; NaN for none."""
-        onward = _psi(np.array(self.betas))[:, :, 0]
+        """Return the limit of |h|, shape (2, 2): below and above the centre, f falling and rising; NaN for no limit."""
+        with_motion = _psi(np.array(self.betas))[:, :, 0]
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(onward > 0, (abs(self.A) / onward) ** (1 / self.n), np.nan)
+            return np.where(with_motion > 0, (abs(self.A) / with_motion) ** (1 / self.n), np.nan)
 
     def is_admissible(self) -> bool:
         """Tell whether h is bounded and every closed loop dissipates.
 
-        Sufficient: psi > 0 where h has the direction of motion (h then tends to a limit), psi <= 0 where it is
-        opposite (the way back is at least as steep as at h = 0), and n >= 1.
+        Sufficient conditions: psi > 0 where h has the direction of motion (h then tends to a limit), psi <= 0 where it
+        is opposite (unloading is at least as steep as at h = 0), and n >= 1.
         """
         psi = _psi(np.array(self.betas))
         return bool((psi[:, :, 0] > 0).all() and (psi[:, :, 1] <= 0).all() and self.n >= 1)
 
     def row(self) -> Floats:
-        """Parameters as a row (A, b1 to b6, n, centre_deg, h0_deg), shape (10,)."""
+        """Return the parameters as a row (A, b1 to b6, n, centre_deg, h0_deg), shape (10,)."""
         return np.array([self.A, *self.betas, self.n, self.centre_deg, self.h0_deg])
 
 
 def asymmetric_hysteresis(f_deg: ArrayLike, model: AsymmetricBoucWen) -> Floats:
-    """Hysteretic angle along a path of f, shape (m,) -> (m,), deg; see :func:`asymmetric_batch`."""
+    """Compute the hysteretic angle along a path of f, shape (m,) -> (m,), deg; see :func:`asymmetric_batch`."""
     return asymmetric_batch(f_deg, model.row()[np.newaxis])[0]
 
 
 def asymmetric_batch(f_deg: ArrayLike, parameters: ArrayLike) -> Floats:
-    """Hysteretic angle of many parameter sets along one path.
+    """Compute the hysteretic angle of many parameter sets along one path.
 
     Parameters
     ----------
@@ -93,9 +93,9 @@ def asymmetric_batch(f_deg: ArrayLike, parameters: ArrayLike) -> Floats:
         raise ValueError(f"f_deg of shape {path.shape}: expected a row of finite numbers")
     if rows.ndim != 2 or rows.shape[1] != 10 or not np.isfinite(rows).all():
         raise ValueError(f"parameters of shape {rows.shape}: expected (k, 10) finite numbers")
-    h, good = _follow_all(path, rows)
-    if not good.all():
-        i = int(np.argmin(good))
+    h, admissible = _follow_all(path, rows)
+    if not admissible.all():
+        i = int(np.argmin(admissible))
         raise ValueError(
             f"asymmetric Bouc-Wen parameters {i}: {', '.join(f'{v:g}' for v in rows[i])}: expected n >= 1, psi > 0 "
             "with the motion, psi <= 0 against it, and |h0_deg| within the limits"
@@ -105,31 +105,31 @@ def asymmetric_batch(f_deg: ArrayLike, parameters: ArrayLike) -> Floats:
 
 @njit(cache=True)
 def _psi(b: Floats) -> Floats:
-    """Tabulate psi, shape (2, 2, 2): by side of the centre, direction, and h with (0) or against (1) the motion."""
+    """Tabulate psi, shape (2, 2, 2), over the side of the centre, the direction, and h with (0) or against (1) it."""
     psi = np.empty((2, 2, 2))
     for i in range(2):
         for j in range(2):
             for k in range(2):
-                side, way = 2.0 * i - 1.0, 2.0 * j - 1.0
-                sign = way * (1.0 - 2.0 * k)
-                psi[i, j, k] = (
-                    b[0] * way * sign + b[1] * side * way + b[2] * side * sign + b[3] * way + b[4] * sign + b[5] * side
-                )
+                side, direction = 2.0 * i - 1.0, 2.0 * j - 1.0
+                sign = direction * (1.0 - 2.0 * k)
+                of_two = b[0] * direction * sign + b[1] * side * direction + b[2] * side * sign
+                psi[i, j, k] = of_two + b[3] * direction + b[4] * sign + b[5] * side
     return psi
 
 
 @njit(cache=True)
-def _follow_all(path: Floats, rows: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def _follow_all(path: Floats, rows: Floats) -> tuple[Floats, Mask]:
+    """Return h, shape (k, m), and which rows are admissible, shape (k,)."""
     out = np.zeros((rows.shape[0], path.shape[0]))
-    good = np.empty(rows.shape[0], dtype=np.bool_)
+    admissible = np.empty(rows.shape[0], dtype=np.bool_)
     for i in range(rows.shape[0]):
-        good[i] = _follow(path, rows[i], out[i])
-    return out, good
+        admissible[i] = _follow(path, rows[i], out[i])
+    return out, admissible
 
 
 @njit(cache=True)
 def _follow(path: Floats, row: Floats, out: Floats) -> bool:
-    """Follow one path with one row, into ``out``, shape (m,); False for a row that is not admissible."""
+    """Compute h of one row into ``out``, shape (m,); return False for an inadmissible row."""
     A, n, centre, h0 = row[0], row[7], row[8], row[9]
     psi = _psi(row[1:7])
     if n < 1.0 or psi[:, :, 0].min() <= 0.0 or psi[:, :, 1].max() > 0.0:
@@ -143,7 +143,7 @@ def _follow(path: Floats, row: Floats, out: Floats) -> bool:
     out[0] = h0
     for j in range(1, path.shape[0]):
         a, b = path[j - 1], path[j]
-        # Through the centre in two steps.
+        # A step across the centre is divided there.
         if (a - centre) * (b - centre) < 0.0:
             z = _within_a_side(z, a, centre, centre, abs(A), n, psi, work)
             a = centre
@@ -156,12 +156,13 @@ def _follow(path: Floats, row: Floats, out: Floats) -> bool:
 def _within_a_side(
     z: float, a: float, b: float, centre: float, slope: float, n: float, psi: Floats, work: Floats
 ) -> float:
+    """Advance z from f = a to b, both on one side of the centre."""
     if a == b:
         return z
-    way = 1.0 if b > a else -1.0
+    direction = 1.0 if b > a else -1.0
     cell = psi[1 if a + b > 2.0 * centre else 0, 1 if b > a else 0]
     limit = (slope / cell[0]) ** (1.0 / n)
     kappa = -cell[1] / cell[0]
     set_kappa(work, n, kappa)
-    y = advance(way * z / limit, FREE, 0.0, abs(b - a) * slope / limit, n, kappa, work)[0]
-    return way * limit * y
+    y = advance(direction * z / limit, FREE, 0.0, abs(b - a) * slope / limit, n, kappa, work)[0]
+    return direction * limit * y

@@ -1,7 +1,7 @@
 """The single-valued part f(x) of a hysteretic curve, as a family of curves with a few coefficients.
 
-Where the geometry is known, f is the caller's kinematics and only its zero (and, for a drive that is not in mm,
-its gain) is free. Where it is not, f is fitted: monotone, its slope given at a few knots and linear between them.
+If the geometry is known, f is the caller's kinematics and only its zero (and, for a drive that is not in mm, its gain)
+is fitted. Otherwise f is a monotone curve whose slope is given at a few knots and linear between them.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ class Backbone:
     names, units
         Of the coefficients, p each.
     start, low, high
-        Shape (p,): where a fit starts, and the bounds.
+        Shape (p,): initial values of a fit, and the bounds.
     at
-        Given drives of shape (m,), the function c -> f in deg, shape (m,); what does not depend on c is computed
-        once.
+        Maps drives of shape (m,) to the function c -> f in deg, shape (m,). Everything that does not depend on c is
+        computed once.
     linear
         Whether f is linear in c.
     """
@@ -57,12 +57,12 @@ class Backbone:
 def fit_curves(
     backbones: Sequence[Backbone], drives: Sequence[Floats], angles_deg: Sequence[Floats]
 ) -> tuple[Floats, Floats]:
-    """Fit the curves nearest to the data in least squares, within the bounds.
+    """Fit curves to data by least squares, within the bounds.
 
     Parameters
     ----------
     backbones
-        One a record, with the same coefficients c, shape (p,).
+        One for each record, with the same coefficients c, shape (p,).
     drives, angles_deg
         Of each record, shapes (m_i,).
 
@@ -71,46 +71,46 @@ def fit_curves(
     coefficients
         Shape (p,), shared by the records.
     zeros_deg
-        Shape (records - 1,): what the angle of each record after the first has on top.
+        Shape (records - 1,): offset of the angle of each record after the first.
     """
     first, target, p = backbones[0], np.concatenate(angles_deg), len(backbones[0].start)
     fs = [backbone.at(drive) for backbone, drive in zip(backbones, drives, strict=True)]
-    which = np.repeat(np.arange(len(drives)), [len(drive) for drive in drives])
-    zeros = (which[:, np.newaxis] == np.arange(1, len(drives))).astype(float)
-    endless = np.full(len(drives) - 1, np.inf)
-    bounds = np.concatenate([first.low, -endless]), np.concatenate([first.high, endless])
+    record = np.repeat(np.arange(len(drives)), [len(drive) for drive in drives])
+    zeros = (record[:, np.newaxis] == np.arange(1, len(drives))).astype(float)
+    unbounded = np.full(len(drives) - 1, np.inf)
+    bounds = np.concatenate([first.low, -unbounded]), np.concatenate([first.high, unbounded])
 
-    def missing(x: Floats) -> Floats:
+    def residual(x: Floats) -> Floats:
         return np.concatenate([f(x[:p]) for f in fs]) + zeros @ x[p:] - target
 
     start = np.concatenate([first.start, np.zeros(len(drives) - 1)])
     if first.linear:
         of_c = [b.jacobian(drive, 0 * first.start) for b, drive in zip(backbones, drives, strict=True)]
-        found = lsq_linear(np.column_stack([np.concatenate(of_c), zeros]), -missing(0 * start), bounds, "bvls").x
+        found = lsq_linear(np.column_stack([np.concatenate(of_c), zeros]), -residual(0 * start), bounds, "bvls").x
     else:
-        found = least_squares(missing, start, bounds=bounds, x_scale="jac").x
+        found = least_squares(residual, start, bounds=bounds, x_scale="jac").x
     found = np.clip(found, *bounds)
     return found[:p], found[p:]
 
 
 def fitted_backbone(drive: Floats, angle_deg: Floats, knots: int) -> Backbone:
-    """Monotone curve whose slope is given at equally spaced knots and linear between them.
+    """Return a monotone curve whose slope is given at equally spaced knots and linear between them.
 
     Parameters
     ----------
     drive, angle_deg
-        Shape (m,): the data, which give the range of the knots and the direction of the curve. Beyond the range
-        the curve goes on straight.
+        Shape (m,): the data, which set the range of the knots and the sign of the slope. The curve is straight beyond
+        that range.
     knots
-        Number of slopes; 1 is a straight line.
+        Number of slopes; 1 gives a straight line.
     """
     first, last = float(np.min(drive)), float(np.max(drive))
-    places = np.linspace(first, last, knots)
+    at_knots = np.linspace(first, last, knots)
     direction = 1.0 if np.polyfit(drive, angle_deg, 1)[0] >= 0 else -1.0
     span = max(float(np.ptp(angle_deg)), 1e-12)
 
     def at(drive: Floats) -> Callable[[Floats], Floats]:
-        matrix = np.column_stack([np.ones(len(drive)), direction * _integrated_hats(drive, places, last - first)])
+        matrix = np.column_stack([np.ones(len(drive)), direction * _integrated_hats(drive, at_knots, last - first)])
         return lambda c: matrix @ c
 
     free = np.full(knots, np.inf)
@@ -125,20 +125,20 @@ def fitted_backbone(drive: Floats, angle_deg: Floats, knots: int) -> Backbone:
     )
 
 
-def _integrated_hats(drive: Floats, places: Floats, span: float) -> Floats:
-    """Integral from the middle of the range of each hat function over the knots, shape (m, knots)."""
-    t = (drive - places[0]) / span
-    if len(places) == 1:
+def _integrated_hats(drive: Floats, knots: Floats, span: float) -> Floats:
+    """Integrate the hat function of each knot from the middle of the range, shape (m, knots)."""
+    t = (drive - knots[0]) / span
+    if len(knots) == 1:
         return (t - 0.5)[:, None]
-    width = 1.0 / (len(places) - 1)
+    width = 1.0 / (len(knots) - 1)
 
     def integrals(t: Floats) -> Floats:
-        u = t[:, None] / width - np.arange(len(places))  # from the knot, in knot widths
+        u = t[:, None] / width - np.arange(len(knots))  # distance from the knot, in knot spacings
         inside = np.clip(u, -1.0, 1.0)
         rising = 0.5 * (np.minimum(inside, 0.0) + 1.0) ** 2
         falling = np.maximum(inside, 0.0) - 0.5 * np.maximum(inside, 0.0) ** 2
         whole = width * (rising + falling)
-        # The outer hats are halves that go on flat beyond the range: the curve is straight there.
+        # The outermost hats are half hats that stay constant beyond the range: the curve is straight there.
         whole[:, 0] = width * (falling[:, 0] + np.minimum(u[:, 0], 0.0))
         whole[:, -1] = width * (rising[:, -1] + np.maximum(u[:, -1], 0.0))
         return whole
@@ -147,11 +147,11 @@ def _integrated_hats(drive: Floats, places: Floats, span: float) -> Floats:
 
 
 def given_backbone(base: Kinematics, drive: Floats, angle_deg: Floats, unit: str) -> Backbone:
-    """Kinematics of the caller, angle_deg = base(drive_mm), with what the bench does not tell about them.
+    """Return the caller's kinematics, angle_deg = base(drive_mm), with their unknown zero and gain as coefficients.
 
-    For a drive in mm that is the zero of the angle (camera, wheel). A drive in another unit has an unknown gain and
-    an unknown zero of its own; a fit of them starts from the gain, of either sign, that comes nearest to the data.
-    There the kinematics may end anywhere, by an error or NaN: beyond, their last angle holds.
+    For a drive in mm, only the zero of the angle is unknown (camera, wheel). A drive in another unit has an unknown
+    gain and an unknown zero of the drive; their fit starts from the gain, of either sign, that fits the data best. Such
+    kinematics may have a limited range, beyond which they raise an error or return NaN; the last angle is used there.
 
     Parameters
     ----------
@@ -168,8 +168,8 @@ def given_backbone(base: Kinematics, drive: Floats, angle_deg: Floats, unit: str
             values = np.asarray(base(drive), dtype=float)
             return lambda c: values + c[0]
 
-        endless = np.array([np.inf])
-        return Backbone(("offset_deg",), ("deg",), np.zeros(1), -endless, endless, at, linear=True)
+        unbounded = np.array([np.inf])
+        return Backbone(("offset_deg",), ("deg",), np.zeros(1), -unbounded, unbounded, at, linear=True)
 
     return _scaled_backbone(base, drive, angle_deg, unit)
 
@@ -199,15 +199,15 @@ def _scaled_backbone(base: Kinematics, drive: Floats, angle_deg: Floats, unit: s
 
 
 def _tabulated(base: Kinematics) -> tuple[PchipInterpolator, float, float]:
-    """Tabulate kinematics over the travel that they have an answer for, up to 100 mm to each side; also its ends.
+    """Tabulate kinematics over the travel for which they are defined, up to +-100 mm; also return its ends.
 
-    A fit of the gain asks for thousands of curves; those of a chain of joints are not for free. Places are dense
-    near zero, where most benches work: 0.005 mm apart, 0.5 mm at 100 mm.
+    A fit of the gain evaluates thousands of curves, and the curve of a chain of joints is expensive. The table is dense
+    near zero, where most rigs operate: samples are 0.005 mm apart, and 0.5 mm at 100 mm.
     """
-    low, high = _reach(base, -1.0), _reach(base, 1.0)
+    low, high = _defined_to(base, -1.0), _defined_to(base, 1.0)
     drive = np.sinh(np.linspace(np.arcsinh(low), np.arcsinh(high), _TABLE))
     drive[[0, -1]] = low, high
-    angle = _answer(base, drive) if low < high else None
+    angle = _angle(base, drive) if low < high else None
     if angle is None:
         raise ValueError(
             f"base: no finite angles within {_LEAST_TRAVEL_MM:g} mm of zero: expected kinematics, mm -> deg"
@@ -215,11 +215,11 @@ def _tabulated(base: Kinematics) -> tuple[PchipInterpolator, float, float]:
     return PchipInterpolator(drive, angle), low, high
 
 
-def _reach(base: Kinematics, side: float) -> float:
-    """Find how far from zero kinematics have an answer on one side (+1 or -1), mm with that sign; 0 for not at all."""
+def _defined_to(base: Kinematics, side: float) -> float:
+    """Find up to which drive kinematics are defined on one side of zero (+1 or -1), mm with that sign; 0 for none."""
     inside, outside = 0.0, None
     for travel in np.geomspace(_LEAST_TRAVEL_MM, _MOST_TRAVEL_MM, 31):
-        if _answer(base, np.array([0.0, side * travel])) is None:
+        if _angle(base, np.array([0.0, side * travel])) is None:
             outside = float(travel)
             break
         inside = float(travel)
@@ -227,17 +227,17 @@ def _reach(base: Kinematics, side: float) -> float:
         return side * inside
     for _ in range(30):
         middle = 0.5 * (inside + outside)
-        if _answer(base, np.array([0.0, side * middle])) is None:
+        if _angle(base, np.array([0.0, side * middle])) is None:
             outside = middle
         else:
             inside = middle
     return side * inside
 
 
-def _answer(base: Kinematics, drive: Floats) -> Floats | None:
-    """Angles, or None where kinematics have none for one of the drives."""
+def _angle(base: Kinematics, drive: Floats) -> Floats | None:
+    """Evaluate kinematics; None if they are undefined at one of the drives."""
     try:
         angle = np.asarray(base(drive), dtype=float)
-    except (ValueError, ArithmeticError, RuntimeError):  # no answer that far out
+    except (ValueError, ArithmeticError, RuntimeError):  # undefined that far out
         return None
     return angle if angle.shape == drive.shape and np.isfinite(angle).all() else None

@@ -1,9 +1,8 @@
-"""Improved Bouc-Wen law (paper, eq. 6-7): theta = f + h, with h a function of the path of f alone.
+"""Improved Bouc-Wen law (paper, eq. 6-7): theta = f + h, where h depends on the path of f alone.
 
 The law is rate independent, so between two samples of f it is an autonomous equation in one variable.
-With the saturation S = (|A| / (beta + gamma))^(1/n), the path counted in units of S / |A| and y = h / S
-taken positive in the direction of motion, it is the flow of :mod:`hysteresis.flow` with
-kappa = (beta - gamma) / (beta + gamma).
+With the saturation S = (|A| / (beta + gamma))^(1/n), the path in units of S / |A|, and y = h / S, positive in the
+direction of motion, it is the flow of :mod:`hysteresis.flow` with kappa = (beta - gamma) / (beta + gamma).
 """
 
 from __future__ import annotations
@@ -13,14 +12,14 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numba import njit, prange
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import hyp2f1
 
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 from hysteresis.flow import FREE, advance, set_kappa, workspace
 
-_WORTH_THREADS = 100_000  # samples in all
+_PARALLEL_FROM = 100_000  # samples in all: below, starting threads takes longer than the work
 
 
 @dataclass(frozen=True)
@@ -35,14 +34,13 @@ class BoucWen:
     beta, gamma
         Shape of the loop, deg^-n.
     n
-        Sharpness of the way into saturation.
+        Sharpness of the transition into saturation.
     h0_deg
         h at the first sample of the path.
 
     Notes
     -----
-    Eq. 7 with a negative A put in as it stands has no saturation of its own: the mirror is what a lagging
-    measurement needs.
+    Eq. 7 with a negative A inserted directly has no saturation. A lagging measurement needs the mirrored loop.
     """
 
     A: float
@@ -78,18 +76,18 @@ class BoucWen:
         """Tell whether h is bounded and passive, and unique at h = 0: n >= 1."""
         return self.is_bounded() and self.is_passive() and self.n >= 1
 
-    def row(self) -> NDArray[np.float64]:
-        """Parameters as a row (A, beta, gamma, n, h0_deg) of :func:`hysteresis_batch`, shape (5,)."""
+    def row(self) -> Floats:
+        """Return the parameters as a row (A, beta, gamma, n, h0_deg) of :func:`hysteresis_batch`, shape (5,)."""
         return np.array([self.A, self.beta, self.gamma, self.n, self.h0_deg])
 
 
-def hysteresis(f_deg: ArrayLike, model: BoucWen) -> NDArray[np.float64]:
-    """Hysteretic angle h along a path of f.
+def hysteresis(f_deg: ArrayLike, model: BoucWen) -> Floats:
+    """Compute the hysteretic angle h along a path of f.
 
     Parameters
     ----------
     f_deg
-        Shape (m,), the single-valued angle f(x) in the order in which it was visited, deg.
+        Shape (m,), the single-valued angle f(x) in chronological order, deg.
     model
         Its parameters; ``model.h0_deg`` is h at the first sample.
 
@@ -101,14 +99,13 @@ def hysteresis(f_deg: ArrayLike, model: BoucWen) -> NDArray[np.float64]:
     Raises
     ------
     ValueError
-        For a path that is not a row of finite numbers, an inadmissible model, or an initial state beyond
-        saturation.
+        A path that is not a row of finite numbers, an inadmissible model, or an initial state beyond saturation.
     """
     return hysteresis_batch(f_deg, model.row()[np.newaxis])[0]
 
 
-def hysteresis_batch(f_deg: ArrayLike, parameters: ArrayLike) -> NDArray[np.float64]:
-    """Hysteretic angle of many parameter sets along one path, in parallel.
+def hysteresis_batch(f_deg: ArrayLike, parameters: ArrayLike) -> Floats:
+    """Compute the hysteretic angle of many parameter sets along one path, in parallel.
 
     Parameters
     ----------
@@ -133,18 +130,17 @@ def hysteresis_batch(f_deg: ArrayLike, parameters: ArrayLike) -> NDArray[np.floa
         raise ValueError(f"f_deg of shape {path.shape}: expected a row of finite numbers")
     if rows.ndim != 2 or rows.shape[1] != 5:
         raise ValueError(f"parameters of shape {rows.shape}: expected (k, 5): A, beta, gamma, n, h0_deg")
-    # Threads cost more to wake than few rows take.
-    follow = _follow_parallel if len(rows) * path.size > _WORTH_THREADS else _follow_all
-    h, good = follow(path, rows)
-    if not good.all():
-        _complain(path, rows, good)
+    follow = _follow_parallel if len(rows) * path.size > _PARALLEL_FROM else _follow_all
+    h, admissible = follow(path, rows)
+    if not admissible.all():
+        _refuse(path, rows, admissible)
     return h
 
 
-def _complain(path: Floats, rows: Floats, good: NDArray[np.bool_]) -> None:
+def _refuse(path: Floats, rows: Floats, admissible: Mask) -> None:
     if not np.isfinite(path).all():
         raise ValueError(f"f_deg of shape {path.shape}: expected a row of finite numbers")
-    i = int(np.argmin(good))
+    i = int(np.argmin(admissible))
     raise ValueError(
         f"Bouc-Wen parameters {i}: A, beta, gamma, n, h0_deg = {', '.join(f'{v:g}' for v in rows[i])}: expected "
         f"beta + gamma > 0, |gamma| <= beta, n >= 1 and |h0_deg| <= (|A| / (beta + gamma))^(1/n)"
@@ -152,33 +148,33 @@ def _complain(path: Floats, rows: Floats, good: NDArray[np.bool_]) -> None:
 
 
 @njit(cache=True)
-def _follow_all(path: Floats, rows: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """h, shape (k, m), and which rows are admissible, shape (k,); h of the others means nothing."""
+def _follow_all(path: Floats, rows: Floats) -> tuple[Floats, Mask]:
+    """Return h, shape (k, m), and which rows are admissible, shape (k,); h of the others is undefined."""
     out = np.empty((rows.shape[0], path.shape[0]))
-    good = np.empty(rows.shape[0], dtype=np.bool_)
+    admissible = np.empty(rows.shape[0], dtype=np.bool_)
     for i in range(rows.shape[0]):
-        good[i] = _follow(path, rows[i], out[i])
-    return out, good
+        admissible[i] = _follow(path, rows[i], out[i])
+    return out, admissible
 
 
 @njit(cache=True, parallel=True)
-def _follow_parallel(path: Floats, rows: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def _follow_parallel(path: Floats, rows: Floats) -> tuple[Floats, Mask]:
     out = np.empty((rows.shape[0], path.shape[0]))
-    good = np.empty(rows.shape[0], dtype=np.bool_)
+    admissible = np.empty(rows.shape[0], dtype=np.bool_)
     for i in prange(rows.shape[0]):
-        good[i] = _follow(path, rows[i], out[i])
-    return out, good
+        admissible[i] = _follow(path, rows[i], out[i])
+    return out, admissible
 
 
 @njit(cache=True)
 def _follow(path: Floats, row: Floats, out: Floats) -> bool:
-    """Follow one path with one row, into ``out``, shape (m,); False for one that is not admissible, or for NaN."""
+    """Compute h of one row into ``out``, shape (m,); return False for an inadmissible row, or a NaN in the path."""
     A, beta, gamma, n, h0 = row[0], row[1], row[2], row[3], row[4]
     total = beta + gamma
     if not (total > 0.0 and abs(gamma) <= beta and n >= 1.0):
         return False
     saturation = (abs(A) / total) ** (1.0 / n)
-    # A state on the limit may sit a rounding error beyond it.
+    # A state at saturation may exceed it by a rounding error.
     if not (saturation < math.inf and abs(h0) <= saturation * (1.0 + 1e-9)):
         return False
     if path.shape[0] == 0:
@@ -192,24 +188,24 @@ def _follow(path: Floats, row: Floats, out: Floats) -> bool:
     kappa = (beta - gamma) / total
     work = workspace(n)
     set_kappa(work, n, kappa)
-    y, way, chart, place = min(1.0, max(-1.0, h0 / scale)), 1.0, FREE, 0.0
+    y, direction, chart, place = min(1.0, max(-1.0, h0 / scale)), 1.0, FREE, 0.0
     for j in range(1, path.shape[0]):
         df = path[j] - path[j - 1]
         if not abs(df) < math.inf:
             return False
-        if df * way < 0.0:
-            y, way, chart = -y, -way, FREE
+        if df * direction < 0.0:
+            y, direction, chart = -y, -direction, FREE
         y, chart, place = advance(y, chart, place, abs(df) * per_deg, n, kappa, work)
         y = min(1.0, y)
-        out[j] = way * scale * y
+        out[j] = direction * scale * y
     return bool(abs(path[0]) < math.inf)
 
 
 def branch_closed_form(h0_deg: float, f0_deg: float, f1_deg: float, model: BoucWen) -> float:
-    """Exact h at the end of a monotonic branch, by the hypergeometric function; slow, an independent check.
+    """Compute the exact h at the end of a monotonic branch by the hypergeometric function; slow, an independent check.
 
-    The path between two states of one sign is an integral of dt / (1 - g t^n) = t 2F1(1, 1/n; 1 + 1/n; g t^n),
-    which is solved for its upper end.
+    The path between two states of one sign is the integral of dt / (1 - g t^n) = t 2F1(1, 1/n; 1 + 1/n; g t^n),
+    which is solved for its upper limit.
 
     Parameters
     ----------
@@ -225,7 +221,7 @@ def branch_closed_form(h0_deg: float, f0_deg: float, f1_deg: float, model: BoucW
     float
         h in deg at ``f1_deg``.
     """
-    hysteresis([f0_deg], replace(model, h0_deg=h0_deg))  # refuses what is not admissible
+    hysteresis([f0_deg], replace(model, h0_deg=h0_deg))  # raises if not admissible
     if f1_deg == f0_deg or model.A == 0:
         return h0_deg
     n, scale = model.n, math.copysign(model.saturation_deg, model.A)

@@ -1,4 +1,4 @@
-"""Classical Bouc-Wen law (paper, eq. 4-5): F = c x' + k (x - x0) + alpha z, a force with a hysteretic part."""
+"""Classical Bouc-Wen law (paper, eq. 4-5): the force F = c x' + k (x - x0) + alpha z with the hysteretic state z."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class Classical:
     Parameters
     ----------
     c, k, x0, alpha
-        Damping, stiffness, place of no force, and weight of z.
+        Damping, stiffness, rest position, and weight of z.
     law
-        Eq. 5, z' = A x' - beta |x'| |z|^(n-1) z - gamma x' |z|^n, is eq. 7 with x in place of f: its parameters, with
-        the units of x and z in place of degrees, and z at the first sample as ``h0_deg``.
+        Parameters of eq. 5, z' = A x' - beta |x'| |z|^(n-1) z - gamma x' |z|^n, which is eq. 7 with x in place of f.
+        The units of x and z replace degrees, and ``h0_deg`` is z at the first sample.
     """
 
     c: float
@@ -31,17 +31,17 @@ class Classical:
     law: BoucWen = field(default_factory=lambda: BoucWen(1.0, 0.5, 0.5, 1.0))
 
     def row(self) -> Floats:
-        """Parameters as a row (c, k, x0, alpha, A, beta, gamma, n, z0) of :func:`force_batch`, shape (9,)."""
+        """Return the row (c, k, x0, alpha, A, beta, gamma, n, z0) of :func:`force_batch`, shape (9,)."""
         return np.concatenate([[self.c, self.k, self.x0, self.alpha], self.law.row()])
 
 
 def force(time_s: ArrayLike, x: ArrayLike, model: Classical) -> Floats:
-    """Force along a motion, shape (m,) -> (m,); see :func:`force_batch`."""
+    """Compute the force along a motion, shape (m,) -> (m,); see :func:`force_batch`."""
     return force_batch(time_s, x, model.row()[np.newaxis])[0]
 
 
 def force_batch(time_s: ArrayLike, x: ArrayLike, parameters: ArrayLike) -> Floats:
-    """Force of many parameter sets along one motion.
+    """Compute the force of many parameter sets along one motion.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 class RecordError(ValueError):
-    """A record that cannot be read or used; one line naming file, line or field, value and what was expected."""
+    """A record that cannot be read or used; one line with file, line or field, value and what was expected."""
 
 
 def read_text(path: Path, expected: str) -> str:
@@ -30,14 +30,14 @@ def read_text(path: Path, expected: str) -> str:
 
 
 def write_files(files: Mapping[Path, str | bytes]) -> None:
-    """Write texts, as UTF-8, and bytes, all or none: all are staged beside their places before any is replaced.
+    """Write texts, as UTF-8, and bytes, all or none: all are staged in their folders before any is replaced.
 
-    Folders are made where they are missing.
+    Missing folders are created.
 
     Raises
     ------
     RecordError
-        A folder that cannot be written to, or a folder in the place of a file; what was there is left as it was.
+        A folder that cannot be written to, or a folder in the place of a file; existing files stay unchanged.
     """
     for path in files:
         if path.is_dir():
@@ -64,7 +64,7 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
 
 @contextmanager
 def _put_back(paths: Iterable[Path]) -> Iterator[None]:
-    """Where the block fails half-way, or is interrupted, bring all files back to what they were."""
+    """Restore all files if the block fails or is interrupted."""
     before = {path: path.with_name(f".{path.name}.{os.getpid()}.old") for path in paths}
     try:
         for path, old in before.items():

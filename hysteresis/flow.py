@@ -1,13 +1,13 @@
 """The flow dy/ds = 1 - y^n for y > 0, 1 + kappa |y|^n for y < 0: any Bouc-Wen law on a monotonic branch.
 
-s is the path, y the state, positive in the direction of motion. Three charts cover it:
+s is the path, y the state, positive in the direction of motion. Three charts cover the range of y:
 
-- around y = 0, where |y|^n has no Taylor series: y = t R(g |t|^n), t being the path from zero, g = 1 above and -kappa
-  below it; the coefficients of R depend on n alone, and t goes on as the path does;
-- near saturation: y = Y(u), and u decays as exp(-n s) exactly; the coefficients of Y depend on n alone;
+- around y = 0, where |y|^n has no Taylor series: y = t R(g |t|^n), with the path t from zero, g = 1 above zero and
+  -kappa below. The coefficients of R depend on n alone, and t advances with the path;
+- near saturation: y = Y(u), and u decays exactly as exp(-n s). The coefficients of Y depend on n alone;
 - elsewhere: Taylor series of adaptive order and step.
 
-Each error is near rounding, whatever the sampling of the path. The coordinate of a chart is kept from sample to sample.
+All errors are near rounding for any sampling of the path. The coordinate of a chart is kept from sample to sample.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ ORDER = 24  # highest power of R and Y
 _TAYLOR_ORDER = 16
 _TOLERANCE = 1e-13  # of y, which is of order 1
 _LAST_TERM = 1e-14  # of a series at the limit of its chart
-_EDGE = 0.3  # largest |g| |t|^n of the chart around zero: the exact integral converges fast there, too
+_EDGE = 0.3  # largest |g| |t|^n of the chart around zero: the exact integral also converges fast there
 _SATURATED = 1e-17  # u below which y is 1
-_WHOLE = 0.9  # largest u of the chart of saturation, where its series has no limit of its own (n = 1)
+_LARGEST_U = 0.9  # of the chart of saturation, if its series is not limited by its terms (n = 1)
 
-_OVER = 1.0 / np.maximum(1.0, np.arange(ORDER + 2.0))  # 1 / k: divisions are what a series would wait for
+_OVER = 1.0 / np.maximum(1.0, np.arange(ORDER + 2.0))  # 1 / k, tabulated because divisions are slow
 R, Y, LIMITS, W, P = range(5)  # rows of a work space, shape (5, ORDER + 1)
 T_ABOVE, Y_ABOVE, T_BELOW, Y_BELOW, U_TOP, Y_TOP, Y_OVER = range(7)  # entries of its row LIMITS
 FREE, ZERO, TOP = range(3)  # charts
@@ -35,7 +35,7 @@ FREE, ZERO, TOP = range(3)  # charts
 
 @njit(cache=True)
 def workspace(n: float) -> Floats:
-    """Series of the two charts for one n >= 1, and how far they reach; :func:`set_kappa` gives the rest."""
+    """Compute the series of the two charts for one n >= 1, and their limits; :func:`set_kappa` adds the others."""
     work = np.empty((5, ORDER + 1))
     r, y, p = work[R], work[Y], work[P]
     # dy/dt = 1 - g y^n, and p = r^n obeys r p' = n p r'.
@@ -54,9 +54,9 @@ def workspace(n: float) -> Floats:
             power += j * (n * (k - j) - j) * y[j] * y[k - j]
         y[k] = power * _OVER[k] * _OVER[k - 1]
     limits = work[LIMITS]
-    limits[U_TOP] = min(_WHOLE, _reach(y))
+    limits[U_TOP] = min(_LARGEST_U, _radius(y))
     limits[Y_TOP], limits[Y_OVER] = _series(y, limits[U_TOP]), _series(y, -limits[U_TOP])
-    x = min(_EDGE, _reach(r))
+    x = min(_EDGE, _radius(r))
     limits[T_ABOVE] = x ** (1.0 / n)
     limits[Y_ABOVE] = limits[T_ABOVE] * _series(r, x)
     return work
@@ -64,7 +64,7 @@ def workspace(n: float) -> Floats:
 
 @njit(cache=True)
 def set_kappa(work: Floats, n: float, kappa: float) -> None:
-    """Set the limits of the chart around zero below it."""
+    """Set the limits of the chart around zero for y < 0."""
     limits = work[LIMITS]
     limits[T_BELOW] = limits[Y_BELOW] = math.inf
     if kappa > 0.0:
@@ -76,9 +76,10 @@ def set_kappa(work: Floats, n: float, kappa: float) -> None:
 def advance(
     y: float, chart: int, place: float, s: float, n: float, kappa: float, work: Floats
 ) -> tuple[float, int, float]:
-    """Advance the state y by the path s > 0: the new y, its chart and its place there.
+    """Advance the state y by the path s > 0; return the new y, its chart and its coordinate there.
 
-    ``chart`` and ``place`` are those that the last step in this direction gave; FREE after a reversal.
+    ``chart`` and ``place`` are the results of the previous step in the same direction; the chart is FREE after a
+    reversal.
     """
     limits = work[LIMITS]
     while s > 0.0:
@@ -91,7 +92,7 @@ def advance(
             place += s
             if place <= limits[T_ABOVE]:
                 return _around_zero(place, n, kappa, work[R]), ZERO, place
-            # Just outside the chart, or it would be entered again for ever.
+            # Just outside the chart, so that the loop does not enter it again.
             chart, s, y = FREE, place - limits[T_ABOVE], limits[Y_ABOVE] * (1.0 + 1e-12)
         if limits[Y_TOP] <= y <= limits[Y_OVER]:
             chart, place = TOP, _decay_place(y, n, work[Y])
@@ -101,15 +102,17 @@ def advance(
             size = abs(y)
             power = size**n
             g = 1.0 if y > 0.0 else -kappa
-            step = s if y > 0.0 else min(s, 0.5 * size / (1.0 + kappa * power))  # |y| halves at most: no way past 0
+            step = (
+                s if y > 0.0 else min(s, 0.5 * size / (1.0 + kappa * power))
+            )  # |y| at most halves, so that no step crosses 0
             size, step = _taylor(size, power, step, n, g, math.copysign(1.0, y), work[W], work[P])
             y, s = math.copysign(size, y), s - step
     return y, chart, place
 
 
 @njit(cache=True)
-def _reach(series: Floats) -> float:
-    """Largest argument at which the last terms of a power series are at most _LAST_TERM."""
+def _radius(series: Floats) -> float:
+    """Return the largest argument at which the last terms of a power series are at most _LAST_TERM."""
     last = 0.0
     for k in range(ORDER - 2, ORDER + 1):
         last = max(last, abs(series[k]) ** (1.0 / k))
@@ -118,7 +121,7 @@ def _reach(series: Floats) -> float:
 
 @njit(cache=True, fastmath={"contract"})
 def _series(series: Floats, x: float, order: int = ORDER) -> float:
-    """Sum a power series to an even order; even and odd powers apart, which a processor does side by side."""
+    """Sum a power series to an even order; even and odd powers apart, so that a processor computes them in parallel."""
     square = x * x
     even, odd = series[order], series[order - 1]
     for k in range(order - 2, 0, -2):
@@ -129,7 +132,7 @@ def _series(series: Floats, x: float, order: int = ORDER) -> float:
 
 @njit(cache=True)
 def _series_near(series: Floats, x: float, limit: float) -> float:
-    """Sum with the terms that count: the last one is at most about _LAST_TERM at the limit."""
+    """Sum only the significant terms: the last one is at most about _LAST_TERM at the limit."""
     size = abs(x)
     if size > 0.06 * limit:
         return _series(series, x)
@@ -162,7 +165,7 @@ def _decay_place(y: float, n: float, series: Floats) -> float:
         slope = (1.0 - found**n) / (n * u) if abs(u) > 1e-3 else 1.0 - (n - 1.0) * u
         change = (found - y) / slope
         u += change
-        if abs(change) <= 1e-8:  # the next one would be its square
+        if abs(change) <= 1e-8:  # the next change would be about its square
             break
     return u
 
@@ -171,7 +174,7 @@ def _decay_place(y: float, n: float, series: Floats) -> float:
 def _taylor(
     w0: float, power: float, step: float, n: float, g: float, sign: float, W: Floats, P: Floats
 ) -> tuple[float, float]:
-    """Take one step of dw/ds = sign (1 - g w^n), w > 0: the new w and the path it took, at most ``step``.
+    """Take one step of dw/ds = sign (1 - g w^n), w > 0; return the new w and the length of the step, at most ``step``.
 
     W and P hold the terms (coefficient times step^k) of w and of p = w^n, which obeys w p' = n p w'.
     """

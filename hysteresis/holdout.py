@@ -1,4 +1,4 @@
-"""Which samples a fit may see, and which it is judged by."""
+"""Training and held-out samples of a record."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from hysteresis.path import branches, cycle_index, cycle_slices
 from hysteresis.record import Record, RecordError
 
 _PARTS = 10  # blocks are tenths of the drive's range, on each branch
-_FEWEST_TRAIN, _FEWEST_HELD = 20, 3
+_FEWEST_TRAIN, _FEWEST_HELDOUT = 20, 3
 
 
 @dataclass(frozen=True)
 class Split:
-    """Two masks over the samples of a record, shape (m,), and the words for the second.
+    """Training and held-out masks over the samples of a record, shape (m,), and a description of the second.
 
-    A model is always run along the whole path: only the angles of ``heldout`` are hidden from the fit.
+    A model always runs along the whole path; the fit does not use the angles of ``heldout``.
     """
 
     train: Mask
@@ -27,10 +27,10 @@ class Split:
 
 
 def hold_out(record: Record) -> Split:
-    """Hold out the last third of the whole cycles (at least one) and what follows them.
+    """Hold out the last third of the complete cycles (at least one) and the samples after them.
 
-    A record of a single cycle has tenths of the drive's range held out, two on the rising and two others on the
-    falling branches, so that each place is still seen on one of them.
+    In a record of a single cycle, tenths of the drive's range are held out: two on the rising and two others on the
+    falling branches, so that one of the branches covers every drive.
 
     Raises
     ------
@@ -38,68 +38,68 @@ def hold_out(record: Record) -> Split:
         Too few samples for either part.
     """
     everything = np.ones(len(record.drive), dtype=bool)
-    whole = _whole_cycles(record)
-    if len(whole) >= 2:
-        return _last_cycles(record, everything, whole[-max(1, len(whole) // 3)])
+    complete = _complete_cycles(record)
+    if len(complete) >= 2:
+        return _last_cycles(record, everything, complete[-max(1, len(complete) // 3)])
     return _blocks(record, everything, rising=(1, 6), falling=(3, 8))
 
 
 def validate_within(record: Record, outer: Split) -> Split:
-    """Split the training samples again, to choose the form of a model without a look at what is held out.
+    """Split the training samples into a training and a validation fold, to choose the form of a model.
 
-    The last whole training cycle where there are two or more, else blocks at other places than those of
-    :func:`hold_out`.
+    The validation fold (``heldout`` of the result) is the last complete training cycle if there are two or more, else
+    blocks at other drives than those of :func:`hold_out`.
     """
     labels = cycle_index(record)
-    whole = [number for number in _whole_cycles(record) if outer.train[labels == number].all()]
-    if len(whole) >= 2:
-        return _last_cycles(record, outer.train, whole[-1])
+    complete = [number for number in _complete_cycles(record) if outer.train[labels == number].all()]
+    if len(complete) >= 2:
+        return _last_cycles(record, outer.train, complete[-1])
     return _blocks(record, outer.train, rising=(4, 9), falling=(0, 5))
 
 
-def _whole_cycles(record: Record) -> list[int]:
-    """Numbers of the cycles that go there and at least half the way back."""
-    whole = []
+def _complete_cycles(record: Record) -> list[int]:
+    """Return the numbers of the cycles whose drive reverses and returns at least half-way."""
+    complete = []
     for number, part in cycle_slices(record.drive, cycle_index(record)):
         drive = record.drive[part]
         back = abs(drive[-1] - drive[0]) <= 0.5 * np.ptp(drive)
         if number >= 1 and len(branches(drive)) >= 2 and back:
-            whole.append(number)
-    return whole
+            complete.append(number)
+    return complete
 
 
 def _last_cycles(record: Record, among: Mask, first: int) -> Split:
     labels = cycle_index(record)
-    held = among & (labels >= first)
-    last = int(labels[held].max())
+    heldout = among & (labels >= first)
+    last = int(labels[heldout].max())
     cycles = f"cycle {first}" if last == first else f"cycles {first} to {last}"
-    by = f"{cycles}, predicted by running the path on from the start of the record"
-    return _checked(record, Split(among & ~held, held, by))
+    by = f"{cycles}, predicted by continuing the path from the start of the record"
+    return _checked(record, Split(among & ~heldout, heldout, by))
 
 
 def _blocks(record: Record, among: Mask, rising: tuple[int, ...], falling: tuple[int, ...]) -> Split:
     drive = record.drive
     part = np.minimum((_PARTS * (drive - drive.min()) / np.ptp(drive)).astype(int), _PARTS - 1)
-    held = np.zeros(len(drive), dtype=bool)
+    heldout = np.zeros(len(drive), dtype=bool)
     for branch in branches(drive):
         up = drive[branch.stop - 1] >= drive[branch.start]
-        held[branch] = np.isin(part[branch], rising if up else falling)
+        heldout[branch] = np.isin(part[branch], rising if up else falling)
 
-    def words(parts: tuple[int, ...]) -> str:
+    def numbers(parts: tuple[int, ...]) -> str:
         return " and ".join(str(i + 1) for i in parts)
 
     by = (
-        f"blocks of a tenth of the drive's range, {words(rising)} on rising and {words(falling)} on falling "
-        "branches; the path runs through them, their angles are hidden"
+        f"blocks of a tenth of the drive's range, {numbers(rising)} on rising and {numbers(falling)} on falling "
+        "branches; the model follows the whole path, the angles in the blocks are held out"
     )
-    return _checked(record, Split(among & ~held, among & held, by))
+    return _checked(record, Split(among & ~heldout, among & heldout, by))
 
 
 def _checked(record: Record, split: Split) -> Split:
-    train, held = int(split.train.sum()), int(split.heldout.sum())
-    if train < _FEWEST_TRAIN or held < _FEWEST_HELD:
+    train, heldout = int(split.train.sum()), int(split.heldout.sum())
+    if train < _FEWEST_TRAIN or heldout < _FEWEST_HELDOUT:
         raise RecordError(
-            f"{record.source or 'record'}: {train} samples to fit and {held} to hold out: "
-            f"expected at least {_FEWEST_TRAIN} and {_FEWEST_HELD}"
+            f"{record.source or 'record'}: {train} samples to fit and {heldout} to hold out: "
+            f"expected at least {_FEWEST_TRAIN} and {_FEWEST_HELDOUT}"
         )
     return split

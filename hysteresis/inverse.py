@@ -1,8 +1,8 @@
-"""The inverse of an identified layer: the drive that makes the angle f + h follow a reference.
+"""The inverse of an identified model: the drive that makes the angle f + h follow a reference.
 
-h is a function of the path of f (paper, eq. 7), so the path is found sample by sample: on the way to the next angle f
-goes one way, h along it is the exact flow of :mod:`hysteresis.flow`, and f + h = angle is solved in a bracket. Then the
-drive is that at which f stands there.
+h depends on the path of f (paper, eq. 7), so the path is found sample by sample. f is monotonic between two angles, h
+along it is the exact flow of :mod:`hysteresis.flow`, and f + h = angle is solved in a bracket. The inverse of f then
+gives the drive.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from scipy.optimize.elementwise import find_root
 from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen, hysteresis_batch
 
-_PRECISION = 1e-12  # of a root, over the range in which it is looked for
-_PLACES = 2001  # at which f is asked whether it is monotone
-_ROUNDING = 1e-9  # of a range: a reference so little beyond it ends where it ends
+_PRECISION = 1e-12  # of a root, relative to its bracket
+_PLACES = 2001  # drives at which f is checked to be monotone
+_ROUNDING = 1e-9  # of a range: a reference beyond it by less is moved to its end
 
 
 class Layer(Protocol):
-    """What an inverse needs of an identified layer, be it a :class:`hysteresis.fit.Fit` or read from a file."""
+    """Identified model as the inverse uses it: a :class:`hysteresis.fit.Fit`, or one that was read from a file."""
 
     @property
     def models(self) -> Sequence[BoucWen]:
-        """Elements of h, in the state in which the record began."""
+        """Elements of h, with their initial state in the record."""
 
     @property
     def drive_range(self) -> tuple[float, float]:
@@ -46,7 +46,7 @@ class Layer(Protocol):
 
 
 class UnreachableError(ValueError):
-    """An angle that a curve does not reach; ``sample`` is its place in the row."""
+    """An angle beyond the range of a curve; ``sample`` is its index."""
 
     def __init__(self, sample: int, message: str) -> None:
         super().__init__(f"sample {sample}: {message}")
@@ -56,17 +56,17 @@ class UnreachableError(ValueError):
 def inverse_hysteresis(angle_deg: ArrayLike, models: Sequence[BoucWen], f_start_deg: float) -> Floats:
     """Find the path of f along which f + h is a given angle.
 
-    A lagging model with |A| > 1 has an angle that first goes back after a reversal of f; f then goes on to where the
-    angle is met.
+    For a lagging model with |A| > 1, the angle first moves against f after a reversal; f then continues until the
+    angle is reached.
 
     Parameters
     ----------
     angle_deg
         Shape (m,), deg, in order.
     models
-        Elements whose h add up; ``h0_deg`` of each is its state at the start.
+        Elements whose h are added; ``h0_deg`` of each is its initial state.
     f_start_deg
-        f at the start; the way from there to the first angle is part of the path.
+        Initial f; the path starts there and leads to the first angle.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def inverse_hysteresis(angle_deg: ArrayLike, models: Sequence[BoucWen], f_start_
     if angles.ndim != 1 or not np.isfinite(angles).all():
         raise ValueError(f"angle_deg of shape {angles.shape}: expected a row of finite numbers")
     rows = np.array([model.row() for model in models]).reshape(-1, 5)
-    hysteresis_batch([f_start_deg], rows)  # refuses what is not admissible
+    hysteresis_batch([f_start_deg], rows)  # raises if not admissible
     reach = 2.0 * (1.0 + _ROUNDING) * sum(model.saturation_deg for model in models)
     at, path = float(f_start_deg), np.empty(angles.size)
     for k, target in enumerate(angles.tolist()):
@@ -92,7 +92,7 @@ def inverse_hysteresis(angle_deg: ArrayLike, models: Sequence[BoucWen], f_start_
 
 
 def _step(at: float, rows: Floats, target: float, reach: float) -> tuple[float, Floats]:
-    """Go from f = ``at`` one way until f + h = ``target``: the new f and the rows with the new states."""
+    """Move f from ``at`` until f + h = ``target``; return the new f and the rows with the new states."""
     missing = target - at - float(rows[:, 4].sum())
     if missing == 0.0:
         return at, rows
@@ -100,7 +100,7 @@ def _step(at: float, rows: Floats, target: float, reach: float) -> tuple[float, 
     def state(f: float) -> Floats:
         return hysteresis_batch([at, f], rows)[:, 1]
 
-    # |h| is within saturation at both ends, so the angle is met within this way
+    # |h| is within saturation at both ends, so this bracket contains the angle
     end = at + missing + float(np.copysign(reach, missing))
     span = abs(end - at)
     f = float(brentq(lambda f: f + state(f).sum() - target, at, end, xtol=_PRECISION * span, rtol=1e-15))
@@ -117,7 +117,7 @@ def inverse_curve(f: Callable[[Floats], Floats], angle_deg: ArrayLike, drive_ran
     angle_deg
         Shape (m,).
     drive_range
-        Ends of the drives that may be asked for.
+        Smallest and largest admissible drive.
 
     Returns
     -------
@@ -127,9 +127,9 @@ def inverse_curve(f: Callable[[Floats], Floats], angle_deg: ArrayLike, drive_ran
     Raises
     ------
     UnreachableError
-        An angle that the curve does not reach there.
+        An angle that the curve does not reach within the range.
     ValueError
-        A curve that is flat or turns within the range.
+        A curve that is not strictly monotone within the range.
     """
     angles = np.asarray(angle_deg, dtype=float)
     places = np.linspace(*drive_range, _PLACES)
@@ -158,11 +158,11 @@ def compensating_drive(fit: Layer, reference_deg: ArrayLike, start_drive: float)
     Parameters
     ----------
     fit
-        An identified layer without delay.
+        An identified model without delay.
     reference_deg
-        Shape (m,), the angle wanted, in order.
+        Shape (m,), the desired angle, in chronological order.
     start_drive
-        Where the drive stands at the start, in the state in which the record began (from rest, where it began so).
+        Initial drive; the initial state is that of the record (rest, if the record started from rest).
 
     Returns
     -------
@@ -172,7 +172,7 @@ def compensating_drive(fit: Layer, reference_deg: ArrayLike, start_drive: float)
     Raises
     ------
     ValueError
-        A delay, an f that has no inverse, or a reference beyond the drives of the records.
+        A delay, an f without inverse, or a reference that needs a drive beyond those of the records.
     """
     if fit.delay_s > 0:
         raise ValueError("the fit has a delay: expected one without, a drive cannot act before its time")
@@ -182,5 +182,5 @@ def compensating_drive(fit: Layer, reference_deg: ArrayLike, start_drive: float)
 
 
 def uncompensated_drive(fit: Layer, reference_deg: ArrayLike) -> Floats:
-    """Invert the best curve without hysteresis: what a drive without compensation would do; as above."""
+    """Invert the baseline, the best curve without hysteresis: the drive without compensation; as above."""
     return inverse_curve(fit.plain, reference_deg, fit.drive_range)

@@ -1,14 +1,13 @@
-"""Numbers that describe a hysteresis loop: errors, width, area, noise floor.
+"""Metrics of a hysteresis loop: errors of a prediction, width, area, noise floor.
 
 Angles are in degrees; the drive keeps the unit of its record. Loops are the complete cycles of
-:func:`hysteresis.path.find_cycles`; cycle 0, the approach, never counts.
+:func:`hysteresis.path.find_cycles`; cycle 0, the approach, is never used.
 """
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,8 +16,8 @@ from hysteresis.arrays import Floats
 from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles
 from hysteresis.record import Record
 
-_CLOSED = 0.05  # of a cycle's drive range: it ends where it began; cycles this much alike repeat each other
-_BIN = 0.002  # of a cycle's drive range: samples of one branch nearer than this are averaged
+_CLOSED = 0.05  # of a cycle's drive range: largest gap of a closed cycle, and of turning points that repeat
+_BIN = 0.002  # of a cycle's drive range: closer samples of one branch are averaged
 
 
 # --- errors ------------------------------------------------------------------------------------------------------
@@ -26,11 +25,11 @@ _BIN = 0.002  # of a cycle's drive range: samples of one branch nearer than this
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a prediction, as in Table 1 of the paper (Mech. Sci. 9, 2018), with eq. 8's range as the reference.
+    """Errors of a prediction, as in Table 1 of the paper (Mech. Sci. 9, 2018), relative to the range of eq. 8.
 
-    The range is max - min of the measured angle. The paper's own Table 1 does not divide by it: 1.48 deg printed
-    as 3.23 % (1.61 deg as 3.58 %) implies a reference of about 45 deg, its amplitude, where its range is 90 deg.
-    So ``max_rel_percent`` here is about half of what the paper would print: do not compare the two as they stand.
+    The range is max - min of the measured angle. Table 1 of the paper uses another reference: 1.48 deg printed as
+    3.23 % (1.61 deg as 3.58 %) implies about 45 deg, the amplitude, while the range is 90 deg. ``max_rel_percent`` is
+    therefore about half of the paper's value; the two are not directly comparable.
     """
 
     rmse_deg: float
@@ -39,7 +38,7 @@ class Errors:
     normalised: float  # rmse_deg / range
 
     def to_dict(self) -> dict[str, float]:
-        """Plain values for JSON."""
+        """Return plain values for JSON."""
         return asdict(self)
 
 
@@ -65,8 +64,8 @@ def errors(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> Errors:
 def signed_mean_fitness(measured_deg: ArrayLike, predicted_deg: ArrayLike) -> float:
     """Eq. 8 of the paper as printed: the mean of (predicted - measured) / (max - min of measured).
 
-    The mean is signed, so errors of opposite sign cancel: a prediction that is far off, but as often above as
-    below, scores 0. For comparison with the paper only; no fit should minimise it.
+    The mean is signed, so errors of opposite sign cancel: a poor prediction that is above as often as below scores 0.
+    For comparison with the paper only; no fit should minimise it.
 
     Raises
     ------
@@ -102,42 +101,42 @@ def _rows(first: str, a: ArrayLike, second: str, b: ArrayLike) -> tuple[Floats, 
 class LoopWidth:
     """Vertical distance between the two branches of a loop, mean of its complete cycles.
 
-    The sign is positive where the angle lags the drive: going down it stands above going up (below, for an angle
-    that falls with the drive).
+    The sign is positive where the angle lags the drive: the falling branch is above the rising one (below it, for an
+    angle that falls with the drive).
     """
 
-    max_deg: float  # largest |width|; noise adds to it, see loop_width
-    at_drive: float  # where that is
-    at_zero_deg: float | None  # width, with its sign, at zero drive; None where no loop crosses it
+    max_deg: float  # largest |width|; biased upwards by noise, see loop_width
+    at_drive: float  # drive of the largest width
+    at_zero_deg: float | None  # signed width at zero drive; None if no loop crosses it
     drive: Floats = field(repr=False)  # shape (k,), increasing
-    width_deg: Floats = field(repr=False)  # shape (k,), with its sign
+    width_deg: Floats = field(repr=False)  # shape (k,), signed
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
+    def to_dict(self) -> dict[str, float | list[float] | None]:
+        """Return plain values for JSON."""
         return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()}
 
 
 def loop_width(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | None = None) -> LoopWidth:
     """Measure the width of a loop over the drive.
 
-    Each branch is made single valued (samples within 0.2 % of the drive's range are averaged, which takes up dwell
-    and jitter) and interpolated linearly on the drives of both branches, where both exist. Cycles of different
-    amplitude are averaged at each drive over those that reach it.
+    Each branch is made single valued: samples within 0.2 % of the drive's range are averaged, which removes dwell and
+    jitter. The branches are interpolated linearly at the drives that both cover. At each drive, the mean is taken over
+    the cycles that reach it.
 
-    The largest of many noisy widths is biased upwards: white noise of 0.05 deg alone gives a ``max_deg`` of 0.19 deg
-    for one cycle of 177 samples and 0.06 deg for the mean of ten. ``at_zero_deg`` has no such bias.
+    The maximum of many noisy widths is biased upwards: white noise of 0.05 deg alone gives a ``max_deg`` of 0.19 deg
+    for one cycle of 177 samples and 0.06 deg for the mean of ten. ``at_zero_deg`` is unbiased.
 
     Parameters
     ----------
     drive, angle_deg
-        Shape (m,), in the order of the test.
+        Shape (m,), in chronological order.
     cycle
-        Shape (m,), 0 being the approach; found from the reversals when absent.
+        Shape (m,), 0 for the approach; found from the reversals if absent.
 
     Raises
     ------
     ValueError
-        No complete cycle, or arrays that do not fit.
+        No complete cycle, or arrays of different shapes.
     """
     x, y, loops = _complete_cycles(drive, angle_deg, cycle)
     profiles = [p for p in (_profile(x[s], y[s]) for s in loops) if p is not None]
@@ -145,17 +144,17 @@ def loop_width(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | None =
         raise ValueError("drive: the two branches have no drive in common: expected a loop (there and back)")
     grid = np.unique(np.concatenate([at for at, _ in profiles]))
     rows = np.array([np.interp(grid, at, width, left=np.nan, right=np.nan) for at, width in profiles])
-    width = _lag_sign(x, y) * np.nanmean(rows, axis=0)  # every grid point is in one profile at least
+    width = _lag_sign(x, y) * np.nanmean(rows, axis=0)  # at least one profile contains every grid point
     k = int(np.argmax(np.abs(width)))
     at_zero = float(np.interp(0.0, grid, width)) if grid[0] <= 0 <= grid[-1] else None
     return LoopWidth(float(abs(width[k])), float(grid[k]), at_zero, grid, width)
 
 
 def dissipated_area(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | None = None) -> float:
-    """Area of the loop in (drive unit) x deg, mean of the closed cycles; positive for an angle that lags.
+    """Integrate the area of the loop in (drive unit) x deg, mean of the closed cycles; positive for an angle that lags.
 
-    The trapezoidal rule along the path, exact for a polygon. A cycle counts where it ends at the drive where it
-    began, to 5 % of its range; cycles of decaying amplitude, whose ends lie further apart, enclose no area.
+    The trapezoidal rule along the path is exact for a polygon. A cycle is closed if it ends within 5 % of its range
+    of the drive at which it began; cycles of decaying amplitude are not, and enclose no area.
 
     Parameters
     ----------
@@ -165,16 +164,16 @@ def dissipated_area(drive: ArrayLike, angle_deg: ArrayLike, cycle: ArrayLike | N
     Raises
     ------
     ValueError
-        No closed cycle, or arrays that do not fit.
+        No closed cycle, or arrays of different shapes.
     """
     x, y, loops = _complete_cycles(drive, angle_deg, cycle)
     return -_lag_sign(x, y) * _mean_integral(x, y, loops)
 
 
 def closed_work_mJ(drive_mm: ArrayLike, force_N: ArrayLike, cycle: ArrayLike | None = None) -> float:
-    """Work put in over a closed cycle, the loop integral of force over displacement, mean of the closed cycles.
+    """Integrate force over displacement along a closed cycle: the work per cycle, mean of the closed cycles.
 
-    Positive for a loop that dissipates (1 N mm = 1 mJ). Cycles count as in :func:`dissipated_area`.
+    Positive for a loop that dissipates (1 N mm = 1 mJ). Closed cycles are those of :func:`dissipated_area`.
 
     Parameters
     ----------
@@ -186,24 +185,24 @@ def closed_work_mJ(drive_mm: ArrayLike, force_N: ArrayLike, cycle: ArrayLike | N
     Raises
     ------
     ValueError
-        No closed cycle, or arrays that do not fit.
+        No closed cycle, or arrays of different shapes.
     """
     x, y, loops = _complete_cycles(drive_mm, force_N, cycle)
     return _mean_integral(x, y, loops)
 
 
 def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None) -> tuple[Floats, Floats, list[slice]]:
-    """Give the samples of the cycles that go there and back; the last one must also come back to its start."""
+    """Return the samples of the cycles with a reversal; the last one must also return to its start."""
     x, y = _rows("drive", drive, "angle", value)
     numbers = find_cycles(x, y) if cycle is None else np.asarray(cycle)
     if numbers.shape != x.shape:
         raise ValueError(f"cycle: shape {numbers.shape}: expected the drive's, {x.shape}")
     slices = cycle_slices(x, numbers)
-    goes_on = [b.start == a.stop - 1 for (_, a), (_, b) in pairwise(slices)] + [False]
+    continued = [b.start == a.stop - 1 for (_, a), (_, b) in pairwise(slices)] + [False]
     loops = [
         s
-        for (number, s), turns in zip(slices, goes_on, strict=True)
-        if number != 0 and len(branches(x[s])) > 1 and (turns or _is_closed(x[s]))
+        for (number, s), reverses in zip(slices, continued, strict=True)
+        if number != 0 and len(branches(x[s])) > 1 and (reverses or _is_closed(x[s]))
     ]
     if not loops:
         raise ValueError("drive: no complete cycle beside the approach (cycle 0): expected a loop (there and back)")
@@ -211,12 +210,12 @@ def _complete_cycles(drive: ArrayLike, value: ArrayLike, cycle: ArrayLike | None
 
 
 def _is_closed(x: Floats) -> bool:
-    # One step is allowed: a cycle numbered from its turning sample ends a sample short of the next one.
+    # A gap of one step is allowed: a cycle numbered from its turning point ends one sample before the next one.
     return bool(abs(x[0] - x[-1]) <= max(_CLOSED * np.ptp(x), abs(x[-1] - x[-2])))
 
 
 def _lag_sign(x: Floats, y: Floats) -> float:
-    """Give -1 for an angle that falls with the drive, else 1 (a loop with no slope to speak of counts as rising)."""
+    """Return -1 for an angle that falls with the drive, else 1, also for a loop with almost no slope."""
     u, v = x - x.mean(), y - y.mean()
     return -1.0 if u @ v < -0.1 * np.sqrt((u @ u) * (v @ v)) else 1.0
 
@@ -234,11 +233,11 @@ def _mean_integral(x: Floats, y: Floats, loops: list[slice]) -> float:
 
 
 def _profile(x: Floats, y: Floats) -> tuple[Floats, Floats] | None:
-    """Width (down - up) of one cycle over the drives of its branches; None where they share no drive."""
-    ways: dict[bool, list[int]] = {True: [], False: []}
+    """Compute the width (falling - rising branch) of one cycle over its drives; None if the branches share no drive."""
+    samples: dict[bool, list[int]] = {True: [], False: []}
     for s in branches(x):
-        ways[bool(x[s.stop - 1] > x[s.start])] += range(s.start, s.stop)
-    (up_x, up_y), (down_x, down_y) = (_single_valued(x[ways[up]], y[ways[up]], np.ptp(x)) for up in (True, False))
+        samples[bool(x[s.stop - 1] > x[s.start])] += range(s.start, s.stop)
+    (up_x, up_y), (down_x, down_y) = (_single_valued(x[samples[up]], y[samples[up]], np.ptp(x)) for up in (True, False))
     low, high = max(up_x[0], down_x[0]), min(up_x[-1], down_x[-1])
     if low >= high:
         return None
@@ -249,8 +248,8 @@ def _profile(x: Floats, y: Floats) -> tuple[Floats, Floats] | None:
 
 def _single_valued(x: Floats, y: Floats, span: float) -> tuple[Floats, Floats]:
     bins = np.floor((x - x.min()) / (_BIN * span)).astype(np.int64)
-    _, which, count = np.unique(bins, return_inverse=True, return_counts=True)
-    return np.bincount(which, x) / count, np.bincount(which, y) / count
+    _, number, count = np.unique(bins, return_inverse=True, return_counts=True)
+    return np.bincount(number, x) / count, np.bincount(number, y) / count
 
 
 # --- noise -------------------------------------------------------------------------------------------------------
@@ -259,15 +258,15 @@ def _single_valued(x: Floats, y: Floats, span: float) -> tuple[Floats, Floats]:
 def noise_floor(record: Record) -> float:
     """Estimate the standard deviation of the angle's noise, deg.
 
-    With two or more cycles that repeat each other (same turning points, to 5 % of the cycle's drive range; trials
-    that only load count, too): the pooled deviation from the mean of the cycles at the same place of the path
-    (branch, and drive within it), with the (K - 1) correction. Linear interpolation averages noise; its factor is
-    divided out. What changes from cycle to cycle, such as creep, counts as noise.
+    With two or more cycles that repeat (same turning points, within 5 % of the cycle's drive range; also trials that
+    only load): the pooled deviation from the mean of the cycles at the same branch and drive, with the (K - 1)
+    correction. Linear interpolation averages noise; its factor is divided out. Changes from cycle to cycle, such as
+    creep, count as noise.
 
-    With a single cycle: 1.4826 times the median absolute second difference along the path of the drive, corrected
-    by 1/sqrt(6) (its general form where samples are not evenly spaced). The angle's own curvature within two
-    samples counts as noise. Angles that are repeated from sample to sample (a sensor slower than the log) or
-    quantised coarser than the noise bias it, down to zero.
+    With a single cycle: 1.4826 times the median absolute second difference along the path of the drive, corrected by
+    1/sqrt(6) (in its general form for uneven spacing). The curvature of the angle within two samples counts as noise.
+    Angles that repeat from sample to sample (a sensor slower than the log), or that are quantised more coarsely than
+    the noise, bias the estimate, down to zero.
 
     Parameters
     ----------
@@ -281,7 +280,7 @@ def noise_floor(record: Record) -> float:
 
 
 def _repeats(record: Record) -> list[list[slice]]:
-    """Branches, as slices of the record, of the cycles that have the same turning points."""
+    """Return the branches, as slices of the record, of the cycles that have the same turning points."""
     cycles = []
     for number, s in cycle_slices(record.drive, cycle_index(record)):
         if number != 0:
@@ -291,38 +290,38 @@ def _repeats(record: Record) -> list[list[slice]]:
         return []
     counts = [len(cycle) for cycle in cycles]
     cycles = [cycle for cycle in cycles if len(cycle) == max(counts, key=counts.count)]
-    turns = np.array([[record.drive[c[0].start], *(record.drive[b.stop - 1] for b in c)] for c in cycles])
-    near = _CLOSED * np.ptp(turns, axis=1)
-    off = np.max(np.abs(turns[:, None] - turns[None]), axis=2)  # cycle against cycle
-    alike = off <= np.minimum(near[:, None], near[None])
-    most = alike[np.argmax(alike.sum(axis=1))]
-    return [cycle for cycle, same in zip(cycles, most, strict=True) if same]
+    ends = np.array([[record.drive[c[0].start], *(record.drive[b.stop - 1] for b in c)] for c in cycles])
+    tolerance = _CLOSED * np.ptp(ends, axis=1)
+    gap = np.max(np.abs(ends[:, None] - ends[None]), axis=2)  # of each pair of cycles
+    same = gap <= np.minimum(tolerance[:, None], tolerance[None])
+    largest = same[np.argmax(same.sum(axis=1))]
+    return [cycle for cycle, repeats in zip(cycles, largest, strict=True) if repeats]
 
 
 def _spread(record: Record, cycles: list[list[slice]]) -> float:
     squares = variance = 0.0
     for repeats in zip(*cycles, strict=True):
-        ways = [_onward(record.drive[s], record.angle_deg[s]) for s in repeats]
-        low, high = max(x[0] for x, _ in ways), min(x[-1] for x, _ in ways)
-        grid = ways[0][0][(ways[0][0] >= low) & (ways[0][0] <= high)]
+        runs = [_monotone(record.drive[s], record.angle_deg[s]) for s in repeats]
+        low, high = max(x[0] for x, _ in runs), min(x[-1] for x, _ in runs)
+        grid = runs[0][0][(runs[0][0] >= low) & (runs[0][0] <= high)]
         if grid.size == 0:
             continue
-        angles, factors = zip(*(_interpolate(grid, x, y) for x, y in ways), strict=True)
+        angles, factors = zip(*(_interpolate(grid, x, y) for x, y in runs), strict=True)
         deviation = np.array(angles) - np.mean(angles, axis=0)
         squares += float(np.sum(deviation**2))
-        variance += float(np.sum(factors)) * (1 - 1 / len(ways))
+        variance += float(np.sum(factors)) * (1 - 1 / len(runs))
     return float(np.sqrt(squares / variance)) if variance > 0 else _local_noise(record.drive, record.angle_deg)
 
 
-def _onward(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Keep the samples of one branch that go further than all before; drive counted as increasing."""
+def _monotone(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Keep the samples of one branch that are beyond all previous ones; the drive is returned as increasing."""
     x = x if x[-1] >= x[0] else -x
     further = np.concatenate([[True], x[1:] > np.maximum.accumulate(x)[:-1]])
     return x[further], y[further]
 
 
 def _interpolate(grid: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Interpolate linearly; also give the variance of the result for noise of variance 1 in y."""
+    """Interpolate linearly; also return the variance of the result for noise of variance 1 in y."""
     if x.size == 1:
         return np.full(grid.shape, y[0]), np.ones(grid.shape)
     i = np.clip(np.searchsorted(x, grid, side="right") - 1, 0, x.size - 2)

@@ -1,23 +1,23 @@
-"""The path of the drive: branches between reversals, whole cycles, and whether there is a loop at all."""
+"""The path of the drive: branches between reversals, and cycles."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hysteresis.arrays import Floats, Ints
 from hysteresis.record import Record, RecordError
 
-_SAME_DRIVE = 0.05  # of the drive's range: two samples at the same place of the path
-_SAME_ANGLE = 0.02  # of the angle's range
+_SAME_DRIVE = 0.05  # of the drive's range: two samples count as the same drive
+_SAME_ANGLE = 0.02  # of the angle's range: two samples count as the same angle
 
 
-def branches(drive: NDArray[np.float64], *, tolerance: float | None = None) -> list[slice]:
-    """Monotonic runs of the drive between its reversals.
+def branches(drive: Floats, *, tolerance: float | None = None) -> list[slice]:
+    """Divide the drive into monotonic branches between its reversals.
 
-    A sample is a turning point once the drive has come back from it by more than ``tolerance``, so that noise,
-    quantisation and dwell make no reversal. Of equal extreme samples the first one turns.
+    A sample is a turning point if the drive then moves back by more than ``tolerance``, so that noise, quantisation
+    and dwell are not reversals. Of equal extreme samples, the first one is the turning point.
 
     Parameters
     ----------
@@ -29,13 +29,13 @@ def branches(drive: NDArray[np.float64], *, tolerance: float | None = None) -> l
     Returns
     -------
     list of slice
-        They cover all samples in order; two neighbours share the turning sample. One slice without a reversal.
+        They cover all samples in order; two neighbours share the turning point. One slice if there is no reversal.
     """
     if tolerance is None:
         tolerance = max(1e-9, 0.02 * float(np.ptp(drive)))
     turns = [0]
     low = high = 0
-    direction = 0  # of the present branch: +1 up, -1 down, 0 not known yet
+    direction = 0  # of the present branch: +1 up, -1 down, 0 unknown
     values = drive.tolist()
     for i, x in enumerate(values):
         if x > values[high]:
@@ -49,22 +49,22 @@ def branches(drive: NDArray[np.float64], *, tolerance: float | None = None) -> l
         else:
             continue
         turns.append(turn)
-    # The first entry found is where the first branch starts, not a reversal: that branch starts at sample 0.
+    # The first entry found is the start of the first branch, not a reversal. That branch starts at sample 0.
     turns = [0, *turns[2:], len(values) - 1]
     return [slice(a, b + 1) for a, b in pairwise(turns)]
 
 
-def find_cycles(drive: NDArray[np.float64], angle_deg: NDArray[np.float64]) -> NDArray[np.int64]:
+def find_cycles(drive: Floats, angle_deg: Floats) -> Ints:
     """Find the cycles of a path from its reversals.
 
-    A cycle goes from a turning point of one kind (both upper or both lower) to the next of that kind; the turning
-    sample belongs to the cycle that it ends. 0 is the way from the start to the first turning point (virgin or
-    approach branch), 1 the first cycle after it; an incomplete last cycle has its own number.
+    A cycle extends from a turning point of one kind (both upper or both lower) to the next of that kind; the turning
+    point belongs to the cycle that it ends. Cycle 0 is the approach, from the start to the first turning point (virgin
+    branch); cycle 1 is the first one after it. An incomplete last cycle has its own number.
 
-    There is no approach, and numbers start at 1, where the first cycle comes back to its start: to the same drive
-    (within 5 % of its range) and the same angle (within 2 % of its range). The angle has to agree, too, because a
-    virgin branch from an extreme of the drive does not repeat. Where an approach would leave no complete cycle,
-    coming back to the drive at the start is enough: such a record is one loop, wherever it starts.
+    There is no approach, and numbers start at 1, if the first cycle returns to its start: to the same drive (within
+    5 % of its range) and the same angle (within 2 % of its range). The angle must agree as well, because a virgin
+    branch from an extreme of the drive does not repeat. If an approach would leave no complete cycle, returning to the
+    initial drive is enough: such a record is one loop, wherever it starts.
 
     Parameters
     ----------
@@ -94,19 +94,19 @@ def find_cycles(drive: NDArray[np.float64], angle_deg: NDArray[np.float64]) -> N
     return np.searchsorted(ends[0::2], numbers)
 
 
-def cycle_index(record: Record) -> NDArray[np.int64]:
-    """Cycle of every sample, shape (m,): the record's own numbers, or else those of :func:`find_cycles`.
+def cycle_index(record: Record) -> Ints:
+    """Return the cycle of every sample, shape (m,): the record's own numbers, else those of :func:`find_cycles`.
 
-    0 is the approach, which is no cycle.
+    0 is the approach, which is not a cycle.
     """
     return record.cycle if record.cycle is not None else find_cycles(record.drive, record.angle_deg)
 
 
-def cycle_slices(drive: NDArray[np.float64], cycle: NDArray[np.int64]) -> list[tuple[int, slice]]:
-    """Give the samples of each cycle in order, with the sample before it, where the cycle starts.
+def cycle_slices(drive: Floats, cycle: Ints) -> list[tuple[int, slice]]:
+    """Return the samples of each cycle in order, including the sample before it, at which the cycle starts.
 
-    That sample is left out where the drive was reset between two cycles (trials that only load): where it jumps
-    by more than half its range from one number to the next.
+    That sample is excluded if the drive was reset between two cycles (trials that only load): if it jumps by more than
+    half its range from one number to the next.
     """
     starts = np.flatnonzero(np.diff(cycle)) + 1
     resets = set(_resets(drive, cycle).tolist())
@@ -114,20 +114,20 @@ def cycle_slices(drive: NDArray[np.float64], cycle: NDArray[np.int64]) -> list[t
     return [(int(cycle[a]), slice(a if a == 0 or a in resets else a - 1, b)) for a, b in bounds]
 
 
-def _resets(drive: NDArray[np.float64], cycle: NDArray[np.int64]) -> NDArray[np.int64]:
+def _resets(drive: Floats, cycle: Ints) -> Ints:
     jump = np.abs(np.diff(drive)) > 0.5 * np.ptp(drive)
     return np.flatnonzero(jump & (np.diff(cycle) != 0)) + 1
 
 
 def require_reversal(record: Record) -> None:
-    """Raise unless the drive goes there and back at least once.
+    """Raise unless the drive reverses at least once.
 
-    A reset between two trials (see :func:`cycle_slices`) is no way back.
+    A reset between two trials (see :func:`cycle_slices`) is not a reversal.
 
     Raises
     ------
     RecordError
-        The drive stands still or goes one way only.
+        The drive is constant or monotonic.
     """
     resets = _resets(record.drive, cycle_index(record))
     tolerance = max(1e-9, 0.02 * float(np.ptp(record.drive)))

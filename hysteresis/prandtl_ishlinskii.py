@@ -1,7 +1,7 @@
-"""Play operator, and sums of play operators (Prandtl-Ishlinskii): what a Bouc-Wen law is compared with.
+"""Play operators, whose weighted sums are Prandtl-Ishlinskii operators: the comparison for a Bouc-Wen law.
 
-A play of radius r follows its input u as p = max(u - r, min(u + r, p)). The sum over several radii with weights of
-at least zero is rate independent, and its loops are congruent (Kuhnen 2003, doi 10.3166/ejc.9.407-418).
+A play operator of radius r follows its input u as p = max(u - r, min(u + r, p)). A sum over several radii with
+non-negative weights is rate independent, and its loops are congruent (Kuhnen 2003, doi 10.3166/ejc.9.407-418).
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from hysteresis.arrays import Floats
 
 
 def plays(u: ArrayLike, radii: ArrayLike, start: ArrayLike | None = None) -> Floats:
-    """Follow one path with play operators.
+    """Evaluate play operators along one path.
 
     Parameters
     ----------
     u
-        Shape (m,), the input in the order in which it was visited.
+        Shape (m,), the input in chronological order.
     radii
         Shape (k,), in the unit of u; at least 0.
     start
-        Shape (k,), outputs before the first sample, taken into the play where they lie outside; by default u[0].
+        Shape (k,), outputs before the first sample, moved into the play of the first sample; by default u[0].
 
     Returns
     -------
