@@ -160,7 +160,7 @@ def crosschecks(rig: Rig, *, progress: bool = True) -> list[dict[str, Any]]:
 
 def model_comparison(rig: Rig, *, progress: bool = True) -> dict[str, Any]:
     """Every model of one joint and of the chain beside the solid; see :mod:`validation.joints.models`."""
-    from validation.joints.models import compare_models  # finite elements, which the main job does without
+    from validation.joints import compare_models  # finite elements, which the main job does without
 
     with steps(progress, total=7) as step:
         return compare_models(rig, progress=step).to_dict()

@@ -1,7 +1,7 @@
-"""One joint and the bent chain by every model, side by side: analytic, solid, reduced bodies, beams, engines.
+"""One joint and the bent chain in every model: analytic, solid, reduced bodies, beams, and the two engines.
 
-The load case is one that all of them can carry: tendon a pulled without friction, tendon b slack, flexures elastic and
-every optional effect off. See ``docs/guide/validate.md`` for what the table says.
+All models carry the same load case: tendon a is pulled without friction, tendon b is slack, the flexures are elastic,
+and every optional effect is off. ``docs/guide/validate.md`` explains the result.
 """
 
 from __future__ import annotations
@@ -25,24 +25,23 @@ from fem_models.rig.checks import RigError
 from fem_models.rig.rig import EFFECT_TABLES, Friction, Rig, notched_tube, with_notch
 from fem_models.solid.linear import Solid, as_flexure, snr_stiffness, solid_snr
 from hysteresis.arrays import Floats
+from hysteresis.plain import to_plain
 from hysteresis.record import Record
 from validation.joints.notches import beam_pitch
 
 ANGLES_DEG = (15.0, 30.0, 45.0)
-"""To which the solid's chain is bent; less where its notches would close."""
+"""Bending of the solid's chain; scaled down where its notches would close."""
 
-JUDGE = "solid"
+REFERENCE = "solid"
 MODES = 4
 SAMPLES = 40
-LITTLE_N = 1e-3
-"""Preload of the engines, which cannot do without."""
-SOFT = 1e-5
-"""Stiffness of tendon b of that of tendon a: it falls slack without a jump and never pulls more than the preload."""
+_SMALL_PRELOAD_N = 1e-3  # the engines need a preload
+_SOFT = 1e-5  # EA of tendon b over that of tendon a: b goes slack without a jump and pulls no more than the preload
 
 
 @dataclass(frozen=True)
-class Bent:
-    """The chain under a tension: bending, deg; middle of the last ring on the tube axis, mm, from that of the base."""
+class BentChain:
+    """The chain under a tension: bending, deg, and middle of the last ring on the tube axis, from that of the base."""
 
     tendon_N: float
     angle_deg: float
@@ -52,22 +51,52 @@ class Bent:
 
 @dataclass(frozen=True)
 class ModelResult:
-    """One model. Stiffnesses of one pitch as :class:`fem_models.joint.flexure.Flexure` has them, None where it has none.
+    """One model. The stiffnesses of one pitch are those of :class:`fem_models.joint.flexure.Flexure`, None if unknown.
 
-    Of the engines the bending stiffness is that which their angle at the least tension stands for.
+    The bending stiffness of an engine follows from its angle at the least tension.
     """
 
     name: str
     bending_Nmm_per_rad: float
     axial_N_per_mm: float | None
     shear_N_per_mm: float | None
-    bent: tuple[Bent, ...]
+    bent: tuple[BentChain, ...]
     seconds: float
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """All models of a rig, at the same tensions; frequencies are the lowest of one reduced body that is free."""
+class BentChainRow:
+    """A bent chain with its difference from the reference: of the angle in percent, of the tip in mm."""
+
+    tendon_N: float
+    angle_deg: float
+    tip_mm: tuple[float, float]
+    angle_percent: float
+    tip_off_mm: float
+
+
+@dataclass(frozen=True)
+class ModelRow:
+    """A model as ``validate.json`` has it; percentages are differences from the reference."""
+
+    name: str
+    bending_Nmm_per_rad: float
+    axial_N_per_mm: float | None
+    shear_N_per_mm: float | None
+    bending_percent: float | None
+    axial_percent: float | None
+    shear_percent: float | None
+    bent: tuple[BentChainRow, ...]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class ModelComparison:
+    """All models of a rig at the same tensions.
+
+    ``nodes`` counts the nodes of the solid; ``free_frequencies_Hz`` are the lowest natural frequencies of one free
+    reduced body.
+    """
 
     rig: str
     nodes: int
@@ -75,44 +104,50 @@ class Comparison:
     models: tuple[ModelResult, ...]
 
     def model(self, name: str) -> ModelResult:
-        """Look up one model; StopIteration where there is none."""
+        """Look up a model by name; raises StopIteration for an unknown name."""
         return next(model for model in self.models if model.name == name)
 
+    def rows(self) -> tuple[ModelRow, ...]:
+        """Models with their differences from the solid."""
+        return tuple(_row(model, self.model(REFERENCE)) for model in self.models)
+
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, with what each model differs by from the solid."""
-        judge = self.model(JUDGE)
+        """Plain values as in ``validate.json``."""
         return {
             "rig": self.rig,
-            "judge": JUDGE,
+            "judge": REFERENCE,
             "solid_nodes": self.nodes,
             "free_frequencies_Hz": list(self.free_frequencies_Hz),
-            "models": [_row(model, judge) for model in self.models],
+            "models": to_plain(self.rows()),
         }
 
 
-def _row(model: ModelResult, judge: ModelResult) -> dict[str, Any]:
-    def percent(quantity: str) -> float | None:
-        own, right = getattr(model, quantity), getattr(judge, quantity)
-        return None if own is None else 100 * (own / right - 1)
-
-    names = ("bending_Nmm_per_rad", "axial_N_per_mm", "shear_N_per_mm")
+def _row(model: ModelResult, reference: ModelResult) -> ModelRow:
     bent = [
-        {
-            "tendon_N": own.tendon_N,
-            "angle_deg": own.angle_deg,
-            "tip_mm": [own.tip_x_mm, own.tip_y_mm],
-            "angle_percent": 100 * (own.angle_deg / right.angle_deg - 1),
-            "tip_off_mm": float(np.hypot(own.tip_x_mm - right.tip_x_mm, own.tip_y_mm - right.tip_y_mm)),
-        }
-        for own, right in zip(model.bent, judge.bent, strict=True)
+        BentChainRow(
+            tendon_N=own.tendon_N,
+            angle_deg=own.angle_deg,
+            tip_mm=(own.tip_x_mm, own.tip_y_mm),
+            angle_percent=100 * (own.angle_deg / other.angle_deg - 1),
+            tip_off_mm=float(np.hypot(own.tip_x_mm - other.tip_x_mm, own.tip_y_mm - other.tip_y_mm)),
+        )
+        for own, other in zip(model.bent, reference.bent, strict=True)
     ]
-    return {
-        "name": model.name,
-        **{name: getattr(model, name) for name in names},
-        **{f"{name.split('_')[0]}_percent": percent(name) for name in names},
-        "bent": bent,
-        "seconds": model.seconds,
-    }
+    return ModelRow(
+        name=model.name,
+        bending_Nmm_per_rad=model.bending_Nmm_per_rad,
+        axial_N_per_mm=model.axial_N_per_mm,
+        shear_N_per_mm=model.shear_N_per_mm,
+        bending_percent=_percent(model.bending_Nmm_per_rad, reference.bending_Nmm_per_rad),
+        axial_percent=_percent(model.axial_N_per_mm, reference.axial_N_per_mm),
+        shear_percent=_percent(model.shear_N_per_mm, reference.shear_N_per_mm),
+        bent=tuple(bent),
+        seconds=model.seconds,
+    )
+
+
+def _percent(value: float | None, reference: float | None) -> float | None:
+    return None if value is None or reference is None else 100 * (value / reference - 1)
 
 
 def compare_models(
@@ -121,14 +156,14 @@ def compare_models(
     angles_deg: Sequence[float] = ANGLES_DEG,
     refinement: float = 1.0,
     progress: Callable[[str], None] = lambda _: None,
-) -> Comparison:
-    """Solve one joint and the chain of a rig by every model.
+) -> ModelComparison:
+    """Solve one joint and the chain of a rig with every model.
 
     Parameters
     ----------
     angles_deg
-        Bending of the solid's chain, ascending, above 0; the tensions follow from them. All are scaled down where the
-        last would take more than nine tenths of the way to closing notches.
+        Bending of the solid's chain, ascending, above 0; the tensions follow from it. All are scaled down if the last
+        exceeds 0.8 of the bending at which the notches close.
     refinement
         Of the solid's mesh, as in :func:`fem_models.solid.mesh.snr_mesh`.
     progress
@@ -137,18 +172,18 @@ def compare_models(
     Raises
     ------
     RigError
-        Joints measured on a bench, which have no solid; or from the models.
+        The rig has measured joints, for which there is no solid; or from the models.
     SolverError
         From the models.
     """
     notched_tube(rig)  # refuses measured joints
     plain = _plain(rig)
-    progress(JUDGE)
+    progress(REFERENCE)
     start = time.perf_counter()
     solid = solid_snr(plain, refinement=refinement)
     metal = as_flexure(snr_stiffness(solid).stiffness)
     tensions = _tensions(plain, metal, angles_deg)
-    results = [_closed_form(JUDGE, plain, metal, tensions, start)]
+    results = [_closed_form(REFERENCE, plain, metal, tensions, start)]
     for name, joint in analytic_joints(plain).items():
         progress(name)
         results.append(_closed_form(name, plain, joint, tensions, time.perf_counter()))
@@ -161,11 +196,12 @@ def compare_models(
     for name, engine in (("multibody", simulate_multibody), ("chain", simulate_chain)):
         progress(name)
         results.append(_engine(name, engine, plain, tensions))
-    return Comparison(rig.name, len(solid.points_mm), tuple(free_frequencies_Hz(body)[:3].tolist()), tuple(results))
+    frequencies = tuple(free_frequencies_Hz(body)[:3].tolist())
+    return ModelComparison(rig.name, len(solid.points_mm), frequencies, tuple(results))
 
 
 def analytic_joints(rig: Rig) -> dict[str, Flexure]:
-    """Analytic stiffnesses of a pitch, ring in series: the beam alone, and with what the rings give at its roots."""
+    """Analytic stiffnesses of a pitch, with the ring in series: the beam alone, and with elastic roots in the rings."""
     pitch = beam_pitch(rig)
     roots = 1 / flexure(rig).bending_Nmm_per_rad - 1 / beam(rig).bending_Nmm_per_rad
     return {
@@ -175,15 +211,15 @@ def analytic_joints(rig: Rig) -> dict[str, Flexure]:
 
 
 def _plain(rig: Rig) -> Rig:
-    """Without friction, material loop, effects and the ropes' toe, and as good as without preload."""
+    """Remove friction, material loop, effects and toe regions; the preload is negligible."""
     none: dict[str, Any] = dict.fromkeys(EFFECT_TABLES)
     return replace(
         rig,
-        preload_N=LITTLE_N,
+        preload_N=_SMALL_PRELOAD_N,
         friction=Friction(),
         material=replace(rig.material, loop_share=0.0),
         tendon_a=replace(rig.tendon_a, toe_N=0.0),
-        tendon_b=replace(rig.tendon_b, toe_N=0.0, EA_N=SOFT * rig.tendon_a.EA_N) if rig.tendon_b else None,
+        tendon_b=replace(rig.tendon_b, toe_N=0.0, EA_N=_SOFT * rig.tendon_a.EA_N) if rig.tendon_b else None,
         precurvature_deg=0.0,
         **none,
     )
@@ -199,11 +235,11 @@ def _closed_form(name: str, rig: Rig, joint: Flexure, tensions_N: Floats, start:
     bent = []
     for tension in tensions_N.tolist():
         angle, x, y = bend_by_tendon(rig, joint, tension)
-        bent.append(Bent(tension, float(np.degrees(angle)), x, y))
+        bent.append(BentChain(tension, float(np.degrees(angle)), x, y))
     return _result(name, joint, bent, start)
 
 
-def _result(name: str, joint: Flexure, bent: Sequence[Bent], start: float) -> ModelResult:
+def _result(name: str, joint: Flexure, bent: Sequence[BentChain], start: float) -> ModelResult:
     return ModelResult(
         name=name,
         bending_Nmm_per_rad=joint.bending_Nmm_per_rad,
@@ -215,49 +251,49 @@ def _result(name: str, joint: Flexure, bent: Sequence[Bent], start: float) -> Mo
 
 
 def _reduced(rig: Rig, solid: Solid, body: ReducedBody, tensions_N: Floats, start: float) -> ModelResult:
-    joint = measured_joint(rig, lambda one, loads: solve_reduced_chain(one, solid, body, loads))
+    joint = joint_stiffness(rig, lambda one, loads: solve_reduced_chain(one, solid, body, loads))
     poses = solve_reduced_chain(rig, solid, body, [PlaneLoad(tendon_N=t) for t in tensions_N.tolist()])
     return _result("reduced bodies", joint, _bent(poses, tensions_N), start)
 
 
 def _beams(rig: Rig, metal: Flexure, tensions_N: Floats) -> ModelResult:
     start = time.perf_counter()
-    joint = measured_joint(rig, lambda one, loads: solve_beam_chain(one, metal, loads))
+    joint = joint_stiffness(rig, lambda one, loads: solve_beam_chain(one, metal, loads))
     poses = solve_beam_chain(rig, metal, [PlaneLoad(tendon_N=t) for t in tensions_N.tolist()])
     return _result("beams", joint, _bent(poses, tensions_N), start)
 
 
-def measured_joint(rig: Rig, solve: Callable[[Rig, list[PlaneLoad]], list[Any]]) -> Flexure:
-    """Read stiffnesses off the movement of a chain of one joint under small loads at its tip.
+def joint_stiffness(rig: Rig, solve: Callable[[Rig, list[PlaneLoad]], list[Any]]) -> Flexure:
+    """Derive the stiffnesses of a joint from the motion of a chain of one joint under small loads at its tip.
 
-    The loads act half a pitch beyond the middle of the notch: a lateral force bends as well.
+    The loads act half a pitch beyond the middle of the notch; a lateral force therefore also bends the joint.
     """
     one, arm = with_notch(rig, replace(notched_tube(rig).notch, count=1)), rig.pitch_mm / 2
-    force = 1e-4 * flexure(rig).bending_Nmm_per_rad  # of either sign, so that what is left is of second order
+    force = 1e-4 * flexure(rig).bending_Nmm_per_rad  # central differences: the error is of second order
     kinds = ("moment_Nmm", "lateral_N", "axial_N")
     poses = solve(one, [PlaneLoad(**{kind: sign * force}) for kind in kinds for sign in (1, -1)])
-    (turn, _, _), (_, _, pushed), (coupling, pulled, _) = (
+    (rotation, _, _), (_, _, lateral_motion), (coupling, axial_motion, _) = (
         np.array([ahead.angle_rad - back.angle_rad, *(ahead.tip_mm - back.tip_mm)]) / (2 * force)
         for ahead, back in zip(poses[::2], poses[1::2], strict=True)
     )
-    stiffness = 1 / np.array([turn, pulled - coupling**2 / turn, pushed - arm**2 * turn])
+    stiffness = 1 / np.array([rotation, axial_motion - coupling**2 / rotation, lateral_motion - arm**2 * rotation])
     bending, axial, lateral = stiffness.tolist()
-    return Flexure(bending, lateral, axial, float(-coupling / turn))
+    return Flexure(bending, lateral, axial, float(-coupling / rotation))
 
 
-def _bent(poses: Sequence[Any], tensions_N: Floats) -> list[Bent]:
+def _bent(poses: Sequence[Any], tensions_N: Floats) -> list[BentChain]:
     return [
-        Bent(tension, float(np.degrees(pose.angle_rad)), *pose.tip_mm.tolist())
+        BentChain(tension, float(np.degrees(pose.angle_rad)), *pose.tip_mm.tolist())
         for pose, tension in zip(poses, tensions_N.tolist(), strict=True)
     ]
 
 
 def _engine(name: str, simulate: Callable[[Rig, LoadProgram], Record], rig: Rig, tensions_N: Floats) -> ModelResult:
-    """Wind up tendon a until it has the largest tension, and read angle and tip between the samples."""
+    """Wind up tendon a to the largest tension, and interpolate angle and tip between the samples."""
     start = time.perf_counter()
-    joint, arm, rope = flexure(rig), moment_arms_mm(rig)[0], rig.tendon_a
+    joint, arm, tendon = flexure(rig), moment_arms_mm(rig)[0], rig.tendon_a
     angle, _, _ = bend_by_tendon(rig, joint, float(tensions_N[-1]))
-    stretch = (rig.joints * rig.pitch_mm + rope.free_length_mm) / rope.EA_N
+    stretch = (rig.joints * rig.pitch_mm + tendon.free_length_mm) / tendon.EA_N
     stretch += 1.2 * rig.joints / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0
     drive = 1.1 * (arm * angle + stretch * tensions_N[-1])
     record = simulate(rig, LoadProgram(np.linspace(0.0, drive, SAMPLES + 1)))
@@ -268,7 +304,7 @@ def _engine(name: str, simulate: Callable[[Rig, LoadProgram], Record], rig: Rig,
     if not record.tension_a_N[-1] >= tensions_N[-1]:
         raise RigError(f"rig {rig.name}: {name} reached {record.tension_a_N[-1]:g} N: expected {tensions_N[-1]:g} N")
     at = PchipInterpolator(record.tension_a_N, np.column_stack([record.angle_deg, tip]))
-    bent = [Bent(tension, *at(tension).tolist()) for tension in tensions_N.tolist()]
-    turn = np.radians(bent[0].angle_deg) / rig.joints
-    bending = bent[0].tendon_N * tendon_arm_mm(rig, joint, turn) / turn
+    bent = [BentChain(tension, *at(tension).tolist()) for tension in tensions_N.tolist()]
+    joint_rad = np.radians(bent[0].angle_deg) / rig.joints
+    bending = bent[0].tendon_N * tendon_arm_mm(rig, joint, joint_rad) / joint_rad
     return _result(name, Flexure(bending, None, None, neutral), bent, start)

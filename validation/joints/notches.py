@@ -1,8 +1,4 @@
-"""Where the analytic notch may be trusted: Timoshenko against the solid over depth, width and wall of three shapes.
-
-``python -m validation.joints.notches`` solves the grid and writes ``docs/validation/notches.csv``, and from it
-``docs/validation/notches.md`` and ``docs/images/notches.png``.
-"""
+"""Accuracy of the analytic notch: Timoshenko flexure against the solid over depth, width and wall of three shapes."""
 
 from __future__ import annotations
 
@@ -12,9 +8,9 @@ import multiprocessing
 import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, astuple, dataclass, fields, replace
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import cast, get_args
 
 import numpy as np
 
@@ -24,10 +20,8 @@ from fem_models.rig.presets import preset
 from fem_models.rig.rig import Material, Rig, notched_tube
 from fem_models.solid.linear import as_flexure, chain_stiffness, snr_stiffness, solid_snr
 from fem_models.solid.strain import bent_chain, peak_strain
-from hysteresis.files import write_files
 
 POISSON = 0.33
-DOCS = Path(__file__).parents[2] / "docs"
 
 WALLS = (0.04, 0.07, 0.12)
 WIDTHS = (0.1, 0.2, 0.4, 0.8, 1.6)
@@ -37,16 +31,16 @@ SPACINGS = (0.05, 0.1, 0.4, 0.8)
 SPACING = 0.2
 TRUSTED_PERCENT = 5.0
 GRID_REFINEMENT = 0.7
-"""Of the meshes of the grid: their stiffness is 1 to 2 % above the converged one of sharp corners."""
+"""Refinement of the meshes of the grid; their stiffness is 1 to 2 % above the converged one with sharp corners."""
 
 FILLETS_MM = (0.0, 0.125)
-"""Sharp, and the radius of the 0.25 mm wire that the preset's root width comes from."""
+"""Radii of the corners: sharp, and that of the 0.25 mm wire that the preset's root width derives from."""
 REFINEMENTS = (0.5, 0.7, 1.0, 1.4)
 
 
 @dataclass(frozen=True)
 class NotchCase:
-    """One notch; lengths as shares of the tube's outer diameter, the root of a V as a share of its width."""
+    """One notch; lengths over the tube's outer diameter, the root width of a V over its width."""
 
     shape: NotchShape
     wall: float
@@ -59,11 +53,20 @@ class NotchCase:
 
 @dataclass(frozen=True)
 class NotchResult:
-    """Stiffness of one pitch, made dimensionless: bending by E D^3, shear and axial by E D, offset by D.
+    """Dimensionless stiffness of one pitch: bending over E D^3, shear and axial over E D, offset over D.
 
-    ``beam_*`` is the analytic flexure in series with the tube of the ring, ``roots_bending`` the same with the root
-    length of :mod:`fem_models.joint.roots`. ``plates_*`` is the solid between rigid end plates, ``chain_*`` the solid in an
-    endless chain of equal joints, which is what bending and tension are compared with; shear has only the plates.
+    Parameters
+    ----------
+    beam_bending, beam_shear, beam_axial, beam_offset
+        Analytic flexure in series with the tube of the ring.
+    plates_bending, plates_shear, plates_axial, plates_offset
+        Solid between rigid end plates: the reference for shear.
+    chain_bending, chain_axial
+        Solid in an endless chain of equal joints: the reference for bending and tension.
+    roots_bending
+        As ``beam_bending``, with the root length of :mod:`fem_models.joint.roots`.
+    nodes
+        Of the solid's mesh.
     """
 
     case: NotchCase
@@ -82,18 +85,18 @@ class NotchResult:
 
     @property
     def in_grid(self) -> bool:
-        """Whether it belongs to the grid of depth, width and wall, not to the variations of spacing and fillet."""
+        """Whether the case belongs to the grid of depth, width and wall, not to the variants of spacing and fillet."""
         return self.case.spacing == SPACING and self.case.fillet == 0
 
     def error_percent(self, quantity: str, model: str) -> float:
         """Error of a model, ``beam`` or ``roots``, against the solid in ``bending``, ``axial`` or ``shear``."""
-        judge = "plates" if quantity == "shear" else "chain"
-        return 100 * float(getattr(self, f"{model}_{quantity}") / getattr(self, f"{judge}_{quantity}") - 1)
+        reference = "plates" if quantity == "shear" else "chain"
+        return 100 * float(getattr(self, f"{model}_{quantity}") / getattr(self, f"{reference}_{quantity}") - 1)
 
 
 @dataclass(frozen=True)
 class MeshRun:
-    """One mesh of a study of convergence: bending in the chain, Nmm/rad, peak strain per radian, and what it cost."""
+    """One mesh of the convergence study: bending stiffness in the chain, Nmm/rad, peak strain per radian, and cost."""
 
     fillet_mm: float
     refinement: float
@@ -104,11 +107,14 @@ class MeshRun:
     megabytes: float
 
 
+_RESULT_FIELDS = tuple(field for field in fields(NotchResult) if field.name != "case")
+
+
 def grid() -> Iterator[NotchCase]:
-    """Give all cases: depth, width and wall of each shape, then the spacing at a middle one of each."""
+    """All cases: depth, width and wall of each shape, then spacing and fillet at the middle one of each."""
     for shape in get_args(NotchShape):
         depths = ONE_SIDED_DEPTHS if shape == "rectangular" else PAIR_DEPTHS
-        root = 4 / 7 if shape == "v_pair" else 1.0  # that of the paper's preset
+        root = 4 / 7 if shape == "v_pair" else 1.0  # as in the preset of the paper
         for wall in WALLS:
             for depth in depths:
                 for width in WIDTHS:
@@ -119,7 +125,7 @@ def grid() -> Iterator[NotchCase]:
 
 
 def rig_of(case: NotchCase) -> Rig:
-    """Rig with a tube of 1 mm outer diameter and E = 1 N/mm^2, so that its stiffness is dimensionless."""
+    """Rig with a tube of 1 mm outer diameter and E = 1 N/mm^2: its stiffness is dimensionless."""
     base = preset("du2018")
     tendon = replace(base.tendon_a, moment_arm_mm=0.4)
     root = case.root * case.width if case.shape == "v_pair" else None
@@ -162,10 +168,20 @@ def solve(case: NotchCase, refinement: float = GRID_REFINEMENT) -> NotchResult:
     plates = as_flexure(snr_stiffness(solid).stiffness)
     chain = np.linalg.inv(chain_stiffness(solid).stiffness)
     roots = 1 / flexure(rig).bending_Nmm_per_rad - 1 / beam(rig).bending_Nmm_per_rad
+    assert pitch.shear_N_per_mm is not None
+    assert pitch.axial_N_per_mm is not None
+    assert plates.shear_N_per_mm is not None
+    assert plates.axial_N_per_mm is not None
     return NotchResult(
         case=case,
-        **_named("beam", pitch),
-        **_named("plates", plates),
+        beam_bending=pitch.bending_Nmm_per_rad,
+        beam_shear=pitch.shear_N_per_mm,
+        beam_axial=pitch.axial_N_per_mm,
+        beam_offset=pitch.neutral_offset_mm,
+        plates_bending=plates.bending_Nmm_per_rad,
+        plates_shear=plates.shear_N_per_mm,
+        plates_axial=plates.axial_N_per_mm,
+        plates_offset=plates.neutral_offset_mm,
         chain_bending=float(1 / chain[2, 2]),
         chain_axial=float(1 / (chain[0, 0] - chain[0, 2] ** 2 / chain[2, 2])),
         roots_bending=1 / (1 / pitch.bending_Nmm_per_rad + roots),
@@ -173,45 +189,37 @@ def solve(case: NotchCase, refinement: float = GRID_REFINEMENT) -> NotchResult:
     )
 
 
-def _named(model: str, stiffness: Flexure) -> dict[str, Any]:
-    names = ("bending", "shear", "axial", "offset")
-    return {f"{model}_{name}": value for name, value in zip(names, astuple(stiffness), strict=True)}
-
-
 def solve_all(cases: Iterable[NotchCase], workers: int = 2) -> list[NotchResult]:
-    """Solve cases in processes of their own, in the order given."""
+    """Solve cases in worker processes; the results have the order of the cases."""
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
         return list(pool.map(solve, cases, chunksize=2))
 
 
 def csv_text(results: Iterable[NotchResult]) -> str:
-    """Results as CSV, a row a case, the fields of case and result as columns."""
-    rows = [{**asdict(r.case), **_six_digits({k: v for k, v in asdict(r).items() if k != "case"})} for r in results]
+    """Results as CSV: a row per case; the fields of case and result are the columns, results with six digits."""
     stream = io.StringIO()
-    writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow([field.name for field in (*fields(NotchCase), *_RESULT_FIELDS)])
+    for result in results:
+        numbers = (getattr(result, field.name) for field in _RESULT_FIELDS)
+        writer.writerow([*astuple(result.case), *(f"{v:.6g}" if isinstance(v, float) else v for v in numbers)])
     return stream.getvalue()
 
 
-def _six_digits(row: dict[str, Any]) -> dict[str, Any]:
-    return {k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()}
-
-
 def read_results(path: Path) -> list[NotchResult]:
-    """Read what :func:`csv_text` wrote."""
+    """Read a table of :func:`csv_text`."""
     with path.open(newline="") as stream:
         return [_from_row(row) for row in csv.DictReader(stream)]
 
 
 def _from_row(row: dict[str, str]) -> NotchResult:
-    numbers = {f.name: float(row[f.name]) for f in fields(NotchResult) if f.name not in ("case", "nodes")}
+    numbers = {f.name: float(row[f.name]) for f in _RESULT_FIELDS if f.name != "nodes"}
     lengths = {f.name: float(row[f.name]) for f in fields(NotchCase) if f.name != "shape"}
     return NotchResult(NotchCase(cast(NotchShape, row["shape"]), **lengths), **numbers, nodes=int(row["nodes"]))
 
 
 def mesh_run(fillet_mm: float, refinement: float) -> MeshRun:
-    """Solve the default SNR on one mesh; memory is the peak of this process, so give it one of its own."""
+    """Solve the joint of the default rig on one mesh; memory is the peak of the process: use a new process per mesh."""
     import resource
 
     solid = solid_snr(preset("du2018"), refinement=refinement, fillet_mm=fillet_mm)
@@ -223,32 +231,13 @@ def mesh_run(fillet_mm: float, refinement: float) -> MeshRun:
         elements=solid.mesh.nelements,
         bending=float(1 / chain[2, 2]),
         strain=peak.principal_nodes,
-        seconds=time.process_time(),  # of the process from its start: imports and two factorisations are in it
+        seconds=time.process_time(),  # since the start of the process: includes imports and two factorisations
         megabytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     )
 
 
 def convergence() -> list[MeshRun]:
-    """Give the study of convergence, each mesh in a process of its own."""
+    """Run the convergence study, each mesh in a new process."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context, max_tasks_per_child=1) as pool:
         return [pool.submit(mesh_run, fillet, r).result() for fillet in FILLETS_MM for r in REFINEMENTS]
-
-
-def main() -> None:
-    """Solve everything and write the page, its table and its figure into the documentation."""
-    from docs.make.notches import figure, page
-
-    results = solve_all(grid())
-    text = csv_text(results)
-    folder = DOCS / "validation"
-    write_files({folder / "notches.csv": text, folder / "notches.md": page(results, convergence())})
-    picture = DOCS / "images" / "notches.png"
-    picture.parent.mkdir(exist_ok=True)
-    part = picture.with_suffix(".part")
-    part.write_bytes(figure(results))
-    part.replace(picture)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,8 +1,4 @@
-"""Superelastic notch: moment over angle of the solid beside the section law, and the flag elements fitted to it.
-
-``python -m validation.joints.superelastic`` bends two measured wrists' notches and the default ring, and writes
-``docs/validation/superelastic.md``, ``docs/images/superelastic.png`` and ``docs/images/superelastic-strain.png``.
-"""
+"""Superelastic notch: moment over angle of the solid, of the section law, and of flag elements fitted to the solid."""
 
 from __future__ import annotations
 
@@ -28,17 +24,15 @@ from fem_models.solid.superelastic import HARDENING_SHARE
 from fem_models.solid.superelastic_elements import fibres_of_curve, flag_path
 from fem_models.view.solid import bent_mesh, draw_mesh
 from hysteresis.arrays import Floats
-from hysteresis.files import write_files
 
 LAW = Superelastic(plateau_MPa=450.0, unloading_plateau_MPa=200.0, transformation_strain=0.04)
 REFINEMENTS = (0.4, 0.6, 0.9)
 REFINEMENT = REFINEMENTS[1]
-DOCS = Path(__file__).parents[2] / "docs"
 
 
 @dataclass(frozen=True)
 class Case:
-    """A notch, the radius of its corners, and the largest angle."""
+    """A notch with the radius of its corners, and the largest angle of a joint."""
 
     name: str
     rig: Rig
@@ -48,10 +42,19 @@ class Case:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """Curve of the solid up, down to zero and half way up again, and moments of the section laws on the same path.
+    """Moment over angle of one case: loading, unloading to zero, and loading again to half of the angle.
 
-    ``laws`` are the fibres between rigid rings, those with elastic roots as both engines have them, and the fit to the
-    first way up and down; ``strain_fibre`` is that of the outermost fibre, shape (k,).
+    Parameters
+    ----------
+    curve
+        Of the solid.
+    laws
+        Moments on the same path, shapes (k,): fibres between rigid rings; fibres in series with elastic roots, as in
+        both engines; and the elements fitted to the solid's first loop.
+    strain_fibre
+        Strain of the outermost fibre, shape (k,).
+    elements
+        Number of fitted elements.
     """
 
     case: Case
@@ -63,7 +66,7 @@ class CaseResult:
 
 @dataclass(frozen=True)
 class MeshRun:
-    """Moment and strain at the largest angle on one mesh or with one slope of the plateau; seconds of the clock."""
+    """Moment and strain at the largest angle for one mesh and one slope of the plateau; wall time in seconds."""
 
     name: str
     refinement: float
@@ -75,14 +78,14 @@ class MeshRun:
 
 
 def hardened(young_GPa: float) -> Superelastic:
-    """Give the section law the slope of the plateau that the solid has."""
+    """Section law with the same slope of the plateau as the solid."""
     return replace(LAW, plateau_modulus_GPa=HARDENING_SHARE * young_GPa)
 
 
 def wrist(width_mm: float, spacing_mm: float) -> Rig:
-    """One of the measured wrists (GitHub nepacheco/MastersThesis, 4f920c7): 1.62/1.40 mm, five one-sided slots."""
+    """Rig of a measured wrist (GitHub nepacheco/MastersThesis, 4f920c7): tube of 1.62/1.40 mm, five one-sided slots."""
     base = preset("du2018")
-    rope = replace(base.tendon_a, moment_arm_mm=0.6)
+    tendon = replace(base.tendon_a, moment_arm_mm=0.6)
     return replace(
         base,
         name=f"wrist {width_mm:g}",
@@ -91,13 +94,13 @@ def wrist(width_mm: float, spacing_mm: float) -> Rig:
         ),
         material=replace(base.material, youngs_modulus_GPa=50.0),
         superelastic=hardened(50.0),
-        tendon_a=rope,
-        tendon_b=rope,
+        tendon_a=tendon,
+        tendon_b=tendon,
     )
 
 
 def cases() -> list[Case]:
-    """Both wrists until their notches close, and the default ring to nearly four times its working angle."""
+    """Both wrists up to notch closure, and the default joint up to nearly four times its working angle."""
     found = []
     for name, width, spacing in (("wrist '90'", 0.5, 1.5), ("wrist '150'", 0.8, 1.2)):
         rig = wrist(width, spacing)
@@ -106,13 +109,13 @@ def cases() -> list[Case]:
 
 
 def path_deg(largest: float) -> Floats:
-    """Angles of a comparison: up, down, and half way up again, 12 steps to the largest."""
+    """Angles of a comparison: up in 12 steps, down to zero, and up again to half; shape (30,)."""
     up = largest * np.arange(1, 13) / 12
     return np.concatenate([up, up[-2::-1], [0.0], up[:6]])
 
 
 def solve(case: Case) -> CaseResult:
-    """Bend one case and evaluate the section laws beside it."""
+    """Bend one case as a solid and evaluate the section laws on the same path."""
     angles = np.radians(path_deg(case.largest_deg))
     joint = quarter_joint(case.rig, refinement=REFINEMENT, fillet_mm=case.fillet_mm)
     curve = measured(joint, list(bend(joint, angles, step_rad=np.radians(3.0))))
@@ -130,7 +133,7 @@ def solve(case: Case) -> CaseResult:
 
 
 def mesh_run(job: tuple[Case, float, float]) -> MeshRun:
-    """Bend a case once to its largest angle on a mesh of its own."""
+    """Bend a case once to its largest angle; the job has the case, the refinement and the slope of the plateau."""
     case, refinement, hardening = job
     begin = time.perf_counter()
     joint = quarter_joint(case.rig, refinement=refinement, fillet_mm=case.fillet_mm, hardening=hardening)
@@ -148,7 +151,7 @@ def mesh_run(job: tuple[Case, float, float]) -> MeshRun:
 
 
 def solve_all() -> tuple[list[CaseResult], list[MeshRun]]:
-    """Solve all cases and their mesh study, two at a time."""
+    """Solve all cases and their mesh study in two processes."""
     chosen = cases()
     jobs = [(case, r, HARDENING_SHARE) for r in reversed(REFINEMENTS) for case in chosen]
     jobs += [(chosen[1], REFINEMENT, 0.001), (chosen[1], REFINEMENT, 0.02)]
@@ -159,32 +162,14 @@ def solve_all() -> tuple[list[CaseResult], list[MeshRun]]:
 
 
 def largest_errors(result: CaseResult) -> Sequence[float]:
-    """Largest difference of each law to the solid, percent of the solid's largest moment."""
+    """Largest difference of each law from the solid, percent of the solid's largest moment."""
     scale = np.abs(result.curve.moment_Nmm).max()
     return [100 * float(np.abs(law - result.curve.moment_Nmm).max() / scale) for law in result.laws]
 
 
 def draw(case: Case, degrees: float, path: Path) -> None:
-    """Picture of a bent notch, metal beyond the plateau's onset in a colour of its own."""
+    """Draw a bent notch; metal beyond the onset of the plateau has another colour."""
     joint = quarter_joint(case.rig, refinement=REFINEMENT, fillet_mm=case.fillet_mm)
     bent = list(bend(joint, [np.radians(degrees)]))[-1]
     mesh = snr_mesh(case.rig, refinement=REFINEMENT, fillet_mm=case.fillet_mm)
     draw_mesh(bent_mesh(joint, bent, mesh), path, limit=superelastic_limit(case.rig))
-
-
-def main() -> None:
-    """Solve everything and write the page and its figure into the documentation."""
-    from docs.make.superelastic import figure, page
-
-    results, runs = solve_all()
-    write_files({DOCS / "validation" / "superelastic.md": page(results, runs)})
-    picture = DOCS / "images" / "superelastic.png"
-    picture.parent.mkdir(exist_ok=True)
-    part = picture.with_suffix(".part")
-    part.write_bytes(figure(results))
-    part.replace(picture)
-    draw(cases()[1], 15.0, picture.with_name("superelastic-strain.png"))
-
-
-if __name__ == "__main__":
-    main()

@@ -22,7 +22,7 @@ from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import as_flexure, snr_stiffness, solid_snr
-from validation.joints.models import compare_models, measured_joint
+from validation.joints.models import compare_models, joint_stiffness
 
 LOADS = [
     PlaneLoad(moment_Nmm=40.0),
@@ -52,7 +52,7 @@ def case(request):
 
 def test_joint_of_reduced_bodies_has_the_stiffness_of_the_solid(case):
     rig, body, reduced, joint = case
-    found = measured_joint(rig, lambda one, loads: solve_reduced_chain(one, body, reduced, loads))
+    found = joint_stiffness(rig, lambda one, loads: solve_reduced_chain(one, body, reduced, loads))
     assert found.bending_Nmm_per_rad == pytest.approx(joint.bending_Nmm_per_rad, rel=1e-6)
     assert found.axial_N_per_mm == pytest.approx(joint.axial_N_per_mm, rel=1e-4)
     assert found.shear_N_per_mm == pytest.approx(joint.shear_N_per_mm, rel=1e-4)

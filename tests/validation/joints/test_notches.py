@@ -7,7 +7,7 @@ import pytest
 from skfem import Basis, ElementTriP2, ElementVector, FacetBasis, LinearForm, MeshTri, condense, solve
 from skfem.models.elasticity import linear_elasticity, plane_stress
 
-from docs.make.notches import figure, page
+from docs.make.notches import TABLE, figure, page
 from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.roots import HALF_PLANE, root_length
 from fem_models.rig.joints import Notch
@@ -15,7 +15,6 @@ from fem_models.rig.presets import preset
 from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import chain_stiffness, solid_snr
 from validation.joints.notches import (
-    DOCS,
     FILLETS_MM,
     MeshRun,
     NotchCase,
@@ -33,7 +32,7 @@ RIG = preset("du2018")
 
 @pytest.fixture(scope="module")
 def results():
-    return read_results(DOCS / "validation" / "notches.csv")
+    return read_results(TABLE)
 
 
 def graded(start: float, end: float, least: float) -> np.ndarray:
