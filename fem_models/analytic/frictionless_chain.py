@@ -15,7 +15,8 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from fem_models.joint.flexure import Flexure, bending_length_mm
+from fem_models.joint.flexure import Flexure
+from fem_models.joint.mechanics import joint_mechanics
 from fem_models.rig.checks import RigError
 from fem_models.rig.rig import Rig, notched_tube
 
@@ -30,7 +31,7 @@ def tendon_arm_mm(rig: Rig, joint: Flexure, angle_rad: float) -> float:
     """
     notch = notched_tube(rig).notch
     arm = rig.tendon_a.moment_arm_mm + joint.neutral_offset_mm
-    gap = (notch.width_mm - bending_length_mm(rig)) / 2
+    gap = (notch.width_mm - joint_mechanics(rig).bending_length_mm) / 2
     return arm * math.cos(angle_rad / 2) + gap * math.sin(angle_rad / 2)
 
 
@@ -73,7 +74,7 @@ def bend_by_tendon(rig: Rig, joint: Flexure, tendon_N: float) -> tuple[float, fl
     heading = angle * np.arange(rig.joints + 1)
     rings = np.exp(1j * heading)
     middle = np.exp(1j * (heading[:-1] + angle / 2))
-    chord = bending_length_mm(rig)
+    chord = joint_mechanics(rig).bending_length_mm
     tip = ((rig.pitch_mm - chord) / 2 * (rings[:-1] + rings[1:]) + (chord + stretch) * middle).sum()
     tip += 1j * joint.neutral_offset_mm * (rings[-1] - 1)  # from the neutral axis to that of the tube
     return float(heading[-1]), float(tip.real), float(tip.imag)

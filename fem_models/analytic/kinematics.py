@@ -8,7 +8,6 @@ in the middle of the notches, on the neutral axis; rings are rigid. The equation
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,11 +16,11 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 
-from fem_models.joint.flexure import closure_angle_rad, flexure, moment_arms_mm, rigid_gap_mm
+from fem_models.joint.mechanics import JointMechanics, joint_mechanics
 from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.rig.checks import RigError
-from fem_models.rig.joints import MeasuredJoint
+from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.rig import EFFECT_TABLES, Rig, Tendon
 from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 from hysteresis.arrays import Floats
@@ -169,43 +168,82 @@ def inverse_tip(rig: Rig, limit_deg: float = 60.0, degree: int = 11) -> InverseF
     return InverseFit(tuple(fit.tolist()), y_limit, math.degrees(residual))
 
 
-def _path(rig: Rig, theta: Floats, arm_mm: float) -> Floats:
-    half_turn = theta / (2 * rig.joints)
-    if isinstance(rig.joint, MeasuredJoint):
-        return arm_mm * theta + 2 * rig.joints * rigid_gap_mm(rig) * np.sin(half_turn / 2) ** 2
-    return 2 * rig.joints * (arm_mm * np.sin(half_turn) + rig.joint.notch.width_mm * np.sin(half_turn / 2) ** 2)
+@dataclass(frozen=True)
+class _EqualJoints:
+    """A rig whose joints all bend alike, which leaves one unknown: the bending ``theta`` of the manipulator, rad."""
 
+    rig: Rig
+    joint: JointMechanics
 
-def _path_arm(rig: Rig, theta: Floats, arm_mm: float) -> Floats:
-    """Differentiate :func:`_path`: the lever arm of the chord about the joint."""
-    half_turn = theta / (2 * rig.joints)
-    if isinstance(rig.joint, MeasuredJoint):
-        return arm_mm + rigid_gap_mm(rig) / 2 * np.sin(half_turn)
-    return arm_mm * np.cos(half_turn) + rig.joint.notch.width_mm / 2 * np.sin(half_turn)
+    @property
+    def limit_rad(self) -> float:
+        """Bending at which the notches close, or half a revolution a joint where no notch is known."""
+        return self.rig.joints * min(self.joint.closure_angle_rad, math.pi)
 
+    @property
+    def rest_rad(self) -> float:
+        """Bending at rest."""
+        return self.rig.joints * self.joint.rest_angle_rad
 
-def _limit_rad(rig: Rig) -> float:
-    """Bending at which the notches close, or half a turn a joint where no notch is known."""
-    return rig.joints * min(closure_angle_rad(rig), math.pi)
+    @property
+    def stiffness(self) -> float:
+        """Bending stiffness, Nmm/rad: the elastic part, to which the material loop is added as hysteresis."""
+        return self.joint.flexure.bending_Nmm_per_rad * (1 - self.rig.material.loop_share) / self.rig.joints
 
+    def path_mm(self, theta: Floats, arm_mm: float) -> Floats:
+        """Shortening of the path of a tendon on the inner side of the bend; :func:`path_shortening_mm`."""
+        n = self.rig.joints
+        half = theta / (2 * n)
+        match self.rig.joint:
+            case MeasuredJoint(rigid_gap_mm=gap):
+                return arm_mm * theta + 2 * n * gap * np.sin(half / 2) ** 2
+            case NotchedTube(notch=notch):
+                return 2 * n * (arm_mm * np.sin(half) + notch.width_mm * np.sin(half / 2) ** 2)
 
-def _rest_rad(rig: Rig) -> float:
-    """Bending at rest."""
-    return rig.joints * math.radians(rig.precurvature_deg)
+    def path_arm_mm(self, theta: Floats, arm_mm: float) -> Floats:
+        """Differentiate :meth:`path_mm`: the lever arm of the chord about the joint."""
+        half = theta / (2 * self.rig.joints)
+        match self.rig.joint:
+            case MeasuredJoint(rigid_gap_mm=gap):
+                return arm_mm + gap / 2 * np.sin(half)
+            case NotchedTube(notch=notch):
+                return arm_mm * np.cos(half) + notch.width_mm / 2 * np.sin(half)
 
+    def require_open(self, theta: Floats) -> None:
+        """Raise a RigError where a bending closes the notches."""
+        limit = self.limit_rad
+        outside = ~(np.abs(theta) <= limit * (1 + 1e-12))
+        if outside.any():
+            raise RigError(
+                f"theta = {math.degrees(theta[outside].flat[0]):g} deg: expected within +-{math.degrees(limit):g} deg, "
+                f"where the notches of rig {self.rig.name} stay open"
+            )
 
-def _chain_stiffness(rig: Rig) -> float:
-    """Bending stiffness of the chain, Nmm/rad: the elastic part, to which the material loop is added as hysteresis."""
-    return flexure(rig).bending_Nmm_per_rad * (1 - rig.material.loop_share) / rig.joints
+    def tensions(self, drive: Floats, theta: Floats) -> tuple[Floats, Floats]:
+        """Tensions of tendons a and b, N, at a drive and a bending."""
+        rig, rest = self.rig, np.asarray(self.rest_rad)
+        inside = rig.joints * rig.pitch_mm
+        found = [
+            tendon_tension_N(
+                tendon,
+                side * drive - self.path_mm(side * theta, arm) + self.path_mm(side * rest, arm),
+                rig.preload_N,
+                inside,
+            )
+            for side, tendon, arm in zip((1, -1), rig.tendons, self.joint.arms_mm, strict=False)
+        ]
+        return found[0], found[1] if len(found) == 2 else np.zeros_like(found[0])
 
+    def imbalance(self, theta: Floats, drive: Floats) -> Floats:
+        """Moment on a joint that tendons and flexure leave over, Nmm, at a bending and a drive.
 
-def _require_open(rig: Rig, theta: Floats) -> None:
-    limit = _limit_rad(rig)
-    outside = ~(np.abs(theta) <= limit * (1 + 1e-12))
-    if outside.any():
-        raise RigError(
-            f"theta = {math.degrees(theta[outside].flat[0]):g} deg: expected within +-{math.degrees(limit):g} deg, "
-            f"where the notches of rig {rig.name} stay open"
+        The derivative of the potential energy, so that path and arm belong together.
+        """
+        tension_a, tension_b = self.tensions(drive, theta)
+        return (
+            self.path_arm_mm(theta, self.joint.arms_mm.a) * tension_a
+            - self.path_arm_mm(-theta, self.joint.arms_mm.b) * tension_b
+            - self.stiffness * (theta - self.rest_rad)
         )
 
 
@@ -214,8 +252,8 @@ def path_shortening_mm(rig: Rig, theta_sum_rad: ArrayLike, moment_arm_mm: float)
 
     The tendon leaves and enters the rings at their edges, half a notch width g from the joint, and spans the notch
     straight: 2 (g cos(t/2) - r sin(t/2)) at the joint angle t, 2 g when straight. The tendon on the other side is
-    at -theta (its path gets longer, by less: both sides share the even part 2 N g (1 - cos(t/2))). Of a bench rig
-    the arm is taken as constant, r theta, and g is its rigid gap.
+    at -theta (its path gets longer, by less: both sides share the even part 2 N g (1 - cos(t/2))). Of measured joints
+    the arm is taken as constant, r theta, and g is their rigid gap.
 
     Parameters
     ----------
@@ -227,39 +265,9 @@ def path_shortening_mm(rig: Rig, theta_sum_rad: ArrayLike, moment_arm_mm: float)
     ValueError
         Beyond the angle at which the notches close.
     """
-    theta = np.asarray(theta_sum_rad, dtype=float)
-    _require_open(rig, theta)
-    return _path(rig, theta, moment_arm_mm)
-
-
-def _tensions(rig: Rig, drive: Floats, theta: Floats) -> tuple[Floats, Floats]:
-    inside, rest = rig.joints * rig.pitch_mm, np.asarray(_rest_rad(rig))
-    pulls = [
-        tendon_tension_N(
-            rope, side * drive - _path(rig, side * theta, arm) + _path(rig, side * rest, arm), rig.preload_N, inside
-        )
-        for side, rope, arm in zip((1, -1), rig.tendons, moment_arms_mm(rig), strict=False)
-    ]
-    return pulls[0], pulls[1] if len(pulls) == 2 else np.zeros_like(pulls[0])
-
-
-def _imbalance(rig: Rig) -> Callable[[Floats, Floats], Floats]:
-    """Moment on a joint left over by tendons and flexure, Nmm, as a function of bending and drive.
-
-    The derivative of the potential energy, so that path and arm belong together.
-    """
-    stiffness = _chain_stiffness(rig)
-    arm_a, arm_b = moment_arms_mm(rig)
-
-    def moment(theta: Floats, drive: Floats) -> Floats:
-        pull_a, pull_b = _tensions(rig, drive, theta)
-        return (
-            _path_arm(rig, theta, arm_a) * pull_a
-            - _path_arm(rig, -theta, arm_b) * pull_b
-            - stiffness * (theta - _rest_rad(rig))
-        )
-
-    return moment
+    theta, equal = np.asarray(theta_sum_rad, dtype=float), _EqualJoints(rig, joint_mechanics(rig))
+    equal.require_open(theta)
+    return equal.path_mm(theta, moment_arm_mm)
 
 
 def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
@@ -277,24 +285,24 @@ def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
     ValueError
         Beyond the angle at which the notches close.
     RigError
-        If a tendon has no arm about the neutral axis to bend the manipulator its way (one-sided notches), or is not
-        there.
+        If a tendon has no arm about the neutral axis that bends the manipulator towards it (one-sided notches), or is
+        absent.
     """
     if rig.tendon_b is None:
         raise RigError(f"rig {rig.name}: one tendon: expected two, or there is no drive for every angle")
-    theta = np.asarray(theta_sum_rad, dtype=float)
-    _require_open(rig, theta)
-    inside, preload, arms = rig.joints * rig.pitch_mm, rig.preload_N, moment_arms_mm(rig)
-    rest = np.asarray(_rest_rad(rig))
-    path_a = _path(rig, theta, arms[0]) - _path(rig, rest, arms[0])
-    path_b = _path(rig, -theta, arms[1]) - _path(rig, -rest, arms[1])
-    arm_a, arm_b = _path_arm(rig, theta, arms[0]), _path_arm(rig, -theta, arms[1])
+    theta, equal = np.asarray(theta_sum_rad, dtype=float), _EqualJoints(rig, joint_mechanics(rig))
+    equal.require_open(theta)
+    inside, preload, arms = rig.joints * rig.pitch_mm, rig.preload_N, equal.joint.arms_mm
+    rest = np.asarray(equal.rest_rad)
+    path_a = equal.path_mm(theta, arms.a) - equal.path_mm(rest, arms.a)
+    path_b = equal.path_mm(-theta, arms.b) - equal.path_mm(-rest, arms.b)
+    arm_a, arm_b = equal.path_arm_mm(theta, arms.a), equal.path_arm_mm(-theta, arms.b)
     if not ((arm_a > 0).all() and (arm_b > 0).all()):
         raise RigError(
-            f"rig {rig.name}: moment arms about the neutral axis {arms[0]:g} and {arms[1]:g} mm: expected both above "
+            f"rig {rig.name}: moment arms about the neutral axis {arms.a:g} and {arms.b:g} mm: expected both above "
             "0, or there is no drive for every angle"
         )
-    resistance = _chain_stiffness(rig) * np.abs(theta - rest)
+    resistance = equal.stiffness * np.abs(theta - rest)
 
     def bound(tendon: Tendon, path: Floats, other: Floats, arm: Floats, other_arm: Floats) -> Floats:
         # a drive at which this tendon surely wins: the other one is at its preload at most
@@ -304,8 +312,7 @@ def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
     high = bound(rig.tendon_a, path_a, path_b, arm_a, arm_b)
     low = -bound(rig.tendon_b, path_b, path_a, arm_b, arm_a)
     margin = 1e-9 * (1 + np.abs(high) + np.abs(low))  # either end may be the root itself, give or take rounding
-    moment = _imbalance(rig)
-    root = find_root(lambda drive, angle: moment(angle, drive), (low - margin, high + margin), args=(theta,))
+    root = find_root(lambda drive, angle: equal.imbalance(angle, drive), (low - margin, high + margin), args=(theta,))
     if not np.all(root.success):
         raise RigError(f"theta: no drive of rig {rig.name} found for {theta[~root.success].flat[0]:g} rad")
     return np.asarray(root.x)
@@ -324,9 +331,10 @@ def angle_for_drive_rad(rig: Rig, drive_mm: ArrayLike) -> Floats:
     ValueError
         If a drive asks for more bending than the notches leave room for.
     """
-    drive, limit = np.asarray(drive_mm, dtype=float), _limit_rad(rig)
+    drive, equal = np.asarray(drive_mm, dtype=float), _EqualJoints(rig, joint_mechanics(rig))
+    limit = equal.limit_rad
     bracket = (np.full_like(drive, -limit), np.full_like(drive, limit))
-    root = find_root(_imbalance(rig), bracket, args=(drive,))
+    root = find_root(equal.imbalance, bracket, args=(drive,))
     if not np.all(root.success):
         raise RigError(
             f"drive_mm = {drive[~root.success].flat[0]:g}: expected a drive that bends rig {rig.name} within "
@@ -345,7 +353,7 @@ def theory_curve(rig: Rig, drive_mm: ArrayLike) -> TheoryCurve:
     """
     drive = np.asarray(drive_mm, dtype=float)
     theta = angle_for_drive_rad(rig, drive)
-    return TheoryCurve(np.degrees(theta), *_tensions(rig, drive, theta))
+    return TheoryCurve(np.degrees(theta), *_EqualJoints(rig, joint_mechanics(rig)).tensions(drive, theta))
 
 
 def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.rig.rig import Friction, Material
+from hysteresis.arrays import Floats
 
 MATERIAL_ELEMENTS = 3
 """Jenkins elements a joint: enough for a loop without visible corners at the paper's step of 0.1 mm."""
 
 
-def guide_wrap_rad(friction: Friction, joint_angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+def guide_wrap_rad(friction: Friction, joint_angles_rad: Floats) -> Floats:
     """Wrap of the tendon at each guide, from the current joint angles.
 
     Guide 0 is the base, guide i the ring after joint i; the tip is an anchor, no guide. The tendon is straight
@@ -35,10 +37,10 @@ def guide_wrap_rad(friction: Friction, joint_angles_rad: NDArray[np.float64]) ->
 
 def friction_limits_N(
     friction: Friction,
-    proximal_N: NDArray[np.float64],
-    distal_N: NDArray[np.float64],
-    wrap_rad: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    proximal_N: Floats,
+    distal_N: Floats,
+    wrap_rad: Floats,
+) -> Floats:
     """Greatest difference of tension that each guide can hold, shapes (..., N).
 
     The capstan equation T_p = T_d exp(+-mu phi) is |T_p - T_d| = (T_p + T_d) tanh(mu phi / 2), the same in
@@ -50,19 +52,26 @@ def friction_limits_N(
     return constant + total * np.tanh(0.5 * friction.capstan_coefficient * wrap_rad)
 
 
-def jenkins_elements(
-    material: Material, bending_Nmm_per_rad: float
-) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+class JenkinsElements(NamedTuple):
+    """Bending stiffness of one joint as an elastic spring beside ``k`` elements that slip at a moment.
+
+    ``elastic_Nmm_per_rad`` is a number; ``stiffness`` (Nmm/rad) and ``slip_moment_Nmm`` have the shape (k,).
+    """
+
+    elastic_Nmm_per_rad: float
+    stiffness: Floats
+    slip_moment_Nmm: Floats
+
+
+def jenkins_elements(material: Material, bending_Nmm_per_rad: float) -> JenkinsElements:
     """Split the bending stiffness of a joint into a spring and parallel Jenkins elements.
 
-    Returns
-    -------
-    elastic stiffness (Nmm/rad), stiffness of each element (Nmm/rad) and its slip moment (Nmm), shapes (k,).
-    Slip angles are spread evenly, an Iwan model (J. Applied Mechanics 33(4), 1966, doi 10.1115/1.3625199).
+    Slip angles are spread evenly, an Iwan model (J. Applied Mechanics 33(4), 1966, doi 10.1115/1.3625199). No element
+    without a material loop.
     """
     if material.loop_share == 0:
-        return bending_Nmm_per_rad, np.empty(0), np.empty(0)
+        return JenkinsElements(bending_Nmm_per_rad, np.empty(0), np.empty(0))
     k = MATERIAL_ELEMENTS
     stiffness = np.full(k, material.loop_share * bending_Nmm_per_rad / k)
     slip_rad = np.radians(material.loop_angle_deg) * (np.arange(k) + 0.5) / k
-    return bending_Nmm_per_rad * (1 - material.loop_share), stiffness, stiffness * slip_rad
+    return JenkinsElements(bending_Nmm_per_rad * (1 - material.loop_share), stiffness, stiffness * slip_rad)

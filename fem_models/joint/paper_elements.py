@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fem_models.joint.flexure import flexure, moment_arms_mm
-from fem_models.joint.section import moduli, section
+from fem_models.joint.flexure import elasticity
+from fem_models.joint.mechanics import joint_mechanics
+from fem_models.joint.section import section
 from fem_models.rig.rig import Rig, notched_tube
 from hysteresis.arrays import Floats
 
@@ -95,9 +96,9 @@ def _beam_stiffness(rig: Rig, nodes: Floats) -> Floats:
     strain[:, 0, 1::2] = slope
     strain[:, 1, 0::2] = slope
     strain[:, 1, 1::2] = -shape
-    young, shear_modulus = moduli(rig)
-    s = section(rig, nodes[1::2, None] + xi * length / 2)
-    rigidity = np.stack([young * s.second_moment_mm4, s.shear_coefficient * shear_modulus * s.area_mm2], axis=-1)
+    metal = elasticity(rig.material)
+    s = section(notched_tube(rig), nodes[1::2, None] + xi * length / 2)
+    rigidity = np.stack([metal.young * s.second_moment_mm4, s.shear_coefficient * metal.shear * s.area_mm2], axis=-1)
     blocks = length / 2 * np.einsum("gsi,egs,gsj->eij", strain, rigidity, strain)
     stiffness = np.zeros((2 * len(nodes), 2 * len(nodes)))
     for e in range(n):
@@ -120,14 +121,14 @@ def theta_sum(rig: Rig, force_N: ArrayLike, n_elements: int | None = None) -> Fl
     Raises
     ------
     RigError
-        As :func:`section`; also with ``n_elements`` for a bench rig, which has no section.
+        As :func:`section`; also with ``n_elements`` for measured joints, which have no section.
     """
-    force = np.asarray(force_N, dtype=float)
+    force, joint = np.asarray(force_N, dtype=float), joint_mechanics(rig)
     if n_elements is None:
-        compliance = 1 / flexure(rig).bending_Nmm_per_rad
+        compliance = 1 / joint.flexure.bending_Nmm_per_rad
     else:
         compliance = element_rotations(rig, 1.0, n_elements=n_elements).theta_kd_rad
-    return rig.joints * compliance * moment_arms_mm(rig)[0] * force
+    return rig.joints * compliance * joint.arms_mm.a * force
 
 
 def force_for_angle(rig: Rig, theta_sum_rad: ArrayLike, n_elements: int | None = None) -> Floats:

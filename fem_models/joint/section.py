@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fem_models.rig.checks import RigError
-from fem_models.rig.rig import Rig, notched_tube
+from fem_models.rig.joints import NotchedTube
 from hysteresis.arrays import Floats
 
 _ARC_NODES, _ARC_WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -21,7 +21,7 @@ _ARC_NODES, _ARC_WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 @dataclass(frozen=True)
 class Section:
-    """Cross-section of a flexure; each field has the shape of the z it was asked at.
+    """Cross-section of a flexure; each field has the shape of the z at which it was evaluated.
 
     ``second_moment_mm4`` is about the neutral axis, which lies ``neutral_offset_mm`` from the tube axis, away from a
     one-sided notch (0 for pairs). ``shear_coefficient`` is Timoshenko's kappa for shear in the bending plane.
@@ -33,18 +33,12 @@ class Section:
     neutral_offset_mm: Floats
 
 
-def cut_height_mm(rig: Rig, z_mm: ArrayLike) -> Floats:
+def cut_height_mm(joint: NotchedTube, z_mm: ArrayLike) -> Floats:
     """Distance of the cut face from the tube axis at z, the shape of ``z_mm``.
 
     A V has its flat root over ``root_width_mm`` and rises linearly to the outer surface at ``width_mm``; a slot is
     constant. Of a pair |x| <= c is left, of a one-sided notch x <= c (c is negative for a cut beyond the axis).
-
-    Raises
-    ------
-    RigError
-        If the joints were measured on a bench.
     """
-    joint = notched_tube(rig)
     tube, notch = joint.tube, joint.notch
     z = np.abs(np.asarray(z_mm, dtype=float))
     outer = tube.outer_diameter_mm / 2
@@ -54,7 +48,7 @@ def cut_height_mm(rig: Rig, z_mm: ArrayLike) -> Floats:
     return outer - notch.depth_mm * np.clip((notch.width_mm / 2 - z) / ((notch.width_mm - root) / 2), 0.0, 1.0)
 
 
-def section(rig: Rig, z_mm: ArrayLike) -> Section:
+def section(joint: NotchedTube, z_mm: ArrayLike) -> Section:
     """Cross-section of the flexure at z, arrays of the shape of ``z_mm``.
 
     The planar cut is replaced by a radial one through the same point of the mid-wall: annular sectors of half angle
@@ -64,11 +58,10 @@ def section(rig: Rig, z_mm: ArrayLike) -> Section:
     Raises
     ------
     RigError
-        If the joints were measured on a bench or a one-sided notch leaves nothing of the tube.
+        A one-sided notch that leaves nothing of the tube.
     """
-    joint = notched_tube(rig)
     outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
-    ratio = cut_height_mm(rig, z_mm) / ((outer + inner) / 2)
+    ratio = cut_height_mm(joint, z_mm) / ((outer + inner) / 2)
     if not joint.one_sided:
         return _two_arcs(outer, inner, np.arcsin(np.minimum(ratio, 1.0)))
     if ratio.size and ratio.min() <= -1:
@@ -116,7 +109,7 @@ def _shear_coefficient(
     return second**2 / (area * half_length * energy)
 
 
-def section_fibres(rig: Rig, count: int) -> tuple[Floats, Floats]:
+def section_fibres(joint: NotchedTube, count: int) -> tuple[Floats, Floats]:
     """Distances from the neutral axis (mm, above 0) and areas (mm^2) of fibres at the root, shapes (k,).
 
     Of a pair of notches, Gauss points over the arcs at the mid-wall, ``count`` on either side of the neutral axis; the
@@ -124,10 +117,9 @@ def section_fibres(rig: Rig, count: int) -> tuple[Floats, Floats]:
     is thick: points over the wall, too, up to the flat face of the cut, gathered into ``count`` classes of distance,
     either side alike. A class keeps the area's first and second moment, those of a flat plateau and of elasticity.
     """
-    joint = notched_tube(rig)
     outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
     radius, per_angle = (outer + inner) / 2, (outer**2 - inner**2) / 2
-    ratio = float(cut_height_mm(rig, 0.0)) / radius
+    ratio = float(cut_height_mm(joint, 0.0)) / radius
     nodes, weights = np.polynomial.legendre.leggauss(count)
     if not joint.one_sided:
         angle = math.asin(min(ratio, 1.0))
@@ -136,7 +128,7 @@ def section_fibres(rig: Rig, count: int) -> tuple[Floats, Floats]:
     cells = 100 * count  # over the angle; the midpoint rule leaves 1e-5 of the moments
     across, thick = np.polynomial.legendre.leggauss(6)
     r = radius + 0.5 * (outer - inner) * across
-    open_to = np.arccos(np.clip(-float(cut_height_mm(rig, 0.0)) / r, -1.0, 1.0))  # to the cut face, which is flat
+    open_to = np.arccos(np.clip(-float(cut_height_mm(joint, 0.0)) / r, -1.0, 1.0))  # to the cut face, which is flat
     height = r[:, None] * np.cos(open_to[:, None] * (np.arange(cells) + 0.5) / cells)
     area = np.broadcast_to((0.5 * thick * (outer - inner) * 2 * r * open_to / cells)[:, None], height.shape)
     distance = np.abs(height - (area * height).sum() / area.sum())
@@ -144,9 +136,3 @@ def section_fibres(rig: Rig, count: int) -> tuple[Floats, Floats]:
     first = np.bincount(kind, (area * distance).ravel(), count)
     second = np.bincount(kind, (area * distance**2).ravel(), count)
     return second / first, first**2 / second
-
-
-def moduli(rig: Rig) -> tuple[float, float]:
-    """Young's and shear modulus, N/mm^2."""
-    young = rig.material.youngs_modulus_GPa * 1e3
-    return young, young / (2 * (1 + rig.material.poissons_ratio))

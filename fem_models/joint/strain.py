@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fem_models.joint.flexure import peak_strain_per_rad
+from fem_models.joint.mechanics import joint_mechanics
 from fem_models.rig.checks import RigError
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Rig
@@ -69,11 +69,21 @@ def peak_strain(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
     """Strain of the outermost fibre at the root of every notch, the shape of the angles.
 
     Plane sections: the distance from the neutral axis times the angle from rest over the bending length, whatever the
-    law of the stress (:func:`fem_models.joint.flexure.peak_strain_per_rad`). The sign is that of the bending from rest. NaN for
-    joints measured on a bench, whose section is not known.
+    law of the stress (:attr:`fem_models.joint.mechanics.JointMechanics.peak_strain_per_rad`). The sign is that of the
+    bending from rest. NaN for measured joints, whose section is not known.
     """
-    turn = np.asarray(joint_angles_rad, dtype=float) - np.radians(rig.precurvature_deg)
-    return turn * (np.nan if isinstance(rig.joint, MeasuredJoint) else peak_strain_per_rad(rig))
+    joint = joint_mechanics(rig)
+    return (np.asarray(joint_angles_rad, dtype=float) - joint.rest_angle_rad) * joint.peak_strain_per_rad
+
+
+def strain_per_rad(rig: Rig) -> float:
+    """Strain of the outermost fibre per radian of one joint, linear elastic.
+
+    Of measured joints it is that of the strip whose fibres :func:`fem_models.joint.superelastic.flag_fibres` assumes.
+    """
+    if isinstance(rig.joint, MeasuredJoint):
+        return 0.5 * rig.tendon_a.moment_arm_mm / rig.pitch_mm
+    return joint_mechanics(rig).peak_strain_per_rad
 
 
 def limits_passed(drive: ArrayLike, strain: ArrayLike, limits: tuple[StrainLimit, ...]) -> tuple[Passed, ...]:

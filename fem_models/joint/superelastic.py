@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from fem_models.joint.flexure import beam, flexure, peak_strain_per_rad
+from fem_models.joint.flexure import beam_of_notch, elasticity, flexure_of_notch
 from fem_models.joint.section import section_fibres
 from fem_models.rig.checks import require
+from fem_models.rig.effects import Superelastic
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.rig import Rig
+from fem_models.rig.rig import Material, Rig
 from hysteresis.arrays import Floats
 
 FIBRES = 8
@@ -36,18 +38,22 @@ class FlagFibres:
 
 
 def flag_fibres(rig: Rig) -> FlagFibres:
-    """Give the fibres of a rig; of none where the rig is not superelastic.
+    """Fibres of a rig; none where the rig is not superelastic.
 
     A fibre at the distance y from the neutral axis has the strain y theta/L over the bending length L of the beam and
     contributes the moment sigma y dA, E y^2 dA/L per radian. The roots of the flexure in the rings stay elastic, in
     series with all fibres. Measured joints have the share of roots that they are given, and the section of
     :func:`_assumed_section`.
+
+    Raises
+    ------
+    RigError
+        A plateau as steep as the elastic law.
     """
     law = rig.superelastic
     if law is None:
         none = np.empty(0)
         return FlagFibres(none, none, none, none, none)
-    young = rig.material.youngs_modulus_GPa * 1e3
     require(
         law.plateau_modulus_GPa < rig.material.youngs_modulus_GPa,
         "superelastic.plateau_modulus_GPa",
@@ -55,30 +61,42 @@ def flag_fibres(rig: Rig) -> FlagFibres:
         f"below material.youngs_modulus_GPa = {rig.material.youngs_modulus_GPa:g}",
     )
     match rig.joint:
-        case NotchedTube():
-            elastic = beam(rig).bending_Nmm_per_rad
-            y, area = section_fibres(rig, FIBRES)
-            length = young * float((y**2 * area).sum()) / elastic
+        case NotchedTube() as joint:
+            return _fibres_of_notch(joint, rig.material.youngs_modulus_GPa, rig.material.poissons_ratio, law)
         case MeasuredJoint() as measured:
-            elastic = measured.flexure_stiffness_Nmm_per_rad / (1 - measured.roots_share)
-            y, area, length = _assumed_section(rig, elastic / young)
+            young_GPa, bending = rig.material.youngs_modulus_GPa, measured.flexure_stiffness_Nmm_per_rad
+            elastic = bending / (1 - measured.roots_share)
+            fibres = _fibres(law, young_GPa, *_assumed_section(rig, elastic / (young_GPa * 1e3)))
+            return _with_roots(fibres, bending, elastic)
+
+
+@lru_cache(maxsize=1024)
+def _fibres_of_notch(joint: NotchedTube, young_GPa: float, poissons_ratio: float, law: Superelastic) -> FlagFibres:
+    metal = elasticity(Material(young_GPa, poissons_ratio))
+    elastic = beam_of_notch(joint, metal).bending_Nmm_per_rad
+    y, area = section_fibres(joint, FIBRES)
+    length = metal.young * float((y**2 * area).sum()) / elastic
+    fibres = _fibres(law, young_GPa, y, area, length)
+    return _with_roots(fibres, flexure_of_notch(joint, metal).bending_Nmm_per_rad, elastic)
+
+
+def _fibres(law: Superelastic, young_GPa: float, y: Floats, area: Floats, length: float) -> FlagFibres:
+    """Fibres at the distances y (mm) with areas (mm^2), shapes (k,), that bend over a length (mm)."""
+    young = young_GPa * 1e3
     stiffness = young * y**2 * area / length
-    fibres = FlagFibres(
+    return FlagFibres(
         stiffness=stiffness,
         upper_Nmm=stiffness * law.plateau_MPa / young * length / y,
         lower_Nmm=stiffness * law.unloading_plateau_MPa / young * length / y,
         span_rad=law.transformation_strain * length / y,
-        slope=stiffness * law.plateau_modulus_GPa / rig.material.youngs_modulus_GPa,
+        slope=stiffness * law.plateau_modulus_GPa / young_GPa,
     )
-    roots = 1 / flexure(rig).bending_Nmm_per_rad - 1 / elastic
+
+
+def _with_roots(fibres: FlagFibres, bending: float, elastic: float) -> FlagFibres:
+    """Fibres of the stiffness ``elastic`` with roots in series that leave ``bending`` of it, Nmm/rad."""
+    roots = 1 / bending - 1 / elastic
     return in_series(fibres, 1 / roots) if roots > 0 else fibres
-
-
-def strain_per_rad(rig: Rig) -> float:
-    """Strain of the outermost fibre per radian of one joint, linear elastic; of measured joints that of the strip."""
-    if isinstance(rig.joint, NotchedTube):
-        return peak_strain_per_rad(rig)
-    return 0.5 * rig.tendon_a.moment_arm_mm / rig.pitch_mm
 
 
 def _assumed_section(rig: Rig, second_moment_per_length_mm3: float) -> tuple[Floats, Floats, float]:

@@ -86,7 +86,7 @@ def ring_inertia(rig: Rig) -> RingInertia:
         outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
         middles = (np.arange(200) + 0.5) / 200 * notch.width_mm / 2
         volume = math.pi * (outer**2 - inner**2) * notch.spacing_mm
-        volume += notch.width_mm * float(section(rig, middles).area_mm2.mean())
+        volume += notch.width_mm * float(section(rig.joint, middles).area_mm2.mean())
         mass = mass or NITI_DENSITY_T_PER_MM3 * volume
     else:
         outer = inner = rig.tendon_a.moment_arm_mm

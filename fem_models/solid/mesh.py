@@ -68,7 +68,7 @@ def mesh_size(rig: Rig, *, fillet_mm: float = 0.0, refinement: float = 1.0) -> M
     if not refinement > 0:
         raise ValueError(f"refinement = {refinement}: expected above 0")
     wall = profile.outer - profile.inner
-    root = section(rig, 0.0)
+    root = section(notched_tube(rig), 0.0)
     width = float(root.area_mm2) / wall / (2 if profile.both_sides else 1)
     ring = min(wall, math.pi * (profile.outer + profile.inner) / 24)
     fine = 0.15 * min(wall, width, 4 * profile.root)
@@ -120,7 +120,7 @@ def snr_mesh(rig: Rig, *, refinement: float = 1.0, fillet_mm: float = 0.0, path:
 
 
 def _profile(rig: Rig, fillet_mm: float) -> _Profile:
-    joint, cut = notched_tube(rig), float(cut_height_mm(rig, 0.0))
+    joint, cut = notched_tube(rig), float(cut_height_mm(notched_tube(rig), 0.0))
     tube, notch = joint.tube, joint.notch
     edge = notch.width_mm / 2
     root = edge if notch.root_width_mm is None else notch.root_width_mm / 2

@@ -23,10 +23,10 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fem_models.joint.flexure import flexure
+from fem_models.joint.mechanics import joint_mechanics
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig.joints import MeasuredJoint, NotchedTube, NotchShape
-from fem_models.rig.rig import Rig
+from fem_models.rig.rig import Rig, notched_tube
 from hysteresis.arrays import Floats, Ints
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def _outline(rig: Rig) -> _Outline:
         return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0)
     tube, notch = rig.joint.tube, rig.joint.notch
     outer = tube.outer_diameter_mm / 2
-    neutral = -flexure(rig).neutral_offset_mm
+    neutral = -joint_mechanics(rig).flexure.neutral_offset_mm
     return _Outline(notch.shape, outer, tube.inner_diameter_mm / 2, notch.width_mm, outer - notch.depth_mm, neutral)
 
 
@@ -151,7 +151,8 @@ def _spine(rig: Rig, outline: _Outline, joint_angles_deg: ArrayLike, detail: flo
     angles = _radians(rig, joint_angles_deg)
     local = _local_stations(rig, outline, detail)
     fine = np.linspace(-outline.opening / 2, outline.opening / 2, 801)
-    flexibility = 1 / section(rig, fine).second_moment_mm4 if isinstance(rig.joint, NotchedTube) else np.ones_like(fine)
+    notched = isinstance(rig.joint, NotchedTube)
+    flexibility = 1 / section(notched_tube(rig), fine).second_moment_mm4 if notched else np.ones_like(fine)
     share = np.concatenate([[0.0], np.cumsum((flexibility[1:] + flexibility[:-1]) / 2 * np.diff(fine))])
     curvature = np.interp(local, fine, flexibility / share[-1], left=0.0, right=0.0)
     keep = np.ones((rig.joints, local.size), dtype=bool)
@@ -181,7 +182,7 @@ def _sectors(rig: Rig, outline: _Outline, r: Floats, spine: _Spine) -> list[tupl
     if outline.shape is None:
         zero = np.zeros((r.size, spine.x.size))
         return [(zero, zero + np.pi, ring), (zero + np.pi, zero + 2 * np.pi, ring)]
-    edge = np.arccos(np.clip(cut_height_mm(rig, spine.s) / r[:, None], -1.0, 1.0))
+    edge = np.arccos(np.clip(cut_height_mm(notched_tube(rig), spine.s) / r[:, None], -1.0, 1.0))
     edge[edge < 1e-3] = 0.0  # rounding of c / r = 1 would leave a crack as wide as its square root
     edge[edge > np.pi - 1e-3] = np.pi
     if outline.shape == "rectangular":
@@ -228,7 +229,7 @@ def _bent_wall(rig: Rig, joint_angles_deg: ArrayLike, detail: float = 1.0) -> tu
     strain = np.zeros_like(y)
     if outline.shape is not None:
         reach = y if outline.shape == "rectangular" else np.abs(y)
-        loaded = reach <= cut_height_mm(rig, spine.s)[at] + 1e-6  # not the free edges of the rings
+        loaded = reach <= cut_height_mm(notched_tube(rig), spine.s)[at] + 1e-6  # not the free edges of the rings
         strain = np.where(loaded, 100 * np.abs(y - outline.neutral) * spine.curvature[at], 0.0)
     return np.column_stack([*spine.place(at, y), straight[:, 2]]), cells, strain
 

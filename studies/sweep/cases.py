@@ -259,9 +259,7 @@ def _strain(rig: Rig, drive: Floats, strain: Floats) -> Quantities:
 
 def _contributions(rig: Rig, program: LoadProgram, engine: str) -> Quantities:
     high = float(program.drive_mm.max())
-    shares = separate(rig, loop_program(float(program.drive_mm.min()), high), mechanics(engine)).shares(
-        "dissipated_mJ"
-    )
+    shares = separate(rig, loop_program(float(program.drive_mm.min()), high), mechanics(engine)).shares("dissipated_mJ")
     return {} if shares is None else {f"{part}_share": value for part, value in shares.items()}
 
 

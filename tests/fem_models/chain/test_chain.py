@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from fem_models.chain.solve import ChainSettings, simulate_chain, solve_batch, solve_chain
 from fem_models.joint.flexure import beam, flexure, moment_arms_mm, rigid_gap_mm, ring_stiffness, turning_length_mm
-from fem_models.joint.superelastic import strain_per_rad
+from fem_models.joint.strain import strain_per_rad
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.multibody.quasi_static import simulate_multibody, solve_multibody
 from fem_models.rig.checks import RigError, SolverError

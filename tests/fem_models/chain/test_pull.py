@@ -146,7 +146,7 @@ def test_more_force_bends_more_and_friction_lets_no_notch_bend_more_than_the_one
 def test_a_slot_closes_where_the_chord_of_its_arc_has_turned_its_edges_together():
     rig = WRIST
     turn = closure_angle_rad(rig)
-    lever = rig.joint.tube.outer_diameter_mm / 2 + float(section(rig, 0.0).neutral_offset_mm)
+    lever = rig.joint.tube.outer_diameter_mm / 2 + float(section(rig.joint, 0.0).neutral_offset_mm)
     chord = 2 * rig.joint.notch.width_mm / turn * math.sin(turn / 2)
     assert chord == pytest.approx(2 * lever * math.sin(turn / 2))
     # measured: 30.7 and 19.1 deg, both tubes with the same lever
@@ -155,7 +155,7 @@ def test_a_slot_closes_where_the_chord_of_its_arc_has_turned_its_edges_together(
 
 
 def test_fibres_of_a_one_sided_notch_have_the_moments_of_the_tube_cut_by_a_plane():
-    distance, area = section_fibres(WRIST, 8)
+    distance, area = section_fibres(WRIST.joint, 8)
     outer, inner, cut = 0.81, 0.70, 1.40 - 0.81
     x, y = np.meshgrid(np.linspace(0, 0.85, 3401), np.linspace(0, 0.85, 3401))
     height = x[(np.hypot(x, y) < outer) & (np.hypot(x, y) > inner) & (x > cut)]

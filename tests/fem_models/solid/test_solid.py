@@ -203,7 +203,7 @@ def test_mesh_has_the_volume_of_the_metal(rig):
             x = max(-r, min(r, x))
             return x * math.sqrt(r**2 - x**2) + r**2 * math.asin(x / r)
 
-        high = float(cut_height_mm(rig, z))
+        high = float(cut_height_mm(rig.joint, z))
         low = -outer if rig.joint.notch.shape == "rectangular" else -high
         return sum(s * (primitive(high, r) - primitive(low, r)) for s, r in ((1, outer), (-1, inner)))
 

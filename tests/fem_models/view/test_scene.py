@@ -67,7 +67,7 @@ def chain_of_arcs(bent: Rig, angles_rad: np.ndarray, neutral_mm: float) -> tuple
 def test_tip_of_slotted_tube_is_that_of_a_chain_of_arcs(name):
     bent = NOTCHED[name]
     angles = np.random.default_rng(3).uniform(-8, 20, bent.joints)
-    neutral = -float(section(bent, 0.0).neutral_offset_mm)
+    neutral = -float(section(bent.joint, 0.0).neutral_offset_mm)
     expected = chain_of_arcs(bent, np.radians(angles), neutral)
     np.testing.assert_allclose(middle_of_tip(bent, angles)[:2], expected, atol=1e-5)  # a polygon for the end face
 
@@ -79,7 +79,7 @@ def test_tip_of_v_notched_tube_is_that_of_a_beam_under_a_uniform_moment():
     rate = theta * beam(one).bending_Nmm_per_rad / (MATERIAL.youngs_modulus_GPa * 1e3)
 
     def slope(x: float, state: np.ndarray) -> list[float]:
-        bend = rate / float(section(one, x - 1.3).second_moment_mm4) if abs(x - 1.3) < 0.6 else 0.0
+        bend = rate / float(section(one.joint, x - 1.3).second_moment_mm4) if abs(x - 1.3) < 0.6 else 0.0
         return [np.cos(state[2]), np.sin(state[2]), bend]
 
     end = solve_ivp(slope, (0, 2.6), [0.0, 0.0, 0.0], rtol=1e-9, atol=1e-9, max_step=0.01).y[:, -1]
@@ -103,7 +103,7 @@ def analytic_volume(bent: Rig) -> float:
     sides = 1 if bent.joint.notch.shape == "rectangular" else 2
 
     def cut(z: float) -> float:
-        c = float(cut_height_mm(bent, z))
+        c = float(cut_height_mm(bent.joint, z))
         return sides * (segment(outer, c) - segment(inner, c))
 
     removed = 2 * quad(cut, 0, bent.joint.notch.width_mm / 2, limit=200)[0]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, solve_pulled_chain
-from fem_models.joint.superelastic import strain_per_rad
+from fem_models.joint.strain import strain_per_rad
 from fem_models.load.program import LoadProgram
 from fem_models.rig.effects import Closure
 from fem_models.rig.joints import Notch, NotchedTube, Tube

@@ -1,0 +1,210 @@
+"""What the engines ask of a rig's joints, derived once: stiffnesses, lengths, moment arms, closure, material elements."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+from fem_models.joint.flexure import Elasticity, Flexure, beam_of_notch, elasticity, flexure_of_notch
+from fem_models.joint.friction import JenkinsElements, jenkins_elements
+from fem_models.joint.section import cut_height_mm, section
+from fem_models.joint.superelastic import FlagFibres, flag_fibres
+from fem_models.rig.joints import MeasuredJoint, NotchedTube
+from fem_models.rig.rig import Rig
+
+MEASURED_BENDING_SHARE = 0.2
+"""Part of the pitch over which a measured joint is assumed to bend: small, so that the path is nearly r theta."""
+RIGID = 1e2
+"""Stiffness of the rings between measured joints, over that of a tendon along a pitch: part of the joint, not known."""
+
+
+class RingStiffness(NamedTuple):
+    """Stiffness of the uncut tube between two flexures, at its middle."""
+
+    bending_Nmm_per_rad: float
+    axial_N_per_mm: float
+    shear_N_per_mm: float
+
+
+class Arms(NamedTuple):
+    """Moment arms of the two tendons about the neutral axis, mm, each positive on its own side."""
+
+    a: float
+    b: float
+
+
+@dataclass(frozen=True)
+class JointMechanics:
+    """One joint of a rig as all engines see it. Made by :func:`joint_mechanics`, then passed on.
+
+    Parameters
+    ----------
+    flexure
+        Bending, shear and axial stiffness, and the offset of the neutral axis.
+    ring
+        Stiffness of the uncut tube between two flexures. Of measured joints it is part of the joint: far stiffer here.
+    bending_length_mm
+        Length over which a notch bends: E I of its root over the beam's bending stiffness, the width for a slot. It
+        places the flexure; what the rings give at its roots makes the joint softer, not the notch wider.
+    turning_length_mm
+        Length of the part of a notch that the engines rotate by half the joint's angle, the rest going with the rings.
+        A slot bends to a circular arc, with the chord w (1 - t^2/24 + ...) at the angle t. Rigid ends of w/6 and two
+        thirds of w along the mean direction have the same: w/3 cos(t/2) + 2 w/3. A V bends close to its root, over
+        the bending length, and so do measured joints.
+    rigid_gap_mm
+        Length of a notch beside that part, both ends together: it goes with the rings, and the tendon crosses it.
+    arms_mm
+        Pairs of notches and measured joints: ``Tendon.moment_arm_mm`` as it stands. One-sided notches:
+        ``moment_arm_mm`` counts from the tube axis; tendon a runs on the notched side and gains the neutral offset,
+        tendon b loses it (York et al., ICRA 2015, "A wrist for needle-sized surgical robots"). The arm of tendon b may
+        come out at or below 0: it then cannot bend the manipulator towards itself. Without a tendon b it is 0.
+    closure_angle_rad
+        Angle of the joint at which the edges of its notch meet at the outer surface; inf for measured joints. Of a V
+        2 atan(w/2 / (R_o + neutral offset)): the rings rotate about the neutral axis at mid-notch. A slot bends along
+        its whole width, to a circular arc whose chord its edges have to pass: w / (R_o + neutral offset).
+    contact_angle_rad
+        Angle at which the closure of the rig starts to carry load; inf for a rig without.
+    one_sided
+        Whether notches are on one side only, which positive bending closes.
+    rest_angle_rad
+        Angle without load.
+    force_scale_N
+        Tension that small forces are compared with: the preload; of one tendon at least what bends a joint by a degree.
+    jenkins
+        Elements of the material loop.
+    fibres
+        Elements of the superelastic law; none where the rig has no such law.
+    peak_strain_per_rad
+        Strain of the outermost fibre at the root of the notch per radian of the joint, linear elastic: k e/(E I_root)
+        of the beam, as if the notch alone bent. The rings take part of the angle, and at a sharp root the strain is
+        higher than the section's: the solid of the default rig, filleted, has more (docs/validation/notches.md). e is
+        the larger distance from the neutral axis: the cut face, or the outer surface opposite a one-sided notch. NaN
+        for measured joints, whose section is not known.
+    """
+
+    flexure: Flexure
+    ring: RingStiffness
+    bending_length_mm: float
+    turning_length_mm: float
+    rigid_gap_mm: float
+    arms_mm: Arms
+    closure_angle_rad: float
+    contact_angle_rad: float
+    one_sided: bool
+    rest_angle_rad: float
+    force_scale_N: float
+    jenkins: JenkinsElements
+    fibres: FlagFibres
+    peak_strain_per_rad: float
+
+
+class _Elastic(NamedTuple):
+    """The part that depends on the notched tube and the elastic constants alone; fields as of JointMechanics."""
+
+    flexure: Flexure
+    ring: RingStiffness
+    bending_length_mm: float
+    turning_length_mm: float
+    rigid_gap_mm: float
+    closure_angle_rad: float
+    one_sided: bool
+    peak_strain_per_rad: float
+
+
+def joint_mechanics(rig: Rig) -> JointMechanics:
+    """Derive the mechanics of a rig's joints; what depends on the notched tube alone is remembered.
+
+    Raises
+    ------
+    RigError
+        A one-sided notch that leaves nothing of the tube; a superelastic plateau steeper than the elastic law.
+    """
+    match rig.joint:
+        case NotchedTube() as tube:
+            elastic = _of_notch(tube, elasticity(rig.material))
+        case MeasuredJoint() as measured:
+            elastic = _of_measured(measured, max(tendon.EA_N for tendon in rig.tendons))
+    flexure, closure = elastic.flexure, rig.closure
+    arms = _arms(rig, flexure)
+    contact = math.inf
+    if closure is not None:
+        contact = elastic.closure_angle_rad if closure.angle_deg is None else math.radians(closure.angle_deg)
+    return JointMechanics(
+        flexure=flexure,
+        ring=elastic.ring,
+        bending_length_mm=elastic.bending_length_mm,
+        turning_length_mm=elastic.turning_length_mm,
+        rigid_gap_mm=elastic.rigid_gap_mm,
+        arms_mm=arms,
+        closure_angle_rad=elastic.closure_angle_rad,
+        contact_angle_rad=contact,
+        one_sided=elastic.one_sided,
+        rest_angle_rad=math.radians(rig.precurvature_deg),
+        force_scale_N=_force_scale_N(rig, flexure, arms),
+        jenkins=jenkins_elements(rig.material, flexure.bending_Nmm_per_rad),
+        fibres=flag_fibres(rig),
+        peak_strain_per_rad=elastic.peak_strain_per_rad,
+    )
+
+
+@lru_cache(maxsize=1024)
+def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
+    tube, notch = joint.tube, joint.notch
+    flexure, between, root = flexure_of_notch(joint, metal), beam_of_notch(joint, metal), section(joint, 0.0)
+    rigidity, offset = metal.young * float(root.second_moment_mm4), float(root.neutral_offset_mm)
+    bending_length = min(rigidity / between.bending_Nmm_per_rad, notch.width_mm)
+    turning_length = bending_length if notch.shape == "v_pair" else 2 / 3 * bending_length
+    lever = tube.outer_diameter_mm / 2 + offset
+    v_shaped = notch.shape == "v_pair"
+    fibre = float(cut_height_mm(joint, 0.0)) + offset
+    if joint.one_sided:
+        fibre = max(fibre, tube.outer_diameter_mm / 2 - offset)
+    return _Elastic(
+        flexure=flexure,
+        ring=_ring_stiffness(joint, metal, joint.pitch_mm - bending_length),
+        bending_length_mm=bending_length,
+        turning_length_mm=turning_length,
+        rigid_gap_mm=notch.width_mm - turning_length,
+        closure_angle_rad=2 * math.atan2(notch.width_mm / 2, lever) if v_shaped else notch.width_mm / lever,
+        one_sided=joint.one_sided,
+        peak_strain_per_rad=between.bending_Nmm_per_rad * fibre / rigidity,
+    )
+
+
+def _ring_stiffness(joint: NotchedTube, metal: Elasticity, length_mm: float) -> RingStiffness:
+    outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
+    area, second = math.pi * (outer**2 - inner**2), math.pi / 4 * (outer**4 - inner**4)
+    # kappa = 1/2 of a thin round tube (Cowper 1966, doi 10.1115/1.3625046, for zero Poisson's ratio)
+    shear = length_mm**3 / (12 * metal.young * second) + length_mm * 4 * (1 + metal.poissons_ratio) / (
+        metal.young * area
+    )
+    return RingStiffness(metal.young * second / length_mm, metal.young * area / length_mm, 1 / shear)
+
+
+def _of_measured(joint: MeasuredJoint, EA_N: float) -> _Elastic:
+    rigid = RIGID * EA_N / joint.pitch_mm
+    bending_length = MEASURED_BENDING_SHARE * joint.pitch_mm
+    return _Elastic(
+        flexure=Flexure(joint.flexure_stiffness_Nmm_per_rad, None, None, 0.0),
+        ring=RingStiffness(rigid * joint.pitch_mm**2, rigid, rigid),
+        bending_length_mm=bending_length,
+        turning_length_mm=bending_length,
+        rigid_gap_mm=joint.rigid_gap_mm,
+        closure_angle_rad=math.inf,
+        one_sided=False,
+        peak_strain_per_rad=math.nan,
+    )
+
+
+def _arms(rig: Rig, flexure: Flexure) -> Arms:
+    offset = flexure.neutral_offset_mm
+    arm_b = 0.0 if rig.tendon_b is None else rig.tendon_b.moment_arm_mm - offset
+    return Arms(rig.tendon_a.moment_arm_mm + offset, arm_b)
+
+
+def _force_scale_N(rig: Rig, flexure: Flexure, arms: Arms) -> float:
+    if rig.tendon_b is not None:
+        return rig.preload_N
+    return max(rig.preload_N, math.radians(1.0) * flexure.bending_Nmm_per_rad / arms.a)
