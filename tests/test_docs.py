@@ -3,15 +3,24 @@
 import re
 import shlex
 import shutil
+import sys
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 
+from fem_models.chain.solve import simulate_chain
+from fem_models.load.program import triangle
+from fem_models.rig import presets
+from fem_models.rig.rig import numeric_fields
 from fem_models.rig.rig_file import read_rig
 from studies.commands.cli import app, call
+from studies.engines import ENGINES
 from validation.practice.bench_record import SHIPPED
+from validation.tracing.effect import catalogue
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -96,12 +105,61 @@ def test_modules_that_are_run_exist(page):
         assert find_spec(module) is not None, module
 
 
+def code_of(page: str, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", (DOCS / "develop" / page).read_text(), re.S)
+
+
+@pytest.fixture
+def room_with(monkeypatch, tmp_path):
+    """Put the first example of a page into a room, as the file that the page has its reader create."""
+
+    def put(page: str, room: str, name: str) -> None:
+        (tmp_path / f"{name}.py").write_text(code_of(page, "python")[0])
+        package = import_module(room)
+        monkeypatch.setattr(package, "__path__", [*package.__path__, str(tmp_path)])
+        monkeypatch.delitem(sys.modules, f"{room}.{name}", raising=False)
+
+    return put
+
+
+@pytest.mark.slow
+def test_effect_of_the_guide_is_found(room_with, capsys):
+    """One new file: the command lists the effect, and the tracer names it."""
+    room_with("add-an-effect.md", "validation.tracing.effects", "sensor_filter")
+    catalogue.cache_clear()
+    try:
+        assert call(["effects", "--quiet"]) == 0
+        assert "sensor_filter" in capsys.readouterr().out.split()
+        exec(compile(code_of("add-an-effect.md", "py")[0], "example", "exec"), {})
+        assert capsys.readouterr().out == "effect ['sensor_filter']\n"
+    finally:
+        catalogue.cache_clear()
+
+
+def test_engine_of_the_guide_runs(room_with, monkeypatch, capsys):
+    room_with("add-an-engine.md", "fem_models.analytic", "constant_curvature")
+    module = import_module("fem_models.analytic.constant_curvature")
+    monkeypatch.setitem(ENGINES, "constant-curvature", module.simulate_constant_curvature)
+    exec(compile(code_of("add-an-engine.md", "py")[-1], "example", "exec"), {})
+    printed = dict(line.split() for line in capsys.readouterr().out.splitlines())
+    assert float(printed["constant-curvature"]) == pytest.approx(np.degrees(2.2 / 2.64))  # x / r
+
+
+def test_preset_of_the_guide_has_all_sources(monkeypatch):
+    names = dict(vars(presets))
+    exec(compile(code_of("add-a-preset.md", "py")[0], "example", "exec"), names)
+    lab = names["_LAB"]
+    assert set(lab.sources) == set(numeric_fields(lab.rig))
+    monkeypatch.setitem(presets.PRESETS, "lab-6mm", lab)
+    assert simulate_chain(presets.preset("lab-6mm"), triangle(1.5)).angle_deg.max() > 20
+
+
 @EACH_PAGE
 def test_files_of_the_project_that_are_named_exist(page):
     named = re.findall(
         r"`((?:hysteresis|fem_models|validation|studies|tests|docs|benchmarks)/[\w/.*-]+)`", page.read_text()
     )
-    for name in named:
+    for name in set(named) - created(page):
         assert any(ROOT.glob(name.rstrip("/"))), name
 
 
@@ -111,9 +169,15 @@ def test_dotted_modules_that_are_named_exist(page):
     text = page.read_text()
     named = re.findall(r"\b((?:hysteresis|fem_models|validation|studies|benchmarks)(?:\.\w+)+)", text)
     for name in named:
-        if name.rpartition(".")[2] in {"py", "md", "csv", "toml", "json"}:
+        new = any(file.removesuffix(".py").replace("/", ".") == name for file in created(page))
+        if new or name.rpartition(".")[2] in {"py", "md", "csv", "toml", "json"}:
             continue
         assert module_or_name(name), name
+
+
+def created(page: Path) -> set[str]:
+    """Files that a page has its reader create."""
+    return set(re.findall(r"\b[Cc]reate `([^`]+)`", page.read_text()))
 
 
 def module_or_name(dotted: str) -> bool:
