@@ -177,7 +177,7 @@ def test_dotted_modules_that_are_named_exist(page):
 
 def created(page: Path) -> set[str]:
     """Files that a page has its reader create."""
-    return set(re.findall(r"\b[Cc]reate `([^`]+)`", page.read_text()))
+    return set(re.findall(r"\b[Cc]reate\s+`([^`]+)`", page.read_text()))
 
 
 def module_or_name(dotted: str) -> bool:
