@@ -1,4 +1,4 @@
-"""Load control: the tension of the one tendon at the wheel goes in, the angle of every notch comes out."""
+"""Load control: the tendon force at the wheel is prescribed, and the angle of every notch results."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from numpy.typing import ArrayLike
 
 from fem_models.chain.solve import ChainSolution, solve_pulled_chain
 from fem_models.multibody.quasi_static import MultibodySolution, solve_pulled_multibody
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 
 
 @dataclass(frozen=True)
-class Pull:
-    """A rig under forces, sample by sample.
+class LoadControlRun:
+    """A rig under tendon forces, sample by sample.
 
     Parameters
     ----------
     force_N
-        Shape (m,), tension at the wheel in the order it was visited.
+        Shape (m,), tension at the wheel in the order in which it was applied.
     notches_deg
-        Shape (m, N), angle of every notch, its precurvature included, base first.
+        Shape (m, N), angle of every notch with its precurvature, base first.
     angle_deg
         Shape (m,), of the tip.
     tip_mm
@@ -43,24 +43,24 @@ class Pull:
     record: Record
 
 
-def pull(rig: Rig, force_N: ArrayLike, engine: Literal["chain", "multibody"] = "chain") -> Pull:
-    """Pull the one tendon of a rig by forces, quasi-statically, from rest and in the order given.
+def run_load_control(rig: Rig, force_N: ArrayLike, engine: Literal["chain", "multibody"] = "chain") -> LoadControlRun:
+    """Apply forces to the single tendon of a rig, quasi-statically, from rest and in the order given.
 
-    The tension itself is prescribed, no drive searched for: a flat stretch of the law, where the angle runs away at
-    nearly the same force, is gone through in steps of the force. Friction and material remember the way, so that
-    forces which fall again give the unloading branch.
+    The tension itself is prescribed, without a search for the drive. A plateau of the material law, where the angle
+    grows at nearly constant force, is therefore no difficulty. Friction and material depend on the path, so that
+    decreasing forces give the unloading branch.
 
     Parameters
     ----------
     force_N
-        Shape (m,), at least 0. The wheel end sees them; the tip sees less, by friction.
+        Shape (m,), at least 0: tension at the wheel. Friction reduces it towards the tip.
 
     Raises
     ------
     RigError
-        A rig of two tendons, or with effects of time and cycles; forces that cannot be.
+        A rig of two tendons, or with effects of time and cycles; negative or infinite forces.
     SolverError
-        Where no equilibrium is found.
+        No equilibrium was found.
     """
     force = np.asarray(force_N, dtype=float)
     solution: ChainSolution | MultibodySolution
@@ -68,4 +68,11 @@ def pull(rig: Rig, force_N: ArrayLike, engine: Literal["chain", "multibody"] = "
     record = solution.record
     assert record.notches_deg is not None
     assert record.tip_mm is not None
-    return Pull(record.drive, record.notches_deg, record.angle_deg, record.tip_mm, solution.peak_strain, record)
+    return LoadControlRun(
+        force_N=record.drive,
+        notches_deg=record.notches_deg,
+        angle_deg=record.angle_deg,
+        tip_mm=record.tip_mm,
+        peak_strain=solution.peak_strain,
+        record=record,
+    )

@@ -1,11 +1,11 @@
-"""Bending of a chain of joints that are all alike by one tendon without friction, in closed form but for one root.
+"""Bending of a chain of equal joints by one tendon without friction: closed form, with one equation to solve.
 
-Every joint sees the span of the tendon across its own notch and nothing else, so all of them bend alike, and neither
-shear nor what other joints do matters. The tendon goes straight from the edge of a hole to that of the next; a flexure
-is a straight chord of its bending length l (:func:`fem_models.joint.flexure.bending_length_mm`), as in a beam of one element and
-in the compiled chain. With the angle t of a joint, its stretch u, g half of what the notch is wider than l and the arm
-r about the neutral axis the span has the length l + u + 2 (g cos(t/2) - r sin(t/2)), whence
-k_bending t = T (r cos(t/2) + g sin(t/2)) and k_axial u = -T.
+The load on a joint comes from the span of the tendon across its own notch alone. All joints therefore bend alike, and
+neither shear nor the other joints matter. The tendon runs straight from the edge of one hole to that of the next. A
+flexure is a straight chord of its bending length l (:class:`fem_models.joint.mechanics.JointMechanics`), as in a beam
+of one element and in the compiled chain. Let t be the angle of a joint, u its stretch, g half the difference between
+notch width and l, and r the arm about the neutral axis. The span has the length l + u + 2 (g cos(t/2) - r sin(t/2)),
+whence k_bending t = T (r cos(t/2) + g sin(t/2)) and k_axial u = -T.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def tendon_arm_mm(rig: Rig, joint: Flexure, angle_rad: float) -> float:
     Raises
     ------
     RigError
-        Joints measured on a bench: their notch is not known.
+        Measured joints: their notch is not known.
     """
     notch = notched_tube(rig).notch
     arm = rig.tendon_a.moment_arm_mm + joint.neutral_offset_mm
@@ -41,15 +41,15 @@ def joint_angle_rad(rig: Rig, joint: Flexure, tendon_N: float) -> float:
     Raises
     ------
     RigError
-        As :func:`tendon_arm_mm`; also where no angle below half a turn holds the tendon.
+        As :func:`tendon_arm_mm`; also where no angle below 180 deg balances the tendon.
     """
 
-    def left_over(angle: float) -> float:
+    def residual(angle: float) -> float:
         return joint.bending_Nmm_per_rad * angle - tendon_N * tendon_arm_mm(rig, joint, angle)
 
-    if left_over(math.pi) <= 0 or left_over(-math.pi) >= 0:
-        raise RigError(f"tendon_N = {tendon_N:g}: expected a tension that the joints of rig {rig.name} can hold")
-    return float(brentq(left_over, -math.pi, math.pi, xtol=1e-15))
+    if residual(math.pi) <= 0 or residual(-math.pi) >= 0:
+        raise RigError(f"tendon_N = {tendon_N:g}: expected a tension that the joints of rig {rig.name} can balance")
+    return float(brentq(residual, -math.pi, math.pi, xtol=1e-15))
 
 
 def tendon_for_angle_N(rig: Rig, joint: Flexure, angle_rad: float) -> float:
@@ -61,7 +61,7 @@ def tendon_for_angle_N(rig: Rig, joint: Flexure, angle_rad: float) -> float:
 def bend_by_tendon(rig: Rig, joint: Flexure, tendon_N: float) -> tuple[float, float, float]:
     """Bending of the chain, rad, and the middle of the last ring on the tube axis, x and y in mm.
 
-    Axes as in :mod:`fem_models.analytic.kinematics`, from the tube axis of the base. An axial stiffness that is not known
+    Axes as in :mod:`fem_models.analytic.kinematics`, from the tube axis of the base. A joint of unknown axial stiffness
     counts as rigid.
 
     Raises

@@ -1,4 +1,4 @@
-"""Kinematics of the manipulator: tube as a chain of joints, tendons, and the theoretical curve without friction.
+"""Kinematics of the manipulator: the tube as a chain of joints, its tendons, and the theory curve without friction.
 
 Everything lies in the bending plane: x along the straight tube from its base, y across towards tendon a. Joints sit
 in the middle of the notches, on the neutral axis; rings are rigid. The equations stand in
@@ -100,7 +100,7 @@ def chain_transforms(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
 
     Standard Denavit-Hartenberg links with theta_i, d = 0, alpha = 0 and a = H(i), the rotation before the
     translation. Frame 0 (after T_b^0) has its origin on joint 1, frame i on joint i + 1; H(N) = 0, so that frame N
-    stands on the last joint, turned with the last ring; the last frame (after T_N^d) is the tip.
+    has its origin on the last joint and the orientation of the last ring; the last frame (after T_N^d) is the tip.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ class _EqualJoints:
 
     @property
     def limit_rad(self) -> float:
-        """Bending at which the notches close, or half a revolution a joint where no notch is known."""
+        """Bending at which the notches close, or 180 deg a joint where no notch is known."""
         return self.rig.joints * min(self.joint.closure_angle_rad, math.pi)
 
     @property
@@ -329,7 +329,7 @@ def angle_for_drive_rad(rig: Rig, drive_mm: ArrayLike) -> Floats:
     Raises
     ------
     ValueError
-        If a drive asks for more bending than the notches leave room for.
+        A drive that would close the notches.
     """
     drive, equal = np.asarray(drive_mm, dtype=float), _EqualJoints(rig, joint_mechanics(rig))
     limit = equal.limit_rad
@@ -359,19 +359,18 @@ def theory_curve(rig: Rig, drive_mm: ArrayLike) -> TheoryCurve:
 def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:
     """Run a load program on the analytic model: the engine without hysteresis, (Rig, LoadProgram) -> Record.
 
-    Every sample is an equilibrium of its own, so the times of the program only pass through.
-
-    Friction and the slipping part of a material loop are left out, as the model's name says.
+    Every sample is an equilibrium by itself; the times of the program only go into the record. Friction and the
+    material loop are left out.
 
     Raises
     ------
     RigError
-        For a rig with an effect besides, and as :func:`angle_for_drive_rad`.
+        A rig with an effect; as :func:`angle_for_drive_rad`.
     """
     beyond = [name for name in EFFECT_TABLES if getattr(rig, name) is not None]
     if beyond:
         raise RigError(
-            f"rig {rig.name}: [{beyond[0]}]: the analytic model does not know it, expected a rig without, or the "
+            f"rig {rig.name}: [{beyond[0]}]: not part of the analytic model: expected a rig without it, or the "
             "engine chain or multibody"
         )
     curve = theory_curve(rig, program.drive_mm)

@@ -1,4 +1,4 @@
-"""Stiffness of one single notched ring (SNR): Timoshenko beams between two rigid rings, and what the rings give.
+"""Stiffness of one single notched ring (SNR): a Timoshenko beam between two rings, and the rings' compliance.
 
 Axes as in :mod:`fem_models.joint.section`. Linear elasticity, small strain. The equations stand in
 ``docs/theory/analytic-model.md``; the paper is Mech. Sci. 9 (2018), "Hysteresis analysis of a notched continuum
@@ -60,7 +60,7 @@ def elasticity(material: Material) -> Elasticity:
 
 
 def _kinks(joint: NotchedTube) -> list[float]:
-    """Where the section changes abruptly for z > 0: the edge of a V's root, and where its two arcs meet."""
+    """Positions z > 0 at which the section changes abruptly: the edge of a V's root, and where its two arcs meet."""
     tube, notch = joint.tube, joint.notch
     if notch.shape != "v_pair":
         return []
@@ -72,7 +72,7 @@ def _kinks(joint: NotchedTube) -> list[float]:
 def _graded_gauss(kinks: list[float]) -> tuple[Floats, Floats]:
     """Points and weights for integrands that are smooth between kinks but steep after them, as 1/I of a V.
 
-    Each piece is cut at halves of halves towards both of its ends, with Gauss points on every cut.
+    Each interval is halved repeatedly towards both of its ends, with Gauss points on every part.
     """
     nodes, weights = np.polynomial.legendre.leggauss(12)
     edges = [kinks[0]]
@@ -87,9 +87,9 @@ def _graded_gauss(kinks: list[float]) -> tuple[Floats, Floats]:
 
 
 def root_length_mm(joint: NotchedTube) -> float:
-    """Length by which a flexure seems longer at each of its two ends when it bends, mm; sharp corners.
+    """Apparent extra length of a flexure in bending at each of its two ends, mm; sharp corners.
 
-    The ring rotates where an arc is rooted in it: :mod:`fem_models.joint.roots`.
+    The ring deforms where an arc is rooted in it: :mod:`fem_models.joint.roots`.
 
     Raises
     ------
@@ -104,8 +104,8 @@ def root_length_mm(joint: NotchedTube) -> float:
 def flexure(rig: Rig) -> Flexure:
     """Stiffness of one joint: the analytic beam of :func:`beam`, longer in bending by its root length at either end.
 
-    The beam alone is 10 to 300 % too stiff in bending; with the roots most notches are within 5 % of solid finite
-    elements (docs/validation/notches.md, which also says where not). A measured joint has its bending stiffness only.
+    The beam alone is 10 to 300 % too stiff in bending. With the roots most notches are within 5 % of solid finite
+    elements; docs/validation/notches.md lists the exceptions. A measured joint has its bending stiffness only.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Dry friction of the tendons at their guides, and the material loop: the laws that every engine shares."""
+"""Dry friction of the tendons at their guides, and the material loop: laws shared by all engines."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from fem_models.rig.rig import Friction, Material
 from hysteresis.arrays import Floats
 
 MATERIAL_ELEMENTS = 3
-"""Jenkins elements a joint: enough for a loop without visible corners at the paper's step of 0.1 mm."""
+"""Jenkins elements of a joint: enough for a loop without visible corners at the paper's step of 0.1 mm."""
 
 
 def guide_wrap_rad(friction: Friction, joint_angles_rad: Floats) -> Floats:
-    """Wrap of the tendon at each guide, from the current joint angles.
+    """Wrap of the tendon at each guide at the current joint angles.
 
-    Guide 0 is the base, guide i the ring after joint i; the tip is an anchor, no guide. The tendon is straight
-    inside a ring and along the chord of a notch, so a ring bends it by half of the angle of either neighbour.
+    Guide 0 is the base, guide i the ring after joint i; the tip is an anchor, no guide. The tendon is straight inside a
+    ring and along the chord of a notch, so its wrap at a ring is half the angle of either neighbouring joint.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def friction_limits_N(
     distal_N: Floats,
     wrap_rad: Floats,
 ) -> Floats:
-    """Greatest difference of tension that each guide can hold, shapes (..., N).
+    """Largest difference of tension that friction at each guide can balance, shapes (..., N).
 
     The capstan equation T_p = T_d exp(+-mu phi) is |T_p - T_d| = (T_p + T_d) tanh(mu phi / 2), the same in
     both directions of sliding (derived from Euler's belt formula); a tension-independent part is added.

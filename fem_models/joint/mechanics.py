@@ -1,4 +1,4 @@
-"""What the engines ask of a rig's joints, derived once: stiffnesses, lengths, moment arms, closure, material elements."""
+"""Mechanics of a rig's joints, derived once: stiffnesses, lengths, moment arms, closure angle, material elements."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Arms(NamedTuple):
 
 @dataclass(frozen=True)
 class JointMechanics:
-    """One joint of a rig as all engines see it. Made by :func:`joint_mechanics`, then passed on.
+    """Mechanics of one joint of a rig, the same for all engines. Make it once by :func:`joint_mechanics`, pass it on.
 
     Parameters
     ----------
@@ -49,12 +49,12 @@ class JointMechanics:
         Length over which a notch bends: E I of its root over the beam's bending stiffness, the width for a slot. It
         places the flexure; what the rings give at its roots makes the joint softer, not the notch wider.
     turning_length_mm
-        Length of the part of a notch that the engines rotate by half the joint's angle, the rest going with the rings.
+        Length of the part of a notch that the engines rotate by half the joint's angle, the rest moving with the rings.
         A slot bends to a circular arc, with the chord w (1 - t^2/24 + ...) at the angle t. Rigid ends of w/6 and two
         thirds of w along the mean direction have the same: w/3 cos(t/2) + 2 w/3. A V bends close to its root, over
         the bending length, and so do measured joints.
     rigid_gap_mm
-        Length of a notch beside that part, both ends together: it goes with the rings, and the tendon crosses it.
+        Length of a notch beside that part, both ends together: it moves with the rings, and the tendon crosses it.
     arms_mm
         Pairs of notches and measured joints: ``Tendon.moment_arm_mm`` as it stands. One-sided notches:
         ``moment_arm_mm`` counts from the tube axis; tendon a runs on the notched side and gains the neutral offset,

@@ -1,4 +1,4 @@
-"""One single notched ring by quadratic Timoshenko elements, as in the paper: its eq. 1 and the force for an angle.
+"""A single notched ring (SNR) by quadratic Timoshenko elements, as in the paper: eq. 1, and the force for an angle.
 
 The paper is Mech. Sci. 9 (2018), "Hysteresis analysis of a notched continuum manipulator driven by tendon", section 2.
 """
@@ -43,9 +43,9 @@ class ElementSolution:
 def element_rotations(rig: Rig, moment_Nmm: float, shear_N: float = 0.0, n_elements: int = 2) -> ElementSolution:
     """Solve one SNR with quadratic Timoshenko elements (3 nodes, 2-point reduced integration), as in the paper.
 
-    The paper cuts each arc into two such elements and writes theta_kd = theta_k + theta_d (eq. 1) without more.
-    Our reading: node k joins the two elements, node d ends the second; theta_k is the rotation that element 1
-    contributes and theta_d the increment that element 2 contributes, so that their sum is the rotation of the ring.
+    The paper divides each arc into two such elements and writes theta_kd = theta_k + theta_d (eq. 1) without further
+    explanation. We read it so: node k joins the two elements, node d ends the second; theta_k is the rotation that
+    element 1 contributes and theta_d the increment of element 2. Their sum is the rotation of the ring.
     The section is taken at the Gauss points, where the bending moment of such elements is exact.
 
     Parameters

@@ -1,10 +1,10 @@
-"""What the rings give at the roots of a flexure: the length that it seems longer by when it bends.
+"""Compliance of the rings at the roots of a flexure, as an apparent extra length in bending.
 
-A beam between rigid rings leaves out that the ring turns where the arc is rooted in it. In the unrolled wall that is a
-strip on a plate in plane stress (O'Donnell, J. Appl. Mech. 27(3), 1960, p. 461, for the half plane). Under a moment
-the strip, h wide with sharp corners, is longer by h f(H/h) at each root, H being half the uncut tube between two
-notches, whose middle stays plane. The table below is that problem solved by finite elements; nothing in it is fitted
-to a notched tube, and Poisson's ratio does not enter.
+A beam between rigid rings leaves out that the ring deforms where the arc is rooted in it. In the unrolled wall this is
+a strip on a plate in plane stress (O'Donnell, J. Appl. Mech. 27(3), 1960, p. 461, for the half plane). Under a moment
+the strip, h wide with sharp corners, appears longer by h f(H/h) at each root. H is half the uncut tube between two
+notches, whose middle stays plane. The table below solves that problem by finite elements. Nothing in it is fitted to a
+notched tube, and Poisson's ratio does not enter.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 from hysteresis.arrays import Floats
 
 HALF_PLANE = 0.415
-"""Root length of a strip on a half plane, of its width."""
+"""Root length of a strip on a half plane, relative to its width."""
 
 _HEIGHTS = (0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 8.0)
 _LENGTHS = (
@@ -27,7 +27,7 @@ _SHARE = PchipInterpolator(_HEIGHTS, _LENGTHS)
 
 
 def root_length(height: ArrayLike) -> Floats:
-    """Length by which a strip of unit width seems longer in bending at one root, on a plate of half height ``height``.
+    """Apparent extra length in bending at one root, of a strip of unit width on a plate of half height ``height``.
 
     Same shape as ``height``, which is at least 0; interpolated in the table, 0.415 beyond it.
     """

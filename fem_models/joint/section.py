@@ -1,4 +1,4 @@
-"""Cross-section of a flexure: what a notch leaves of the tube.
+"""Cross-section of a flexure: the part of the tube that a notch leaves.
 
 Axes of one notch: z along the tube with z = 0 in the middle of the notch, x in the bending plane, the tendons at
 +-x. Both cut faces are normal to x. The equations stand in ``docs/theory/analytic-model.md``.
@@ -37,7 +37,7 @@ def cut_height_mm(joint: NotchedTube, z_mm: ArrayLike) -> Floats:
     """Distance of the cut face from the tube axis at z, the shape of ``z_mm``.
 
     A V has its flat root over ``root_width_mm`` and rises linearly to the outer surface at ``width_mm``; a slot is
-    constant. Of a pair |x| <= c is left, of a one-sided notch x <= c (c is negative for a cut beyond the axis).
+    constant. A pair of notches leaves |x| <= c, a one-sided notch x <= c (c is negative for a cut beyond the axis).
     """
     tube, notch = joint.tube, joint.notch
     z = np.abs(np.asarray(z_mm, dtype=float))
@@ -53,7 +53,7 @@ def section(joint: NotchedTube, z_mm: ArrayLike) -> Section:
 
     The planar cut is replaced by a radial one through the same point of the mid-wall: annular sectors of half angle
     arcsin(c/R_m) each (a pair of notches), or arccos(-c/R_m) (one-sided). ``docs/theory/analytic-model.md`` gives the
-    error of that. Where c reaches R_m the pair of arcs is the full tube.
+    error of this approximation. Where c reaches R_m the pair of arcs is the full tube.
 
     Raises
     ------
@@ -112,10 +112,11 @@ def _shear_coefficient(
 def section_fibres(joint: NotchedTube, count: int) -> tuple[Floats, Floats]:
     """Distances from the neutral axis (mm, above 0) and areas (mm^2) of fibres at the root, shapes (k,).
 
-    Of a pair of notches, Gauss points over the arcs at the mid-wall, ``count`` on either side of the neutral axis; the
-    two sides are alike, so their areas are added. What a one-sided notch leaves is a strip hardly higher than the wall
-    is thick: points over the wall, too, up to the flat face of the cut, gathered into ``count`` classes of distance,
-    either side alike. A class keeps the area's first and second moment, those of a flat plateau and of elasticity.
+    A pair of notches has Gauss points over the arcs at the mid-wall, ``count`` on either side of the neutral axis. The
+    two sides are equal, so their areas are added. A one-sided notch leaves a strip hardly higher than the wall is
+    thick. Its points cover the thickness of the wall, too, up to the flat face of the cut, and are binned into
+    ``count`` classes of distance, both sides together. A class keeps the first moment of its area, which sets the
+    moment of a flat plateau, and the second, which sets the elastic stiffness.
     """
     outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
     radius, per_angle = (outer + inner) / 2, (outer**2 - inner**2) / 2

@@ -1,4 +1,4 @@
-"""Strain of the flexures under load, and the limits it passes."""
+"""Strain of the flexures under load, and the strain limits that it exceeds."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from hysteresis.arrays import Floats
 
 @dataclass(frozen=True)
 class StrainLimit:
-    """A strain that Nitinol should stay below, and who says so.
+    """A strain below which Nitinol should stay, and its source.
 
-    ``kind``: ``peak`` is held against the largest strain so far, either way; ``alternating`` against half the range of
-    a fibre's strain so far, the amplitude of going to and fro over what has been run.
+    ``kind``: ``peak`` limits the largest strain so far, in either direction; ``alternating`` limits half the range of a
+    fibre's strain so far, which is the strain amplitude if the load is cycled over that range.
     """
 
     name: str
@@ -31,7 +31,7 @@ class StrainLimit:
 
 @dataclass(frozen=True)
 class Passed:
-    """First load at which a limit is passed, on the line between samples; None where it is not.
+    """First load at which a limit is exceeded, interpolated between samples; None if it is not.
 
     ``joint`` counts from 1 at the base. ``largest`` is the largest strain of the limit's kind in the whole run.
     """
@@ -52,12 +52,12 @@ TRANSFORMATION = StrainLimit(
     "start of the plateau", 0.01, "peak", "usual for superelastic Nitinol; of a superelastic rig its own plateau over E"
 )
 SUPERELASTIC = StrainLimit(
-    "strain to which superelasticity is tested", 0.06, "peak", "ASTM F2516: wire is pulled to 6 % and let go"
+    "strain to which superelasticity is tested", 0.06, "peak", "ASTM F2516: wire is loaded to 6 % and unloaded"
 )
 
 
 def strain_limits(rig: Rig) -> tuple[StrainLimit, ...]:
-    """Limits of a rig's Nitinol, the lowest first; the plateau starts where the rig's own law has it."""
+    """Limits of a rig's Nitinol, the lowest first; a superelastic rig has the plateau of its own law."""
     law, start = rig.superelastic, TRANSFORMATION
     if law is not None:
         young = 1e3 * rig.material.youngs_modulus_GPa
@@ -87,19 +87,19 @@ def strain_per_rad(rig: Rig) -> float:
 
 
 def limits_passed(drive: ArrayLike, strain: ArrayLike, limits: tuple[StrainLimit, ...]) -> tuple[Passed, ...]:
-    """Where a run passes its limits.
+    """Find where a run exceeds its limits.
 
     Parameters
     ----------
     drive
         Shape (m,): drives (mm) or forces (N) in the order they were visited, from rest.
     strain
-        Shape (m, N), of :func:`peak_strain`: the run starts from no strain, which need not be a sample.
+        Shape (m, N), of :func:`peak_strain`. The run starts from zero strain, which need not be a sample.
 
     Raises
     ------
     RigError
-        Shapes that do not fit, or strains that are not known.
+        Shapes that do not match, or strains that are not known.
     """
     x, e = np.asarray(drive, dtype=float), np.asarray(strain, dtype=float)
     if x.ndim != 1 or e.ndim != 2 or len(e) != x.size or x.size == 0:

@@ -1,4 +1,4 @@
-"""Superelastic Nitinol through the section of a flexure: flag-shaped fibres, as elements in the angle of the joint."""
+"""Superelastic Nitinol over the section of a flexure: flag-shaped fibres, as elements in the angle of the joint."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from hysteresis.arrays import Floats
 FIBRES = 8
 """Fibres from the neutral axis to the edge: the moment at the plateau is within 1 % of that of 200."""
 LEAST_PART = 1e-9
-"""Of the stiffness of the whole: smaller parts are rounding."""
+"""Least share of the total stiffness: smaller elements are rounding."""
 
 
 @dataclass(frozen=True)
 class FlagFibres:
     """Parallel flag elements of one joint; arrays of shape (k,).
 
-    An element with the stiffness k (Nmm/rad) transforms when its moment reaches ``upper_Nmm``, comes back when it
-    falls to ``lower_Nmm``, and is fully transformed when its rest angle has moved by ``span_rad``. On the way its
-    moment climbs by ``slope`` (Nmm/rad). At small angles they add up to the bending stiffness of the joint.
+    An element with the stiffness k (Nmm/rad) starts to transform when its moment reaches ``upper_Nmm`` and to transform
+    back when it falls to ``lower_Nmm``. It is fully transformed when its rest angle has moved by ``span_rad``. On the
+    plateau its moment rises by ``slope`` (Nmm/rad). The stiffnesses add up to the bending stiffness of the joint.
     """
 
     stiffness: Floats
@@ -42,7 +42,7 @@ def flag_fibres(rig: Rig) -> FlagFibres:
 
     A fibre at the distance y from the neutral axis has the strain y theta/L over the bending length L of the beam and
     contributes the moment sigma y dA, E y^2 dA/L per radian. The roots of the flexure in the rings stay elastic, in
-    series with all fibres. Measured joints have the share of roots that they are given, and the section of
+    series with all fibres. A measured joint has the share of roots of its ``roots_share`` and the section of
     :func:`_assumed_section`.
 
     Raises
@@ -100,9 +100,9 @@ def _with_roots(fibres: FlagFibres, bending: float, elastic: float) -> FlagFibre
 
 
 def _assumed_section(rig: Rig, second_moment_per_length_mm3: float) -> tuple[Floats, Floats, float]:
-    """Fibres of measured joints, whose section is not known: a strip half as high as the tendons are apart.
+    """Fibres of a measured joint, whose section is not known: a strip half as high as the distance of the tendons.
 
-    It bends over the whole pitch. Stresses of such a joint are of this strip, not of the metal.
+    It bends over the whole pitch. Stresses of such a joint are those of this strip, not of the metal.
     """
     nodes, weights = np.polynomial.legendre.leggauss(FIBRES)
     y = 0.25 * rig.tendon_a.moment_arm_mm * (1 + nodes)
@@ -113,12 +113,12 @@ def _assumed_section(rig: Rig, second_moment_per_length_mm3: float) -> tuple[Flo
 def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
     """Elements that together bend as the given ones in series with a spring, and may again stand in parallel.
 
-    A sum of flag elements loads along straight pieces, from where one element enters its plateau, or is through, to the
-    next; the spring makes each piece longer and softer, K' = K k/(K + k). So an element's step of K' as it enters is
-    not the one as it is through, which others on their plateau change. Parts of them are: what the first one to enter
-    takes away, the first one to be through gives back. Exact on the way up, with up to 2k - 1 elements. On the way back
-    plateaus keep their ratio: exact for elements of one ratio as long as none was through, and else within 3 % of the
-    largest moment.
+    A sum of flag elements loads along straight segments, from one event to the next: an element enters its plateau, or
+    leaves it fully transformed. The spring makes each segment longer and softer, K' = K k/(K + k). The step of K' at
+    which an element enters its plateau therefore differs from the step at which it leaves, because others are on their
+    plateau by then. Parts of elements have equal steps: what the first to enter takes from the stiffness, the first to
+    leave returns. Loading is exact, with up to 2k - 1 elements. In unloading the plateaus keep their ratio, which is
+    exact for elements of one ratio as long as none was fully transformed, and else within 3 % of the largest moment.
     """
     k, climb, upper, lower, span = (
         fibres.stiffness, fibres.slope, fibres.upper_Nmm, fibres.lower_Nmm, fibres.span_rad
@@ -127,7 +127,7 @@ def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
     def softer(stiffness: Floats) -> Floats:
         return stiffness * root_Nmm_per_rad / (stiffness + root_Nmm_per_rad)
 
-    def outer(angle: Floats) -> Floats:  # on the way up, with the turn of the spring
+    def in_total(angle: Floats) -> Floats:  # angle with that of the spring, in loading
         on_plateau = climb * angle[:, None] + (1 - climb / k) * upper
         full = k * (angle[:, None] - span)
         moment = np.maximum(np.minimum(k * angle[:, None], on_plateau), full).sum(axis=1)
@@ -143,12 +143,12 @@ def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
 
     edges = np.concatenate([[0.0], np.sort(np.concatenate([taken, given]))])
     amount = np.diff(edges)
-    there = (amount > LEAST_PART * softer(k.sum())) | (amount == amount.max())
-    amount, middle = amount[there], (0.5 * (edges[:-1] + edges[1:]))[there]
-    last = k.size - 1  # middles of the last parts, but for rounding
+    kept = (amount > LEAST_PART * softer(k.sum())) | (amount == amount.max())
+    amount, middle = amount[kept], (0.5 * (edges[:-1] + edges[1:]))[kept]
+    last = k.size - 1  # rounding may put a middle beyond the last part
     first = order[entering][np.minimum(np.searchsorted(taken, middle), last)]
-    start = outer(starts[first])
-    end = outer(ends[order[~entering] - k.size])[np.minimum(np.searchsorted(given, middle), last)]
+    start = in_total(starts[first])
+    end = in_total(ends[order[~entering] - k.size])[np.minimum(np.searchsorted(given, middle), last)]
     slope = amount * max(float(softer(tangent[:1])[0] - taken[-1]), 0.0) / amount.sum()
     stiffness = amount + slope
     return FlagFibres(
@@ -163,8 +163,8 @@ def in_series(fibres: FlagFibres, root_Nmm_per_rad: float) -> FlagFibres:
 def flag_moment(angle_rad: Floats, rest_rad: Floats, fibres: FlagFibres) -> Floats:
     """Moment of flag elements at their angles, Nmm; all shapes (k,).
 
-    The elastic line from the rest angle, held between the loading branch (up to the plateau, along it, and beyond the
-    span of the transformation) and the unloading one, on either side alike.
+    The elastic line from the rest angle, bounded by the loading branch (up to the plateau, along it, and beyond the
+    span of the transformation) and the unloading branch, symmetric in the angle.
     """
     k, s, u = fibres.stiffness, fibres.slope, np.abs(angle_rad)
     sign = np.where(angle_rad < 0, -1.0, 1.0)

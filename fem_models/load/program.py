@@ -1,4 +1,4 @@
-"""The load program: what the wheel does. Every engine is a function ``(Rig, LoadProgram) -> Record``."""
+"""The load program: the motion of the wheel. Every engine is a function ``(Rig, LoadProgram) -> Record``."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from fem_models.rig.checks import require
 from hysteresis.record import MAX_MAGNITUDE
 
 MAX_SAMPLES = 2_000_000
-"""Of a program made here: more is a slip of the keyboard, and would fill the memory first."""
+"""Most samples of a program made here: more is a typing error, and would fill the memory."""
 
 
 @dataclass(frozen=True)
 class LoadProgram:
-    """What the wheel does: tendon displacement over a path, and over time where the rate matters.
+    """Motion of the wheel: tendon displacement sample by sample, with times where the rate matters.
 
     Parameters
     ----------
@@ -25,9 +25,9 @@ class LoadProgram:
         Shape (m,), tendon displacement at the wheel; a quasi-static engine visits the samples in order.
         The rig starts straight, preloaded, at zero drive.
     time_s
-        Shape (m,), strictly increasing, or None for point by point.
+        Shape (m,), strictly increasing; None for a quasi-static program.
     cycle
-        Shape (m,), the cycle a sample belongs to, 0 being the way from rest to the first turning point.
+        Shape (m,), the cycle of each sample; 0 is the branch from rest to the first reversal.
     """
 
     drive_mm: NDArray[np.float64]
@@ -69,7 +69,7 @@ def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> L
     """Point-by-point program of the paper (section 4.2): 0 to +A, then ``cycles`` times +A to -A to +A.
 
     The first quarter (cycle 0) leaves the virgin state; the closed loops are cycles 1, 2, ...
-    Turning points are hit exactly: the step is the largest one not above ``step_mm`` that divides A.
+    Samples lie on the reversals: the step is the largest one not above ``step_mm`` that divides A.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cy
 
 
 def _require_few(quarter: float, cycles: int, names: str, values: str) -> None:
-    """Refuse a program of too many samples before its arrays are made; ``quarter`` is the samples of a quarter."""
+    """Refuse a program of too many samples before its arrays are made; ``quarter`` is the number in a quarter cycle."""
     # an int beyond the range of floats cannot be multiplied with one
     few = cycles <= MAX_SAMPLES and quarter * (1 + 4 * cycles) < MAX_SAMPLES
     require(few, names, values, f"at most {MAX_SAMPLES:,} samples")

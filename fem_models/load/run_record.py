@@ -26,7 +26,7 @@ def simulated_record(
     Parameters
     ----------
     program
-        What the wheel did; the tensions themselves, shape (m,), of a run by force.
+        The load program; under load control the tensions, shape (m,).
     angle_deg
         Shape (m,), bending at the tip.
     joint_angles_rad

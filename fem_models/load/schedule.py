@@ -1,4 +1,4 @@
-"""What a load program does to a rig, sample by sample, before any mechanics: shared by both engines."""
+"""Inputs of a run, sample by sample, from a load program and a rig's effects; the same for both engines."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from hysteresis.arrays import Floats
 class Schedule:
     """Inputs of a run, shapes (m,) or (m, 2) for tendons a and b.
 
-    ``drive_mm``: displacement at the wheel's rim, after backlash and eccentricity. ``slack_mm``: rope longer than at
-    rest. ``loop_scale``: of the Jenkins elements' slip moments. ``residual_rad``: angle that every joint keeps.
-    ``time_s``: counted from the first sample, zeros for a program without times. ``creep``: part of the gap to its goal
-    by which the creep of the ropes closes after a sample.
+    ``drive_mm``: displacement at the wheel's rim, after backlash and eccentricity. ``slack_mm``: extra length of a
+    tendon compared with rest. ``loop_scale``: factor of the slip moments of the Jenkins elements. ``residual_rad``:
+    angle of every joint without load. ``time_s``: from the first sample on, zeros for a program without times.
+    ``creep``: share of the remaining creep by which the tendons stretch from the last sample to this one.
     """
 
     drive_mm: Floats
@@ -34,7 +34,7 @@ class Schedule:
 
 
 def play(drive: Floats, width: float) -> Floats:
-    """Play operator of a width, starting in its middle at zero: shape (m,) -> (m,)."""
+    """Play operator of a width; the play starts centred at zero: shape (m,) -> (m,)."""
     out = np.empty_like(drive)
     at = 0.0
     for k, x in enumerate(drive.tolist()):
@@ -64,8 +64,8 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     if rig.preload_loss is not None:
         tension = rig.preload_N * (1 - rig.preload_loss.fraction * _settled(program, rig.preload_loss.cycles))
         length = rig.joints * rig.pitch_mm
-        for side, rope in enumerate(rig.tendons):
-            slack[:, side] -= tendon_stretch_mm(rope, tension, rig.preload_N, length)
+        for side, tendon in enumerate(rig.tendons):
+            slack[:, side] -= tendon_stretch_mm(tendon, tension, rig.preload_N, length)
     loop_scale, residual = np.ones(m), np.full(m, math.radians(rig.precurvature_deg))
     if rig.fatigue is not None:
         done = _settled(program, rig.fatigue.cycles)
@@ -82,9 +82,9 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
 
 
 def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
-    """Work out the inputs of a run under a given tension of tendon a at the wheel; the drives are in N.
+    """Work out the inputs of a run under load control: the drives are tensions of tendon a at the wheel, in N.
 
-    Effects of the wheel and of the rope before it (slack, backlash, eccentricity, creep) have no say in the force.
+    Effects between motor and base (slack, backlash, eccentricity, creep) do not change a prescribed force.
 
     Raises
     ------
@@ -93,10 +93,10 @@ def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
     """
     force = np.array(force_N, dtype=float)
     if rig.tendon_b is not None:
-        raise RigError(f"rig {rig.name}: two tendons: expected a rig of one, whose force alone decides")
+        raise RigError(f"rig {rig.name}: two tendons: expected a single one, whose force is the only load")
     for name in ("drag", "preload_loss", "fatigue"):
         if getattr(rig, name) is not None:
-            raise RigError(f"rig {rig.name}: {name}: expected a rig without, for a run by force")
+            raise RigError(f"rig {rig.name}: {name}: expected a rig without it under load control")
     if force.ndim != 1 or force.size == 0:
         raise RigError(f"force_N of shape {force.shape}: expected a row of forces")
     if not (np.isfinite(force) & (force >= 0)).all():

@@ -1,1 +1,8 @@
-"""TODO-DOOR."""
+"""The rig: tube and notches or measured joints, tendons, wheel, friction, effects; presets and rig files."""
+
+from fem_models.rig.checks import RigError
+from fem_models.rig.presets import preset
+from fem_models.rig.rig import Rig
+from fem_models.rig.rig_file import read_rig
+
+__all__ = ["Rig", "RigError", "preset", "read_rig"]

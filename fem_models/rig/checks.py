@@ -1,4 +1,4 @@
-"""Refusing what cannot be: one line that names field, value and what was expected."""
+"""Errors and checks of values: one line that names the field, its value and what was expected."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import fields
 
 
 class RigError(ValueError):
-    """A rig or a load program that cannot exist; the message names field, value and what was expected."""
+    """A rig or a load program with impossible values; the message names field, value and what was expected."""
 
 
 class SolverError(RuntimeError):
-    """A load program that an engine could not follow; the message says at which sample and drive."""
+    """A load program for which an engine found no equilibrium; the message gives the sample and the drive."""
 
 
 def require(condition: bool, name: str, value: object, expected: str) -> None:
@@ -24,7 +24,7 @@ def require_numbers(owner: str, item: object) -> None:
     """Raise a RigError where a field of a dataclass is neither None nor a finite number."""
     for f in fields(item):  # type: ignore[arg-type]
         value = getattr(item, f.name)
-        if value is None or f.name in ("shape", "rigid_roots"):  # of a notch: a word, a switch
+        if value is None or f.name in ("shape", "rigid_roots"):  # fields of a notch: a word and a switch
             continue
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise RigError(f"{owner}.{f.name} = {value!r}: expected a number")

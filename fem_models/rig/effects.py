@@ -1,6 +1,7 @@
-"""What a rig may have besides: each effect a small table, absent by default, that both engines know.
+"""Optional effects of a rig: each a small table, absent by default, that both engines model.
 
-Names and meanings follow the list of effects in docs/theory/effects.md; a sign is said where it matters.
+Names and meanings follow the list of effects in the documentation (docs/theory/effects.md). The sign convention is
+given where it matters.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from fem_models.rig.checks import require, require_numbers
 
 @dataclass(frozen=True)
 class Slack:
-    """Unequal rest lengths: rope that is longer than the preload asks for, in mm; negative is shorter.
+    """Unequal rest lengths: how much longer a tendon is than the preload requires, in mm; negative is shorter.
 
-    The rope is unilateral, so a large enough value leaves it slack about the centre.
+    A tendon cannot push, so a large enough value leaves it slack around zero drive.
     """
 
     tendon_a_mm: float = 0.0
@@ -26,7 +27,7 @@ class Slack:
 
 @dataclass(frozen=True)
 class Backlash:
-    """Play of width ``width_mm`` between drive and wheel, as tendon displacement; the wheel starts in its middle."""
+    """Play of width ``width_mm`` between drive and wheel, as tendon displacement; it starts centred."""
 
     width_mm: float
 
@@ -37,7 +38,7 @@ class Backlash:
 
 @dataclass(frozen=True)
 class Eccentricity:
-    """A wheel that runs out: x + e [sin(x/R + p) - sin(p)] in place of x, R being the wheel's radius."""
+    """Radial runout of the wheel: x + e [sin(x/R + p) - sin(p)] in place of x, R being the wheel's radius."""
 
     amplitude_mm: float
     phase_deg: float = 0.0
@@ -48,16 +49,16 @@ class Eccentricity:
 
 @dataclass(frozen=True)
 class Superelastic:
-    """Flag-shaped law of Nitinol in tension and compression alike, applied fibre by fibre through the section.
+    """Flag-shaped law of Nitinol, the same in tension and compression, applied fibre by fibre through the section.
 
     Parameters
     ----------
     plateau_MPa, unloading_plateau_MPa
-        Stress at which the austenite transforms, and at which it comes back.
+        Stress at which the austenite transforms, and at which the martensite transforms back.
     transformation_strain
-        Strain of the whole transformation; beyond it the martensite is taken as stiff as the austenite.
+        Strain of the complete transformation; beyond it the martensite is taken as stiff as the austenite.
     plateau_modulus_GPa
-        Slope of both plateaus, which keep their distance; 0 is flat.
+        Slope of both plateaus, which stay parallel; 0 is flat.
     """
 
     plateau_MPa: float
@@ -84,7 +85,7 @@ class Superelastic:
 class Closure:
     """Edges of a notch that meet: a stiff spring beyond an angle of the joint.
 
-    ``angle_deg`` None takes the angle from the geometry. One-sided notches close in the positive direction only.
+    With ``angle_deg`` None the angle comes from the geometry. One-sided notches close in the positive direction only.
     """
 
     stiffness_Nmm_per_rad: float
@@ -101,8 +102,8 @@ class Closure:
 class Gravity:
     """Weight of the rings, in the bending plane.
 
-    ``direction_deg`` is the way of the pull from the straight tube's axis, towards positive bending: 0 along the tube
-    to its tip, -90 against positive bending.
+    ``direction_deg`` is the direction of gravity, measured from the axis of the straight tube towards positive bending:
+    0 points along the tube to its tip, -90 against positive bending.
     """
 
     ring_mass_g: float
@@ -115,7 +116,7 @@ class Gravity:
 
 @dataclass(frozen=True)
 class TipStop:
-    """A frictionless obstacle: the tip is pushed back where its y is beyond ``y_mm``, on the side that has its sign."""
+    """A frictionless obstacle: it pushes the tip back where the tip's y is beyond ``y_mm``, on the side of its sign."""
 
     y_mm: float
     stiffness_N_per_mm: float
@@ -127,10 +128,10 @@ class TipStop:
 
 @dataclass(frozen=True)
 class Creep:
-    """Kelvin-Voigt creep of the rope between wheel and base, in both tendons.
+    """Kelvin-Voigt creep of both tendons between wheel and base.
 
-    With time the rope stretches by ``fraction`` of (T - preload) L_free/EA more, with the time constant ``time_s``.
-    It needs a load program with times.
+    With the time constant ``time_s`` the tendon stretches further, by ``fraction`` of (T - preload) L_free/EA. The load
+    program needs times.
     """
 
     fraction: float
@@ -144,10 +145,10 @@ class Creep:
 
 @dataclass(frozen=True)
 class Drag:
-    """Viscous loss: of either rope on its way from wheel to base, and of every joint.
+    """Viscous loss of either tendon between wheel and base, and of every joint.
 
-    The rope's force is ``sheath_N_s_per_mm`` times its speed past the base, the joint's moment ``joint_Nmm_s_per_rad``
-    times its rate of turn. It needs a load program with times.
+    The drag on a tendon is ``sheath_N_s_per_mm`` times its speed past the base, the moment on a joint
+    ``joint_Nmm_s_per_rad`` times its angular velocity. The load program needs times.
     """
 
     sheath_N_s_per_mm: float = 0.0
@@ -161,7 +162,7 @@ class Drag:
 
 @dataclass(frozen=True)
 class PreloadLoss:
-    """Preload that settles with the cycles: T0 [1 - fraction (1 - exp(-cycle/cycles))], by rope that gets longer."""
+    """Preload lost over the cycles: T0 [1 - fraction (1 - exp(-cycle/cycles))], by tendons that get longer."""
 
     fraction: float
     cycles: float
@@ -174,10 +175,10 @@ class PreloadLoss:
 
 @dataclass(frozen=True)
 class Fatigue:
-    """Functional fatigue: with 1 - exp(-cycle/cycles) the material loop shrinks and every joint keeps an angle.
+    """Functional fatigue: with 1 - exp(-cycle/cycles) the material loop shrinks and every joint keeps a residual angle.
 
-    ``loop_loss`` is the part of the Jenkins elements' slip moments lost in the end, ``residual_deg`` the angle of one
-    joint that stays.
+    ``loop_loss`` is the fraction of the slip moments of the Jenkins elements that is lost in the end, ``residual_deg``
+    the residual angle of one joint.
     """
 
     loop_loss: float

@@ -1,4 +1,4 @@
-"""What joins the rings of a manipulator: notches cut into a tube, or joints known by measurement alone."""
+"""The joints of a manipulator: notches cut into a tube, or joints known by measurement alone."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NOTCH_SHAPES: tuple[str, ...] = ("v_pair", "rectangular_pair", "rectangular")
 
 @dataclass(frozen=True)
 class Tube:
-    """The tube that is notched. Diameters in mm, outer above inner, both positive."""
+    """The tube before it is notched. Diameters in mm, outer above inner, both positive."""
 
     outer_diameter_mm: float
     inner_diameter_mm: float
@@ -47,10 +47,10 @@ class Notch:
     spacing_mm
         Uncut tube between two notches; the pitch is ``width_mm + spacing_mm``.
     root_width_mm
-        Width of the flat root of a V (wire kerf); slots have the same width all the way and take None.
+        Width of the flat root of a V (wire kerf). A slot has one width at all depths and takes None.
     rigid_roots
-        Whether rings are rigid where flexures are rooted in them, as in the paper's analytic model. Metal is not:
-        :mod:`fem_models.joint.roots`.
+        Whether rings are rigid where flexures are rooted in them, as in the paper's analytic model. Real rings are
+        not: :mod:`fem_models.joint.roots`.
     """
 
     shape: NotchShape
@@ -140,8 +140,8 @@ class MeasuredJoint:
     flexure_stiffness_Nmm_per_rad
         Bending stiffness of one joint. Its shear and axial compliance are not known and left out.
     rigid_gap_mm
-        Length beside the part that bends (a fifth of the pitch), both ends together. It turns with the rings, and the
-        tendon crosses it freely, as it does a V notch beyond its root.
+        Length beside the part that bends (a fifth of the pitch), both ends together. It moves with the rings, and the
+        tendon crosses it freely, as it crosses a V notch beyond its root.
     roots_share
         Share of the joint's compliance at the roots of the flexure in the rings, where superelastic metal stays
         elastic.

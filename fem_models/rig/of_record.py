@@ -1,4 +1,4 @@
-"""The rig behind a record: what its sidecar says of the manipulator, as a :class:`fem_models.rig.rig.Rig`."""
+"""The rig of a record, as its sidecar describes it."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from fem_models.rig.rig import Material, Rig, Tendon, Wheel
 from fem_models.rig.rig_file import build, read_rig
 from hysteresis.record import MEASURED_KEYS, Record
 
-# Nothing reads the modulus of a rig with measured joints; the rig needs a material for its loop.
+# A rig with measured joints needs a material for its loop only; the modulus is not used.
 _NITINOL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
 
 
 def rig_of(record: Record) -> Rig | None:
-    """Return the rig that the sidecar names, or None where the geometry is unknown or the drive is a force.
+    """Return the rig that the sidecar describes, or None if the geometry is unknown or the drive is a force.
 
     The rig is known from ``preset``, ``file`` or all of :data:`hysteresis.record.MEASURED_KEYS` with ``preload_N``.
-    ``[tube]`` and ``[notch]`` tables alone say nothing of the tendons: they are checked, and None is returned.
+    ``[tube]`` and ``[notch]`` tables alone do not describe the tendons: they are checked, and None is returned.
 
     Raises
     ------
@@ -56,9 +56,9 @@ def _defaults(name: str, table: Mapping[str, Any]) -> Mapping[str, Any]:
 def _from_table(table: Mapping[str, Any], folder: Path) -> Rig | None:
     preload = table.get("preload_N")
     given = [k for k in MEASURED_KEYS if k in table]
-    ways = [k for k in ("preset", "file") if k in table] + (["measured quantities"] if given else [])
-    if len(ways) > 1:
-        raise RigError(f"[rig] has {' and '.join(ways)}: expected one of them")
+    sources = [k for k in ("preset", "file") if k in table] + (["measured quantities"] if given else [])
+    if len(sources) > 1:
+        raise RigError(f"[rig] has {' and '.join(sources)}: expected one of them")
     if "preset" in table:
         return preset(str(table["preset"]), preload_N=preload)
     if "file" in table:

@@ -1,9 +1,9 @@
-"""Rigs that ship with the package, and where each of their numbers comes from."""
+"""Rigs that ship with the package, with the source of each of their numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Closure, Superelastic
@@ -15,7 +15,7 @@ DU2018 = "Hysteresis analysis of a notched continuum manipulator driven by tendo
 
 @dataclass(frozen=True)
 class Source:
-    """Where a default comes from: stated in the paper, taken from another source, or assumed."""
+    """Source of a default: stated in the paper, taken from another source, or assumed."""
 
     kind: Literal["stated", "taken", "assumed"]
     note: str
@@ -23,13 +23,13 @@ class Source:
 
 @dataclass(frozen=True)
 class Preset:
-    """A rig with the source of each of its numbers, keyed by the dotted name of :func:`rig.numeric_fields`."""
+    """A rig with the source of each number, by its name in :func:`fem_models.rig.rig.numeric_fields`."""
 
     rig: Rig
     sources: dict[str, Source]
 
 
-_ROPE = Tendon(EA_N=17_000.0, moment_arm_mm=2.64, free_length_mm=150.0, toe_N=40.0)
+_TENDON = Tendon(EA_N=17_000.0, moment_arm_mm=2.64, free_length_mm=150.0, toe_N=40.0)
 
 _DU2018 = Preset(
     rig=Rig(
@@ -39,8 +39,8 @@ _DU2018 = Preset(
             Notch("v_pair", count=14, depth_mm=2.825, width_mm=1.4, spacing_mm=1.2, root_width_mm=0.8),
         ),
         material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33, loop_share=0.4, loop_angle_deg=2.2),
-        tendon_a=_ROPE,
-        tendon_b=_ROPE,
+        tendon_a=_TENDON,
+        tendon_b=_TENDON,
         wheel=Wheel(radius_mm=10.0),
         friction=Friction(capstan_coefficient=0.02, guide_N=0.01, sheath_N=1.39),
         preload_N=20.0,
@@ -50,7 +50,9 @@ _DU2018 = Preset(
         "precurvature_deg": Source("assumed", "the paper's manipulator is straight at rest"),
         "preload_N": Source("stated", "10 and 20 N, section 3.1; 20 N is the one the paper studies further"),
         "tube.outer_diameter_mm": Source("assumed", "the paper bounds the moment arm only: x/theta <= 2.80 mm"),
-        "tube.inner_diameter_mm": Source("assumed", "a rope of 0.36 mm along the inner wall has the moment arm below"),
+        "tube.inner_diameter_mm": Source(
+            "assumed", "a tendon of 0.36 mm along the inner wall has the moment arm below"
+        ),
         "notch.depth_mm": Source("assumed", "leaves two arcs 0.55 mm wide, soft enough for 45 deg at 2.2 mm"),
         "notch.width_mm": Source("assumed", "V opening that does not close at 45 deg; the V itself is stated"),
         "notch.spacing_mm": Source("assumed", "pitch 2.6 mm, bending length 36 mm"),
@@ -59,28 +61,28 @@ _DU2018 = Preset(
             "taken", "upper end of the 40-60 GPa fitted to a notched NiTi tube, GitHub nepacheco/MastersThesis 4f920c7"
         ),
         "material.poissons_ratio": Source("assumed", "usual for metals of this class; enters only the shear"),
-        "material.loop_share": Source(
-            "assumed", "with loop_angle_deg: puts the widest place of the loop at zero drive"
-        ),
+        "material.loop_share": Source("assumed", "with loop_angle_deg: the loop is widest at zero drive"),
         "material.loop_angle_deg": Source("assumed", "slips before the middle of the stroke"),
         **{
             f"tendon_{side}.{name}": source
             for side in "ab"
             for name, source in {
-                "EA_N": Source("assumed", "fitted: full scale 45 deg at 2.2 mm; a steel rope of 0.36 mm, 83 % metal"),
-                "moment_arm_mm": Source(
-                    "assumed", "below the paper's bound of 2.80 mm; its value and EA_N make good for each other"
+                "EA_N": Source(
+                    "assumed", "fitted: full scale 45 deg at 2.2 mm; a stranded steel tendon of 0.36 mm, 83 % metal"
                 ),
-                "free_length_mm": Source("assumed", "bench set-up of the paper's Fig. 8, no dimension given"),
+                "moment_arm_mm": Source(
+                    "assumed", "below the paper's bound of 2.80 mm; its value and EA_N compensate each other"
+                ),
+                "free_length_mm": Source("assumed", "experimental set-up of the paper's Fig. 8, no dimension given"),
                 "toe_N": Source(
                     "assumed",
-                    "fitted: ratio of the loop widths at 10 and 20 N, 3.52 and 2.21 deg; docs/validation/calibration.md",
+                    "fitted: ratio of loop widths at 10 and 20 N, 3.52 and 2.21 deg; docs/validation/calibration.md",
                 ),
             }.items()
         },
         "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
         "friction.capstan_coefficient": Source("assumed", "small: a larger one widens the loop with preload and bend"),
-        "friction.guide_N": Source("assumed", "small beside the sheath"),
+        "friction.guide_N": Source("assumed", "small compared with the sheath"),
         "friction.sheath_N": Source("assumed", "fitted: loop width at 20 N, 2.21 deg; docs/validation/calibration.md"),
         "friction.rest_wrap_deg": Source("assumed", "tendons run straight from wheel to base"),
     },
@@ -90,7 +92,7 @@ WRISTS = "GitHub nepacheco/MastersThesis 4f920c7"
 
 
 def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, fitted: dict[str, float]) -> Preset:
-    """One of the two measured NiTi wrists of five one-sided notches, pulled by one tendon."""
+    """One of the two measured NiTi wrists: five one-sided notches and a single tendon."""
     other = 240 - range_deg
     stated = Source("stated", f"geometry of the {range_deg} deg tube, {WRISTS}")
     fit = Source("taken", f"fitted to notch angles of the {other} deg tube, docs/validation/wrists.md")
@@ -121,28 +123,32 @@ def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, 
         "precurvature_deg": Source("stated", "mean of the notches without load, training trials"),
         "material.youngs_modulus_GPa": fit,
         "material.poissons_ratio": Source("assumed", "usual for metals of this class; enters only the shear"),
-        "material.loop_share": Source("assumed", "no loop besides that of the superelastic law"),
-        "material.loop_angle_deg": Source("assumed", "without say at a loop_share of 0"),
+        "material.loop_share": Source("assumed", "no loop in addition to that of the superelastic law"),
+        "material.loop_angle_deg": Source("assumed", "no influence at a loop_share of 0"),
         "tendon_a.moment_arm_mm": Source("assumed", "a tendon of 0.2 mm along the inner wall: 0.70 - 0.10 mm"),
-        "tendon_a.EA_N": Source("assumed", "a steel wire of 0.2 mm; without say in a run by force"),
-        "tendon_a.free_length_mm": Source("assumed", "no dimension given; without say in a run by force"),
-        "tendon_a.toe_N": Source("assumed", "a wire; without say in a run by force"),
+        "tendon_a.EA_N": Source("assumed", "a steel wire of 0.2 mm; no influence under load control"),
+        "tendon_a.free_length_mm": Source("assumed", "no dimension given; no influence under load control"),
+        "tendon_a.toe_N": Source("assumed", "a wire; no influence under load control"),
         "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
         "preload_N": Source("stated", "the unloaded wrist is the first sample of every trial"),
         "friction.capstan_coefficient": fit,
         "friction.guide_N": Source("assumed", "no friction without tension"),
-        "friction.sheath_N": Source("assumed", "none besides the capstan's: it would shift the force by a constant"),
+        "friction.sheath_N": Source(
+            "assumed", "none in addition to the capstan's: it would shift the force by a constant"
+        ),
         "friction.rest_wrap_deg": Source("assumed", "the tendon runs straight into the wrist"),
         "superelastic.plateau_MPa": fit,
         "superelastic.plateau_modulus_GPa": fit,
-        "superelastic.unloading_plateau_MPa": Source("assumed", "half of the loading one: loading alone was measured"),
+        "superelastic.unloading_plateau_MPa": Source(
+            "assumed", "half of the loading plateau: only loading was measured"
+        ),
         "superelastic.transformation_strain": Source("assumed", "not reached before the notches close"),
-        "closure.stiffness_Nmm_per_rad": Source("assumed", "stiff: closed notches yield less than 0.1 deg"),
+        "closure.stiffness_Nmm_per_rad": Source("assumed", "stiff: closed notches deform by less than 0.1 deg"),
     }
     return Preset(rig, sources)
 
 
-# each tube with the constants of the other: what stands in the preset has never seen the tube it is for
+# each tube has the parameters fitted to the other one, so that no preset was fitted to its own tube
 _FROM_90 = {"E_GPa": 15.8, "plateau_MPa": 273.0, "plateau_modulus_GPa": 3.73, "mu": 0.125}
 _FROM_150 = {"E_GPa": 16.1, "plateau_MPa": 265.0, "plateau_modulus_GPa": 2.66, "mu": 0.176}
 
@@ -159,7 +165,7 @@ def preset(name: str, *, preload_N: float | None = None) -> Rig:
     Raises
     ------
     RigError
-        Unknown name, or a preload that cannot be.
+        Unknown name, or an impossible preload.
     """
     if name not in PRESETS:
         raise RigError(f"preset = {name}: expected one of {', '.join(PRESETS)}")
@@ -167,9 +173,9 @@ def preset(name: str, *, preload_N: float | None = None) -> Rig:
     return rig if preload_N is None else replace(rig, preload_N=preload_N)
 
 
-def sidecar_table(rig: Rig) -> dict[str, Any]:
-    """Return the ``[rig]`` table of a record made with this rig: the preset where it is one, and the preload if any."""
-    table: dict[str, Any] = {"preload_N": rig.preload_N} if rig.preload_N > 0 else {}
+def sidecar_table(rig: Rig) -> dict[str, str | float]:
+    """Return the ``[rig]`` table of a record made with this rig: the name of its preset, and its preload, if any."""
+    table: dict[str, str | float] = {"preload_N": rig.preload_N} if rig.preload_N > 0 else {}
     known = PRESETS.get(rig.name)
     if known is not None and replace(known.rig, preload_N=rig.preload_N) == rig:
         table = {"preset": rig.name, **table}

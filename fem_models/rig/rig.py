@@ -1,4 +1,4 @@
-"""The rig: frozen values, checked where they are made. Units stand in the names (mm, N, GPa, deg)."""
+"""The rig: frozen values, checked when they are made. Units are part of the names (mm, N, GPa, deg)."""
 
 from __future__ import annotations
 
@@ -55,15 +55,15 @@ class Tendon:
     Parameters
     ----------
     EA_N
-        Axial stiffness times length of the taut rope.
+        Axial stiffness times length of the taut tendon.
     moment_arm_mm
         Distance of the tendon from the tube axis. One-sided notches shift the neutral axis: see
-        :func:`fem_models.joint.flexure.moment_arms_mm`. For measured joints it is the moment arm itself.
+        :class:`fem_models.joint.mechanics.JointMechanics`. For measured joints it is the moment arm itself.
     free_length_mm
-        Rope between wheel and base.
+        Length of the tendon between wheel and base.
     toe_N
-        Tension of the toe region: the rope between wheel and base has k(T) = k_inf T / (T + toe_N).
-        0 is a linear rope.
+        Tension of the toe region: between wheel and base the tendon has k(T) = k_inf T / (T + toe_N). 0 is a linear
+        tendon.
     """
 
     EA_N: float
@@ -80,7 +80,7 @@ class Tendon:
 
 @dataclass(frozen=True)
 class Friction:
-    """Dry friction of a tendon against what guides it.
+    """Dry friction of a tendon at its guides.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Friction:
     sheath_N
         The same between wheel and base, acting at the base.
     rest_wrap_deg
-        Wrap at the base with the manipulator straight (the way of the tendon from the wheel).
+        Wrap at the base with the manipulator straight, from the path between wheel and base.
     """
 
     capstan_coefficient: float = 0.0
@@ -107,7 +107,7 @@ class Friction:
 
 @dataclass(frozen=True)
 class Wheel:
-    """The wheel on which both tendons are wound in opposite directions."""
+    """The wheel on which both tendons are wound, in opposite directions."""
 
     radius_mm: float
 
@@ -129,19 +129,20 @@ EFFECT_TABLES = (
     "preload_loss",
     "fatigue",
 )
-"""Names of the optional parts of a rig that are effects, off by default."""
+"""Names of the optional effects of a rig, off by default."""
 
 
 @dataclass(frozen=True)
 class Rig:
-    """A manipulator with two antagonistic tendons on one wheel, or with one tendon alone.
+    """A manipulator with two antagonistic tendons on one wheel, or with a single tendon.
 
-    ``joint`` is what all joints are: notches of a tube, or joints known by measurement. Tendon a pulls towards positive angles when the drive is positive. The optional parts from ``slack`` on are
-    effects that are off by default, each in :mod:`fem_models.rig.effects`.
+    All joints are equal: ``joint`` gives the notches of a tube, or the stiffness of measured joints. A positive drive
+    pulls tendon a, which bends the manipulator towards positive angles. The optional parts from ``slack`` on are
+    effects, off by default, each in :mod:`fem_models.rig.effects`.
 
-    A rig of one tendon (``tendon_b`` None) springs back by its flexures; its preload may be 0 unless the tendon has a
-    toe region. ``precurvature_deg`` is the angle that every joint has at rest, without load; the tendons have their
-    rest length, and the drive its zero, at that shape.
+    With a single tendon (``tendon_b`` None) the flexures spring back; the preload may be 0 unless the tendon has a toe
+    region. ``precurvature_deg`` is the angle of every joint without load. At that shape the tendons have their rest
+    length and the drive is zero.
     """
 
     name: str
@@ -203,7 +204,7 @@ class Rig:
         return self.joint.pitch_mm
 
     def parts(self) -> dict[str, str | float | DataclassInstance | None]:
-        """Values of a rig under their names in a rig file: ``joint`` is [tube] and [notch], or [bench]."""
+        """Values of a rig by their names in a rig file, where ``joint`` is [tube] and [notch], or [bench]."""
         out: dict[str, str | float | DataclassInstance | None] = {}
         for f in fields(self):
             match getattr(self, f.name):
@@ -216,7 +217,7 @@ class Rig:
         return out
 
     def to_dict(self) -> dict[str, Any]:
-        """Nested plain values, for TOML and JSON; absent parts left out, an absent tendon b as ``tendons`` = 1."""
+        """Nested plain values for TOML and JSON, without absent parts; a single tendon gives ``tendons`` = 1."""
         out = {
             name: value if isinstance(value, str | float | int) else _plain(value)
             for name, value in self.parts().items()
@@ -230,7 +231,7 @@ def _plain(part: DataclassInstance) -> dict[str, float | str]:
 
 
 def numeric_fields(rig: Rig) -> dict[str, float]:
-    """Every number of a rig under its dotted name, for tables of sources and for studies."""
+    """Every number of a rig by dotted name, for tables of sources and for studies."""
     out: dict[str, float] = {}
     for name, value in rig.parts().items():
         if is_dataclass(value):
@@ -244,12 +245,12 @@ def numeric_fields(rig: Rig) -> dict[str, float]:
 
 
 def with_number(rig: Rig, name: str, value: float) -> Rig:
-    """Give the rig with one number changed; its name is dotted, as in :func:`numeric_fields`.
+    """Return the rig with one number changed; its name is dotted, as in :func:`numeric_fields`.
 
     Raises
     ------
     RigError
-        A name that is not a number of this rig, or a rig that cannot be.
+        A name that is not a number of this rig, or an impossible value.
     """
     if name not in numeric_fields(rig):
         raise RigError(f"{name} = {value}: expected a number of rig {rig.name}")
@@ -278,15 +279,15 @@ def notched_tube(rig: Rig) -> NotchedTube:
     Raises
     ------
     RigError
-        If the joints were measured on a bench.
+        Measured joints.
     """
     if not isinstance(rig.joint, NotchedTube):
-        raise RigError(f"rig {rig.name}: joints measured on a bench: expected [tube] and [notch]")
+        raise RigError(f"rig {rig.name}: measured joints: expected [tube] and [notch]")
     return rig.joint
 
 
 def with_notch(rig: Rig, notch: Notch) -> Rig:
-    """Give the rig with another notch in the same tube.
+    """Return the rig with another notch in the same tube.
 
     Raises
     ------

@@ -50,7 +50,7 @@ _JOINT_TABLES = ("tube", "notch", "bench")
 
 
 def numbers_of_a_rig() -> dict[str, bool]:
-    """Every number that a rig file may give, by its dotted name; True for a whole one. ``tendon`` stands for both."""
+    """Every number of a rig file, by dotted name; True for integers. ``tendon`` stands for both tendons."""
     tables = {"": Rig, "tendon": Tendon, **_TABLES}
     return {
         f"{table}.{f.name}".lstrip("."): f.type == "int"
@@ -61,7 +61,7 @@ def numbers_of_a_rig() -> dict[str, bool]:
 
 
 def build(table_name: str, table: object, where: str) -> Any:
-    """Make the dataclass of a TOML table; unknown and missing keys raise a RigError that names them."""
+    """Make the dataclass of a TOML table; a RigError names unknown and missing keys."""
     cls = _TABLES[table_name]
     if not isinstance(table, Mapping):
         raise RigError(f"{where}: [{table_name}] = {table!r}: expected a table")
@@ -82,8 +82,8 @@ def build(table_name: str, table: object, where: str) -> Any:
 def read_rig(path: Path) -> Rig:
     """Read a rig file (TOML): ``name``, ``preload_N`` and the tables of :class:`Rig`.
 
-    ``[tendon]`` stands for both tendons; ``[tendon_b]`` alone may override it for an unequal rig. ``tendons = 1`` is a
-    rig of one tendon, [tendon] or [tendon_a].
+    ``[tendon]`` stands for both tendons; ``[tendon_b]`` overrides it for unequal tendons. ``tendons = 1`` is a rig with
+    a single tendon, [tendon] or [tendon_a].
 
     Raises
     ------
@@ -100,7 +100,9 @@ def read_rig(path: Path) -> Rig:
 
 
 def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> Rig:
-    """Make a rig of the tables of a rig file, or of :meth:`fem_models.rig.rig.Rig.to_dict`; ``name`` where they have none.
+    """Make a rig from the tables of a rig file or from :meth:`fem_models.rig.rig.Rig.to_dict`.
+
+    ``name`` is used where the tables have none.
 
     Raises
     ------
@@ -143,7 +145,7 @@ def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> R
 def _joint(
     rig: str, tube: Tube | None, notch: Notch | None, bench: MeasuredJoint | None
 ) -> NotchedTube | MeasuredJoint:
-    """Give the joint of the tables that a rig file has."""
+    """Make the joint from the tables of a rig file; the others are None."""
     if bench is None and tube is not None and notch is not None:
         return NotchedTube(tube, notch)
     if bench is not None and tube is None and notch is None:
@@ -152,7 +154,7 @@ def _joint(
 
 
 def _require_sane_integers(table: Mapping[str, Any], where: str, prefix: str = "") -> None:
-    """Refuse integers that TOML does not know but its reader lets through: they overflow as floats."""
+    """Refuse integers beyond 64 bits, which TOML forbids but its reader accepts: they overflow as floats."""
     for key, value in table.items():
         if isinstance(value, int) and not -(2**63) <= value < 2**63:
             raise RigError(f"{where}: {prefix}{key}: an integer of {len(str(abs(value)))} digits: expected 64 bits")

@@ -1,4 +1,4 @@
-"""Tension of a tendon over its stretch: linear in the tube, with a toe region between wheel and base."""
+"""Tension of a tendon over its elongation: linear in the tube, with a toe region between wheel and base."""
 
 from __future__ import annotations
 

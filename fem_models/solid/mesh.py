@@ -100,7 +100,7 @@ def snr_mesh(rig: Rig, *, refinement: float = 1.0, fillet_mm: float = 0.0, path:
     Raises
     ------
     RigError
-        Joints measured on a bench, or a fillet that does not fit the root.
+        Measured joints, or a fillet that does not fit the root.
     RuntimeError
         A mesh with folded elements.
     """

@@ -1,9 +1,9 @@
 """The bent manipulator in three dimensions: a mesh, a picture, a file for ParaView.
 
-The straight tube lies along +x from the base at x = 0, the bending plane is x-y, a positive angle bends towards +y;
-joint i stands at ``(i + 1/2) pitch``, and s is the distance from a joint. Cuts run along z, so what is left of a
-section is ``|y| <= c(s)``, or ``y <= c`` for one-sided slots. Rings stay rigid; a flexure takes its angle as a beam
-under a uniform moment, with a curvature proportional to 1 / I(s) along its neutral axis.
+The straight tube lies along +x from the base at x = 0, the bending plane is x-y, a positive angle bends towards +y.
+Joint i is at ``(i + 1/2) pitch``, and s is the distance from a joint. Cuts run along z: the remaining section is
+``|y| <= c(s)``, or ``y <= c`` for one-sided slots. Rings stay rigid; a flexure bends as a beam under a uniform moment,
+with a curvature proportional to 1 / I(s) along its neutral axis.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ if TYPE_CHECKING:
     import pyvista as pv
 
 
-# A child draws, because VTK may abort the whole process where there is no OpenGL. -P keeps the working folder from
+# A child process draws, because VTK may abort the whole process without OpenGL. -P keeps the working folder from
 # shadowing modules; the folder of this package goes last on the path, for a source tree that is not installed.
 COMMAND = (
     sys.executable,
     "-P",
     "-c",
-    "import sys; sys.path.append(sys.argv[1]); from fem_models.view import manipulator; manipulator._draw_job(sys.stdin.buffer)",
+    "import sys; sys.path.append(sys.argv[1]); from fem_models.view.manipulator import _draw_job; "
+    "_draw_job(sys.stdin.buffer)",
     str(Path(__file__).parents[2]),
 )
 TIME_LIMIT_S = 120.0
@@ -47,7 +48,7 @@ LEAST_INK = 0.01  # share of pixels that are not background
 
 _STEEL = "#b9c0c9"
 _HEAT = (_STEEL, "#f2c14e", "#e4572e", "#8c1c13")  # from unstrained to most strained
-_ROPES = {"a": "#1f5fa8", "b": "#2a8c55", "axis": "#6b7280"}
+_LINES = {"a": "#1f5fa8", "b": "#2a8c55", "axis": "#6b7280"}
 _VIEW = (-0.32, 0.34, 1.0)  # from the focus to the camera
 _METAL: dict[str, Any] = {"specular": 0.5, "specular_power": 20.0, "smooth_shading": True, "split_sharp_edges": True}
 _BAR: dict[str, Any] = {
@@ -82,7 +83,7 @@ class SceneError(RuntimeError):
 
 @dataclass(frozen=True)
 class _Outline:
-    """What is drawn, in mm. ``shape`` is None for joints measured on a bench: plain rings, their flexures unknown."""
+    """Dimensions of the drawing, mm. ``shape`` is None for measured joints: plain rings, their flexures unknown."""
 
     shape: NotchShape | None
     outer: float
@@ -105,14 +106,14 @@ class _Spine:
     neutral: float
 
     def place(self, k: Ints, y: Floats) -> tuple[Floats, Floats]:
-        """Where the points of the straight tube at section k and height y come to stand: x and y."""
+        """Bent position (x, y) of the points of the straight tube at section k and height y."""
         lever = y - self.neutral
         return self.along[k] - lever * np.sin(self.angle[k]), self.across[k] + lever * np.cos(self.angle[k])
 
 
 def _outline(rig: Rig) -> _Outline:
     if isinstance(rig.joint, MeasuredJoint):
-        outer = 1.15 * max(rope.moment_arm_mm for rope in rig.tendons)
+        outer = 1.15 * max(tendon.moment_arm_mm for tendon in rig.tendons)
         return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0)
     tube, notch = rig.joint.tube, rig.joint.notch
     outer = tube.outer_diameter_mm / 2
@@ -128,7 +129,7 @@ def _radians(rig: Rig, joint_angles_deg: ArrayLike) -> Floats:
 
 
 def _local_stations(rig: Rig, outline: _Outline, detail: float) -> Floats:
-    """Sections of one pitch, s from -pitch/2 to pitch/2: close where the cut or the strain varies."""
+    """Sections of one pitch, s from -pitch/2 to pitch/2; dense where the cut or the strain varies."""
 
     def count(full: int) -> int:
         return max(3, round(detail * full))
@@ -158,8 +159,8 @@ def _spine(rig: Rig, outline: _Outline, joint_angles_deg: ArrayLike, detail: flo
     keep = np.ones((rig.joints, local.size), dtype=bool)
     keep[1:, 0] = False  # the end of a pitch is the start of the next
     x = ((np.arange(rig.joints)[:, None] + 0.5) * rig.pitch_mm + local)[keep]
-    turned = (np.cumsum(angles) - angles)[:, None] + angles[:, None] * np.interp(local, fine, share / share[-1])
-    angle = turned[keep]
+    rotation = (np.cumsum(angles) - angles)[:, None] + angles[:, None] * np.interp(local, fine, share / share[-1])
+    angle = rotation[keep]
     # From section to section the line is an arc: exact for slots, the mean curvature of the interval for a V.
     half_turn = np.diff(angle) / 2
     chord = np.diff(x) * np.sinc(half_turn / np.pi)
@@ -240,18 +241,18 @@ def tube_mesh(rig: Rig, joint_angles_deg: ArrayLike, *, detail: float = 1.0) -> 
     Parameters
     ----------
     rig
-        A rig with tube and notch; joints measured on a bench are drawn as plain rings without flexures.
+        A rig with tube and notch; measured joints are drawn as plain rings without flexures.
     joint_angles_deg
         Shape (joints,), base to tip.
     detail
-        Density of the mesh along the tube and around it; 1 is for pictures. Less is for pages that turn the tube in a
-        browser: about a quarter leaves a tenth of the points. The strain at the root of the notch stays what it is.
+        Density of the mesh along the tube and around it; 1 is for pictures. Smaller values are for interactive views in
+        a browser: about a quarter leaves a tenth of the points. The strain at the root of the notch does not change.
 
     Returns
     -------
     pyvista.PolyData
         Closed surface in mm. Point data ``strain_percent``: distance from the neutral axis times curvature in the
-        flexures, at the root of the notch :func:`fem_models.joint.flexure.peak_strain_per_rad` of the joint's angle; 0 in rings.
+        flexures; 0 in rings. At the root of the notch it is ``JointMechanics.peak_strain_per_rad`` times the angle.
 
     Raises
     ------
@@ -260,7 +261,7 @@ def tube_mesh(rig: Rig, joint_angles_deg: ArrayLike, *, detail: float = 1.0) -> 
     RigError
         As :func:`fem_models.joint.section.section`.
     """
-    import pyvista as pv  # takes a second to import: only who draws waits for it
+    import pyvista as pv  # takes a second to import: only drawing waits for it
 
     points, cells, strain = _bent_wall(rig, joint_angles_deg, detail)
     grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: cells}, points)
@@ -269,7 +270,7 @@ def tube_mesh(rig: Rig, joint_angles_deg: ArrayLike, *, detail: float = 1.0) -> 
 
 
 def tendon_lines(rig: Rig, joint_angles_deg: ArrayLike) -> dict[str, Floats]:
-    """Way of tendons ``a`` and, if any, ``b``: arrays (k, 3) in mm, along the rings and straight across the openings.
+    """Paths of tendons ``a`` and, if any, ``b``: arrays (k, 3) in mm, along the rings and straight across the openings.
 
     They start one pitch before the base, at y = +-moment_arm_mm. Raises as :func:`tube_mesh`.
     """
@@ -279,8 +280,8 @@ def tendon_lines(rig: Rig, joint_angles_deg: ArrayLike) -> dict[str, Floats]:
     at_edge[[0, -1]] = True
     k = np.flatnonzero(at_edge)
     lines = {}
-    for name, side, rope in zip("ab", (1, -1), rig.tendons, strict=False):
-        y = side * rope.moment_arm_mm
+    for name, side, tendon in zip("ab", (1, -1), rig.tendons, strict=False):
+        y = side * tendon.moment_arm_mm
         line = np.column_stack([*spine.place(k, np.full(k.size, y)), np.zeros(k.size)])
         lines[name] = np.concatenate([[[-rig.pitch_mm, y, 0.0]], line])
     return lines
@@ -307,8 +308,8 @@ def write_vtu(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
 def render(rig: Rig, joint_angles_deg: ArrayLike, path: Path, *, window: tuple[int, int] = (1400, 900)) -> None:
     """Draw the bent manipulator with its tendons into a PNG.
 
-    A child process draws. A crash of the renderer, no OpenGL, or a picture that shows nothing end in a SceneError,
-    and what stood at ``path`` stays as it was.
+    A child process draws. A crash of the renderer, a missing OpenGL or an empty picture raise a SceneError and leave
+    the file at ``path`` unchanged.
 
     Parameters
     ----------
@@ -334,7 +335,7 @@ def render(rig: Rig, joint_angles_deg: ArrayLike, path: Path, *, window: tuple[i
 
 @contextmanager
 def _staged(path: Path) -> Iterator[Path]:
-    """Give a file beside ``path`` to write to, and put it in place when the block ends without an error."""
+    """Yield a temporary file beside ``path``, and move it there when the block ends without an error."""
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     except OSError as error:
@@ -343,7 +344,7 @@ def _staged(path: Path) -> Iterator[Path]:
     half = Path(name)
     try:
         yield half
-        half.chmod(0o644)  # mkstemp's files are the owner's alone
+        half.chmod(0o644)  # mkstemp lets only the owner read
         half.replace(path)
     except OSError as error:
         raise SceneError(f"{path}: {error.strerror or error}") from None
@@ -352,7 +353,7 @@ def _staged(path: Path) -> Iterator[Path]:
 
 
 def _run(job: bytes) -> None:
-    # Without a display VTK goes off screen (EGL) by itself; with one that is dead it may abort.
+    # Without a display VTK renders off screen (EGL) by itself; with a dead display it may abort.
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     try:
         child = subprocess.run(
@@ -366,12 +367,12 @@ def _run(job: bytes) -> None:
         name = signal.Signals(-child.returncode).name
         raise SceneError(f"the renderer crashed with {name}: is there an OpenGL on this machine?")
     if child.returncode:
-        said = child.stderr.decode(errors="replace").strip().splitlines() or ["nothing said"]
-        raise SceneError(f"the renderer failed with exit code {child.returncode}: {said[-1].strip()[:200]}")
+        printed = child.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
+        raise SceneError(f"the renderer failed with exit code {child.returncode}: {printed[-1].strip()[:200]}")
 
 
 def _ink(path: Path) -> float:
-    """Share of the pixels left of the scalar bar that are not white."""
+    """Share of the pixels that are not white, to the left of the scalar bar."""
     from matplotlib.image import imread
 
     try:
@@ -401,20 +402,20 @@ def _draw(rig: Rig, joint_angles_deg: Floats, path: Path, window: tuple[int, int
     else:
         plotter.add_mesh(wall, color=_STEEL, **_METAL)
     lines = tendon_lines(rig, joint_angles_deg)
-    if outline.shape is None:  # rings alone would float
+    if outline.shape is None:  # rings without flexures are not connected
         spine = _spine(rig, outline, joint_angles_deg)
         lines["axis"] = np.column_stack([spine.along, spine.across, np.zeros(spine.x.size)])
     drawn = [wall]
     for name, line in lines.items():
         drawn.append(pv.lines_from_points(line).tube(radius=0.035 * outline.outer, n_sides=16))
-        plotter.add_mesh(drawn[-1], color=_ROPES[name], specular=0.3, smooth_shading=True)
+        plotter.add_mesh(drawn[-1], color=_LINES[name], specular=0.3, smooth_shading=True)
     _frame(plotter, drawn)
     plotter.screenshot(str(path))
     plotter.close()
 
 
 def _frame(plotter: pv.Plotter, drawn: list[pv.PolyData]) -> None:
-    """Look at the bending plane from a little above and before the base; add a scale in mm and the axes."""
+    """View the bending plane obliquely, from above and in front of the base; add a scale in mm and the axes."""
     import pyvista as pv
 
     points = np.concatenate([mesh.points for mesh in drawn])
@@ -431,8 +432,8 @@ def _frame(plotter: pv.Plotter, drawn: list[pv.PolyData]) -> None:
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)
     below = np.array([[left, down - 0.07 * size, 0.0]])  # the foot of the label
-    seen = np.concatenate([points, below]) @ np.column_stack([right, up])
-    middle, half = (seen.max(axis=0) + seen.min(axis=0)) / 2, np.ptp(seen, axis=0) / 2
+    projected = np.concatenate([points, below]) @ np.column_stack([right, up])
+    middle, half = (projected.max(axis=0) + projected.min(axis=0)) / 2, np.ptp(projected, axis=0) / 2
     aspect = plotter.window_size[0] / plotter.window_size[1]
     scale = max(half[1] / 0.92, half[0] / (0.8 * aspect))
     focus = right * (middle[0] + 0.14 * scale * aspect) + up * middle[1]  # the right eighth is the scalar bar's

@@ -1,4 +1,4 @@
-"""One SNR as a solid, seen: mesh, bent shape and strain as a picture, and a file for ParaView."""
+"""Pictures of one single notched ring (SNR) as a solid: mesh, bent shape and strain; and a file for ParaView."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def as_meshio(solid: Solid, field_mm: Floats) -> meshio.Mesh:
 
 
 def bent_mesh(joint: QuarterJoint, bent: BentJoint, mesh: MeshTet2) -> meshio.Mesh:
-    """Return the whole SNR bent as the nonlinear solution has it, with the fields of :func:`as_meshio`.
+    """Return the whole SNR, bent by the nonlinear solution, with the fields of :func:`as_meshio`.
 
     The principal strain is logarithmic, the equivalent one the transformation strain plus stress over E; ``mesh`` is
     that of :func:`fem_models.solid.mesh.snr_mesh` with the settings of the joint.
@@ -87,8 +87,8 @@ def draw_strain(
 ) -> None:
     """Draw mesh, and the bent shape in its true size coloured by equivalent strain, into a PNG.
 
-    Metal beyond ``limit`` (a strain, as of :func:`fem_models.solid.strain.superelastic_limit`) is drawn in a colour of
-    its own. A child process draws: VTK may abort the whole process where there is no OpenGL.
+    Metal beyond ``limit`` (a strain, as of :func:`fem_models.solid.strain.superelastic_limit`) is drawn in another
+    colour. A child process draws: VTK may abort the whole process without OpenGL.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def draw_mesh(mesh: meshio.Mesh, path: Path, *, limit: float, window: tuple[int,
 
 @contextmanager
 def _staged(path: Path) -> Iterator[Path]:
-    """Give a file in a folder beside ``path`` to write to, and put it in place when the block ends without an error."""
+    """Yield a file in a folder beside ``path``, and move it there when the block ends without an error."""
     try:
         with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as folder:
             half = Path(folder) / path.name
@@ -120,7 +120,7 @@ def _staged(path: Path) -> Iterator[Path]:
 
 
 def _headless() -> None:
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):  # a dead display would abort VTK; without one it draws off screen
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):  # a dead display would abort VTK; without any it renders off screen
         os.environ.pop(name, None)
 
 

@@ -245,7 +245,7 @@ def _loop(rig: Rig, run: Run) -> Quantities:
 
 
 def _strain(rig: Rig, drive: Floats, strain: Floats) -> Quantities:
-    """Numbers of the group ``strain``; none for joints measured on a bench, whose section is not known."""
+    """Numbers of the group ``strain``; none for measured joints, whose section is not known."""
     if not np.isfinite(strain).all():
         return {}
     fatigue, plateau, superelastic = limits_passed(drive, strain, strain_limits(rig))

@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 
 from fem_models.joint.flexure import closure_angle_rad
 from fem_models.joint.strain import limits_passed, strain_limits
-from fem_models.load_control import pull
+from fem_models.load_control import run_load_control
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.presets import preset
@@ -184,7 +184,7 @@ def _hinge_angle_deg(rig: Rig) -> float:
 def predict(rig: Rig, force_N: Floats) -> Floats:
     """Notch angles, deg, shape (m, 5), at forces of loading trials, shape (m,): every one is gone up to from rest."""
     levels, which = np.unique(force_N, return_inverse=True)
-    return pull(rig, levels).notches_deg[which]
+    return run_load_control(rig, levels).notches_deg[which]
 
 
 def error(rig: Rig, trials: Trials) -> Error:
@@ -303,7 +303,7 @@ def strain_table(rigs: Mapping[str, Rig], largest_N: Mapping[str, float]) -> str
     """Peak strain per load and where limits are passed, as Markdown."""
     lines = ["| tube | limit | strain, % | passed at, N | notch | largest in the run, % | source |", "|---" * 7 + "|"]
     for tube, rig in rigs.items():
-        run = pull(rig, np.linspace(0.0, largest_N[tube], 201))
+        run = run_load_control(rig, np.linspace(0.0, largest_N[tube], 201))
         for p in limits_passed(run.force_N, run.peak_strain, strain_limits(rig)):
             at = "not" if p.drive is None else f"{p.drive:.2f}"
             lines.append(
@@ -317,7 +317,7 @@ def load_table(rigs: Mapping[str, Rig], largest_N: Mapping[str, float]) -> str:
     """Tip angle and peak strain of the first and the last notch over the force, as Markdown."""
     lines = ["| tube | force, N | tip, deg | peak strain, first notch, % | last notch, % |", "|---|---|---|---|---|"]
     for tube, rig in rigs.items():
-        run = pull(rig, np.linspace(0.0, largest_N[tube], 9))
+        run = run_load_control(rig, np.linspace(0.0, largest_N[tube], 9))
         for force, tip, strain in zip(run.force_N, run.angle_deg, 100 * run.peak_strain, strict=True):
             lines.append(f"| '{tube}' | {force:.2f} | {tip:.1f} | {strain[0]:.2f} | {strain[-1]:.2f} |")
     return "\n".join(lines)
@@ -337,10 +337,10 @@ def figure(data: Mapping[str, Trials], fits: list[Fit], path: Path) -> None:
         top.plot(trials.force_N[seen], trials.tip_deg[seen], ".", color="0.6", label="training trials")
         top.plot(trials.force_N[~seen], trials.tip_deg[~seen], "x", color="k", ms=4, label="held out")
         for f, colour in zip((f for f in fits if f.tube == tube), ("C1", "C2", "C4", "C0"), strict=True):
-            run = pull(wrist(tube, f.stage, f.values, rest), force)
+            run = run_load_control(wrist(tube, f.stage, f.values, rest), force)
             top.plot(force, run.angle_deg, color=colour, lw=1.2, label=f.stage.name)
         crossed = next(f for f in fits if f.tube != tube and f.stage is FULL)
-        run = pull(wrist(tube, FULL, crossed.values, rest), force)
+        run = run_load_control(wrist(tube, FULL, crossed.values, rest), force)
         top.plot(force, run.angle_deg, "--", color="C3", label=f"constants of '{crossed.tube}'")
         for notch in range(trials.notches_deg.shape[1]):
             bottom.plot(trials.force_N, trials.notches_deg[:, notch], ".", ms=3, color=f"C{notch}")

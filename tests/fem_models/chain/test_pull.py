@@ -17,7 +17,7 @@ from fem_models.joint.flexure import closure_angle_rad, flexure, moment_arms_mm,
 from fem_models.joint.section import section, section_fibres
 from fem_models.joint.strain import FATIGUE, StrainLimit, limits_passed, peak_strain, strain_limits
 from fem_models.load.program import LoadProgram
-from fem_models.load_control import pull
+from fem_models.load_control import run_load_control
 from fem_models.multibody.dynamic import solve_dynamic
 from fem_models.multibody.quasi_static import solve_multibody, solve_pulled_multibody
 from fem_models.rig.checks import RigError, SolverError
@@ -47,7 +47,7 @@ UP_AND_BACK = np.concatenate([[0.0], np.linspace(0.1, 1.9, 10), np.linspace(1.7,
 def test_both_engines_agree_notch_by_notch_on_the_way_up_and_back(name):
     # without closure the softened notches fold up near 1.6 N: the measured wrists' loads there end at 1.2 N
     force = UP_AND_BACK * (0.6 if name == "superelastic" else 1.0)
-    chain, multibody = pull(STAGES[name], force), pull(STAGES[name], force, "multibody")
+    chain, multibody = run_load_control(STAGES[name], force), run_load_control(STAGES[name], force, "multibody")
     # what is left is the ring's compliance, in series with every joint in one engine only: docs/validation/wrists.md
     assert np.abs(chain.notches_deg - multibody.notches_deg).max() <= 0.1
     assert np.abs(chain.angle_deg - multibody.angle_deg).max() <= 0.0025 * np.abs(chain.angle_deg).max()
@@ -59,14 +59,14 @@ def test_a_small_force_bends_each_joint_by_force_times_arm_over_stiffness():
     force, rest = 0.01, np.radians(LINEAR.precurvature_deg)
     arm, k = moment_arms_mm(LINEAR)[0], flexure(LINEAR).bending_Nmm_per_rad
     for engine in ("chain", "multibody"):
-        turned = np.radians(pull(LINEAR, [0.0, force], engine).notches_deg[-1]) - rest
+        turned = np.radians(run_load_control(LINEAR, [0.0, force], engine).notches_deg[-1]) - rest
         # first order in the angle, but for the arm's cos and the ring in series: 2 %
         np.testing.assert_allclose(turned, force * arm / k, rtol=0.02)
 
 
 def test_without_load_the_rig_stands_at_its_precurvature():
     for engine in ("chain", "multibody"):
-        still = pull(WRIST, [0.0], engine)
+        still = run_load_control(WRIST, [0.0], engine)
         np.testing.assert_allclose(still.notches_deg, WRIST.precurvature_deg, atol=1e-6)
         np.testing.assert_allclose(still.peak_strain, 0.0, atol=1e-8)
 
@@ -87,7 +87,9 @@ def test_winding_by_a_drive_gives_the_same_angles_at_the_same_tensions(name):
     drive = np.concatenate([np.linspace(0.0, 2.5, 26), np.linspace(2.4, 0.2, 23)])
     for solve in (solve_chain, solve_multibody):
         wound = solve(rig, LoadProgram(drive)).record
-        pulled = pull(rig, np.maximum(wound.tension_a_N, 0.0), "chain" if solve is solve_chain else "multibody")
+        pulled = run_load_control(
+            rig, np.maximum(wound.tension_a_N, 0.0), "chain" if solve is solve_chain else "multibody"
+        )
         # the chain to rounding; the multibody model's friction ends at a tolerance
         atol = 1e-6 if solve is solve_chain else 0.01
         np.testing.assert_allclose(pulled.angle_deg, wound.angle_deg, atol=atol)
@@ -101,7 +103,7 @@ def test_a_smaller_step_of_the_force_changes_nothing_to_speak_of():
 
 
 def test_unloading_stays_above_loading_and_comes_home():
-    run = pull(WRIST, UP_AND_BACK)
+    run = run_load_control(WRIST, UP_AND_BACK)
     up = np.interp([0.7, 1.1, 1.5], run.force_N[:11], run.angle_deg[:11])
     back = np.interp([0.7, 1.1, 1.5], run.force_N[:9:-1], run.angle_deg[:9:-1])
     assert (back > up + 2).all()
@@ -138,7 +140,7 @@ def test_the_gap_of_the_energies_closes_at_first_order_in_the_step_of_the_force(
 def test_more_force_bends_more_and_friction_lets_no_notch_bend_more_than_the_one_before(force, mu, plateau, rest):
     law = replace(WRIST.superelastic, plateau_MPa=plateau, unloading_plateau_MPa=0.4 * plateau)
     rig = replace(WRIST, superelastic=law, friction=Friction(capstan_coefficient=mu), precurvature_deg=rest)
-    run = pull(rig, [0.5 * force, force])
+    run = run_load_control(rig, [0.5 * force, force])
     assert (np.diff(run.angle_deg) > 0).all()
     assert (np.diff(run.notches_deg, axis=1) <= 1e-6).all()
 
@@ -180,7 +182,7 @@ def test_a_climbing_plateau_has_its_slope():
     expected = flexure(rig).bending_Nmm_per_rad * 4.0 / rig.material.youngs_modulus_GPa
     assert slope == pytest.approx(expected, rel=0.03)
     with pytest.raises(RigError, match=r"plateau_modulus_GPa = 90.0: expected below"):
-        pull(replace(rig, superelastic=replace(law, plateau_modulus_GPa=90.0)), [0.1])
+        run_load_control(replace(rig, superelastic=replace(law, plateau_modulus_GPa=90.0)), [0.1])
 
 
 def test_peak_strain_is_counted_from_rest():
@@ -204,7 +206,7 @@ def test_limits_are_passed_on_the_line_between_samples():
 
 def test_limits_of_a_wrist_come_in_their_order():
     fatigue, start, end = limits_passed(
-        UP_AND_BACK[:11], pull(WRIST, UP_AND_BACK[:11]).peak_strain, strain_limits(WRIST)
+        UP_AND_BACK[:11], run_load_control(WRIST, UP_AND_BACK[:11]).peak_strain, strain_limits(WRIST)
     )
     assert fatigue.drive < start.drive < end.drive
     assert start.limit.strain == pytest.approx(WRIST.superelastic.plateau_MPa / WRIST.material.youngs_modulus_GPa / 1e3)
@@ -232,7 +234,7 @@ def test_one_tendon_moves_in_time():
 
 
 def test_a_run_by_force_is_a_record(tmp_path: Path):
-    run = pull(WRIST, UP_AND_BACK)
+    run = run_load_control(WRIST, UP_AND_BACK)
     write_record(run.record, tmp_path / "run.csv")
     again = read_record(tmp_path / "run.csv")
     assert again.drive_unit == "N"
@@ -252,14 +254,14 @@ def test_a_run_by_force_is_a_record(tmp_path: Path):
 )
 def test_what_cannot_be_pulled_is_refused(rig, force, message):
     with pytest.raises(RigError) as caught:
-        pull(rig, force)
+        run_load_control(rig, force)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_without_contact_closed_notches_are_refused():
     with pytest.raises(SolverError, match=r"its notch closes at 30\.\d deg"):
-        pull(replace(WRIST, closure=None), UP_AND_BACK)
+        run_load_control(replace(WRIST, closure=None), UP_AND_BACK)
 
 
 def test_one_tendon_in_drive_control_with_the_other_effects_of_time():

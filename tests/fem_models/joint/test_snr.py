@@ -338,7 +338,7 @@ def test_bench_joint_gives_what_was_measured_and_nothing_else():
     assert float(theta_sum(rig, 10.0)) == pytest.approx(14 * 10 * 2.62 / 520)
     assert np.isnan(peak_strain_per_rad(rig))
     for ask in (lambda: notched_tube(rig), lambda: theta_sum(rig, 1.0, 2), lambda: beam(rig)):
-        with pytest.raises(RigError, match=r"measured on a bench: expected \[tube\] and \[notch\]"):
+        with pytest.raises(RigError, match=r"measured joints: expected \[tube\] and \[notch\]"):
             ask()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fem_models.load_control import pull
+from fem_models.load_control import run_load_control
 from fem_models.rig.presets import preset
 from validation.measured.wrists import (
     FULL,
@@ -109,7 +109,7 @@ def test_no_model_can_go_far_below_the_spread_of_the_trials(trials, fits):
 def test_both_engines_say_the_same_of_a_measured_wrist(trials):
     for tube in TUBES:
         rig, force = preset(f"notched-wrist-{tube}"), np.unique(trials[tube].force_N)[::6]
-        chain, multibody = pull(rig, force), pull(rig, force, "multibody")
+        chain, multibody = run_load_control(rig, force), run_load_control(rig, force, "multibody")
         assert np.abs(chain.notches_deg - multibody.notches_deg).max() <= 0.1
 
 
