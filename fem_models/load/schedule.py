@@ -93,7 +93,7 @@ def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
     """
     force = np.array(force_N, dtype=float)
     if rig.tendon_b is not None:
-        raise RigError(f"rig {rig.name}: two tendons: expected a single one, whose force is the only load")
+        raise RigError(f"rig {rig.name}: two tendons: expected a rig of one tendon under load control")
     for name in ("drag", "preload_loss", "fatigue"):
         if getattr(rig, name) is not None:
             raise RigError(f"rig {rig.name}: {name}: expected a rig without it under load control")

@@ -350,7 +350,7 @@ def test_record_names_its_preset():
     assert simulate_analytic(rig, program).rig == {"preset": "du2018", "preload_N": 10.0}
 
 
-def test_effects_that_the_analytic_model_does_not_know_are_refused():
+def test_effects_that_the_analytic_model_lacks_are_refused():
     rig = replace(V, gravity=Gravity(ring_mass_g=1.0))
-    with pytest.raises(RigError, match=r"\[gravity\]: the analytic model does not know it"):
+    with pytest.raises(RigError, match=r"\[gravity\]: not part of the analytic model"):
         simulate_analytic(rig, triangle(1.0))

@@ -246,7 +246,7 @@ WHITE = (
     [
         ("import os; os.abort()", "crashed with SIGABRT"),
         ("raise SystemExit('no EGL device')", "exit code 1: no EGL device"),
-        ("import sys; sys.exit(7)", "exit code 7: nothing said"),
+        ("import sys; sys.exit(7)", "exit code 7: no message"),
         ("pass", "no readable picture"),
         (WHITE, "empty picture: 0 %"),
         ("import time; time.sleep(60)", "did not end within 1 s"),
