@@ -51,7 +51,7 @@ def by_runge_kutta(path, model):
     return sign * np.array(out)
 
 
-# --- numbers known from elsewhere --------------------------------------------------------------------------------
+# --- independent references --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("model", [PAPER, MIRRORED])
@@ -60,7 +60,7 @@ def test_saturation_of_the_paper(model):
     assert model.saturation_deg == pytest.approx(2.754, abs=1e-3)
     h = hysteresis(LOOP, model)
     assert np.abs(h).max() == pytest.approx(2.754, abs=1e-3)
-    assert h[22] == pytest.approx(math.copysign(2.754, model.A), abs=1e-3)  # end of the way up
+    assert h[22] == pytest.approx(math.copysign(2.754, model.A), abs=1e-3)  # end of the rising branch
 
 
 @pytest.mark.parametrize("n", [1.0, 1.176, 1.5, 2.0, 2.3, 3.0])
@@ -77,22 +77,22 @@ def test_monotonic_branch_is_the_hypergeometric_one(n, sign, start):
 
 @settings(max_examples=150)
 @given(admissible(), st.floats(1, 3), st.floats(-1, 1), st.floats(-5, 5))
-def test_branch_of_any_model_is_the_hypergeometric_one(model, n, start, way):
-    """Relative error of 1e-8 for n in 1..3, near h = 0 of the saturation; ``way`` is in paths to saturation."""
+def test_branch_of_any_model_is_the_hypergeometric_one(model, n, start, distance):
+    """Relative error of 1e-8 for n in 1..3, near h = 0 of the saturation; ``distance`` is in paths to saturation."""
     beta, gamma = (value / (model.beta + model.gamma) for value in (model.beta, model.gamma))
     assume(gamma > -0.99 * beta)
     saturation = 10 ** (10 * start % 1)
     slope = abs(model.A)
     scale = slope / saturation**n
     unit = BoucWen(math.copysign(slope, model.A), scale * beta, scale * gamma, n)
-    h0, f1 = start * unit.saturation_deg, way * unit.saturation_deg / slope
+    h0, f1 = start * unit.saturation_deg, distance * unit.saturation_deg / slope
     exact = branch_closed_form(h0, 0.0, f1, unit)
     h = hysteresis([0.0, f1], replace(unit, h0_deg=h0))[-1]
     assert h == pytest.approx(exact, rel=1e-8, abs=1e-11 * unit.saturation_deg)
 
 
 def test_rate_does_not_matter():
-    """The same path at another pace (other samples of a sine) gives the same loop to 1e-8."""
+    """The same path at another rate (other samples of a sine) gives the same loop to 1e-8."""
     places = np.linspace(-40, 40, 81)
     fine = np.unique(np.concatenate([places, 40 * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 3001))]))
     for model in (PAPER, replace(MIRRORED, n=2.7)):
@@ -162,7 +162,7 @@ def test_bounded_and_finite(model, path):
 @settings(max_examples=150)
 @given(admissible(), PATHS, st.lists(st.floats(0, 1), min_size=1, max_size=20))
 def test_sampling_of_the_path_does_not_matter(model, path, between):
-    """Points put between two samples, and samples repeated, leave h as it was."""
+    """Additional points between two samples, and repeated samples, do not change h."""
     parts = np.concatenate([[0.0, 0.0], np.sort(between)])
     fine = np.concatenate([(a + (b - a) * parts) for a, b in pairwise(path)] + [path[-1:]])
     h = hysteresis(fine, model)[:: len(parts)]
@@ -206,13 +206,13 @@ def test_batch_is_the_single_one():
     assert (h[3] == 0).all()  # A = 0: no hysteresis
 
 
-def test_closed_form_of_no_way_and_of_a_long_way():
+def test_closed_form_of_a_path_of_zero_and_of_a_long_path():
     assert branch_closed_form(0.7, 3.0, 3.0, PAPER) == 0.7
     assert branch_closed_form(0.0, 0.0, -1e4, PAPER) == pytest.approx(-PAPER.saturation_deg)
     assert branch_closed_form(PAPER.saturation_deg, 0.0, 1.0, PAPER) == pytest.approx(PAPER.saturation_deg)
 
 
-# --- what is refused ---------------------------------------------------------------------------------------------
+# --- errors ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Identification: parameters that are known come back, what is held out stays unseen, real records are predicted."""
+"""Identification: known parameters are recovered, held-out samples are not used, measured records are predicted."""
 
 import json
 import random
@@ -46,7 +46,7 @@ def comparable(fit):
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_the_papers_parameters_come_back_from_a_clean_loop(sign):
+def test_parameters_of_the_paper_are_recovered_without_noise(sign):
     true = PAPER | {"A": sign * 1.895}
     record = loop(BoucWen(**true))
     fit = identify(replace(record, angle_deg=record.angle_deg + 0.7), analytic)
@@ -59,7 +59,7 @@ def test_the_papers_parameters_come_back_from_a_clean_loop(sign):
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_intervals_hold_the_truth_under_noise(sign):
+def test_intervals_contain_the_true_parameters_under_noise(sign):
     true = BoucWen(**PAPER | {"A": sign * 1.895}, h0_deg=0.5)
     fit = identify(loop(true, noise=0.05), analytic)
     for name in ("A", "beta", "gamma", "n", "h0_deg"):
@@ -67,13 +67,13 @@ def test_intervals_hold_the_truth_under_noise(sign):
         assert found.low <= getattr(true, name) <= found.high, name
         assert found.low <= found.value <= found.high, name
     assert fit.saturation_deg.low <= true.saturation_deg <= fit.saturation_deg.high
-    # 0.05 deg of white noise: the error that is left is the noise, within 5 standard deviations of its estimate
+    # 0.05 deg of white noise: the remaining error is the noise, within 5 standard deviations of its estimate
     for part, samples in ((fit.train, 397 - 176), (fit.heldout, 176)):
         assert part.rmse_deg == pytest.approx(0.05, abs=5 * 0.05 / np.sqrt(2 * samples))
 
 
 def test_unknown_geometry_with_a_flat_spot():
-    """f is fitted: its flat spot comes out, and the loop is predicted to a small part of its width of 5.5 deg."""
+    """f is fitted, including its flat spot, and the loop is predicted within a small part of its width of 5.5 deg."""
 
     def slack(drive):
         return 20 * (drive - np.clip(drive, -0.5, 0.5))
@@ -110,7 +110,7 @@ def test_gain_and_zero_of_a_drive_in_steps():
     assert fit.heldout.max_abs_deg < 1e-2
 
 
-def test_the_users_theory_is_the_base():
+def test_the_record_theory_is_used():
     places = np.linspace(-2.5, 2.5, 201)
     record = loop(BoucWen(**PAPER | {"A": -1.895}))
     record = replace(record, kinematics=np.column_stack([places, analytic(places)]))
@@ -124,7 +124,7 @@ def test_the_users_theory_is_the_base():
 @pytest.mark.parametrize("end", [2.2, 3.0])
 @pytest.mark.parametrize("beyond", ["raises", "clipped", "NaN"])
 @pytest.mark.parametrize("gain", [1e-3, -1e-3])  # mm/step
-def test_gain_and_zero_of_kinematics_that_end(end, beyond, gain):
+def test_gain_and_zero_of_kinematics_with_a_limited_range(end, beyond, gain):
     def base(drive):
         inside = np.abs(drive) <= end
         if beyond == "raises" and not inside.all():
@@ -139,7 +139,7 @@ def test_gain_and_zero_of_kinematics_that_end(end, beyond, gain):
     assert fit.heldout.rmse_deg == pytest.approx(0.05, rel=0.25)  # the noise
 
 
-def test_kinematics_of_one_side_only():
+def test_kinematics_defined_on_one_side_only():
     def base(drive):
         if drive.min() < 0:
             raise ValueError("a tendon does not push")
@@ -157,7 +157,7 @@ def test_kinematics_of_one_side_only():
 @pytest.mark.parametrize("drive", [FOUR, CYCLE], ids=["cycles", "blocks"])
 @pytest.mark.parametrize("base", [None, analytic], ids=["fitted", "given"])
 @pytest.mark.parametrize("noise", [0.0, 0.002, 1.0])
-def test_no_hysteresis_is_found_where_there_is_none(drive, base, noise):
+def test_a_curve_without_hysteresis_gives_h_of_zero(drive, base, noise):
     angle = analytic(drive) + noise * np.random.default_rng(7).standard_normal(len(drive))
     fit = identify(Record(drive=drive, angle_deg=angle), base)
     assert fit.warnings == ("no hysteresis above the noise in this record",)
@@ -178,7 +178,7 @@ def test_an_exact_line_is_a_line():
 
 
 def test_flat_kinematics_of_a_scaled_drive_have_no_intervals():
-    """The Jacobian is zero throughout: neither gain nor zero shows."""
+    """The Jacobian is zero: gain and zero are not identifiable."""
     record = Record(drive=FOUR, angle_deg=np.random.default_rng(7).standard_normal(len(FOUR)), drive_unit="deg")
     fit = identify(record, np.zeros_like)
     assert fit.parameters["gain_mm_per_deg"].low is None
@@ -186,7 +186,7 @@ def test_flat_kinematics_of_a_scaled_drive_have_no_intervals():
 
 
 @pytest.mark.parametrize("base", [None, analytic], ids=["fitted", "given"])
-def test_a_small_loop_is_still_found(base):
+def test_a_small_loop_is_found(base):
     """S = 0.02 deg, a 4500th of the range, ten times the noise."""
     small = BoucWen(-0.8, 0.8 / 0.02**1.5, 0.0, 1.5)
     fit = identify(loop(small, noise=0.002), base)
@@ -194,10 +194,10 @@ def test_a_small_loop_is_still_found(base):
     assert fit.heldout.rmse_deg < 0.15 * fit.baseline_heldout.rmse_deg
 
 
-# --- fairness ----------------------------------------------------------------------------------------------------
+# --- training and held-out samples -------------------------------------------------------------------------------
 
 
-def test_cycles_are_held_out_where_there_are_several():
+def test_cycles_are_held_out_of_several():
     record = loop(BoucWen(-1.0, 0.2, 0.1, 2.0))
     split = hold_out(record)
     assert split.by.startswith("cycle 3,")
@@ -224,7 +224,7 @@ def test_blocks_are_held_out_of_a_single_cycle():
 
 @pytest.mark.parametrize("drive", [FOUR, CYCLE], ids=["cycles", "blocks"])
 @pytest.mark.parametrize("base", [None, analytic], ids=["fitted", "given"])
-def test_held_out_angles_are_never_seen(drive, base):
+def test_heldout_angles_do_not_change_the_fit(drive, base):
     record = loop(BoucWen(-1.0, 0.3, 0.1, 1.5), drive=drive, noise=0.05)
     heldout = hold_out(record).heldout
     spoilt = replace(record, angle_deg=record.angle_deg + 20 * heldout)
@@ -263,7 +263,7 @@ def test_a_fitted_curve_is_monotone_with_the_slopes_of_its_coefficients(slopes, 
 # --- the result --------------------------------------------------------------------------------------------------
 
 
-def test_a_seed_gives_one_result_and_leaves_the_world_alone(capfd):
+def test_a_seed_gives_one_result_without_side_effects(capfd):
     record = loop(BoucWen(-1.0, 0.3, 0.1, 1.5), noise=0.1)
     ours, theirs = random.getstate(), np.random.get_state()[1].copy()  # noqa: NPY002
     seen = []
@@ -317,14 +317,14 @@ def test_the_papers_fitness_does_not_determine_the_loop():
     assert any("eq. 8" in text for text in paper.warnings)
 
 
-def test_a_loop_that_does_not_saturate_is_warned_of():
+def test_a_loop_without_saturation_gives_a_warning():
     # 3 deg of f, and S = 20 deg
     fit = identify(loop(BoucWen(-0.5, 0.02, 0.005, 1.0), f=lambda x: 0.7 * x, noise=0.002), lambda x: 0.7 * x)
     assert any("saturation" in text for text in fit.warnings)
 
 
-def test_what_the_samples_do_not_show_has_no_interval():
-    """h saturates within one step of the path: any steep A, any n and any gamma / beta draw the same points."""
+def test_unidentifiable_parameters_have_no_interval():
+    """h saturates within one step of the path: any steep A, any n and any gamma / beta give the same points."""
     point = Point(-1.0, np.array([np.log(20.0), 0.0, np.log(4.0), 0.0, 0.0]), np.zeros(1))
     drive = FOUR[::8]
     form = Form((given_backbone(analytic, drive, drive, "mm"),))
@@ -338,7 +338,7 @@ def test_what_the_samples_do_not_show_has_no_interval():
     assert found["saturation_deg"].low < 1 < found["saturation_deg"].high
 
 
-# --- what is refused ---------------------------------------------------------------------------------------------
+# --- errors ------------------------------------------------------------------------------------------------------
 
 
 def test_bad_records_are_named():
@@ -371,8 +371,8 @@ def test_bad_arguments_are_named():
 @pytest.mark.parametrize(
     ("name", "share"),
     [
-        # Half of what the best curve without hysteresis, of the same freedom, leaves; the catheter's shrinking loops
-        # are beyond the law (its smallest loops are predicted from its largest), and only beat that curve.
+        # Half the error of the best curve without hysteresis of the same form. The law does not describe the shrinking
+        # loops of the catheter (its smallest loops are predicted from its largest): it is only better than the curve.
         ("tee-probe-antero-posterior", 0.5),
         ("surgical-manipulator-0-80", 0.5),
         ("davinci-tool-load050-0.1hz", 0.5),

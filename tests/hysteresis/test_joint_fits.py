@@ -1,4 +1,4 @@
-"""Joint fits of several records, other searches, bootstrap, two elements, and what play operators make of the same."""
+"""Joint fits of several records, search methods, bootstrap, two elements, and the comparison with play operators."""
 
 from dataclasses import replace
 
@@ -28,14 +28,14 @@ def record_of(model, drive=DRIVE, gain=1.0, zero=0.0, noise=0.0, **fields):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_every_search_brings_the_parameters_back(method):
+def test_every_search_method_recovers_the_parameters(method):
     for seed in range(3):
         fit = identify(loop(LAGGING), kinematics, settings=IdentifySettings(method=method, seed=seed))
         assert largest_error(fit, LAGGING) < 1e-4
         assert fit.settings.method == method
 
 
-def test_twenty_seeds_bring_the_parameters_back():
+def test_twenty_seeds_recover_the_parameters():
     assert (
         max(
             largest_error(identify(loop(LAGGING), kinematics, settings=IdentifySettings(seed=seed)), LAGGING)
@@ -45,7 +45,7 @@ def test_twenty_seeds_bring_the_parameters_back():
     )
 
 
-def test_intervals_hold_the_truth():
+def test_intervals_contain_the_true_parameters():
     """Of 40 trials at 95 %, fewer than 33 has a chance of 1 in 500 (binomial); validation runs 200."""
     jacobian, blocks = covered(40)
     for name in NAMES:
@@ -53,8 +53,8 @@ def test_intervals_hold_the_truth():
         assert blocks[name] >= 30, name  # few blocks: a little narrow
 
 
-def test_records_share_the_law_and_keep_what_is_their_own():
-    """Amplitude of h by preload, a zero for each record, and its own first state."""
+def test_records_share_the_law_but_not_amplitude_zero_and_state():
+    """Amplitude of h by preload, and a zero and an initial state for each record."""
     other = BoucWen(LAGGING.A, LAGGING.beta, LAGGING.gamma, LAGGING.n, h0_deg=1.0)
     records = [
         record_of(LAGGING, rig={"preload_N": 10.0}),
@@ -93,7 +93,7 @@ def test_a_delay_is_found():
         identify(loop(LAGGING), kinematics, settings=IdentifySettings(delay=True))
 
 
-def test_two_elements_are_told_from_one():
+def test_two_elements_are_distinguished_from_one():
     """A sharp small element and a soft large one; a loop of one element stays one."""
     path = kinematics(DRIVE)
     sharp, soft = BoucWen(-0.5, 0.5, 0.0, 2.0), BoucWen(-0.3, 0.05, 0.02, 1.0)
@@ -106,7 +106,7 @@ def test_two_elements_are_told_from_one():
     assert identify(loop(LAGGING, 0.05), kinematics, settings=IdentifySettings(elements=None)).form.elements == 1
 
 
-def test_what_the_data_fixes_is_said():
+def test_warnings_name_what_the_data_determines():
     fit = identify(loop(LAGGING, 0.05), kinematics, settings=IdentifySettings(seeds=2))
     assert (fit.settings.seeds, fit.seeds_agreeing) == (2, 2)
     assert set(fit.bootstrap) >= set(PAPER)
@@ -117,7 +117,7 @@ def test_what_the_data_fixes_is_said():
     assert any("only in combination" in text for text in identify(short, lambda x: 0.7 * x).warnings)
 
 
-def test_unlike_drives_do_not_go_together():
+def test_records_of_different_drives_are_refused():
     with pytest.raises(RecordError, match="drive in deg: expected mm"):
         identify([loop(LAGGING), record_of(LAGGING, drive_unit="deg")])
     with pytest.raises(ValueError, match="1 labels: expected one for each of 2"):
@@ -128,16 +128,16 @@ def test_unlike_drives_do_not_go_together():
         identify(loop(LAGGING), settings=IdentifySettings(elements=3))
 
 
-def test_model_between_two_loads():
-    """Saturations of 1 and 4 deg: half-way between their logarithms is 2 deg."""
+def test_interpolation_between_fits_of_two_loads():
+    """Saturations of 1 and 4 deg: the mean of their logarithms is that of 2 deg."""
     law = {1.0: BoucWen(-0.9, 0.6, 0.3, 1.5), 4.0: BoucWen(-0.9, 0.6 / 8, 0.3 / 8, 1.5), 2.0: None}
     law[2.0] = BoucWen(-0.9, 0.6 / 2**1.5, 0.3 / 2**1.5, 1.5)
     low, high = (identify(loop(law[size]), kinematics) for size in (1.0, 4.0))
     np.testing.assert_allclose(between_fits(low, high, 0.5)(DRIVE), loop(law[2.0]).angle_deg, atol=1e-3)
 
 
-def test_load_between_two_of_one_fit():
-    """h of size 1 and 4, zeros of 0 and 2 deg: half-way between, h of size 2 and a zero of 1 deg."""
+def test_interpolation_between_two_loads_of_one_fit():
+    """h of size 1 and 4, zeros of 0 and 2 deg: half-way, h of size 2 and a zero of 1 deg."""
 
     def of_size(a):
         return BoucWen(-0.3 * a, 0.2 * a**-0.5, 0.1 * a**-0.5, 1.5)  # a z obeys eq. 7 with A a, beta a^(1 - n)
@@ -167,15 +167,15 @@ def test_blocks_of_a_mean_are_worth_one_less_than_their_number():
 
 
 def test_one_block_that_sets_a_parameter_has_about_one_degree_of_freedom():
-    """A slope seen in two of ten blocks: no more than those two speak for it."""
+    """Two of ten blocks determine a slope: at most those two count."""
     rows = [np.column_stack([np.ones(6), np.full(6, x)]) for x in (1.0, -1.0, *[0.0] * 8)]
     blocks = _Blocks.of(rows, [np.zeros(6)] * 10)
     assert blocks.freedom(np.array([0.0, 1.0])) < 2.5
     assert blocks.freedom(np.array([1.0, 0.0])) > 7
 
 
-def test_operators_meet_what_is_theirs():
-    """A play is met exactly; a sum of plays, too."""
+def test_operators_fit_their_own_kind_exactly():
+    """A play operator is fitted exactly, and so is a sum of plays."""
     p, out = 0.0, []
     for x in DRIVE:
         p = max(x - 0.3, min(x + 0.3, p))
@@ -206,8 +206,8 @@ def test_smaller_amplitudes_of_the_catheter(measured):
 
 
 @pytest.mark.parametrize("name", ["surgical-manipulator-0-80", "tee-probe-antero-posterior"])
-def test_measured_loops_are_met_better_than_by_play_operators(name, measured):
-    """Same training samples, same freedom of f; less than half of a play's error, on what neither has seen."""
+def test_measured_loops_are_predicted_better_than_by_play_operators(name, measured):
+    """Same training samples and form of f: less than half the error of a play operator on held-out samples."""
     record = read_record(measured / f"{name}.csv")
     split = hold_out(record)
     fit = identify(record)

@@ -51,7 +51,7 @@ def test_asymmetric_law_with_one_beta_is_the_symmetric_one():
 
 @pytest.mark.parametrize("n", [1.0, 1.4, 2.0, 3.0])
 def test_asymmetric_branch_is_the_hypergeometric_one(n):
-    """On one side and one way psi is beta + gamma with h, gamma - beta against it: a branch of the symmetric law."""
+    """On one side, in one direction, psi is beta + gamma with h, gamma - beta against it, as in the symmetric law."""
     model = replace(UNLIKE, n=n, A=1.2, h0_deg=-0.8)
     b1, b2, b3, b4, b5, b6 = model.betas
     onward, against = b1 + b2 + b3 + b4 + b5 + b6, -b1 + b2 - b3 + b4 - b5 + b6  # f above the centre, rising

@@ -107,7 +107,7 @@ def test_parallelogram_is_exact() -> None:
     assert json.loads(json.dumps(width.to_dict()))["max_deg"] == width.max_deg
 
 
-def test_noise_widens_the_widest_place_only() -> None:
+def test_noise_biases_the_largest_width_only() -> None:
     # The width at one drive has the deviation sqrt(2) 0.05 / sqrt(cycles); the expected largest of the absolute
     # values of 87 such normal numbers is 2.7 deviations (87 (2 Phi(z) - 1)^86 integrated): 0.19 and 0.06 deg.
     rng = np.random.default_rng(0)
@@ -162,7 +162,7 @@ def test_approach_and_incomplete_cycles_do_not_count() -> None:
     assert dissipated_area(drive, angle, numbers) == pytest.approx(b * (2 * a - b), rel=1e-12)
 
 
-def test_cycles_numbered_from_their_turning_sample() -> None:
+def test_cycles_numbered_from_their_turning_point() -> None:
     a, b = 2.0, 0.5
     drive = triangle(a, 20, 3)
     numbers = np.minimum(np.arange(len(drive)) // 80, 2) + 1  # +A opens a cycle instead of closing it
@@ -234,7 +234,7 @@ def test_noise_from_repeats() -> None:
     assert noise_floor(Record(drive, angle)) == pytest.approx(0.05, rel=0.1)
 
 
-def test_noise_from_repeats_sampled_at_other_places() -> None:
+def test_noise_from_repeats_sampled_at_other_drives() -> None:
     # Samples of the cycles do not fall together: linear interpolation averages noise, which must be divided out
     # (uncorrected the estimate falls to about sqrt(2/3) = 0.82 of sigma).
     rng = np.random.default_rng(6)
@@ -278,7 +278,7 @@ def test_decaying_cycles_do_not_repeat() -> None:
 
 
 def test_measured_loops(measured: Path) -> None:
-    """Widths against the README of the records: da Vinci tool 4-6 % of range, loops that lag throughout."""
+    """Widths against the README of the records: da Vinci tool 4-6 % of range, all loops lag."""
     for load in ("010", "050", "100"):
         record = read_record(measured / f"davinci-tool-load{load}-0.3hz.csv")
         width = loop_width(record.drive, record.angle_deg)
@@ -291,7 +291,7 @@ def test_measured_loops(measured: Path) -> None:
     assert width.at_zero_deg is None  # the steps run from 1360 to 2801
 
 
-def test_virgin_branch_stays_out_of_the_noise(measured: Path) -> None:
+def test_virgin_branch_is_not_part_of_the_noise(measured: Path) -> None:
     """The virgin branch of this record ends 4 deg from where the cycles run; repeats agree far better."""
     record = read_record(measured / "surgical-manipulator-0-80.csv")
     assert noise_floor(record) < 0.3

@@ -1,4 +1,4 @@
-"""Cases whose right effect left more than the noise in a record that was not fitted, and why it no longer does."""
+"""Cases in which the right effect once left more than the noise in a held-out record, with the cause that was fixed."""
 
 import numpy as np
 import pytest
@@ -11,26 +11,26 @@ from validation.tracing.effect import catalogue
 from validation.tracing.trace import trace_records
 
 CASES = {
-    ("known", "backlash", 1): "play and friction at the base make good for each other, in a valley that ended the fit",
-    ("known", "unequal_tendons", 9): "the rope differs all along, not in its free length alone",
+    ("known", "backlash", 1): "play and friction at the base compensate for each other, and the fit ended in that valley",
+    ("known", "unequal_tendons", 9): "the tendon differs along its whole length, not only in its free length",
     ("known", "thermal_drift", 7): "the drift takes longer than the shortest record",
-    ("unknown", "tendon_slack", 4): "guides have some friction, which the equivalent rig had not",
+    ("unknown", "tendon_slack", 4): "the guides have some friction, which the equivalent rig lacked",
 }
 
 
 @pytest.mark.parametrize(("kind", "label", "number"), CASES, ids=[f"{kind} {label}" for kind, label, _ in CASES])
-def test_a_right_effect_leaves_the_noise_in_a_record_not_fitted(kind, label, number):
+def test_the_right_effect_predicts_a_heldout_record_to_the_noise(kind, label, number):
     """Cases of a retired set of the score (docs/validation/practice.md), at 1.3 to 1.6 times the noise before."""
     case = draw_case("score-3", kind, label, number)
     trace = trace_records(case.records, effects=[effect for effect in catalogue() if effect.name == label])
-    assert trace.grown.names == (label,)
-    assert trace.grown.heldout_rmse_deg < 1.2 * case.truth.noise_deg
+    assert trace.augmented.names == (label,)
+    assert trace.augmented.heldout_rmse_deg < 1.2 * case.truth.noise_deg
 
 
-def test_the_first_sample_of_every_cycle_is_worked_on():
-    """What changes with the cycle changes there; left out, fatigue of unknown rigs left 1.6 times the noise."""
+def test_thinned_samples_keep_the_first_of_every_cycle():
+    """Effects of the cycle number change there; without it, fatigue of unknown rigs left 1.6 times the noise."""
     program = sine(1.0, 0.1, cycles=5, samples_per_cycle=88)
-    record = Record(drive=program.drive_mm, angle_deg=20 * program.drive_mm)  # its cycles are found, not told
+    record = Record(drive=program.drive_mm, angle_deg=20 * program.drive_mm)  # its cycles are found from the reversals
     keep = thinned(record, 100)
     assert keep.size < 130
     assert set(np.flatnonzero(np.diff(program.cycle)) + 1) <= set(keep.tolist())
