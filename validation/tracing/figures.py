@@ -15,9 +15,10 @@ from matplotlib.ticker import MaxNLocator
 
 from hysteresis.record import Record
 from validation.tracing.effect import SampleInputs
-from validation.tracing.fitting import Fitted, correlation_of_neighbours, independent, rms
+from validation.tracing.fitting.criterion import independent_samples, lag_one_correlation
+from validation.tracing.fitting.fitted import Fitted, rms
+from validation.tracing.outcome import Candidate, Trace
 from validation.tracing.result import UNNAMED, ranked, record_name
-from validation.tracing.trace import Candidate, Trace
 
 BEFORE, AFTER, MEASURED, BAND = "#d55e00", "#0072b2", "#7a7f87", "#e9ebee"
 RECORDS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
@@ -83,7 +84,9 @@ def residual_figure(trace: Trace, dpi: int = _DPI) -> bytes:
             _residual_row(axes, trace, fitted)
             axes[0].set_ylim(-reach, reach)
             axes[0].set_ylabel("residual, deg")
-            axes[0].set_title(f"{title}: {rms(fitted.row):.3g} deg rms", loc="left", fontsize=10, fontweight="bold")
+            axes[0].set_title(
+                f"{title}: {rms(fitted.error_deg):.3g} deg rms", loc="left", fontsize=10, fontweight="bold"
+            )
         time, _ = _time_axis(trace.baseline.model.problem.inputs)
         names = (f"drive, {trace.records[0].drive_unit}", time, "cycle", "angle, deg")
         for axis, name in zip(panels[-1], names, strict=True):
@@ -131,7 +134,7 @@ def _record_legend(figure: Figure, axis: Axes, trace: Trace) -> None:
     if count == 1:
         return
     for i, record in enumerate(trace.records[: len(RECORDS)]):
-        held = trace.baseline.holdout.held(i)
+        held = trace.baseline.holdout.is_held_out(i)
         name = _label(record, i) + (" (held out)" if held else "")
         axis.plot([], [], "o", ms=5, color=_colour(i, count), label=name)
     figure.legend(loc="outside upper center", ncols=min(count, 4), fontsize=9)
@@ -159,7 +162,7 @@ def _curve(trace: Trace) -> tuple[int, str]:
 def _loops_shown(trace: Trace) -> list[int]:
     """Choose the record that is held out, and the one with the largest residual besides."""
     count = len(trace.records)
-    whole = [i for i in range(count) if trace.baseline.holdout.held(i)]
+    whole = [i for i in range(count) if trace.baseline.holdout.is_held_out(i)]
     rest = sorted((i for i in range(count) if i not in whole), key=lambda i: -rms(trace.baseline.residuals[i]))
     return [*rest[:1], *whole, *rest[1:]][:_MOST_LOOPS]
 
@@ -178,7 +181,7 @@ def _loop_row(whole: Axes, less: Axes, trace: Trace, i: int) -> None:
         for predicted, colour, name in lines:
             x, y = (np.insert(row, breaks + 1, np.nan) for row in (record_inputs.drive, predicted - base))
             axis.plot(x, y, color=colour, label=name)
-    held = trace.baseline.holdout.held(i)
+    held = trace.baseline.holdout.is_held_out(i)
     title = _label(trace.records[i], i) + (", held out" if held else "")
     whole.set_title(title, loc="left", fontsize=10, fontweight="bold")
     whole.set_ylabel("angle, deg")
@@ -229,7 +232,7 @@ def candidates_figure(trace: Trace) -> bytes:
 def _with_interval(fitted: Fitted) -> tuple[float, float]:
     """Held-out error and half its 95 % interval, for as many samples as are independent."""
     out = [e[~t] for e, t in zip(fitted.errors, fitted.holdout.train, strict=True) if not t.all()]
-    count = max(2.0, independent(fitted.heldout.size, correlation_of_neighbours(out), len(out)))
+    count = max(2.0, independent_samples(fitted.heldout_error_deg.size, lag_one_correlation(out), len(out)))
     return fitted.heldout_rmse_deg, _Z * fitted.heldout_rmse_deg / math.sqrt(2 * count)
 
 

@@ -19,13 +19,13 @@ from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from hysteresis.path import branches
-from validation.tracing import holdout as holdout
 from validation.tracing.baseline.known_rig import RigProblem, Run, observed_angle_deg
 from validation.tracing.effect import SampleInputs, Values
-from validation.tracing.fitting import Fitted, rms
-from validation.tracing.holdout import Protocol
+from validation.tracing.fitting import holdout
+from validation.tracing.fitting.fitted import Fitted, rms
+from validation.tracing.fitting.holdout import Protocol
+from validation.tracing.outcome import Trace, competitors_of
 from validation.tracing.prepared import PreparedRecord
-from validation.tracing.trace import Trace, competitors_of
 
 PRELOADS, AMPLITUDES, RATES = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)
 """Factors on the protocol of the record with the widest drive; the gentlest first."""
@@ -273,7 +273,7 @@ _TELLING: tuple[tuple[str, str, str], ...] = (
     ("time", "dwell", "the residual goes with time"),
     ("even", "preload", "the residual is even in the drive, which unequal sides and a camera both make"),
     ("last reversal", "amplitude", "the residual goes with the way since a reversal, as loops do"),
-    ("up and down", "amplitude", "the residual differs on the way up and down"),
+    ("rising and falling", "amplitude", "the residual differs on the way up and down"),
 )
 """Part of a free function's name, the protocol that tells its causes apart, and why."""
 

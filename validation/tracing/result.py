@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.stats import t as student
@@ -14,12 +14,13 @@ from scipy.stats import t as student
 from hysteresis.metrics import Errors, errors
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.uncertainty import Parameter
-from validation.tracing.fitting import Fitted
-from validation.tracing.next_experiment import Experiment
-from validation.tracing.residual import Dependence, dependences
-from validation.tracing.search import samples_of
-from validation.tracing.second_opinion import Confirmation
-from validation.tracing.trace import Candidate, Trace
+from validation.tracing.fitting.dependence import Dependence, dependences
+from validation.tracing.fitting.fitted import Fitted
+
+if TYPE_CHECKING:  # a trace makes its own report
+    from validation.tracing.next_experiment import Experiment
+    from validation.tracing.outcome import Candidate, Trace
+    from validation.tracing.second_opinion import Confirmation
 
 UNNAMED = ("none", "unexplained")
 """Verdicts that name no effect."""
@@ -171,8 +172,7 @@ def trace_report(
     seed: int = 0,
 ) -> TraceReport:
     """Make the report of a trace; ``seconds`` and ``seed`` are passed through."""
-    samples = samples_of(trace.augmented)
-    declared, *parameters = fitted_parameters(trace.augmented, samples)
+    declared, *parameters = fitted_parameters(trace.augmented)
     before = errors_of(trace.baseline)
     named = trace.verdict not in UNNAMED
     return TraceReport(
@@ -196,7 +196,7 @@ def trace_report(
             dependences(trace.baseline),
             dependences(trace.augmented) if named else None,
         ),
-        samples=SampleCount(int(trace.baseline.row.size), samples),
+        samples=SampleCount(int(trace.baseline.error_deg.size), trace.augmented.samples),
         multibody_words=confirmation.words if confirmation else "not run",
         alike=trace.alike,
         seconds=seconds,
@@ -288,17 +288,12 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def fitted_parameters(fitted: Fitted, samples: float) -> list[dict[str, Parameter]]:
-    """Values of the baseline's parameters and of each effect's, with 95 % intervals from the Jacobian.
-
-    Parameters
-    ----------
-    samples
-        How many samples count as independent.
-    """
-    J, train = fitted.jacobian[fitted.holdout.seen], int(fitted.holdout.seen.sum())
-    count = max(2.0, samples * train / fitted.row.size)
-    variance = float(fitted.train @ fitted.train) / max(1, train - J.shape[1]) * train / count
+def fitted_parameters(fitted: Fitted) -> list[dict[str, Parameter]]:
+    """Values of the baseline's parameters and of each effect's, with 95 % intervals from the Jacobian."""
+    J, error = fitted.jacobian[fitted.holdout.train_mask], fitted.train_error_deg
+    train = error.size
+    count = max(2.0, fitted.samples * train / fitted.error_deg.size)
+    variance = float(error @ error) / max(1, train - J.shape[1]) * train / count
     scale = np.maximum(np.linalg.norm(J, axis=0), 1e-12)
     _, singular, basis = np.linalg.svd(J / scale, full_matrices=False)
     singular = np.maximum(singular, 1e-9 * singular[0])
@@ -316,7 +311,7 @@ def fitted_parameters(fitted: Fitted, samples: float) -> list[dict[str, Paramete
         )
         for p, x, h in zip(fitted.model.parameters, fitted.x.tolist(), half.tolist(), strict=True)
     ]
-    out, at = [dict(shown[: fitted.model.own])], fitted.model.own
+    out, at = [dict(shown[: fitted.model.baseline_size])], fitted.model.baseline_size
     for added in fitted.model.added:
         out.append(dict(shown[at : at + len(added.form.parameters)]))
         at += len(added.form.parameters)
@@ -325,6 +320,6 @@ def fitted_parameters(fitted: Fitted, samples: float) -> list[dict[str, Paramete
 
 def errors_of(fitted: Fitted) -> FoldErrors:
     """Errors over the fitted samples, and over the held-out ones."""
-    observed, train = np.concatenate(fitted.model.problem.observed), fitted.holdout.seen
-    predicted = observed + fitted.row
+    observed, train = np.concatenate(fitted.model.problem.observed), fitted.holdout.train_mask
+    predicted = observed + fitted.error_deg
     return FoldErrors(errors(observed[train], predicted[train]), errors(observed[~train], predicted[~train]))

@@ -19,8 +19,8 @@ from hysteresis.arrays import Floats
 from hysteresis.metrics import Errors, errors
 from hysteresis.record import Record
 from validation.tracing.baseline.known_rig import RigProblem, Run, observed_angle_deg
-from validation.tracing.fitting import Fitted
-from validation.tracing.trace import Trace
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.outcome import Trace
 
 Solver = Callable[[Rig, LoadProgram | Floats], Record]
 
@@ -92,5 +92,5 @@ def _errors(fitted: Fitted, problem: RigProblem, chosen: list[int], solver: Solv
         angle = observed_angle_deg(
             np.concatenate([angle_deg(run) for run in problem.runs[i]]), problem.inputs[i], added
         )
-        predicted.append(angle - fitted.holdout.zero(i, angle - problem.observed[i]))
+        predicted.append(angle - fitted.holdout.offset_deg(i, angle - problem.observed[i]))
     return errors(np.concatenate([problem.observed[i] for i in chosen]), np.concatenate(predicted))

@@ -250,7 +250,7 @@ def test_multibody_errors_are_those_of_the_same_runs():
     found = traced(WIDTH_MM)
     seen = confirm(found)
     for errors, fitted in ((seen.before, found.baseline), (seen.after, found.augmented)):
-        whole = np.sqrt(fitted.square)
+        whole = np.sqrt(fitted.mean_square)
         assert errors.rmse_deg == pytest.approx(whole, rel=0.2)
     assert "2 of 2 records" in seen.words
     assert "1 of 2 records" in confirm(found, cycles=2.0).words  # whole records, at least one

@@ -17,10 +17,10 @@ from validation.tracing.baseline.equivalent_rig import JOINTS, divided, equivale
 from validation.tracing.effect import catalogue
 from validation.tracing.figures import candidates_figure
 from validation.tracing.fitting import Holdout, Model, fit
-from validation.tracing.holdout import divide_records
+from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import CandidateReport, in_words, trace_report
-from validation.tracing.search import EQUIVALENT
+from validation.tracing.settings import EQUIVALENT_RIG
 from validation.tracing.trace import trace_records
 
 PLAN = ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 0.5, 1.0))  # preload, part of the amplitude, rate
@@ -62,7 +62,7 @@ def fitted(records, added=()):
     model = Model(problem, added)
     holdout = divide_records(problem.records)
     everything = Holdout(tuple(np.ones_like(mask) for mask in holdout.train), holdout.by)
-    return fit(model, everything, model.row(problem.start, []), threads=1)
+    return fit(model, everything, model.coordinates(problem.start, []), threads=1)
 
 
 LED = replace(BENCH, friction=replace(BENCH.friction, guide_N=0.02))
@@ -96,7 +96,7 @@ def test_play_is_named_with_its_width_in_the_drive_s_unit():
     """In steps of 1 um of rope, on a wheel that turns the other way."""
     rig = replace(BENCH, backlash=Backlash(width_mm=0.09))
     trace = trace_records(records_of(rig, 1.2, unit="step", per_mm=-1000.0))
-    assert (trace.verdict, trace.model, trace.known) == ("effect", EQUIVALENT, False)
+    assert (trace.verdict, trace.model, trace.known) == ("effect", EQUIVALENT_RIG.name, False)
     assert [added.effect.name for added in trace.effects] == ["backlash"]
     width = trace.augmented.model.values(trace.augmented.x)[1][0]
     assert list(width) == ["width_step"]
@@ -110,11 +110,11 @@ def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkey
     monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.PARTS_AT_LAST", 1)
 
     def failing(model, *given, **more):
-        if more.get("most_calls") == 3:  # the few steps of what was not named
+        if more.get("most_steps") == 3:  # the few steps of what was not named
             raise SolverError("no equilibrium")
         return fit(model, *given, **more)
 
-    monkeypatch.setattr("validation.tracing.trace.fit", failing)
+    monkeypatch.setattr("validation.tracing.search.final_fit.fit", failing)
     shown = {"backlash", "time_delay", "guide_friction"}
     records = records_of(replace(BENCH, backlash=Backlash(width_mm=0.09)), 1.2)
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
@@ -130,7 +130,7 @@ def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkey
 
 def test_clean_records_have_nothing_missing():
     trace = trace_records(records_of(BENCH, 1.2, seed=1))
-    assert (trace.verdict, trace.model) == ("none", EQUIVALENT)
+    assert (trace.verdict, trace.model) == ("none", EQUIVALENT_RIG.name)
 
 
 @pytest.mark.parametrize("unit", ["deg", "step"])
@@ -188,7 +188,7 @@ def test_an_effect_may_be_softer_than_what_is_declared():
     assert max(c.high for c in form.parameters) > max(c.high for c in problem.parameters if c.name == "toe_N")
     rig = problem.rig(problem.runs[0][0], problem.start, [(form, {"toe_N": 90.0})])
     assert rig.tendon_a.toe_N == rig.tendon_b.toe_N == 90.0
-    assert model.own == len(problem.parameters)
+    assert model.baseline_size == len(problem.parameters)
 
 
 def test_a_divided_rig_moves_as_the_whole_one_does():

@@ -12,8 +12,9 @@ from fem_models.rig.presets import preset
 from hysteresis.record import Record
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
-from validation.tracing.fitting import Fitted, Holdout, Model, fit, joint_linearised_gain, linearised_gain, together
+from validation.tracing.fitting import Fitted, Holdout, Model, fit
 from validation.tracing.problem import AddedEffect
+from validation.tracing.search.starts import joint_linearised_gain, joint_starts, linearised_gain
 
 EFFECTS = {effect.name: effect for effect in catalogue()}
 
@@ -31,16 +32,16 @@ def baseline(change=lambda rig: rig, seen=lambda angle: angle) -> Fitted:
     problem = known_rig_problem(records)
     holdout = Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
     model = Model(problem)
-    return fit(model, holdout, model.row(problem.start, []))
+    return fit(model, holdout, model.coordinates(problem.start, []))
 
 
 @pytest.mark.parametrize(("gain", "perspective"), [(-0.03, 6e-4), (0.04, 3e-4), (0.02, -8e-4)])
-def test_sizes_and_signs_of_two_constants_are_found_together(gain, perspective):
+def test_sizes_and_signs_of_two_constants_are_found_joint_starts(gain, perspective):
     fitted = baseline(seen=lambda angle: angle * (1 + gain + perspective * angle))
     camera = EFFECTS["camera_misalignment"]
     both = next(AddedEffect(camera, form) for form in camera.rig_forms if len(form.parameters) == 2)
     starts = both.form.starts(fitted.model.problem.scale, preset("du2018"))
-    (sizes,) = together(both, starts)
+    (sizes,) = joint_starts(both, starts)
     start = joint_linearised_gain(fitted, both, sizes)
     alone = [
         linearised_gain(fitted, AddedEffect(camera, form), values)
@@ -53,10 +54,10 @@ def test_sizes_and_signs_of_two_constants_are_found_together(gain, perspective):
     assert found["perspective_per_deg"] == pytest.approx(perspective, rel=0.2)
 
 
-def test_one_constant_is_not_sized_together():
+def test_one_constant_is_not_sized_joint_starts():
     camera = EFFECTS["camera_misalignment"]
     form = camera.rig_forms[0]
-    assert together(AddedEffect(camera, form), [{"gain": 0.02}]) == []
+    assert joint_starts(AddedEffect(camera, form), [{"gain": 0.02}]) == []
 
 
 def test_drag_is_found_from_a_start_that_is_too_small():

@@ -18,12 +18,18 @@ from validation.practice.bench_record import SHIPPED
 from validation.practice.cases import draw_case
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import FreeParameter, catalogue
-from validation.tracing.fitting import Holdout, Model, bic, columns, fit, independent
-from validation.tracing.holdout import Protocol, _most_covered
-from validation.tracing.residual import Floor, dependences, floor_of, smooth_functions
+from validation.tracing.fitting import Holdout, Model, fit
+from validation.tracing.fitting.criterion import bic, independent_samples
+from validation.tracing.fitting.dependence import dependences
+from validation.tracing.fitting.holdout import Protocol, _most_covered
+from validation.tracing.fitting.least_squares import differentiate
+from validation.tracing.fitting.noise import NoiseFloor, estimate_noise_floor
+from validation.tracing.fitting.smooth import smooth_functions
+from validation.tracing.outcome import Trace
 from validation.tracing.result import in_words, trace_report
-from validation.tracing.search import CURVE
-from validation.tracing.trace import Trace, _believed, _verdict, trace_records
+from validation.tracing.settings import CURVE, EQUIVALENT_RIG
+from validation.tracing.trace import find_effects, trace_records
+from validation.tracing.verdict import confirmed_on_heldout
 
 NOISE_DEG = 0.05
 
@@ -159,11 +165,11 @@ def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
     of_the_rig = list[Trace]()
 
     def once(*given, **more):
-        of_the_rig[:] = of_the_rig or [_verdict(*given, **more)]
+        of_the_rig[:] = of_the_rig or [find_effects(*given, **more)]
         return of_the_rig[0]
 
-    monkeypatch.setattr("validation.tracing.trace._verdict", once)
-    monkeypatch.setattr("validation.tracing.search._FINISHED_FREE", 1)
+    monkeypatch.setattr("validation.tracing.trace.find_effects", once)
+    monkeypatch.setattr("validation.tracing.trace.EQUIVALENT_RIG", replace(EQUIVALENT_RIG, finished=1))
     with_a_short_last_fit(monkeypatch)
     shown = {"time_delay", "viscous_drag", "tendon_slack", "unequal_tendons"}
     records = draw_case("score-5", "unknown", "pair", 3).records
@@ -210,21 +216,21 @@ def test_a_curve_with_a_loop_has_no_friction_of_guides():
         rig = {"preload_N": preload}
         records.append(Record(program.drive_mm, noisy, time_s=program.time_s, cycle=program.cycle, rig=rig))
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "guide_friction"])
-    assert (trace.verdict, trace.model) == ("none", CURVE)
+    assert (trace.verdict, trace.model) == ("none", CURVE.name)
 
 
 def test_an_effect_that_leaves_the_held_out_error_where_it_was_is_not_named():
     records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "gravity"])
     assert trace.verdict == "effect"
-    assert _believed(trace) is trace
+    assert confirmed_on_heldout(trace) is trace
     no_better = replace(trace, baseline=replace(trace.baseline, errors=trace.augmented.errors))
-    assert _believed(no_better) is no_better  # at the noise: the declared model had met those samples by chance
-    doubted = _believed(replace(no_better, floor=Floor(0.1 * trace.floor.deg, trace.floor.repeats_deg)))
+    assert confirmed_on_heldout(no_better) is no_better  # at the noise: the declared model had met those samples by chance
+    doubted = confirmed_on_heldout(replace(no_better, floor=NoiseFloor(0.1 * trace.floor.deg, trace.floor.repeats_deg)))
     assert doubted.verdict == "unexplained"
     assert not doubted.effects
     assert not doubted.confusable
-    assert doubted.words[0].startswith("gravity leaves")
+    assert doubted.words[0].startswith("with gravity the held-out error is")
 
 
 def test_same_records_same_trace():
@@ -250,9 +256,9 @@ def test_derivatives_fall_with_the_step_and_repeats_are_exact():
     whole = run.solve(run.rig).record.angle_deg[run.skip :]
     assert np.abs(run.angle_deg(run.rig) - whole).max() < 1e-9
     model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
-    x = model.row(problem.start, [])
-    J = columns(model, holdout, x, holdout.row(model.errors(x)), 1)
-    ahead, behind = (holdout.row(model.errors(x + s * np.eye(x.size)[0])) for s in (1e-3, -1e-3))
+    x = model.coordinates(problem.start, [])
+    J = differentiate(model, holdout, x, holdout.stacked(model.errors(x)), 1)
+    ahead, behind = (holdout.stacked(model.errors(x + s * np.eye(x.size)[0])) for s in (1e-3, -1e-3))
     central = (ahead - behind) / 2e-3
     assert np.linalg.norm(J[:, 0] - central) < 0.02 * np.linalg.norm(central)
 
@@ -262,10 +268,10 @@ def test_noise_floor_and_free_functions_on_a_known_residual():
     problem = known_rig_problem(records)
     rng = np.random.default_rng(3)
     noise = [rng.normal(0, 0.04, o.size) for o in problem.observed]
-    floor = floor_of(problem.records, noise)
+    floor = estimate_noise_floor(problem.records, noise)
     assert floor.deg == pytest.approx(0.04, rel=0.12)
     model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
-    fitted = fit(model, holdout, model.row(problem.start, []), threads=1, most_calls=3)
+    fitted = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_calls=3)
     even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.inputs, strict=True))
     smooth = smooth_functions(replace(fitted, errors=even), 400.0)
     assert smooth.names[0] == "even in the drive"
@@ -276,7 +282,7 @@ def test_dependence_of_white_noise_and_of_a_known_residual():
     records = two_preloads(lambda rig: rig)
     problem = known_rig_problem(records)
     model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
-    fitted = fit(model, holdout, model.row(problem.start, []), threads=1, most_calls=2)
+    fitted = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_calls=2)
     rng, chances = np.random.default_rng(5), []
     for _ in range(200):
         white = tuple(rng.normal(0.0, 0.1, e.size) for e in fitted.errors)
@@ -294,8 +300,8 @@ def test_dependence_of_white_noise_and_of_a_known_residual():
 
 def test_criterion_and_coordinates():
     assert bic(1.0, 2, np.e) == pytest.approx(2.0)  # m log 1 + p log m
-    assert independent(1000, 0.0, 10) == 1000
-    assert independent(1000, 0.99, 10) == 80  # eight a branch
+    assert independent_samples(1000, 0.0, 10) == 1000
+    assert independent_samples(1000, 0.99, 10) == 80  # eight a branch
     for constant in (FreeParameter("a", "-", 0, 1, 0.1), FreeParameter("b", "-", 1e-3, 10, 0.3, log=True)):
         assert constant.from_unit(constant.to_unit(0.25)) == pytest.approx(0.25)
 

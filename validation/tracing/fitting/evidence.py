@@ -1,0 +1,62 @@
+"""When a residual is noise, and when one model is better than another."""
+
+from __future__ import annotations
+
+import math
+
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.smooth import Smooth
+from validation.tracing.settings import (
+    ALMOST_AT_NOISE,
+    AT_NOISE,
+    SMALL_SAMPLE_MARGIN,
+    VERY_STRONG_EVIDENCE,
+    WORTH_NAMING,
+    SearchPolicy,
+)
+
+
+def significant_ratio(baseline: Fitted, policy: SearchPolicy) -> float:
+    """Rms residual over the noise floor from which there is something to explain: more with few samples."""
+    return max(policy.significant, 1.0 + SMALL_SAMPLE_MARGIN / math.sqrt(baseline.error_deg.size))
+
+
+def nothing_to_explain(baseline: Fitted, policy: SearchPolicy) -> bool:
+    """Whether the residual of a baseline is noise."""
+    return baseline.rmse_deg <= significant_ratio(baseline, policy) * baseline.noise.deg
+
+
+def is_noise(fitted: Fitted) -> bool:
+    """Whether a residual is so close to the noise floor that no better fit is possible."""
+    return fitted.rmse_deg <= AT_NOISE * fitted.noise.deg
+
+
+def may_be_noise(fitted: Fitted) -> bool:
+    """Whether a residual is so close to the noise floor that a better optimum of the same model may explain it."""
+    return fitted.rmse_deg <= ALMOST_AT_NOISE * fitted.noise.deg
+
+
+def is_worth_adding(before: Fitted, after: Fitted, tried: int) -> bool:
+    """Whether a further effect pays for its parameters, as the best of ``tried`` effects, and for being named."""
+    gain = before.bic(after.samples) - after.bic(after.samples)
+    reduced = after.mean_square < WORTH_NAMING**2 * before.mean_square
+    return gain > VERY_STRONG_EVIDENCE + 2 * math.log(tried) and reduced
+
+
+def beats_smooth_functions(fitted: Fitted, smooth: Smooth) -> bool:
+    """Whether a model is better than smooth functions of the baseline's residual."""
+    return fitted.bic(fitted.samples) < smooth.bic(fitted.samples)
+
+
+def ranked_models(models: list[Fitted]) -> list[Fitted]:
+    """Sort by the criterion, and keep the best form of each set of effects.
+
+    Samples are counted by the errors of the model with the least mean square.
+    """
+    if not models:
+        return []
+    samples = min(models, key=lambda g: g.mean_square).samples
+    best: dict[frozenset[str], Fitted] = {}
+    for g in sorted(models, key=lambda g: g.bic(samples)):
+        best.setdefault(frozenset(g.names), g)
+    return list(best.values())

@@ -1,0 +1,75 @@
+"""A baseline model with effects added, as a function of one vector of coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hysteresis.arrays import Floats
+from validation.tracing.effect import FreeParameter, Values
+from validation.tracing.problem import AddedEffect, Problem
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """The baseline model of a problem with effects added.
+
+    Its coordinates are all free parameters over their scales in one vector, shape (p,), those of the baseline first.
+    """
+
+    problem: Problem
+    added: tuple[AddedEffect, ...] = ()
+
+    @cached_property
+    def parameters(self) -> tuple[FreeParameter, ...]:
+        """All free parameters, p of them."""
+        return (*self.problem.parameters, *(p for effect in self.added for p in effect.form.parameters))
+
+    @property
+    def baseline_size(self) -> int:
+        """Number of parameters of the baseline."""
+        return len(self.problem.parameters)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects that were added."""
+        return tuple(added.effect.name for added in self.added)
+
+    def coordinates(self, baseline: Values, effects: Sequence[Values]) -> Floats:
+        """Coordinates of the parameters of the baseline and of each effect, shape (p,)."""
+        values = [baseline[p.name] for p in self.problem.parameters]
+        for added, own in zip(self.added, effects, strict=True):
+            values += [own[p.name] for p in added.form.parameters]
+        return np.array([p.to_unit(v) for p, v in zip(self.parameters, values, strict=True)])
+
+    def values(self, x: Floats) -> tuple[Values, list[Values]]:
+        """Parameters of the baseline and of each effect, from coordinates."""
+        values = [p.from_unit(v) for p, v in zip(self.parameters, x.tolist(), strict=True)]
+        at, effects = self.baseline_size, list[Values]()
+        for added in self.added:
+            names = [p.name for p in added.form.parameters]
+            effects.append(dict(zip(names, values[at : at + len(names)], strict=True)))
+            at += len(names)
+        baseline = [p.name for p in self.problem.parameters]
+        return dict(zip(baseline, values[: self.baseline_size], strict=True)), effects
+
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Bounds of the coordinates, shapes (p,)."""
+        low, high = zip(*((p.to_unit(p.low), p.to_unit(p.high)) for p in self.parameters), strict=True)
+        return np.array(low), np.array(high)
+
+    def errors(self, x: Floats) -> list[Floats]:
+        """Predicted less measured angle of each record, deg.
+
+        Raises
+        ------
+        SolverError, RigError
+            Parameters that no rig can have, or with which it has no equilibrium.
+        """
+        baseline, effects = self.values(x)
+        forms = [(added.form, own) for added, own in zip(self.added, effects, strict=True)]
+        angles = self.problem.predict(baseline, forms)
+        return [angle - measured for angle, measured in zip(angles, self.problem.observed, strict=True)]

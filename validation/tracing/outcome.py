@@ -1,0 +1,118 @@
+"""What a trace finds: the verdict, the models behind it, and all candidates that were compared."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from html import escape
+from typing import Any, Literal
+
+from hysteresis.record import Record
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.noise import NoiseFloor
+from validation.tracing.fitting.smooth import Smooth
+from validation.tracing.problem import AddedEffect
+from validation.tracing.result import in_words, trace_report
+from validation.tracing.settings import KNOWN_RIG, MOST_COMPETITORS, BaselineName
+
+Verdict = Literal["none", "effect", "ambiguous", "unexplained"]
+"""Nothing is missing; effects are named; effects are named that others explain as well; none is named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An augmented model, and how much lower its BIC is than the baseline's."""
+
+    fitted: Fitted
+    delta_bic: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects that it has beside the baseline."""
+        return self.fitted.names
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trace:
+    """What was found in the records of one rig.
+
+    Parameters
+    ----------
+    model
+        Kind of baseline: a known rig, an equivalent rig, or a curve with a loop.
+    baseline
+        The fitted model without effects.
+    augmented
+        The model with the effects that are named; the baseline itself where none is.
+    candidates
+        All augmented models that were fitted, by the number of their effects and best first.
+    confusable
+        For each effect of the augmented model, those that explain the records as well in its place.
+    floor
+        Noise of the angle.
+    smooth
+        Smooth functions of the baseline's residual, which an effect must be better than.
+    words
+        Reasons for the verdict.
+    alike
+        BIC difference below which effects are not distinguished.
+    """
+
+    model: BaselineName
+    verdict: Verdict
+    baseline: Fitted
+    augmented: Fitted
+    candidates: tuple[Candidate, ...]
+    confusable: tuple[tuple[str, ...], ...]
+    floor: NoiseFloor
+    smooth: Smooth
+    words: tuple[str, ...]
+    alike: float
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """The records, each with the cycle of every sample."""
+        return tuple(one.record for one in self.baseline.model.problem.records)
+
+    @property
+    def known(self) -> bool:
+        """Whether the geometry of the rig is known."""
+        return self.model == KNOWN_RIG.name
+
+    @property
+    def effects(self) -> tuple[AddedEffect, ...]:
+        """Effects that are named."""
+        return self.augmented.model.added
+
+    def __repr__(self) -> str:
+        """One line: verdict, effects, held-out error before and after, noise."""
+        names = " + ".join(self.augmented.names)
+        errors = f"{self.baseline.heldout_rmse_deg:.3g}"
+        if names:
+            errors += f" -> {self.augmented.heldout_rmse_deg:.3g}"
+        found = f"{self.verdict}: {names}" if names else self.verdict
+        return f"Trace({found}; held-out error {errors} deg, noise {self.floor.deg:.3g} deg; {self.model})"
+
+    def _repr_html_(self) -> str:
+        """Show the verdict in sentences, for a notebook."""
+        first, *others = in_words(trace_report(self))
+        return f"<p><strong>{escape(first)}</strong></p>" + "".join(f"<p>{escape(line)}</p>" for line in others)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values as in trace.json, without a second opinion and without a proposed experiment."""
+        return trace_report(self).to_dict()
+
+
+def competitors_of(trace: Trace) -> list[Fitted]:
+    """Give the augmented model, then the models that explain the records as well, or else the runner-up."""
+    own = set(trace.augmented.names)
+    others = [c for c in trace.candidates if not own <= set(c.names) and not set(c.names) <= own]
+    others.sort(key=lambda c: -c.delta_bic)
+    confusable = {name for names in trace.confusable for name in names}
+    best = max((c.delta_bic for c in trace.candidates if c.fitted is trace.augmented), default=math.inf)
+
+    def as_good(c: Candidate) -> bool:
+        return len(c.names) <= len(own) and best - c.delta_bic < trace.alike and bool(set(c.names) & confusable)
+
+    near = [c for c in others if as_good(c)] or others[:1]
+    return [trace.augmented, *(c.fitted for c in near[:MOST_COMPETITORS])]

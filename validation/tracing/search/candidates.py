@@ -1,0 +1,123 @@
+"""Candidates: a model with each of the other effects added, fitted as far as they are worth it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from validation.tracing.fitting.evidence import is_noise
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.model import Model
+from validation.tracing.problem import AddedEffect
+from validation.tracing.search.restarts import best_of_other_loops
+from validation.tracing.search.search import Search
+from validation.tracing.search.starts import best_starts
+from validation.tracing.settings import COMPETITOR_AT_NOISE, FEW_STEPS, OTHER_FORM_SQUARE
+
+
+class Screened(NamedTuple):
+    """A candidate after its first steps, and the number of the fitted model beside which it was started."""
+
+    base: int
+    fitted: Fitted
+
+
+def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -> list[Fitted]:
+    """Add each effect that is not in a model yet, and fit the models.
+
+    Parameters
+    ----------
+    most
+        Effects with the largest linearised gain that are fitted; None for all.
+    """
+    policy = search.policy
+    bases = [fitted] if fitted.names or search.early is None else [fitted, search.early]
+    screened: list[Screened] = []
+    for number, base in enumerate(bases):
+        others = [effect for effect in search.effects if effect.name not in fitted.names]
+        found = [starts for e in others if (starts := best_starts(base, e, search.forms(e)))]
+        found.sort(key=lambda starts: -starts[0].gain)
+        known = base.jacobian if policy.screened else None
+        for start in [s for starts in found[:most] for s in starts]:
+            there = search.with_effect(fitted, start.added, start.x, policy.first_steps, known)
+            if there is not None:
+                screened.append(Screened(number, there))
+    screened.sort(key=lambda one: one.fitted.mean_square)
+    if not policy.screened:
+        return [one.fitted for one in screened]
+    return _lead_on(search, fitted, _finish(search, fitted, screened))
+
+
+def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> list[Fitted]:
+    """Fit the best candidates to convergence; those that have fallen behind stay as they are.
+
+    Each base puts one effect forward at least. Beside a baseline that has taken the effect for its own, effects that do
+    nothing leave as little as that baseline, and would take all places.
+    """
+    policy = search.policy
+    out = list[Fitted]()
+    best = dict[str, float]()  # mean square after the first steps, of effects that are fitted to convergence
+    followed = set[tuple[str, int]]()  # effects with the bases from which they were
+    represented = set[int]()  # bases that have put an effect forward
+    at_noise = False
+    least, near = screened[0].fitted.mean_square if screened else math.inf, policy.near
+    for number, candidate in screened:
+        name, square = candidate.names[-1], candidate.mean_square
+        place = len(best) < policy.finished or number not in represented
+        if name not in best and place and square < near * least:
+            best[name] = square
+            represented.add(number)
+        first = (name, number) not in followed
+        if not (name in best and (first or (not at_noise and square <= OTHER_FORM_SQUARE * best[name]))):
+            out.append(candidate)
+            continue
+        followed.add((name, number))
+        finished = search.with_effect(fitted, candidate.model.added[-1], candidate.x)
+        out.append(finished or candidate)
+        if finished is not None and finished.mean_square < least:
+            least, at_noise = finished.mean_square, is_noise(finished)
+            near = policy.near_at_noise if at_noise else policy.near
+    return out
+
+
+def _lead_on(search: Search, fitted: Fitted, candidates: list[Fitted]) -> list[Fitted]:
+    """Fit the best forms of the leading effects with more parameters and from other loops."""
+    if not candidates:
+        return candidates
+    leading = dict[str, Fitted]()
+    for candidate in sorted(candidates, key=lambda g: g.mean_square):
+        if len(leading) < search.policy.leading:
+            leading.setdefault(candidate.names[-1], candidate)
+    rest = [g for g in candidates if leading.get(g.names[-1]) is not g]
+    best = min(candidates, key=lambda g: g.mean_square)
+    most = COMPETITOR_AT_NOISE * best.mean_square if is_noise(best) else math.inf
+
+    def led_on(candidate: Fitted) -> Fitted:
+        return best_of_other_loops(search, _with_richer_form(search, fitted, candidate))
+
+    return [*(led_on(g) if g.mean_square <= most else g for g in leading.values()), *rest]
+
+
+def _with_richer_form(search: Search, fitted: Fitted, candidate: Fitted) -> Fitted:
+    """Fit the last effect of a candidate in its forms with more parameters, unless the residual is noise."""
+    if is_noise(candidate):
+        return candidate
+    *before, last = candidate.model.added
+    baseline, effects = candidate.model.values(candidate.x)
+    few = list[Fitted | None]()
+    for form, starts in ((one.form, one.starts) for one in search.forms(last.effect)):
+        if set(effects[-1]) < {p.name for p in form.parameters}:
+            added = AddedEffect(last.effect, form)
+            model = Model(search.problem, (*before, added))
+            rows = [model.coordinates(baseline, [*effects[:-1], {**values, **effects[-1]}]) for values in starts]
+            few += [search.with_effect(fitted, added, x, FEW_STEPS) for x in np.unique(rows, axis=0)]
+    found = [g for g in few if g is not None]
+    if not found:
+        return candidate
+    best = min(found, key=lambda g: g.mean_square)
+    best = search.with_effect(fitted, best.model.added[-1], best.x) or best
+    samples = best.samples
+    return min((candidate, best), key=lambda g: g.bic(samples))

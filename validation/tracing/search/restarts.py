@@ -1,0 +1,76 @@
+"""Fits from other starting points, for optima that a first fit has missed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from fem_models.rig.checks import RigError, SolverError
+from hysteresis.arrays import Floats
+from validation.tracing.fitting.evidence import is_noise
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.least_squares import fit
+from validation.tracing.search.search import Search
+from validation.tracing.settings import (
+    FEW_STEPS,
+    LOOP_FACTORS,
+    LOOP_FACTORS_FINAL,
+    LOOP_PARAMETER,
+    NO_SLOPE,
+    PROMISING,
+)
+
+
+def best_of_other_loops(search: Search, fitted: Fitted) -> Fitted:
+    """Fit again from other loops of the material, unless the residual is noise; the best fit of all samples.
+
+    The search compares effects by all samples; at its end the training samples decide (:func:`best_of_restarts`).
+    """
+    if is_noise(fitted):
+        return fitted
+    found = [fitted]
+    for x in other_loops(fitted, LOOP_FACTORS):
+        search.report(f"{' + '.join(fitted.names) or 'the baseline model'}, from another loop")
+        with suppress(SolverError, RigError):
+            found.append(fit(fitted.model, fitted.holdout, x, threads=search.threads))
+    return min(found, key=lambda other: other.mean_square)
+
+
+def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
+    """Fit an augmented model again from other starting points; the best fit of the training samples.
+
+    A fit may end in a valley along which the training samples do not distinguish two parameters, such as backlash and
+    friction at the base.
+    """
+    if not (search.policy.restarted and fitted.names):
+        return fitted
+    found = [fitted]
+    for x in (*other_loops(fitted), *(along_the_valley(fitted) if search.policy.along_valley else ())):
+        search.report(f"{' + '.join(fitted.names)}, from another start")
+        with suppress(SolverError, RigError):
+            there = fit(fitted.model, fitted.holdout, x, threads=search.threads, most_steps=FEW_STEPS)
+            if there.train_rmse_deg < PROMISING * fitted.train_rmse_deg:
+                found.append(fit(fitted.model, fitted.holdout, there.x, threads=search.threads))
+    return min(found, key=lambda other: other.train_rmse_deg)
+
+
+def other_loops(fitted: Fitted, factors: Sequence[float] = LOOP_FACTORS_FINAL) -> list[Floats]:
+    """Coordinates of a fitted model with other loops of the material; none where it has no such loop."""
+    baseline, effects = fitted.model.values(fitted.x)
+    if LOOP_PARAMETER not in baseline:
+        return []
+    loop = baseline[LOOP_PARAMETER]
+    return [fitted.model.coordinates({**baseline, LOOP_PARAMETER: factor * loop}, effects) for factor in factors]
+
+
+def along_the_valley(fitted: Fitted) -> list[Floats]:
+    """Coordinates at a distance of 1, either way, along the direction that the training samples determine least."""
+    slopes = fitted.jacobian[fitted.holdout.train_mask]
+    lengths = np.linalg.norm(slopes, axis=0)
+    acts = lengths > NO_SLOPE * lengths.max()
+    *_, directions = np.linalg.svd(slopes[:, acts], full_matrices=False)
+    flattest = np.zeros(acts.size)
+    flattest[acts] = directions[-1] / np.abs(directions[-1]).max()
+    return [fitted.x + flattest, fitted.x - flattest]

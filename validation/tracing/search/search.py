@@ -1,0 +1,73 @@
+"""What a search for effects works with: a problem, how it is searched, the effects, and the starts of their forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from fem_models.rig.checks import RigError, SolverError
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Effect
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.least_squares import fit
+from validation.tracing.fitting.model import Model
+from validation.tracing.problem import AddedEffect
+from validation.tracing.search.starts import FormStarts
+from validation.tracing.settings import STEPS, SearchPolicy
+
+Progress = Callable[[str], None]
+"""Called with what is being computed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """A search for effects beside one baseline model.
+
+    Parameters
+    ----------
+    effects
+        The catalogue, or a part of it.
+    threads
+        For the derivatives.
+    report
+        Called with what is being computed.
+    early
+        The baseline after a few steps, before it has taken an effect for its own; effects are started beside it, too.
+    """
+
+    problem: Any
+    policy: SearchPolicy
+    effects: Sequence[Effect]
+    threads: int
+    report: Progress
+    early: Fitted | None = None
+    _forms: dict[str, list[FormStarts]] = field(default_factory=dict)
+
+    def forms(self, effect: Effect) -> list[FormStarts]:
+        """Forms of an effect with their starts, which are computed once."""
+        if effect.name not in self._forms:
+            forms = [f for f in self.problem.forms(effect) if not (self.policy.screened and f.refines)]
+            found = [FormStarts(form, self.problem.starts(form)) for form in forms]
+            if self.policy.starts_from_declared:
+                declared = self.problem.start
+                found = [FormStarts(f.form, [*f.starts, *({**declared, **v} for v in f.starts)]) for f in found]
+            self._forms[effect.name] = found
+        return self._forms[effect.name]
+
+    def with_effect(
+        self, fitted: Fitted, added: AddedEffect, x: Floats, most_steps: int = STEPS, known: Floats | None = None
+    ) -> Fitted | None:
+        """Fit a model with one more effect from coordinates ``x``; None where it has no solution there.
+
+        Parameters
+        ----------
+        known
+            As in :func:`validation.tracing.fitting.least_squares.fit`.
+        """
+        model = Model(self.problem, (*fitted.model.added, added))
+        self.report(" + ".join(model.names))
+        try:
+            return fit(model, fitted.holdout, x, threads=self.threads, most_steps=most_steps, known=known)
+        except (SolverError, RigError):
+            return None

@@ -1,0 +1,129 @@
+"""Forward selection of effects, and a second look at the best model and its competitors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from validation.tracing.fitting.evidence import (
+    beats_smooth_functions,
+    is_worth_adding,
+    ranked_models,
+    significant_ratio,
+)
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.smooth import Smooth
+from validation.tracing.search.candidates import candidates_with_one_more
+from validation.tracing.search.exchange import exchanged, pruned
+from validation.tracing.search.refine import refined
+from validation.tracing.search.restarts import best_of_restarts
+from validation.tracing.search.search import Search
+from validation.tracing.settings import (
+    AT_FLOOR,
+    COMPETITOR_BIC,
+    COMPETITOR_SQUARE,
+    EXTENDED_MODELS,
+    MOST_COMPETITORS,
+    MOST_EFFECTS,
+    SIGNIFICANT_LOOSE,
+)
+
+Stages = list[list[Fitted]]
+"""Models with one effect more in every stage, best first."""
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """The best model that was found, which may be the baseline, and all models by stage."""
+
+    best: Fitted
+    stages: Stages
+
+
+def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise: bool = False) -> Selection:
+    """Add effects to a baseline as long as they pay.
+
+    Parameters
+    ----------
+    smooth
+        Smooth functions of the baseline's residual.
+    down_to_noise
+        Whether the search goes on until the residual is noise, in place of ending where a first effect leaves little
+        structure.
+    """
+    best, stages = _forward(search, baseline, smooth, down_to_noise=down_to_noise)
+    several = search.policy.absorbs_effects and len(best.names) > 1
+    if several and best.rmse_deg <= AT_FLOOR * baseline.noise.deg:
+        place = len(best.names) - 1
+        others = exchanged(search, best, search.policy.later_candidates)
+        stages[place] = ranked_models([*stages[place], *others])
+        best = stages[place][0]
+    best, stages = _restarted(search, pruned(search, best), stages)
+    stages = _with_restarted_competitors(search, best, stages)
+    if best is not baseline and all(best is not g for stage in stages for g in stage):
+        stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
+        stages.append([best])
+    return Selection(best, stages)
+
+
+def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise: bool) -> tuple[Fitted, Stages]:
+    """Add one effect after the other to the best models.
+
+    A first effect may leave some structure, because few models are exact. A baseline that absorbs effects hides a good
+    part of a second one, so that it is followed to the noise once its effect is better than smooth functions.
+    """
+    policy = search.policy
+    stages: Stages = []
+    front, best = [baseline], baseline
+    significant = limit = significant_ratio(baseline, policy)
+    while len(stages) < MOST_EFFECTS and best.rmse_deg > limit * best.noise.deg:
+        most = policy.later_candidates if stages else policy.first_candidates
+        models = ranked_models([g for model in front for g in candidates_with_one_more(search, model, most)])
+        if not models:
+            break
+        stages.append(models)
+        if not is_worth_adding(best, models[0], len(search.effects)):
+            break
+        front, best = models[:EXTENDED_MODELS], models[0]
+        follow = down_to_noise or (policy.absorbs_effects and beats_smooth_functions(best, smooth))
+        limit = significant if follow else max(SIGNIFICANT_LOOSE, significant)
+    return best, stages
+
+
+def _restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
+    """Fit the best model again from other starting points, and in finer forms where the policy says so."""
+    if search.policy.absorbs_effects and best.names:
+        return _best_of_restarted(search, best, stages)
+    best = best_of_restarts(search, best)
+    return (refined(best, search.report, threads=search.threads) if search.policy.refined else best), stages
+
+
+def _best_of_restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
+    """Fit the best model and its competitors again from other loops, and give the best of those fits.
+
+    An optimum from another loop may be further below than one effect is below another: slack and stiffening were equal
+    before, and far apart once one of them alone had been fitted again.
+    """
+    competitors = [
+        g for stage in stages for g in stage
+        if len(g.names) == len(best.names) and g.names != best.names
+        and g.mean_square < COMPETITOR_SQUARE * best.mean_square
+    ]  # fmt: skip
+    samples = best.samples
+    competitors = sorted(competitors, key=lambda g: g.bic(samples))[:MOST_COMPETITORS]
+    again = {id(g): best_of_restarts(search, g) for g in (best, *competitors)}
+    stages = [[again.get(id(g), g) for g in stage] for stage in stages]
+    found = min(again.values(), key=lambda g: g.bic(samples))
+    return (found if found is again[id(best)] else pruned(search, found)), stages
+
+
+def _with_restarted_competitors(search: Search, best: Fitted, stages: Stages) -> Stages:
+    """Fit models that are nearly as good as the best again from other starting points, where the rig is known."""
+    if not search.policy.along_valley:
+        return stages
+    samples = best.samples
+    limit = best.bic(samples) + COMPETITOR_BIC
+
+    def again(g: Fitted) -> Fitted:
+        return best_of_restarts(search, g) if g.names != best.names and g.bic(samples) < limit else g
+
+    return [[again(g) for g in stage] for stage in stages]

@@ -1,0 +1,278 @@
+"""Thresholds and limits of the tracer, each with its unit and the reason for its value.
+
+Ratios to the noise floor are of root mean square errors (rms, deg). Differences of the Bayesian information criterion
+(BIC) are in units of twice the natural logarithm of a likelihood ratio. Coordinates of a fit are parameters over their
+``scale``, a change of the parameter that matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+BaselineName = Literal["rig", "equivalent rig", "curve"]
+"""Kind of baseline model, as in trace.json."""
+
+# --- verdict: when there is something to explain, and when it is explained -------------------------------------------
+
+SIGNIFICANT, SIGNIFICANT_LOOSE = 1.15, 1.3
+"""Rms residual over the noise floor from which there is something to explain. The first value is for the baseline of a
+rig, known or equivalent. The second is for a curve with a loop, which no rig meets exactly, and for what a first effect
+leaves."""
+SMALL_SAMPLE_MARGIN = 3.0
+"""Over the square root of the number of samples: by how much the estimated noise may be too small (97.5 % of white
+noise in branches of 16 to 44 samples, by simulation with third differences and five parameters fitted)."""
+AT_FLOOR = 1.5
+"""Rms residual over the noise floor up to which a residual counts as explained in any case."""
+EXPLAINED_SHARE = 0.75
+"""Part of the mean square above the noise that the effects must explain together to be named."""
+WORTH_NAMING = 0.9
+"""Rms residual after an effect over the one before: an effect that leaves more is not worth naming."""
+NOT_ALIKE = 0.08
+"""Rms residual over half the largest range of the angle: an equivalent rig that is further off did not make the
+records."""
+VERY_STRONG_EVIDENCE = 10.0
+"""BIC difference below which effects are not distinguished: very strong evidence starts there (Kass, Raftery 1995, doi
+10.1080/01621459.1995.10476572)."""
+SIMILAR_SHARE = 0.03
+"""The same as a part of the whole BIC gain where the geometry is unknown: neither an equivalent rig nor a curve fits
+such records exactly."""
+
+# --- search: how many effects, and how many models are compared ------------------------------------------------------
+
+MOST_EFFECTS = 3
+"""Effects that are added one after the other at most."""
+EXTENDED_MODELS = 2
+"""Best models of a stage to which a further effect is added."""
+MOST_COMPETITORS = 3
+"""Models beside the best one that are fitted as thoroughly, and between which the next experiment is to decide."""
+COMPETITOR_SQUARE = 1.5
+"""Mean square over the best model's up to which a model of an equivalent rig is fitted again from other starting
+points."""
+COMPETITOR_BIC = 5 * VERY_STRONG_EVIDENCE
+"""BIC difference up to which a competitor on a known rig is fitted again from other starting points."""
+AT_NOISE = 1.05
+"""Rms residual over the noise floor: a fit that is as near needs no other starting point."""
+ALMOST_AT_NOISE = 2.0
+"""Rms residual over the noise floor up to which another starting point of the baseline may leave nothing to explain."""
+COMPETITOR_AT_NOISE = 1.5
+"""Mean square over that of a model at the noise: what leaves more needs no other starting point either."""
+OTHER_FORM_SQUARE = 1.5
+"""Mean square after the first steps, over that of the effect's best form, up to which another form is fitted to its
+end."""
+STARTS_PER_EFFECT = 3
+"""Forms of one effect that are fitted, each from its best starting point."""
+LESSER_FORM = 0.8
+"""Part of the linearised gain of an effect's best form: forms that gain less are not fitted."""
+LEAST_GAIN = 0.02
+"""Part of the residual's sum of squares: a starting point with a smaller linearised gain is not fitted."""
+
+
+@dataclass(frozen=True)
+class SearchPolicy:
+    """How effects are searched for beside one kind of baseline model.
+
+    Parameters
+    ----------
+    name
+        Kind of baseline, as in trace.json.
+    significant
+        Rms residual of the baseline over the noise floor from which there is something to explain.
+    screened
+        Whether a run of the model takes milliseconds, so that candidates are screened: by the linearised gain first,
+        and by a few least-squares steps then. Without screening every starting point is fitted to convergence.
+    first_candidates, later_candidates
+        Effects that pass the linearised gain, for the first effect and for further ones; None lets all pass.
+    first_steps
+        Least-squares steps of a candidate before it is compared with the others.
+    finished
+        Effects at most that are then fitted to convergence.
+    leading
+        Best effects of those, which are also fitted in forms with more parameters and from other starting points.
+    near, near_at_noise
+        Mean square over the least one, after the first steps or at convergence, up to which an effect is fitted to
+        convergence; the second where the least one is noise.
+    absorbs_effects
+        Whether the baseline is so free that it takes a good part of an effect for its own. The search goes on to the
+        noise then, each named effect is exchanged for others, and competitors are fitted from other starting points.
+    starts_from_declared
+        Whether effects also start beside the parameters that were declared: those of the fitted baseline may have
+        taken the effect for their own.
+    restarted
+        Whether the best model is fitted again from other starting points.
+    along_valley
+        Whether these include points along the flattest direction of the fit.
+    refined
+        Whether named effects are refined in the search; an equivalent rig has its named effects refined in the final
+        fit.
+    distinct_share
+        Part of the whole BIC gain below which effects are not distinguished.
+    own_preload
+        Whether a record may be held out whose preload no other record has. A model in which the preload does not act,
+        but is fitted to, cannot predict such a record.
+    refit_steps
+        Least-squares steps in which a candidate that is not named is fitted to the training samples.
+    refit_from_jacobian
+        Whether these start with the derivatives of the fit to all samples.
+    """
+
+    name: BaselineName
+    significant: float
+    screened: bool
+    first_candidates: int | None
+    later_candidates: int | None
+    first_steps: int
+    finished: int
+    leading: int
+    near: float
+    near_at_noise: float
+    absorbs_effects: bool
+    starts_from_declared: bool
+    restarted: bool
+    along_valley: bool
+    refined: bool
+    distinct_share: float
+    own_preload: bool
+    refit_steps: int
+    refit_from_jacobian: bool
+
+
+# --- least squares -----------------------------------------------------------------------------------------------------
+
+STEPS, MOST_STEPS, FEW_STEPS = 30, 40, 4
+"""Least-squares steps of a fit at most: by default, of a fit that has to converge, and of one that is only to show which
+candidates are worth the rest."""
+EARLY_STEPS = 4
+"""Steps of an equivalent rig's baseline before it has taken an effect for its own."""
+DIFFERENCE_STEP = 1e-3
+"""Step of finite differences, in coordinates."""
+CONVERGED = 1e-4
+"""Relative change of the sum of squares, and of the coordinates, at which a fit ends."""
+INFEASIBLE_DEG = 1e3
+"""Error that stands for parameters which no rig can have: the solver shortens its step."""
+INSIDE_BOUNDS = 1e-6
+"""Distance from a bound, in coordinates, to which a start at the bound is moved."""
+
+# --- starting points ---------------------------------------------------------------------------------------------------
+
+NO_CHANGE_DEG = 1e-9
+"""Largest change of the angle below which an effect counts as absent."""
+LARGEST_FACTOR = 100.0
+"""Largest factor by which the linearised gain enlarges a start."""
+KEPT_GAIN = 0.5
+"""Part of the predicted linearised gain that an enlarged start must have."""
+LARGEST_STEP = 2.0
+"""How far the other parameters are moved with a start, as a factor on the start's own size."""
+LOOP_PARAMETER = "loop_angle_deg"
+"""Parameter of a rig from other values of which it is fitted again: a material loop of few slipping elements has an
+optimum for each of them at the ends of the smaller records."""
+LOOP_FACTORS, LOOP_FACTORS_FINAL = (0.5, 2.0), (0.5, 1.6)
+"""Factors on it, in the search and at its end."""
+PROMISING = 1.2
+"""Rms training error over that of the fit so far: a fit from another starting point that is as near after a few steps is
+continued."""
+NO_SLOPE = 1e-6
+"""Norm of a parameter's derivatives over the largest one below which the parameter does nothing."""
+
+# --- noise floor and independent samples -------------------------------------------------------------------------------
+
+NOISE_BRANCH_SAMPLES = 8
+"""Fewest samples of a branch from which the local noise is estimated."""
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+LEAST_NOISE = 1e-5
+"""Noise over the range of the angle: less comes from a simulation, no sensor of a bending angle resolves it."""
+SAMPLES_OF_BRANCH = 8.0
+"""Independent samples that a branch of the path counts for at least: about the parameters of a smooth curve."""
+MOST_CORRELATION = 0.99
+"""Largest autocorrelation of neighbouring errors that is used."""
+
+# --- smooth functions of the residual, and tests of dependence ---------------------------------------------------------
+
+SMOOTH_FUNCTION_BIC = 6.0
+"""BIC that a further smooth function must gain (strong evidence; Kass, Raftery 1995)."""
+DEPENDENCE_COLUMNS = 6
+"""Columns of the smooth function with which dependence is tested."""
+PORTMANTEAU_LAGS = 10
+"""Lags of the test for whiteness."""
+
+# --- held-out data -----------------------------------------------------------------------------------------------------
+
+KNOWN_BEGINNING = 0.05
+"""Part of a held-out record that is fitted, at its beginning: the state that a record starts in cannot be predicted."""
+HELD_OUT_RECORD = 0.3
+"""Part of a record that is fitted: with less, the record as a whole counts as held out."""
+SAME_PROTOCOL = 0.1
+"""Relative difference up to which preloads, amplitudes and rates are the same."""
+
+
+KNOWN_RIG = SearchPolicy(
+    name="rig",
+    significant=SIGNIFICANT,
+    screened=True,
+    first_candidates=6,
+    later_candidates=5,
+    first_steps=FEW_STEPS,
+    finished=5,
+    leading=3,
+    near=6.0,
+    near_at_noise=4.0,
+    absorbs_effects=False,
+    starts_from_declared=True,
+    restarted=True,
+    along_valley=True,  # play and friction at the base stand alike until the next sample distinguishes them
+    refined=True,
+    distinct_share=0.0,
+    own_preload=True,
+    refit_steps=MOST_STEPS,
+    refit_from_jacobian=False,
+)
+"""A rig that the records declare: the compiled chain with five free parameters."""
+
+EQUIVALENT_RIG = SearchPolicy(
+    name="equivalent rig",
+    significant=SIGNIFICANT,
+    screened=True,
+    first_candidates=8,  # the linearised gain is worth less beside a baseline of which all is free
+    later_candidates=5,
+    first_steps=FEW_STEPS,
+    finished=3,
+    leading=1,
+    near=12.0,  # first steps tell less: drag and delay, slack and stiffening were 3 times the noise and ended at it
+    near_at_noise=12.0,
+    absorbs_effects=True,
+    starts_from_declared=False,
+    restarted=True,
+    along_valley=False,  # the flattest direction is that of all forces in proportion, which no record shows
+    refined=False,
+    distinct_share=SIMILAR_SHARE,
+    own_preload=True,
+    refit_steps=3,
+    refit_from_jacobian=True,
+)
+"""The simplest rig that could have made records of unknown geometry."""
+
+CURVE = SearchPolicy(
+    name="curve",
+    significant=SIGNIFICANT_LOOSE,
+    screened=False,  # a run takes microseconds
+    first_candidates=None,
+    later_candidates=None,
+    first_steps=MOST_STEPS,
+    finished=0,
+    leading=0,
+    near=0.0,
+    near_at_noise=0.0,
+    absorbs_effects=False,
+    starts_from_declared=False,
+    restarted=False,
+    along_valley=False,
+    refined=False,
+    distinct_share=SIMILAR_SHARE,
+    own_preload=False,
+    refit_steps=MOST_STEPS,
+    refit_from_jacobian=False,
+)
+"""A monotone cubic with a Bouc-Wen loop on it."""
+
+POLICIES = {policy.name: policy for policy in (KNOWN_RIG, EQUIVALENT_RIG, CURVE)}

@@ -1,0 +1,136 @@
+"""The verdict: which effects are named, and why."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from validation.tracing.fitting.evidence import beats_smooth_functions, significant_ratio
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.noise import NoiseFloor
+from validation.tracing.fitting.smooth import Smooth, smooth_functions
+from validation.tracing.outcome import Candidate, Trace, Verdict
+from validation.tracing.search.stepwise import Selection, Stages
+from validation.tracing.settings import (
+    AT_FLOOR,
+    EXPLAINED_SHARE,
+    SIGNIFICANT_LOOSE,
+    VERY_STRONG_EVIDENCE,
+    WORTH_NAMING,
+    SearchPolicy,
+)
+
+
+def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Selection) -> Trace:
+    """Judge what the selected effects explain.
+
+    Parameters
+    ----------
+    smooth
+        Smooth functions of the baseline's residual.
+    """
+    best, stages = selection.best, selection.stages
+    samples = best.samples
+    floor = NoiseFloor(min(baseline.noise.local_deg, best.noise.local_deg), best.noise.repeats_deg)
+    candidates = [Candidate(g, baseline.bic(samples) - g.bic(samples)) for stage in stages for g in stage]
+    verdict, words = _verdict(policy, baseline, best, smooth, floor)
+    best = baseline if verdict == "none" else best
+    alike = max(VERY_STRONG_EVIDENCE, policy.distinct_share * (baseline.bic(samples) - best.bic(samples)))
+    confusable = _confusable(best, stages, alike) if verdict == "effect" else ()
+    if any(confusable):
+        verdict = "ambiguous"
+    if verdict == "unexplained":
+        words.append(_depends_on(smooth))
+        best = baseline
+    elif best is not baseline and best.rmse_deg > AT_FLOOR * floor.deg:
+        remaining = (
+            f"the remaining error is {best.rmse_deg:.2g} deg rms, {best.rmse_deg / floor.deg:.2g} times the noise"
+        )
+        words.append(f"{remaining}; {_depends_on(smooth_functions(best), 'it')}")
+    return Trace(
+        model=policy.name,
+        verdict=verdict,
+        baseline=baseline,
+        augmented=best,
+        candidates=tuple(candidates),
+        confusable=confusable,
+        floor=floor,
+        smooth=smooth,
+        words=tuple(words),
+        alike=alike,
+    )
+
+
+def _verdict(
+    policy: SearchPolicy, baseline: Fitted, best: Fitted, smooth: Smooth, floor: NoiseFloor
+) -> tuple[Verdict, list[str]]:
+    """Verdict before competitors are looked at, and its reasons."""
+    names = " + ".join(best.names)
+    excess = max(baseline.mean_square - floor.deg**2, 1e-300)
+    explained = (baseline.mean_square - best.mean_square) / excess
+    if baseline.rmse_deg <= significant_ratio(baseline, policy) * floor.deg:
+        return "none", []
+    if best is baseline:
+        return "unexplained", []
+    if not beats_smooth_functions(best, smooth):
+        return "unexplained", [f"smooth functions of {', '.join(smooth.names)} fit better than {names}"]
+    if best.rmse_deg > AT_FLOOR * floor.deg and explained < EXPLAINED_SHARE:
+        return "unexplained", [f"{names} explains {100 * explained:.0f} % of the mean square above the noise"]
+    return "effect", []
+
+
+def _depends_on(smooth: Smooth, what: str = "the residual") -> str:
+    return f"{what} depends on {', '.join(smooth.names) or 'none of the quantities that were tested'}"
+
+
+def _confusable(best: Fitted, stages: Stages, alike: float) -> tuple[tuple[str, ...], ...]:
+    """For each effect of the best model, those that explain the records as well in its place."""
+    samples = best.samples
+    as_good = [
+        g for stage in stages for g in stage
+        if g is not best and len(g.names) <= len(best.names) and g.bic(samples) - best.bic(samples) < alike
+    ]  # fmt: skip
+    out: list[tuple[str, ...]] = []
+    for name in best.names:
+        others = set(best.names) - {name}
+        found = [n for g in as_good if others <= set(g.names) for n in g.names if n not in best.names]
+        out.append(tuple(dict.fromkeys(found)))
+    return tuple(out)
+
+
+def is_explained(trace: Trace) -> bool:
+    """Whether a trace leaves no more than a first effect may leave."""
+    return trace.verdict != "unexplained" and trace.augmented.rmse_deg <= SIGNIFICANT_LOOSE * trace.floor.deg
+
+
+def ended_above_noise(trace: Trace, policy: SearchPolicy) -> bool:
+    """Whether the search may have ended early, at a candidate that leaves what a first effect may leave."""
+    limit = max(SIGNIFICANT_LOOSE, significant_ratio(trace.baseline, policy))
+    return any(c.fitted.rmse_deg <= limit * c.fitted.noise.deg for c in trace.candidates)
+
+
+def best_of(traces: list[Trace]) -> Trace:
+    """Choose the trace with the lowest BIC; one that names nothing has the BIC of its smooth functions.
+
+    A named effect must be better than smooth functions of any baseline, and a baseline does not win by needing an effect
+    less.
+    """
+    samples = min((trace.augmented for trace in traces), key=lambda g: g.mean_square).samples
+
+    def cost(trace: Trace) -> float:
+        return trace.smooth.bic(samples) if trace.verdict == "unexplained" else trace.augmented.bic(samples)
+
+    return min(traces, key=cost)
+
+
+def confirmed_on_heldout(trace: Trace) -> Trace:
+    """Take effects back that leave the held-out error far above the noise, and no lower than it was.
+
+    A baseline that meets the held-out samples at the noise by chance does not speak against an effect that does, too.
+    """
+    before, after = trace.baseline.heldout_rmse_deg, trace.augmented.heldout_rmse_deg
+    if not trace.effects or after <= max(AT_FLOOR * trace.floor.deg, WORTH_NAMING * before):
+        return trace
+    names = " + ".join(trace.augmented.names)
+    reason = f"with {names} the held-out error is {after:.3g} deg, that of the baseline model is {before:.3g} deg"
+    words = (reason, _depends_on(trace.smooth))
+    return replace(trace, verdict="unexplained", augmented=trace.baseline, confusable=(), words=words)
