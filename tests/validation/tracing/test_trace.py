@@ -271,7 +271,7 @@ def test_noise_floor_and_free_functions_on_a_known_residual():
     floor = estimate_noise_floor(problem.records, noise)
     assert floor.deg == pytest.approx(0.04, rel=0.12)
     model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
-    fitted = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_calls=3)
+    fitted = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_steps=3)
     even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.inputs, strict=True))
     smooth = smooth_functions(replace(fitted, errors=even), 400.0)
     assert smooth.names[0] == "even in the drive"
@@ -282,7 +282,7 @@ def test_dependence_of_white_noise_and_of_a_known_residual():
     records = two_preloads(lambda rig: rig)
     problem = known_rig_problem(records)
     model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
-    fitted = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_calls=2)
+    fitted = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_steps=2)
     rng, chances = np.random.default_rng(5), []
     for _ in range(200):
         white = tuple(rng.normal(0.0, 0.1, e.size) for e in fitted.errors)
