@@ -35,11 +35,14 @@ class _Cache(FunctionCache):
     _impl_class = _NamedBySources
 
 
-def chain_njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a kernel as ``numba.njit(**options)`` does, and keep the code on disk."""
+def chain_njit(*, error_model: str = "numpy", **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a kernel as ``numba.njit(**options)`` does, and keep the code on disk.
+
+    A division by zero gives inf or nan, as numpy's does, unless ``error_model`` is "python": the checks cost time.
+    """
 
     def compile_cached(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(**options)(function)
+        dispatcher = njit(error_model=error_model, **options)(function)
         dispatcher._cache = _Cache(function)
         return dispatcher
 

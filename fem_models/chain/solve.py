@@ -1,19 +1,19 @@
-"""The compiled twin of the multibody model: the same rig as a chain of joints and rope segments, quasi-static.
+"""The compiled chain of joints and tendon segments, quasi-static: the fast engine beside the multibody model.
 
-Unknowns are the joint angles and the slip of either tendon at every guide. A joint sees only the rope segments that
-cross its notch, and a guide only its two neighbouring segments, so the tangent is a band of half width 4, and a Newton
-step costs time linear in the number of joints; their number hardly grows (:mod:`fem_models.chain.newton`). Weight and a
-touched tip stop reach all joints: the tangent is written by the headings of the rings then, and its half width is 5.
-Friction, material and their histories follow the same laws as in the multibody model (:mod:`fem_models.joint.friction`), with
-exact tangents, the dependence of a sliding guide's friction on tensions and wrap included.
+Unknowns are the joint angles and the slip of either tendon at every guide. A joint sees only the tendon segments that
+cross its notch, and a guide only its two neighbouring segments. The tangent is therefore a band of half width 4, and
+the time of a Newton step is linear in the number of joints; the number of steps hardly grows
+(:mod:`fem_models.chain.newton`). Weight and a touched tip stop reach all joints: the tangent is then written by the
+headings of the rings, and its half width is 5. Friction, material and their histories follow the same laws as in the multibody model
+(:mod:`fem_models.joint.friction`), with exact tangents, which include how the friction of a sliding guide depends on
+tensions and wrap.
 
-What it lacks beside the multibody model: shear of the flexures, and the rings' compliance but for that in series with
+Unlike the multibody model it has no shear of the flexures. Of the rings' compliance it has only the part in series with
 the elastic part of a joint and with a closed notch.
 """
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -21,20 +21,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.chain.equations import Constants, History
-from fem_models.chain.newton import follow
-from fem_models.joint.contact import closes_one_way, contact_angle_rad, require_open, ring_weight_N
-from fem_models.joint.flexure import (
-    flexure,
-    force_scale_N,
-    moment_arms_mm,
-    rigid_gap_mm,
-    ring_stiffness,
-    turning_length_mm,
-)
-from fem_models.joint.friction import jenkins_elements
+from fem_models.chain.follow import Path, Run, follow
+from fem_models.chain.parameters import ChainSettings, chain_parameters, memory_at_rest
+from fem_models.joint.contact import require_open
+from fem_models.joint.flexure import flexure, force_scale_N, moment_arms_mm, turning_length_mm
 from fem_models.joint.strain import peak_strain
-from fem_models.joint.superelastic import flag_fibres
 from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, force_schedule, schedule
@@ -46,23 +37,13 @@ from hysteresis.record import Record
 
 
 @dataclass(frozen=True)
-class ChainSettings:
-    """Numerical settings. ``tolerance`` is of the residual, over :func:`fem_models.joint.flexure.force_scale_N`.
-
-    ``max_pull`` bounds the step of a force, over the same; the rest as in the multibody model.
-    """
-
-    bristle_ratio: float = 0.02
-    max_step_mm: float = 0.1
-    max_pull: float = 0.25
-    max_halvings: int = 20
-    newton_iterations: int = 40
-    tolerance: float = 1e-10
-
-
-@dataclass(frozen=True)
 class ChainSolution:
-    """A record with what only the model knows; fields as in :class:`fem_models.multibody.quasi_static.MultibodySolution`."""
+    """A record, and what only the model knows. Arrays follow the samples of the record, shape (m, ...).
+
+    ``segment_tensions_N`` has shape (m, 2, N+1): tendons a and b, from the wheel to the tip. ``peak_strain``, shape
+    (m, N), is that of :func:`fem_models.joint.strain.peak_strain`. The work of the wheel and the losses to friction,
+    material and drag are cumulative from the start of the program.
+    """
 
     record: Record
     segment_tensions_N: Floats
@@ -73,81 +54,8 @@ class ChainSolution:
     viscous_loss_mJ: Floats
 
 
-def constants(rig: Rig, settings: ChainSettings, *, pulled: bool = False) -> Constants:
-    """Reduce a rig to what the kernels need; ``pulled`` by a force in place of the wheel."""
-    joint, arms, dry = flexure(rig), moment_arms_mm(rig), rig.friction
-    elastic, _, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
-    bristle = settings.bristle_ratio
-    ropes, absent, scale = rig.tendons, [0.0] * (2 - len(rig.tendons)), force_scale_N(rig)
-    preload_a, preload_b = [float(rig.preload_N)] * len(ropes) + absent
-    rope_a, rope_b = [rope.EA_N / rig.pitch_mm for rope in ropes] + absent
-    free_a, free_b = [rope.EA_N / rope.free_length_mm for rope in ropes] + absent
-    toe_a, toe_b = [float(rope.toe_N) for rope in ropes] + absent
-    stop, weight, ring = rig.tip_stop, ring_weight_N(rig), ring_stiffness(rig)[0]  # the ring is in series
-    contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
-    creep = [rig.creep.fraction * rope.free_length_mm / rope.EA_N if rig.creep else 0.0 for rope in ropes] + absent
-    return Constants(
-        preload_a=preload_a,
-        preload_b=preload_b,
-        pulled=float(pulled),
-        rest=math.radians(rig.precurvature_deg),
-        scale=scale,
-        bending=joint.bending_Nmm_per_rad,
-        elastic=0.0 if rig.superelastic else elastic * ring / (ring + elastic),
-        arm_a=arms[0],
-        arm_b=arms[1],
-        half_gap=0.5 * rigid_gap_mm(rig),
-        rope_a=rope_a,
-        rope_b=rope_b,
-        free_a=free_a,
-        free_b=free_b,
-        toe_a=toe_a,
-        toe_b=toe_b,
-        axial=1 / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0,
-        mu=float(dry.capstan_coefficient),
-        guide=float(dry.guide_N),
-        sheath=float(dry.sheath_N),
-        rest_wrap=math.radians(dry.rest_wrap_deg),
-        bristle_a=bristle * rope_a,
-        bristle_b=bristle * rope_b,
-        close_angle=contact_angle_rad(rig),
-        close_stiffness=ring * contact / (ring + contact),
-        close_both=0.0 if closes_one_way(rig) else 1.0,
-        weight_x=weight[0],
-        weight_y=weight[1],
-        stop_y=float(stop.y_mm) if stop else math.inf,
-        stop_stiffness=float(stop.stiffness_N_per_mm) if stop else 0.0,
-        pitch=rig.pitch_mm,
-        creep_a=creep[0],
-        creep_b=creep[1],
-        drag_sheath=float(rig.drag.sheath_N_s_per_mm) if rig.drag else 0.0,
-        drag_joint=float(rig.drag.joint_Nmm_s_per_rad) if rig.drag else 0.0,
-        # rounding of a slip times the stiffest segment is the least residual there can be
-        tolerance=max(settings.tolerance * scale, 1e-14 * max(rope.EA_N for rope in ropes)),
-    )
-
-
-def _history(rig: Rig) -> History:
-    n = rig.joints
-    _, stiffness, slip_moment = jenkins_elements(rig.material, flexure(rig).bending_Nmm_per_rad)
-    fibres = flag_fibres(rig)
-    share = 1 - rig.material.loop_share  # what the Jenkins elements leave
-    return History(
-        guides=np.zeros((2, n)),
-        jenkins=np.full((stiffness.size, n), math.radians(rig.precurvature_deg)),
-        jenkins_stiffness=stiffness,
-        slip_moment=slip_moment,
-        flags=np.zeros((fibres.stiffness.size, n)),
-        flag_stiffness=share * fibres.stiffness,
-        flag_upper=share * fibres.upper_Nmm,
-        flag_lower=share * fibres.lower_Nmm,
-        flag_span=fibres.span_rad,
-        flag_climb=share * fibres.slope,
-    )
-
-
 def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None = None) -> ChainSolution:
-    """Run a load program quasi-statically; of the times only creep and drag take note.
+    """Run a load program quasi-statically; times matter for creep and drag only.
 
     Raises
     ------
@@ -156,8 +64,7 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
     RigError
         From :func:`fem_models.load.schedule.schedule`.
     """
-    angles, tensions, energies = _wound(rig, program, settings or ChainSettings())
-    return _solution(rig, program, angles, tensions, energies)
+    return _solution(rig, program, _driven(rig, program, settings or ChainSettings()))
 
 
 def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | None = None) -> Floats:
@@ -168,12 +75,14 @@ def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | No
     SolverError, RigError
         As :func:`solve_chain`.
     """
-    angles, _, _ = _wound(rig, program, settings or ChainSettings())
-    return np.degrees(np.cumsum(angles, axis=1)[:, -1])
+    run = _driven(rig, program, settings or ChainSettings())
+    return np.degrees(np.cumsum(run.angles, axis=1)[:, -1])
 
 
 def solve_pulled_chain(rig: Rig, force_N: Floats, settings: ChainSettings | None = None) -> ChainSolution:
-    """Run a rig of one tendon through tensions at the wheel, shape (m,), in order; the record's drive is in N.
+    """Run a rig of one tendon under load control: tensions at the wheel, shape (m,), in order.
+
+    The drive of the record is in N.
 
     Raises
     ------
@@ -185,67 +94,72 @@ def solve_pulled_chain(rig: Rig, force_N: Floats, settings: ChainSettings | None
     settings, plan = settings or ChainSettings(), force_schedule(rig, force_N)
     arm, bending, scale = moment_arms_mm(rig)[0], flexure(rig).bending_Nmm_per_rad, force_scale_N(rig)
     control = force_control(rig, arm, bending, settings.max_pull * scale, settings.max_halvings)
-    angles, tensions, energies = _followed(rig, plan, settings, control, pulled=True)
-    return _solution(rig, plan.drive_mm, angles, tensions, energies)
+    return _solution(rig, plan.drive_mm, _followed(rig, plan, settings, control, load_control=True))
 
 
-def _wound(rig: Rig, program: LoadProgram, settings: ChainSettings) -> tuple[Floats, Floats, Floats]:
-    """Angles, tensions and energies of a rig whose rope is wound in; as :func:`_followed`."""
+def _driven(rig: Rig, program: LoadProgram, settings: ChainSettings) -> Run:
+    """Follow a program whose wheel winds in tendon."""
     control = drive_control(rig, settings.max_step_mm, settings.max_halvings)
-    return _followed(rig, schedule(rig, program), settings, control, pulled=False)
+    return _followed(rig, schedule(rig, program), settings, control, load_control=False)
 
 
-def _followed(
-    rig: Rig, plan: Schedule, settings: ChainSettings, control: StepControl, *, pulled: bool
-) -> tuple[Floats, Floats, Floats]:
-    """Angles (m, N), tensions (m, 2, N+1), energies (m, 4)."""
-    n, m, unit = rig.joints, plan.drive_mm.size, "N" if pulled else "mm"
-    angles, tensions, energies = np.empty((m, n)), np.empty((m, 2, n + 1)), np.empty((m, 4))
+def _followed(rig: Rig, plan: Schedule, settings: ChainSettings, control: StepControl, *, load_control: bool) -> Run:
+    n, m, unit = rig.joints, plan.drive_mm.size, "N" if load_control else "mm"
+    path = Path(
+        drive=plan.drive_mm,
+        slack=plan.slack_mm,
+        loop_scale=plan.loop_scale,
+        rest_angle=plan.residual_rad,
+        time=plan.time_s,
+        creep=plan.creep,
+        control=control,
+        iterations=settings.newton_iterations,
+    )
+    run = Run(angles=np.empty((m, n)), tensions=np.empty((m, 2, n + 1)), energies=np.empty((m, 4)))
     try:
-        failed, start, end = follow(
-            plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad, plan.time_s, plan.creep,
-            constants(rig, settings, pulled=pulled), _history(rig), control,
-            settings.newton_iterations, angles, tensions, energies,
-        )  # fmt: skip
+        failed = follow(path, chain_parameters(rig, settings, load_control=load_control), memory_at_rest(rig), run)
     except ZeroDivisionError:
         raise SolverError(f"rig {rig.name}: a tangent without stiffness on the way through {m} samples") from None
-    if failed >= 0:
-        raise SolverError(
-            f"rig {rig.name}, sample {failed} of {m}: no equilibrium between drives {start:.6g} and {end:.6g} {unit}"
-        )
-    require_open(rig, angles)
-    return angles, tensions, energies
+    if failed.sample >= 0:
+        between = f"between drives {failed.start:.6g} and {failed.end:.6g} {unit}"
+        raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}")
+    require_open(rig, run.angles)
+    return run
 
 
-def _solution(
-    rig: Rig, program: LoadProgram | Floats, angles: Floats, tensions: Floats, energies: Floats
-) -> ChainSolution:
-    n = rig.joints
-    heading = np.cumsum(angles, axis=1)
-    turning = turning_length_mm(rig)  # along the mean of the headings before and beyond; the rest goes with the rings
-    reach = (rig.pitch_mm - turning) * np.append(np.ones(n - 1), 0.5)
-    way = np.exp(1j * heading) @ reach + turning * np.exp(1j * (heading - 0.5 * angles)).sum(axis=1)
-    compliance = 1 / k if (k := flexure(rig).axial_N_per_mm) else 0.0
-    shortening = compliance * (tensions[:, :, 1:].sum(axis=(1, 2)) - len(rig.tendons) * n * rig.preload_N)
-    tip = np.column_stack([0.5 * (rig.pitch_mm - turning) + way.real - shortening, way.imag])
+def _solution(rig: Rig, program: LoadProgram | Floats, run: Run) -> ChainSolution:
     record = simulated_record(
         "chain",
         rig,
         program,
-        angle_deg=np.degrees(heading[:, -1]),
-        joint_angles_rad=angles,
-        tension_N=tensions[:, :, 0],
-        tip_mm=tip,
+        angle_deg=np.degrees(np.cumsum(run.angles, axis=1)[:, -1]),
+        joint_angles_rad=run.angles,
+        tension_N=run.tensions[:, :, 0],
+        tip_mm=_tip_mm(rig, run),
     )
-    return ChainSolution(record, tensions, peak_strain(rig, angles), *energies.T)
+    return ChainSolution(record, run.tensions, peak_strain(rig, run.angles), *run.energies.T)
+
+
+def _tip_mm(rig: Rig, run: Run) -> Floats:
+    """Centre of the last ring, shape (m, 2).
+
+    The turning length of a notch lies along the mean of the headings before and beyond it, the rest along the rings.
+    """
+    n, heading = rig.joints, np.cumsum(run.angles, axis=1)
+    turning = turning_length_mm(rig)
+    reach = (rig.pitch_mm - turning) * np.append(np.ones(n - 1), 0.5)
+    place = np.exp(1j * heading) @ reach + turning * np.exp(1j * (heading - 0.5 * run.angles)).sum(axis=1)
+    compliance = 1 / k if (k := flexure(rig).axial_N_per_mm) else 0.0
+    shortening = compliance * (run.tensions[:, :, 1:].sum(axis=(1, 2)) - len(rig.tendons) * n * rig.preload_N)
+    return np.column_stack([0.5 * (rig.pitch_mm - turning) + place.real - shortening, place.imag])
 
 
 @dataclass(frozen=True)
 class BatchSolution:
-    """Rigs of one program, one row a rig. A rig that did not converge has NaN and says why.
+    """Rigs of one program, one row a rig. A rig that did not converge has NaN and a message.
 
     ``angle_deg`` has shape (rigs, m), ``tension_N`` (rigs, m, 2): tendons a and b at the wheel. ``messages`` are
-    empty where all went well.
+    empty where the rig converged.
     """
 
     angle_deg: Floats
@@ -256,7 +170,10 @@ class BatchSolution:
 def solve_batch(
     rigs: Sequence[Rig], program: LoadProgram, settings: ChainSettings | None = None, *, threads: int | None = None
 ) -> BatchSolution:
-    """Run many rigs through one program, in threads: the kernels hold no lock. The order does not matter."""
+    """Run many rigs through one program, in threads: the kernels release the lock of the interpreter.
+
+    The order of the rigs does not matter.
+    """
 
     def one(rig: Rig) -> tuple[Floats, Floats, str]:
         try:

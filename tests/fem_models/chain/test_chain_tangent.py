@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem_models.chain.equations import BAND, BAND_OF_JOINTS, Work, assemble
-from fem_models.chain.solve import ChainSettings, _history, constants, simulate_chain, solve_chain
+from fem_models.chain.equations import BAND, BAND_OF_JOINTS, assemble, work_space
+from fem_models.chain.parameters import ChainSettings, chain_parameters, memory_at_rest
+from fem_models.chain.solve import simulate_chain, solve_chain
 from fem_models.load.program import triangle
 from fem_models.load.stepping import Load
 from fem_models.rig.effects import Gravity, TipStop
@@ -21,25 +22,17 @@ OUTSIDE = {
 }
 
 
-def work(n: int, preload: float) -> Work:
-    size = 3 * (n + 1)
-    return Work(
-        a=np.zeros((size, 2 * BAND + 1)), b=np.zeros(size), lever=np.zeros(size), external=np.zeros(n),
-        restoring=np.zeros(n), tension=np.zeros((2, n + 1)), limit=np.zeros((2, n)), state=np.zeros((2, n)),
-        x_before=np.zeros(size), guess=np.full(2, preload),
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize("name", OUTSIDE)
 def test_tangent_is_the_residuals_derivative(name):
     rig = replace(preset("du2018"), **OUTSIDE[name])
     n, rng = rig.joints, np.random.default_rng(5)
-    c, h, w = constants(rig, ChainSettings()), _history(rig), work(rig.joints, rig.preload_N)
+    parameters, memory = chain_parameters(rig, ChainSettings()), memory_at_rest(rig)
+    work = work_space(parameters, n)
     load = Load(drive=0.4, slack=(0.0, 0.0), loop_scale=1.0, rest_angle=0.0, time=0.0)
     x = np.zeros(3 * (n + 1))
     x[3::3] = rng.uniform(0.005, 0.04, n)  # one sign: a wrap has a corner at zero
-    for side, arm in ((0, c.arm_a), (1, -c.arm_b)):  # ropes slid along, so that none is slack
-        paths = 2 * (c.half_gap * (1 - np.cos(x[3::3] / 2)) + arm * np.sin(x[3::3] / 2))
+    for side, arm in enumerate(parameters.arm):  # the tendons slide along, so that none is slack
+        paths = 2 * (parameters.half_gap * (1 - np.cos(x[3::3] / 2)) + arm * np.sin(x[3::3] / 2))
         x[1 + side : -2 : 3] = np.cumsum(paths[::-1])[::-1] + rng.uniform(-1e-4, 1e-4, n)
     headed = name != "nothing"
     unknowns = np.eye(x.size)  # by x
@@ -48,11 +41,11 @@ def test_tangent_is_the_residuals_derivative(name):
             unknowns[i + 3, i] = -1.0  # a heading turns its own joint, and the next one back
 
     def residual(x):
-        _, stop, outside = assemble(x, c, h, load, w, 0.0, False)
+        _, stop, outside = assemble(x, parameters, memory, load, work, 0.0, False)
         assert outside == headed
         assert (stop > 0) == (name in ("stop", "both"))
-        assert (w.tension > 0).all()
-        return w.b.copy(), w.a.copy(), stop * np.outer(w.lever, w.lever) if stop > 0 else 0.0
+        assert (work.tension > 0).all()
+        return work.residual.copy(), work.tangent.copy(), stop * np.outer(work.lever, work.lever) if stop > 0 else 0.0
 
     step = 1e-6
     slopes = [(residual(x + step * u)[0] - residual(x - step * u)[0]) / (2 * step) for u in unknowns.T]

@@ -1,0 +1,289 @@
+"""The path of the chain from sample to sample, compiled: steps, history of the dry elements, losses.
+
+See :mod:`fem_models.chain.solve`. After a reversal the guides begin to slide one after the other. Where a step starts,
+the front of those that slide is carried on as far as it ran in the step before.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fem_models.chain.compiled import chain_njit
+from fem_models.chain.equations import Work, work_space
+from fem_models.chain.laws import flag_element, flag_moment
+from fem_models.chain.newton import Attempt, newton
+from fem_models.chain.parameters import Memory, Parameters
+from fem_models.load.stepping import (
+    LEAST_LENGTH,
+    Load,
+    StepControl,
+    at_rest,
+    front,
+    front_speed,
+    jumped,
+    next_step,
+    reach_after_success,
+    too_short,
+)
+from hysteresis.arrays import Floats
+
+FRICTION, MATERIAL, DRAG, WHEEL = range(4)  # places of the energies while they are summed
+
+
+class Path(NamedTuple):
+    """Samples of a :class:`fem_models.load.schedule.Schedule`, and how to follow them."""
+
+    drive: Floats  # (m,), mm; N under load control
+    slack: Floats  # (m, 2)
+    loop_scale: Floats  # (m,)
+    rest_angle: Floats  # (m,)
+    time: Floats  # (m,)
+    creep: Floats  # (m,)
+    control: StepControl
+    iterations: int  # of Newton's method
+
+
+class Run(NamedTuple):
+    """Results: angles (m, N), tensions (m, 2, N + 1), energies (m, 4): wheel, friction, material, drag."""
+
+    angles: Floats
+    tensions: Floats
+    energies: Floats
+
+
+class Failure(NamedTuple):
+    """The sample that has no equilibrium, or -1, and the drives between which it has none."""
+
+    sample: int
+    start: float
+    end: float
+
+
+class Motion(NamedTuple):
+    """The chain at its last equilibrium, and what the last step changed per length."""
+
+    x: Floats  # (3 N + 3,)
+    trial: Floats  # (3 N + 3,): the next equilibrium, first guessed, then found
+    increment: Floats  # (3 N + 3,) of x per length
+    state: Floats  # (2, N) of the guides
+    limit: Floats  # (2, N) of their friction
+    front: Floats  # (2,)
+    front_speed: Floats  # (2,)
+    drag: Floats  # (3 N + 3,), forces of the dashpots
+    crept: Floats  # (2,)
+    energy: Floats  # (4,)
+
+
+@chain_njit()
+def motion_at_rest(rig: Parameters, joints: int) -> Motion:
+    """Every joint at the angle it has without load."""
+    size = 3 * (joints + 1)
+    x = np.zeros(size)
+    for i in range(joints):
+        x[3 * i + 3] = rig.rest
+    return Motion(
+        x=x,
+        trial=np.zeros(size),
+        increment=np.zeros(size),
+        state=np.zeros((2, joints)),
+        limit=np.zeros((2, joints)),
+        front=np.zeros(2),
+        front_speed=np.zeros(2),
+        drag=np.zeros(size),
+        crept=np.zeros(2),
+        energy=np.zeros(4),
+    )
+
+
+@chain_njit()
+def drag_loss(i: int, viscous: float, x: Floats, work: Work, drag: Floats) -> float:
+    """Note the force of a dashpot over a step, and return its loss, mJ."""
+    moved, last = x[i] - work.x_before[i], drag[i]
+    drag[i] = viscous * moved
+    return 0.5 * (last + drag[i]) * moved
+
+
+@chain_njit()
+def released_mm(rig: Parameters, work: Work, drag: Floats) -> float:
+    """Tendon that may come free without the drive when the dashpots relax."""
+    by_joints = by_tendons = 0.0
+    for i in range(3, drag.size, 3):
+        by_joints = max(by_joints, abs(drag[i]) / rig.bending * max(rig.arm[0], -rig.arm[1]))
+    for side in range(2):
+        if rig.free[side] > 0.0:
+            softer = 1.0 + rig.toe[side] / max(work.guess[side], 0.1 * rig.scale)
+            by_tendons = max(by_tendons, abs(drag[1 + side]) / rig.free[side] * softer)
+    return by_joints + by_tendons
+
+
+@chain_njit()
+def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Load, rate: float) -> None:
+    """Move the rest points of what has slipped, and book the losses in guides, material and by drag, mJ.
+
+    The force of a sliding guide changes from its limit at the last equilibrium to the present one, that of a dashpot
+    likewise: their mean is booked. A flag gives back less on unloading than it takes at its plateau.
+    """
+    x, drag, n = motion.x, motion.drag, memory.guides.shape[1]
+    lost = material = viscous = 0.0
+    for side in range(2):
+        stiffness = rig.bristle[side]
+        for i in range(n):
+            force, limit = stiffness * (x[3 * i + 1 + side] - memory.guides[side, i]), work.limit[side, i]
+            if abs(force) > limit:
+                slid = math.copysign((abs(force) - limit) / stiffness, force)
+                memory.guides[side, i] += slid
+                lost += 0.5 * (limit + motion.limit[side, i]) * abs(slid)
+            motion.limit[side, i] = limit
+        viscous += drag_loss(1 + side, rate * rig.drag_sheath, x, work, drag)
+    for i in range(n):
+        theta = x[3 * i + 3]
+        viscous += drag_loss(3 * i + 3, rate * rig.drag_joint, x, work, drag)
+        for j in range(memory.slip_moment.size):
+            stiffness, limit = memory.jenkins_stiffness[j], load.loop_scale * memory.slip_moment[j]
+            moment = stiffness * (theta - memory.jenkins[j, i])
+            if abs(moment) > limit:
+                slid = math.copysign((abs(moment) - limit) / stiffness, moment)
+                memory.jenkins[j, i] += slid
+                material += limit * abs(slid)
+        for j in range(memory.flag_stiffness.size):
+            bent, flag = theta - load.rest_angle, flag_element(j, memory)
+            moment, _ = flag_moment(bent, memory.flags[j, i], flag)
+            rest = bent - moment / flag.stiffness
+            material += moment * (rest - memory.flags[j, i])
+            memory.flags[j, i] = rest
+    motion.energy[FRICTION] += lost
+    motion.energy[MATERIAL] += material
+    motion.energy[DRAG] += viscous
+
+
+@chain_njit()
+def largest_change(x: Floats, y: Floats) -> tuple[float, float]:
+    """Largest rotation of a joint and slide at a guide between two states."""
+    rotation = slide = 0.0
+    for i in range(x.size):
+        if i % 3 == 0:
+            rotation = max(rotation, abs(y[i] - x[i]))
+        else:
+            slide = max(slide, abs(y[i] - x[i]))
+    return rotation, slide
+
+
+@chain_njit()
+def wound_in(x: Floats, rig: Parameters, work: Work) -> float:
+    """Tendon a that the wheel has wound in under load control, mm: its slip at the base and its stretch."""
+    tension = work.tension[0, 0]
+    stretch = (tension - rig.preload[0]) / rig.free[0]
+    if rig.toe[0] > 0.0:
+        stretch += rig.toe[0] / rig.free[0] * math.log(max(tension, 1e-300) / rig.preload[0])
+    return x[1] + stretch
+
+
+@chain_njit()
+def guess(motion: Motion, work: Work, length: float, same_direction: bool) -> None:
+    """Fill the first guess of a step: the last step carried on, states of the guides and their fronts too.
+
+    After a reversal or a failure nothing is carried on: every guide sticks until its force says otherwise.
+    """
+    work.x_before[:] = motion.x
+    motion.trial[:] = motion.x
+    if not same_direction:
+        work.state[:] = 0.0
+        return
+    for i in range(motion.x.size):
+        motion.trial[i] += length * motion.increment[i]
+    work.state[:] = motion.state
+    for side in range(2):
+        start = int(motion.front[side])
+        ahead = int(length * motion.front_speed[side])
+        for i in range(start, min(start + ahead, motion.state.shape[1])):
+            work.state[side, i] = motion.state[side, 0]
+
+
+@chain_njit()
+def learn(motion: Motion, work: Work, length: float, direction: float, last_direction: float) -> None:
+    """Take up the equilibrium that was found, and what the step changed per length."""
+    for side in range(2):
+        reached = front(work.state[side])
+        motion.front_speed[side] = front_speed(motion.front[side], reached, direction, last_direction, length)
+        motion.front[side] = reached
+    for i in range(motion.x.size):
+        motion.increment[i] = (motion.trial[i] - motion.x[i]) / max(length, LEAST_LENGTH)
+    motion.state[:] = work.state
+    motion.x[:] = motion.trial
+    work.guess[:] = work.tension[:, 0]
+
+
+@chain_njit()
+def load_at(k: int, path: Path, motion: Motion) -> Load:
+    """Load at a sample, the creep so far in its slack."""
+    return Load(
+        drive=path.drive[k],
+        slack=(path.slack[k, 0] + motion.crept[0], path.slack[k, 1] + motion.crept[1]),
+        loop_scale=path.loop_scale[k],
+        rest_angle=path.rest_angle[k],
+        time=path.time[k],
+    )
+
+
+@chain_njit()
+def note(k: int, path: Path, rig: Parameters, work: Work, motion: Motion, run: Run) -> None:
+    """Write the results of sample k, and let the tendons creep."""
+    for side in range(2):
+        goal = rig.creep[side] * (work.tension[side, 0] - rig.preload[side])
+        motion.crept[side] += path.creep[k] * (goal - motion.crept[side])
+    for i in range(run.angles.shape[1]):
+        run.angles[k, i] = motion.x[3 * i + 3]
+    run.tensions[k] = work.tension
+    energy = motion.energy
+    run.energies[k, 0], run.energies[k, 1] = energy[WHEEL], energy[FRICTION]
+    run.energies[k, 2], run.energies[k, 3] = energy[MATERIAL], energy[DRAG]
+
+
+@chain_njit(nogil=True)  # batches run in threads
+def follow(path: Path, rig: Parameters, memory: Memory, run: Run) -> Failure:
+    """Visit the samples from rest and fill the results; between samples everything moves in proportion."""
+    joints, control = run.angles.shape[1], path.control
+    motion, work = motion_at_rest(rig, joints), work_space(rig, joints)
+    here = at = at_rest(rig.rest)
+    start = Attempt(load=here, rate=0.0, iterations=10 * path.iterations, fine=True)
+    if newton(motion.x, rig, memory, work, work.state, start) < 0:
+        return Failure(sample=0, start=0.0, end=0.0)
+    motion.limit[:] = work.limit
+    motion.state[:] = work.state
+    pull, wound = work.tension[0, 0] - work.tension[1, 0], 0.0
+    if rig.load_control:
+        wound = wound_in(motion.x, rig, work)
+    reach, last_direction = control.max_step, 0.0
+    for k in range(path.drive.size):
+        goal = load_at(k, path, motion)
+        direction = np.sign(goal.drive - here.drive)
+        done = 0.0
+        while done < 1.0:
+            step = next_step(here, goal, done, reach, control)
+            load = step.load
+            rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
+            guess(motion, work, step.length, direction == last_direction)
+            attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=step.fine)
+            found = newton(motion.trial, rig, memory, work, motion.state, attempt) >= 0
+            rotation, slide = largest_change(motion.x, motion.trial)
+            bound = step.length + released_mm(rig, work, motion.drag)
+            if not found or jumped(rotation, slide, bound, control):
+                reach = 0.5 * step.length
+                if step.fine:
+                    last_direction = math.nan
+                if too_short(reach, control):
+                    return Failure(sample=k, start=at.drive, end=load.drive)
+                continue
+            learn(motion, work, step.length, direction, last_direction)
+            accept(rig, memory, work, motion, load, rate)
+            now = work.tension[0, 0] - work.tension[1, 0]
+            winding = wound_in(motion.x, rig, work) if rig.load_control else load.drive
+            motion.energy[WHEEL] += 0.5 * (pull + now) * (winding - wound)
+            pull, wound, at, done, last_direction = now, winding, load, step.part, direction
+            reach = reach_after_success(reach, control)
+        here = goal
+        note(k, path, rig, work, motion, run)
+    return Failure(sample=-1, start=0.0, end=0.0)

@@ -1,0 +1,234 @@
+"""Laws of the chain's parts, compiled: tendon, guide, joint."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fem_models.chain.compiled import chain_njit
+from fem_models.chain.parameters import Memory, Pair, Parameters
+from fem_models.load.stepping import Load
+
+SLACK_STIFFNESS = 1e-6
+"""Stiffness of a slack segment over that of a taut one, in the tangent only.
+
+With it the guides of a slack tendon move with the joints. Without it they stay behind, a stiff tendon with next to no
+slack becomes taut here and there at random, and Newton's method finds no end. It is as small as it can be, because the
+steps are no longer Newton's own.
+"""
+
+
+class Crossing(NamedTuple):
+    """Paths of both tendons over one notch: length, slope and half the curvature by the joint's angle."""
+
+    length: Pair
+    lever: Pair
+    bow: Pair
+
+
+class Span(NamedTuple):
+    """Tensions of both tendons over a length, and their slopes.
+
+    ``own`` is by the stretch of the same tendon, ``cross`` by that of the other one, ``by_angle`` by the angle of the
+    joint that the tendons cross.
+    """
+
+    tension: Pair
+    own: Pair
+    cross: float
+    by_angle: Pair
+
+
+class Guide(NamedTuple):
+    """One guide as both tendons meet it."""
+
+    number: int  # from the base, 0
+    near: Span  # towards the wheel
+    far: Span
+    constant: float  # friction that does not depend on the tensions, N
+    ratio: float  # of friction to the sum of the tensions on both sides, tanh(mu wrap/2)
+    capstan: float
+    wrap_by_angle: tuple[float, float]  # of the joints before and beyond
+    drag: float  # N/mm of a step
+
+
+class GuideForce(NamedTuple):
+    """Friction of a guide, and its slopes in the slip, in either tension and in the wrap."""
+
+    force: float
+    by_slip: float
+    by_tension: float
+    by_wrap: float
+
+
+class Flag(NamedTuple):
+    """Parameters of one flag element; see :class:`fem_models.joint.superelastic.FlagFibres`."""
+
+    stiffness: float
+    upper: float
+    lower: float
+    span: float
+    climb: float
+
+
+@chain_njit(forceinline=True)
+def free_tension(stretch: float, side: int, rig: Parameters, guess: float) -> tuple[float, float]:
+    """Tension and its slope of a tendon between wheel and base; unilateral where it has no toe region."""
+    stiffness, toe, preload = rig.free[side], rig.toe[side], rig.preload[side]
+    if toe == 0.0:
+        tension = preload + stiffness * stretch
+        return (tension, stiffness) if tension > 0.0 else (0.0, 0.0)
+    target = preload + toe * math.log(preload) + stiffness * stretch
+    y = math.log(max(guess, 1e-300))
+    for _ in range(100):  # Newton on exp(y) + toe y, convex and increasing
+        e = math.exp(min(y, 700.0))
+        step = max((e + toe * y - target) / (e + toe), -2.0)
+        y -= step
+        if abs(step) < 1e-15 * (1.0 + abs(y)):
+            break
+    tension = math.exp(y)
+    return tension, stiffness * tension / (tension + toe)
+
+
+@chain_njit(forceinline=True)
+def crossing(theta: float, rig: Parameters) -> Crossing:
+    """Paths over a notch that is bent by theta: the rigid gap turns with the rings, the tendon takes the chord."""
+    sn, cs = math.sin(0.5 * theta), math.cos(0.5 * theta)
+    gap, a, b = rig.half_gap, rig.arm[0], rig.arm[1]
+    return Crossing(
+        length=(2.0 * (gap * (1.0 - cs) + a * sn), 2.0 * (gap * (1.0 - cs) + b * sn)),
+        lever=(gap * sn + a * cs, gap * sn + b * cs),
+        bow=(0.5 * (gap * cs - a * sn), 0.5 * (gap * cs - b * sn)),
+    )
+
+
+@chain_njit(forceinline=True)
+def segment(stretch_a: float, stretch_b: float, lever: Pair, rig: Parameters) -> Span:
+    """Tensions over one pitch, from guide to guide.
+
+    The flexure shortens by q (Ta + Tb - T0a - T0b) and both tendons with it. A slack tendon has no tension, and no
+    stiffness but :data:`SLACK_STIFFNESS`.
+    """
+    q, ka, kb = rig.axial, rig.segment[0], rig.segment[1]
+    preload_a, preload_b = rig.preload[0], rig.preload[1]
+    thrust = preload_a + preload_b
+    target_a = preload_a + ka * (stretch_a + q * thrust)
+    target_b = preload_b + kb * (stretch_b + q * thrust)
+    d = 1.0 + (ka + kb) * q
+    ta = ((1.0 + kb * q) * target_a - ka * q * target_b) / d
+    tb = ((1.0 + ka * q) * target_b - kb * q * target_a) / d
+    cross = 0.0
+    if ta > 0.0 and tb > 0.0:
+        cross = -ka * kb * q / d
+        own_a, own_b = (1.0 + kb * q) * ka / d, (1.0 + ka * q) * kb / d
+    else:
+        ta, tb = target_a / (1.0 + ka * q), target_b / (1.0 + kb * q)
+        own_a, own_b = SLACK_STIFFNESS * ka, SLACK_STIFFNESS * kb
+        if ta > 0.0 and ta >= tb:
+            tb, own_a = 0.0, ka / (1.0 + ka * q)
+        elif tb > 0.0:
+            ta, own_b = 0.0, kb / (1.0 + kb * q)
+        else:
+            ta = tb = 0.0
+    by_angle = (-(own_a * lever[0] + cross * lever[1]), -(cross * lever[0] + own_b * lever[1]))
+    return Span(tension=(ta, tb), own=(own_a, own_b), cross=cross, by_angle=by_angle)
+
+
+@chain_njit(forceinline=True)
+def next_state(state: float, force: float, limit: float, tolerance: float) -> float:
+    """State of a guide whose bristle would carry a force: 0 sticks, 1 or -1 slides.
+
+    A guide that slides sticks before it slides the other way. Otherwise a guide would alternate between both signs, and
+    the front of sliding guides that runs along a tendon after a reversal would be lost.
+    """
+    if state == 0.0:
+        return math.copysign(1.0, force) if abs(force) > limit + tolerance else 0.0
+    return 0.0 if force * state < limit - tolerance else state
+
+
+@chain_njit(forceinline=True)
+def guide_at(i: int, before: float, theta: float, near: Span, far: Span, rig: Parameters, rate: float) -> Guide:
+    """Guide i between joints at the angles ``before`` and ``theta``; ``rate`` is 1/s of the step, 0 without drag."""
+    wrap, constant, drag = 0.5 * (abs(theta) + abs(before)), rig.guide, 0.0
+    if i == 0:
+        wrap += rig.rest_wrap
+        constant += rig.sheath
+        drag = rate * rig.drag_sheath
+    half_before = 0.5 if before > 0.0 else (-0.5 if before < 0.0 else 0.0)
+    half_theta = 0.5 if theta > 0.0 else (-0.5 if theta < 0.0 else 0.0)
+    return Guide(
+        number=i,
+        near=near,
+        far=far,
+        constant=constant,
+        ratio=math.tanh(0.5 * rig.capstan * wrap),
+        capstan=rig.capstan,
+        wrap_by_angle=(half_before, half_theta),
+        drag=drag,
+    )
+
+
+@chain_njit(forceinline=True)
+def friction(state: float, pull: float, bristle: float, total: float, guide: Guide) -> GuideForce:
+    """Friction of a guide in a state; ``pull`` is the force of its bristle, ``total`` the sum of both tensions."""
+    if state == 0.0:
+        return GuideForce(force=pull, by_slip=bristle, by_tension=0.0, by_wrap=0.0)
+    limit = guide.constant + total * guide.ratio
+    return GuideForce(
+        force=state * limit,
+        by_slip=0.0,
+        by_tension=state * guide.ratio,
+        by_wrap=state * total * 0.5 * guide.capstan * (1.0 - guide.ratio * guide.ratio),
+    )
+
+
+@chain_njit(forceinline=True)
+def flag_element(j: int, memory: Memory) -> Flag:
+    """Parameters of flag element j."""
+    return Flag(
+        stiffness=memory.flag_stiffness[j],
+        upper=memory.flag_upper[j],
+        lower=memory.flag_lower[j],
+        span=memory.flag_span[j],
+        climb=memory.flag_climb[j],
+    )
+
+
+@chain_njit(forceinline=True)
+def flag_moment(theta: float, rest: float, flag: Flag) -> tuple[float, float]:
+    """Moment and slope of a flag element; both branches are bounds of the elastic line from the rest angle."""
+    k, climb = flag.stiffness, flag.climb
+    sign = 1.0 if theta >= 0.0 else -1.0
+    u, moment, slope = abs(theta), k * (theta - rest) * sign, k
+    full = k * (u - flag.span)
+    # the plateaus, unloading and loading
+    lower, upper = climb * u + (1.0 - climb / k) * flag.lower, climb * u + (1.0 - climb / k) * flag.upper
+    least, most = max(min(k * u, lower), full), max(min(k * u, upper), full)
+    if moment < least:
+        moment, slope = least, k if (k * u < lower or full > lower) else climb
+    if moment > most:
+        moment, slope = most, k if (k * u < upper or full > upper) else climb
+    return sign * moment, slope
+
+
+@chain_njit(forceinline=True)
+def joint_moment(theta: float, i: int, rig: Parameters, memory: Memory, load: Load) -> tuple[float, float]:
+    """Moment that bends joint i to an angle, and its slope: spring, Jenkins and flag elements, closed notch."""
+    moment, slope = rig.elastic * (theta - load.rest_angle), rig.elastic
+    for j in range(memory.slip_moment.size):
+        stiffness = memory.jenkins_stiffness[j]
+        part, limit = stiffness * (theta - memory.jenkins[j, i]), load.loop_scale * memory.slip_moment[j]
+        if abs(part) <= limit:
+            moment += part
+            slope += stiffness
+        else:
+            moment += math.copysign(limit, part)
+    for j in range(memory.flag_stiffness.size):
+        part, tangent = flag_moment(theta - load.rest_angle, memory.flags[j, i], flag_element(j, memory))
+        moment += part
+        slope += tangent
+    beyond = abs(theta) - rig.contact_angle
+    if beyond > 0.0 and (theta > 0.0 or rig.contact_both):
+        moment += math.copysign(rig.contact_stiffness * beyond, theta)
+        slope += rig.contact_stiffness
+    return moment, slope

@@ -1,0 +1,155 @@
+"""The chain's parameters and the memory of its dry elements, as the kernels take them.
+
+Arrays of shape (2,) or (2, ...) are of tendons a and b; a tendon that is not there has zeros.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from fem_models.joint.contact import closes_one_way, contact_angle_rad, ring_weight_N
+from fem_models.joint.flexure import flexure, force_scale_N, moment_arms_mm, rigid_gap_mm, ring_stiffness
+from fem_models.joint.friction import jenkins_elements
+from fem_models.joint.superelastic import flag_fibres
+from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
+
+Pair = tuple[float, float]
+"""Of tendons a and b. Tuples, because a kernel counts references each time it takes an array from a NamedTuple."""
+
+
+@dataclass(frozen=True)
+class ChainSettings:
+    """Numerical settings.
+
+    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``max_step_mm`` bounds a step of the drive,
+    ``max_pull`` that of a force, over :func:`fem_models.joint.flexure.force_scale_N`. ``max_halvings`` is how often a
+    step that fails is halved. ``tolerance`` is that of the residual, over the same force.
+    """
+
+    bristle_ratio: float = 0.02
+    max_step_mm: float = 0.1
+    max_pull: float = 0.25
+    max_halvings: int = 20
+    newton_iterations: int = 40
+    tolerance: float = 1e-10
+
+
+class Parameters(NamedTuple):
+    """A rig as the kernels see it; N, mm, rad, s."""
+
+    preload: Pair
+    arm: Pair  # negative of tendon b
+    segment: Pair  # EA over pitch
+    free: Pair  # EA over the free length between wheel and base
+    toe: Pair
+    bristle: Pair  # stiffness of a sticking guide
+    creep: Pair  # stretch that comes with time, mm per N above the preload
+    load_control: bool  # the drive is the tension of tendon a at the wheel, N, in place of a displacement, mm
+    rest: float  # angle of every joint without load
+    scale: float  # of the forces
+    bending: float  # stiffness of a joint
+    elastic: float  # of its spring part
+    half_gap: float  # of the even part of the path over a notch
+    axial: float  # compliance of a joint in compression
+    capstan: float
+    guide: float
+    sheath: float
+    rest_wrap: float
+    contact_angle: float
+    contact_stiffness: float
+    contact_both: bool  # in both directions; else for positive angles only
+    weight_x: float  # of a ring, along the straight tube
+    weight_y: float
+    stop_y: float
+    stop_stiffness: float
+    pitch: float
+    drag_sheath: float  # N s/mm
+    drag_joint: float  # Nmm s/rad
+    tolerance: float  # of the residual, N
+
+
+class Memory(NamedTuple):
+    """Dry elements: their rest points, shapes (2, N) guides, (j, N) Jenkins, (k, N) flags; and their parameters."""
+
+    guides: Floats
+    jenkins: Floats
+    jenkins_stiffness: Floats  # (j,)
+    slip_moment: Floats  # (j,)
+    flags: Floats
+    flag_stiffness: Floats  # (k,)
+    flag_upper: Floats  # (k,)
+    flag_lower: Floats  # (k,)
+    flag_span: Floats  # (k,)
+    flag_climb: Floats  # (k,)
+
+
+def _pair(values: list[float]) -> Pair:
+    """Of tendons a and b; zero for a tendon that is not there."""
+    a, b = [float(value) for value in values] + [0.0] * (2 - len(values))
+    return a, b
+
+
+def chain_parameters(rig: Rig, settings: ChainSettings, *, load_control: bool = False) -> Parameters:
+    """Reduce a rig to what the kernels need."""
+    joint, arms, dry, tendons = flexure(rig), moment_arms_mm(rig), rig.friction, rig.tendons
+    elastic, _, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
+    stop, weight, ring = rig.tip_stop, ring_weight_N(rig), ring_stiffness(rig)[0]  # the ring is in series
+    contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
+    scale, segment = force_scale_N(rig), _pair([tendon.EA_N / rig.pitch_mm for tendon in tendons])
+    creep = rig.creep.fraction if rig.creep else 0.0
+    return Parameters(
+        preload=_pair([rig.preload_N] * len(tendons)),
+        arm=(arms[0], -arms[1]),
+        segment=segment,
+        free=_pair([tendon.EA_N / tendon.free_length_mm for tendon in tendons]),
+        toe=_pair([tendon.toe_N for tendon in tendons]),
+        bristle=_pair([settings.bristle_ratio * one for one in segment]),
+        creep=_pair([creep * tendon.free_length_mm / tendon.EA_N for tendon in tendons]),
+        load_control=load_control,
+        rest=math.radians(rig.precurvature_deg),
+        scale=scale,
+        bending=joint.bending_Nmm_per_rad,
+        elastic=0.0 if rig.superelastic else elastic * ring / (ring + elastic),
+        half_gap=0.5 * rigid_gap_mm(rig),
+        axial=1 / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0,
+        capstan=float(dry.capstan_coefficient),
+        guide=float(dry.guide_N),
+        sheath=float(dry.sheath_N),
+        rest_wrap=math.radians(dry.rest_wrap_deg),
+        contact_angle=contact_angle_rad(rig),
+        contact_stiffness=ring * contact / (ring + contact),
+        contact_both=not closes_one_way(rig),
+        weight_x=weight[0],
+        weight_y=weight[1],
+        stop_y=float(stop.y_mm) if stop else math.inf,
+        stop_stiffness=float(stop.stiffness_N_per_mm) if stop else 0.0,
+        pitch=rig.pitch_mm,
+        drag_sheath=float(rig.drag.sheath_N_s_per_mm) if rig.drag else 0.0,
+        drag_joint=float(rig.drag.joint_Nmm_s_per_rad) if rig.drag else 0.0,
+        # rounding of a slip times the stiffest segment is the least residual there can be
+        tolerance=max(settings.tolerance * scale, 1e-14 * max(tendon.EA_N for tendon in tendons)),
+    )
+
+
+def memory_at_rest(rig: Rig) -> Memory:
+    """Dry elements of a rig that has not moved yet."""
+    n, rest = rig.joints, math.radians(rig.precurvature_deg)
+    _, stiffness, slip_moment = jenkins_elements(rig.material, flexure(rig).bending_Nmm_per_rad)
+    fibres, share = flag_fibres(rig), 1 - rig.material.loop_share  # the share that the Jenkins elements leave
+    return Memory(
+        guides=np.zeros((2, n)),
+        jenkins=np.full((stiffness.size, n), rest),
+        jenkins_stiffness=stiffness,
+        slip_moment=slip_moment,
+        flags=np.zeros((fibres.stiffness.size, n)),
+        flag_stiffness=share * fibres.stiffness,
+        flag_upper=share * fibres.upper_Nmm,
+        flag_lower=share * fibres.lower_Nmm,
+        flag_span=fibres.span_rad,
+        flag_climb=share * fibres.slope,
+    )
