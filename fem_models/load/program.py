@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.rig.checks import require
+from hysteresis.display import from_to, html_table
 from hysteresis.record import MAX_MAGNITUDE
 
 MAX_SAMPLES = 2_000_000
 """Most samples of a program made here: more is a typing error, and would fill the memory."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LoadProgram:
     """Motion of the wheel: tendon displacement sample by sample, with times where the rate matters.
 
@@ -63,6 +64,23 @@ class LoadProgram:
                 require(bool((np.diff(value) > 0).all()), name, "not increasing", "strictly increasing times")
             value.flags.writeable = False
             object.__setattr__(self, name, value)
+
+    def to_dict(self) -> dict[str, list[float] | list[int]]:
+        """Plain values by column name; ``time_s`` and ``cycle`` only where there are any."""
+        columns = {"drive_mm": self.drive_mm, "time_s": self.time_s, "cycle": self.cycle}
+        return {name: column.tolist() for name, column in columns.items() if column is not None}
+
+    def __repr__(self) -> str:
+        return f"LoadProgram({', '.join(f'{name} {value}' for name, value in self._facts())})"
+
+    def _repr_html_(self) -> str:
+        return html_table("load program", self._facts())
+
+    def _facts(self) -> list[tuple[str, str]]:
+        facts = [("samples", str(self.drive_mm.size)), ("drive", from_to(self.drive_mm, "mm"))]
+        if self.time_s is not None:
+            facts.append(("time", from_to(self.time_s, "s")))
+        return facts if self.cycle is None else [*facts, ("cycles", f"{self.cycle.min()} to {self.cycle.max()}")]
 
 
 def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> LoadProgram:

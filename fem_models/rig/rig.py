@@ -21,6 +21,7 @@ from fem_models.rig.effects import (
     TipStop,
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
+from hysteresis.display import html_table
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -132,7 +133,7 @@ EFFECT_TABLES = (
 """Names of the optional effects of a rig, off by default."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Rig:
     """A manipulator with two antagonistic tendons on one wheel, or with a single tendon.
 
@@ -224,6 +225,20 @@ class Rig:
             if value is not None
         }
         return out | ({"tendons": 1} if self.tendon_b is None else {})
+
+    def __repr__(self) -> str:
+        made = "measured joints" if isinstance(self.joint, MeasuredJoint) else "notches"
+        tendons = f"{len(self.tendons)} tendon{'s' if self.tendon_b else ''}"
+        effects = "".join(f", {name}" for name in EFFECT_TABLES if getattr(self, name) is not None)
+        return f"Rig({self.name!r}, {self.joints} {made}, {tendons}, preload {self.preload_N:g} N{effects})"
+
+    def _repr_html_(self) -> str:
+        parts = {name: value for name, value in self.to_dict().items() if name != "name"}
+        rows = [
+            (name, ", ".join(f"{k} = {v}" for k, v in value.items()) if isinstance(value, dict) else f"{value}")
+            for name, value in parts.items()
+        ]
+        return html_table(f"rig {self.name}", rows)
 
 
 def _plain(part: DataclassInstance) -> dict[str, float | str]:
