@@ -15,10 +15,10 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
+from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import Flexure
-from fem_models.joint.mechanics import joint_mechanics
-from fem_models.rig.checks import RigError
-from fem_models.rig.rig import Rig, notched_tube
+from fem_models.rig import Rig, RigError
+from fem_models.rig.rig import notched_tube
 
 
 def tendon_arm_mm(rig: Rig, joint: Flexure, angle_rad: float) -> float:

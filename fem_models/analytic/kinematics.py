@@ -16,12 +16,12 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 
-from fem_models.joint.mechanics import JointMechanics, joint_mechanics
-from fem_models.load.program import LoadProgram
+from fem_models.joint import JointMechanics, joint_mechanics
+from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
-from fem_models.rig.checks import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.rig import EFFECT_TABLES, Rig, Tendon
+from fem_models.rig.rig import EFFECT_TABLES, Tendon
 from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 from hysteresis.arrays import Floats
 from hysteresis.record import Record

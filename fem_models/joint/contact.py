@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from fem_models.joint.mechanics import joint_mechanics
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 
 GRAVITY_MM_PER_S2 = 9806.65

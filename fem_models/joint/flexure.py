@@ -16,8 +16,9 @@ import numpy as np
 
 from fem_models.joint.roots import root_length
 from fem_models.joint.section import section
+from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.rig import Material, Rig, notched_tube
+from fem_models.rig.rig import Material, notched_tube
 from hysteresis.arrays import Floats
 
 

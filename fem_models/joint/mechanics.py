@@ -11,8 +11,8 @@ from fem_models.joint.flexure import Elasticity, Flexure, beam_of_notch, elastic
 from fem_models.joint.friction import JenkinsElements, jenkins_elements
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.joint.superelastic import FlagFibres, flag_fibres
+from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.rig import Rig
 
 MEASURED_BENDING_SHARE = 0.2
 """Part of the pitch over which a measured joint is assumed to bend: small, so that the path is nearly r theta."""

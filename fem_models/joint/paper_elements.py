@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 from fem_models.joint.flexure import elasticity
 from fem_models.joint.mechanics import joint_mechanics
 from fem_models.joint.section import section
-from fem_models.rig.rig import Rig, notched_tube
+from fem_models.rig import Rig
+from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fem_models.rig.checks import RigError
+from fem_models.rig import RigError
 from fem_models.rig.joints import NotchedTube
 from hysteresis.arrays import Floats
 

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fem_models.joint.mechanics import joint_mechanics
-from fem_models.rig.checks import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 
 

@@ -9,10 +9,11 @@ import numpy as np
 
 from fem_models.joint.flexure import beam_of_notch, elasticity, flexure_of_notch
 from fem_models.joint.section import section_fibres
+from fem_models.rig import Rig
 from fem_models.rig.checks import require
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.rig import Material, Rig
+from fem_models.rig.rig import Material
 from hysteresis.arrays import Floats
 
 FIBRES = 8

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fem_models.load.program import LoadProgram
+from fem_models.rig import Rig
 from fem_models.rig.presets import sidecar_table
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 

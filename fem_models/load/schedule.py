@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fem_models.load.program import LoadProgram
-from fem_models.rig.checks import RigError
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig, RigError
 from fem_models.rig.tendon_law import tendon_stretch_mm
 from hysteresis.arrays import Floats
 

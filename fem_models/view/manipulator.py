@@ -23,10 +23,11 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fem_models.joint.mechanics import joint_mechanics
+from fem_models.joint import joint_mechanics
 from fem_models.joint.section import cut_height_mm, section
+from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube, NotchShape
-from fem_models.rig.rig import Rig, notched_tube
+from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats, Ints
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fem_models.analytic import simulate_analytic, theory_curve
 from fem_models.analytic.kinematics import (
     angle_for_drive_rad,
     chain_transforms,
@@ -15,17 +16,14 @@ from fem_models.analytic.kinematics import (
     equal_joints,
     inverse_tip,
     path_shortening_mm,
-    simulate_analytic,
-    theory_curve,
     tip_pose,
 )
 from fem_models.joint.flexure import closure_angle_rad, flexure, moment_arms_mm
-from fem_models.load.program import LoadProgram, sine, triangle
-from fem_models.rig.checks import RigError
+from fem_models.load import LoadProgram, sine, triangle
+from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.effects import Gravity
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Material, Rig, Tendon, Wheel
+from fem_models.rig.rig import Material, Tendon, Wheel
 from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 
 ROPE = Tendon(EA_N=9000.0, moment_arm_mm=2.62, free_length_mm=150.0)

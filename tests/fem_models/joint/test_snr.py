@@ -13,9 +13,9 @@ from skfem.helpers import dot, grad
 from fem_models.joint.flexure import beam, closure_angle_rad, flexure, moment_arms_mm, peak_strain_per_rad
 from fem_models.joint.paper_elements import element_rotations, force_for_angle, theta_sum
 from fem_models.joint.section import cut_height_mm, section
-from fem_models.rig.checks import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
-from fem_models.rig.rig import Material, Rig, Tendon, Wheel, notched_tube, with_notch
+from fem_models.rig.rig import Material, Tendon, Wheel, notched_tube, with_notch
 
 YOUNG = 60e3  # N/mm^2
 SHEAR = YOUNG / (2 * 1.33)

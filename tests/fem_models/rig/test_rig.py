@@ -8,13 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fem_models.load.program import LoadProgram, sine, triangle
-from fem_models.rig.checks import RigError
+from fem_models.load import LoadProgram, sine, triangle
+from fem_models.rig import RigError, preset, read_rig
 from fem_models.rig.joints import Notch, Tube
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.presets import PRESETS, preset, sidecar_table
+from fem_models.rig.presets import PRESETS, sidecar_table
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel, numeric_fields, with_notch
-from fem_models.rig.rig_file import read_rig
 from hysteresis.record import Record
 
 

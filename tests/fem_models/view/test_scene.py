@@ -12,10 +12,12 @@ from scipy.integrate import quad, solve_ivp
 
 from fem_models.joint.flexure import beam, peak_strain_per_rad
 from fem_models.joint.section import cut_height_mm, section
+from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
-from fem_models.rig.rig import Material, Rig, Tendon, Wheel
+from fem_models.rig.rig import Material, Tendon, Wheel
+from fem_models.view import SceneError, render
 from fem_models.view import manipulator as scene
-from fem_models.view.manipulator import SceneError, render, tendon_lines, tube_mesh, write_vtu
+from fem_models.view.manipulator import tendon_lines, tube_mesh, write_vtu
 from studies.report.tube import DETAIL, surface_to_turn
 
 MATERIAL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.3)
