@@ -1,4 +1,4 @@
-"""Chain, tip, inverse fit, tendon path and the frictionless curve, against closed forms and explicit geometry."""
+"""Kinematics and theoretical curve, against closed forms and explicit geometry."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -24,22 +24,21 @@ from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.effects import Gravity
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Material, Tendon, Wheel
-from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 
-ROPE = Tendon(EA_N=9000.0, moment_arm_mm=2.62, free_length_mm=150.0)
+TENDON = Tendon(EA_N=9000.0, moment_arm_mm=2.62, free_length_mm=150.0)
 V = Rig(
     name="test",
     material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33),
-    tendon_a=ROPE,
-    tendon_b=ROPE,
+    tendon_a=TENDON,
+    tendon_b=TENDON,
     wheel=Wheel(10.0),
     preload_N=20.0,
     joint=NotchedTube(
         Tube(6.0, 5.4), Notch("v_pair", count=14, depth_mm=2.72, width_mm=1.2, spacing_mm=1.4, root_width_mm=0.6)
     ),
 )
-BENCH = replace(V, joint=MeasuredJoint(joints=14, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0))
-THIN = replace(ROPE, moment_arm_mm=0.6)
+MEASURED = replace(V, joint=MeasuredJoint(joints=14, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0))
+THIN = replace(TENDON, moment_arm_mm=0.6)
 WRIST = replace(  # the '150' wrist of the measured records
     V, joint=NotchedTube(Tube(1.62, 1.40), Notch("rectangular", 5, 1.40, 0.8, 1.2)), tendon_a=THIN, tendon_b=THIN
 )
@@ -71,7 +70,7 @@ def test_many_short_links_approach_the_arc():
     theta = 1.0
     gaps = []
     for n in (8, 16, 32):
-        rig = replace(BENCH, joint=MeasuredJoint(n, LENGTH / n, 520.0))
+        rig = replace(MEASURED, joint=MeasuredJoint(n, LENGTH / n, 520.0))
         x, y, _ = tip_pose(rig, equal_joints(rig, theta))
         gaps.append(abs(complex(x, y) - LENGTH * complex(np.sin(theta), 1 - np.cos(theta)) / theta))
     np.testing.assert_allclose(np.log2(np.divide(gaps[:-1], gaps[1:])), 2, atol=0.05)
@@ -114,7 +113,7 @@ def test_inverse_fit_improves_with_the_degree():
     assert all(b < 0.2 * a for a, b in pairwise(residuals))  # geometric: y(theta) is analytic
 
 
-def test_inverse_fit_refuses_what_it_was_not_made_for():
+def test_inverse_fit_refuses_values_outside_its_range():
     fit = inverse_tip(V, limit_deg=60)
     with pytest.raises(ValueError, match=r"y_mm = 30: expected within \+-17"):
         fit([0.0, 30.0])
@@ -156,42 +155,17 @@ def test_path_beyond_closure_is_refused():
 
 def test_path_is_r_theta_to_first_order():
     theta = np.array([0.1, 0.05, 0.025])
-    assert path_shortening_mm(BENCH, 0.3, 2.62) == pytest.approx(2.62 * 0.3, rel=1e-15)
+    assert path_shortening_mm(MEASURED, 0.3, 2.62) == pytest.approx(2.62 * 0.3, rel=1e-15)
     rest = path_shortening_mm(V, theta, 2.62) - 2.62 * theta
     np.testing.assert_allclose(np.log2(rest[:-1] / rest[1:]), 2, atol=0.01)  # N g t^2 / 4
 
 
-@given(st.floats(0, 100), st.floats(0, 100), st.floats(1, 50))
-def test_tension_inverts_stretch(tension, toe, preload):
-    rope = replace(ROPE, toe_N=toe)
-    if toe > 1e-9 and tension == 0:
-        assert tendon_stretch_mm(rope, 0.0, preload, LENGTH) == -np.inf
-        return
-    stretch = tendon_stretch_mm(rope, tension, preload, LENGTH)
-    assert tendon_tension_N(rope, stretch, preload, LENGTH) == pytest.approx(tension, rel=1e-9, abs=1e-9)
-
-
-def test_toe_region_is_the_stiffness_it_is_defined_by():
-    # dT/ds of the free rope is k T/(T + toe), in series with the linear rope in the tube; central difference
-    rope, t, h = replace(ROPE, toe_N=30.0), np.array([0.5, 5.0, 20.0, 80.0]), 1e-4
-    above, below = (tendon_stretch_mm(rope, t + d, 20.0, LENGTH) for d in (h, -h))
-    compliance = 150.0 / 9000 * (t + 30) / t + LENGTH / 9000
-    np.testing.assert_allclose((above - below) / (2 * h), compliance, rtol=1e-6)
-    assert tendon_stretch_mm(rope, 20.0, 20.0, LENGTH) == 0
-
-
-def test_rope_cannot_push():
-    with pytest.raises(ValueError, match="tension_N = -1: expected at least 0"):
-        tendon_stretch_mm(ROPE, [1.0, -1.0], 20.0, LENGTH)
-    assert tendon_tension_N(ROPE, -10.0, 20.0, LENGTH) == 0
-
-
-def test_rigid_tendons_leave_the_path_alone():
+def test_with_rigid_tendons_the_drive_is_the_path():
     theta = np.linspace(-0.8, 0.8, 9)
-    bench = with_tendons(BENCH, EA_N=1e12)
+    bench = with_tendons(MEASURED, EA_N=1e12)
     np.testing.assert_allclose(drive_for_angle_mm(bench, theta), 2.62 * theta, atol=1e-9)
     np.testing.assert_allclose(angle_for_drive_rad(bench, 2.62 * theta), theta, atol=1e-9)
-    # Across real notches both paths get shorter by 2 N g (1 - cos(t/2)), so the released rope falls slack and the
+    # Across real notches both paths get shorter by 2 N g (1 - cos(t/2)), so the released tendon falls slack and the
     # drive is the exact path of the pulled one: 2 N r sin(t/2) and that even part, which changes sign with the side.
     tube = with_tendons(V, EA_N=1e12)
     odd, even = 2 * 14 * 2.62 * np.sin(theta / 28), 2 * 14 * 0.6 * (1 - np.cos(theta / 28))
@@ -202,8 +176,8 @@ def test_rigid_tendons_leave_the_path_alone():
     assert (np.minimum(curve.tension_a_N, curve.tension_b_N)[theta != 0] == 0).all()
 
 
-def test_flexures_without_stiffness_leave_the_path_alone():
-    soft = replace(BENCH, joint=MeasuredJoint(14, 2.6, 1e-9))
+def test_with_flexures_without_stiffness_the_drive_is_the_path():
+    soft = replace(MEASURED, joint=MeasuredJoint(14, 2.6, 1e-9))
     theta = np.linspace(-0.8, 0.8, 9)
     np.testing.assert_allclose(drive_for_angle_mm(soft, theta), 2.62 * theta, atol=1e-9)
 
@@ -212,17 +186,17 @@ def test_taut_linear_tendons_meet_the_closed_form():
     # derived: r (T_a - T_b) = K theta and T_a - T_b = 2 k (x - r theta), K and k of the whole chain
     k, chain, r = 9000 / (150 + LENGTH), 520 / 14, 2.62
     drive = np.linspace(-1, 1, 11)
-    curve = theory_curve(BENCH, drive)
+    curve = theory_curve(MEASURED, drive)
     expected = r * drive / (r**2 + chain / (2 * k))
     np.testing.assert_allclose(np.radians(curve.angle_deg), expected, atol=1e-14)
     np.testing.assert_allclose(curve.tension_a_N, 20 + k * (drive - r * expected), atol=1e-11)
     np.testing.assert_allclose(curve.tension_a_N + curve.tension_b_N, 40, atol=1e-11)
-    np.testing.assert_allclose(drive_for_angle_mm(BENCH, expected), drive, atol=1e-12)
+    np.testing.assert_allclose(drive_for_angle_mm(MEASURED, expected), drive, atol=1e-12)
 
 
 def test_slack_tendon_meets_the_closed_form():
     # derived: T_b = 0 and r (T0 + k (x - r theta)) = K theta
-    rig = replace(BENCH, preload_N=2.0)
+    rig = replace(MEASURED, preload_N=2.0)
     k, chain, r = 9000 / (150 + LENGTH), 520 / 14, 2.62
     drive = np.array([1.0, 1.5, 2.2])
     curve = theory_curve(rig, drive)
@@ -233,10 +207,10 @@ def test_slack_tendon_meets_the_closed_form():
 
 
 @pytest.mark.parametrize("toe", [0.0, 30.0])
-@pytest.mark.parametrize("rig", [V, BENCH])
+@pytest.mark.parametrize("rig", [V, MEASURED])
 def test_work_of_the_wheel_is_stored_as_elastic_energy(rig, toe):
-    # independent of the moment balance: the work of (T_a - T_b) dx is the change of flexure and rope energies; with
-    # a T + b ln T the elongation of a rope (docs), its energy is a T^2/2 + b T. Trapezium rule: second order.
+    # independent of the moment balance: the work of (T_a - T_b) dx is the change of flexure and tendon energies; with
+    # a T + b ln T the elongation of a tendon (docs), its energy is a T^2/2 + b T. Trapezium rule: second order.
     rig = replace(with_tendons(rig, toe_N=toe), preload_N=5.0)
     a, b = (150 + LENGTH) / 9000, 150 * toe / 9000
     gaps = []
@@ -245,14 +219,14 @@ def test_work_of_the_wheel_is_stored_as_elastic_energy(rig, toe):
         theta = angle_for_drive_rad(rig, drive)
         _, pull_a, pull_b = theory_curve(rig, drive)
         work = np.trapezoid(pull_a - pull_b, drive)
-        ropes = sum(a * (t[-1] ** 2 - 25) / 2 + b * (t[-1] - 5) for t in (pull_a, pull_b))
-        stored = flexure(rig).bending_Nmm_per_rad / 14 * theta[-1] ** 2 / 2 + ropes
+        tendons = sum(a * (t[-1] ** 2 - 25) / 2 + b * (t[-1] - 5) for t in (pull_a, pull_b))
+        stored = flexure(rig).bending_Nmm_per_rad / 14 * theta[-1] ** 2 / 2 + tendons
         gaps.append(abs(work - stored) / stored)
     assert gaps[-1] < 1e-4
     assert gaps[2] < 0.3 * gaps[1] < 0.1 * gaps[0] or max(gaps) < 2e-5
 
 
-ropes = st.builds(
+tendons = st.builds(
     Tendon,
     EA_N=st.floats(1e3, 1e5),
     moment_arm_mm=st.floats(1.5, 2.7),
@@ -262,8 +236,8 @@ ropes = st.builds(
 
 
 @settings(max_examples=40)
-@given(ropes, ropes, st.floats(1, 40), st.sampled_from([V, BENCH]))
-def test_angle_grows_with_the_drive_and_the_drive_comes_back(a, b, preload, rig):
+@given(tendons, tendons, st.floats(1, 40), st.sampled_from([V, MEASURED]))
+def test_angle_grows_with_the_drive_and_is_inverted_by_it(a, b, preload, rig):
     rig = replace(rig, tendon_a=a, tendon_b=b, preload_N=preload)
     drive = np.linspace(-2.5, 2.5, 26)
     theta = angle_for_drive_rad(rig, drive)
@@ -272,9 +246,9 @@ def test_angle_grows_with_the_drive_and_the_drive_comes_back(a, b, preload, rig)
 
 
 @settings(max_examples=20)
-@given(ropes, st.floats(1, 40))
-def test_equal_tendons_bend_alike_both_ways(rope, preload):
-    curve = theory_curve(replace(V, tendon_a=rope, tendon_b=rope, preload_N=preload), PAPER_DRIVE)
+@given(tendons, st.floats(1, 40))
+def test_equal_tendons_bend_alike_in_both_directions(tendon, preload):
+    curve = theory_curve(replace(V, tendon_a=tendon, tendon_b=tendon, preload_N=preload), PAPER_DRIVE)
     np.testing.assert_allclose(curve.angle_deg, -curve.angle_deg[::-1], atol=1e-9)
     np.testing.assert_allclose(curve.tension_a_N, curve.tension_b_N[::-1], atol=1e-8)
     assert curve.angle_deg[22] == pytest.approx(0, abs=1e-9)
@@ -282,7 +256,7 @@ def test_equal_tendons_bend_alike_both_ways(rope, preload):
 
 def test_preload_softens_the_bending_of_a_tube():
     # the tendons' chords push the rings apart in rotation: -(T_a + T_b) g/2 joins the stiffness of a joint; with
-    # equal linear ropes dtheta/dx at rest is r / (r^2 + (K - T0 g / N) / (2 k))
+    # equal linear tendons dtheta/dx at rest is r / (r^2 + (K - T0 g / N) / (2 k))
     for preload in (10.0, 40.0):
         rig = replace(V, preload_N=preload)
         k, chain = 9000 / (150 + LENGTH), (flexure(rig).bending_Nmm_per_rad - preload * 0.6) / 14
@@ -290,14 +264,14 @@ def test_preload_softens_the_bending_of_a_tube():
         assert slope == pytest.approx(2.62 / (2.62**2 + chain / (2 * k)), rel=1e-6)
 
 
-def test_unequal_arms_turn_the_rig_at_zero_drive():
-    rig = replace(BENCH, tendon_b=replace(ROPE, moment_arm_mm=2.5))
+def test_unequal_arms_bend_the_rig_at_zero_drive():
+    rig = replace(MEASURED, tendon_b=replace(TENDON, moment_arm_mm=2.5))
     k, chain = 9000 / (150 + LENGTH), 520 / 14
     # derived: T0 (r_a - r_b) = (K + k (r_a^2 + r_b^2)) theta
     assert angle_for_drive_rad(rig, 0.0) == pytest.approx(20 * 0.12 / (chain + k * (2.62**2 + 2.5**2)), rel=1e-9)
 
 
-def test_shapes_pass_through():
+def test_results_have_the_shape_of_the_argument():
     drive = np.linspace(-1, 1, 6).reshape(2, 3)
     assert angle_for_drive_rad(V, drive).shape == (2, 3)
     assert drive_for_angle_mm(V, np.zeros((2, 3))).shape == (2, 3)

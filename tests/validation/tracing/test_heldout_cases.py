@@ -11,7 +11,11 @@ from validation.tracing.effect import catalogue
 from validation.tracing.trace import trace_records
 
 CASES = {
-    ("known", "backlash", 1): "play and friction at the base compensate for each other, and the fit ended in that valley",
+    (
+        "known",
+        "backlash",
+        1,
+    ): "play and friction at the base compensate for each other, and the fit ended in that valley",
     ("known", "unequal_tendons", 9): "the tendon differs along its whole length, not only in its free length",
     ("known", "thermal_drift", 7): "the drift takes longer than the shortest record",
     ("unknown", "tendon_slack", 4): "the guides have some friction, which the equivalent rig lacked",

@@ -225,7 +225,9 @@ def test_an_effect_that_leaves_the_held_out_error_where_it_was_is_not_named():
     assert trace.verdict == "effect"
     assert confirmed_on_heldout(trace) is trace
     no_better = replace(trace, baseline=replace(trace.baseline, errors=trace.augmented.errors))
-    assert confirmed_on_heldout(no_better) is no_better  # at the noise: the declared model had met those samples by chance
+    assert (
+        confirmed_on_heldout(no_better) is no_better
+    )  # at the noise: the declared model had met those samples by chance
     doubted = confirmed_on_heldout(replace(no_better, floor=NoiseFloor(0.1 * trace.floor.deg, trace.floor.repeats_deg)))
     assert doubted.verdict == "unexplained"
     assert not doubted.effects

@@ -35,7 +35,7 @@ SHALLOW = rig(NotchedTube(Tube(6.0, 5.0), Notch("rectangular_pair", 3, 0.2, 1.2,
 DEEP = rig(
     NotchedTube(Tube(6.0, 5.0), Notch("rectangular", 3, 5.6, 1.2, 1.4)), 2.4
 )  # leaves no more than a part of the wall
-BENCH = rig(MeasuredJoint(6, 2.6, 520.0), 2.62)
+MEASURED = rig(MeasuredJoint(6, 2.6, 520.0), 2.62)
 NOTCHED = {"v": V_PAIR, "slot": SLOT_PAIR, "one-sided": ONE_SIDED, "shallow": SHALLOW, "deep": DEEP}
 
 
@@ -123,7 +123,7 @@ def test_volume_is_that_of_the_cut_tube_straight_and_bent(name):
 
 
 @pytest.mark.parametrize("detail", [1.0, DETAIL])
-@pytest.mark.parametrize("bent", [*NOTCHED.values(), BENCH], ids=[*NOTCHED, "bench"])
+@pytest.mark.parametrize("bent", [*NOTCHED.values(), MEASURED], ids=[*NOTCHED, "measured"])
 def test_surface_has_no_holes(bent, detail):
     mesh = tube_mesh(bent, even(bent, 30.0), detail=detail)
     holes = mesh.extract_feature_edges(
@@ -133,7 +133,7 @@ def test_surface_has_no_holes(bent, detail):
     assert mesh.n_cells > 1000 * detail
 
 
-def test_surface_to_turn_has_no_holes():
+def test_surface_of_the_interactive_view_has_no_holes():
     """It is cut at its sharp edges, where each side has points of its own: with those put together, it is closed."""
     mesh = surface_to_turn(V_PAIR, even(V_PAIR, 30.0))
     assert mesh.n_open_edges > 0
@@ -189,8 +189,8 @@ def test_tendons_keep_their_arm_and_shorten_by_it():
         assert length == pytest.approx(2.6 + 4 * notch.spacing_mm + openings, abs=1e-9)
 
 
-def test_bench_rig_is_drawn_as_rings_of_its_moment_arm():
-    mesh = tube_mesh(BENCH, np.zeros(6))
+def test_a_rig_of_measured_joints_is_drawn_as_rings_of_its_moment_arm():
+    mesh = tube_mesh(MEASURED, np.zeros(6))
     np.testing.assert_allclose(mesh.bounds[2:4], (-1.15 * 2.62, 1.15 * 2.62), atol=1e-6)
     assert mesh.connectivity()["RegionId"].max() == 6  # seven rings, apart
     assert mesh["strain_percent"].max() == 0
@@ -213,7 +213,7 @@ def test_vtu_holds_the_wall_and_its_strain(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["bent.vtu"]
 
 
-def test_folder_that_is_not_there_is_named(tmp_path):
+def test_missing_folder_is_named(tmp_path):
     with pytest.raises(SceneError, match="expected a folder that can be written to"):
         write_vtu(SLOT_PAIR, even(SLOT_PAIR, 20.0), tmp_path / "no" / "bent.vtu")
 
@@ -227,7 +227,7 @@ def opengl():
 
 
 @pytest.mark.usefixtures("opengl")
-@pytest.mark.parametrize("bent", [V_PAIR, ONE_SIDED, BENCH], ids=["v", "one-sided", "bench"])
+@pytest.mark.parametrize("bent", [V_PAIR, ONE_SIDED, MEASURED], ids=["v", "one-sided", "measured"])
 def test_picture_shows_something_and_replaces_the_old_one(bent, tmp_path):
     path = tmp_path / "scene.png"
     path.write_text("old")

@@ -1,0 +1,78 @@
+"""Rig files: what they contain, and errors that name file, field, value and expectation."""
+
+from pathlib import Path
+
+import pytest
+
+from fem_models.rig import RigError, read_rig
+
+RIG_FILE = """
+preload_N = 15.0
+tube = {outer_diameter_mm = 6.0, inner_diameter_mm = 5.4}
+notch = {shape = "rectangular_pair", count = 10, depth_mm = 2.6, width_mm = 0.8, spacing_mm = 1.2}
+material = {youngs_modulus_GPa = 60.0, poissons_ratio = 0.33}
+wheel = {radius_mm = 8.0}
+friction = {guide_N = 0.1}
+[tendon]
+EA_N = 9000.0
+moment_arm_mm = 2.5
+free_length_mm = 120.0
+[tendon_b]
+moment_arm_mm = 2.4
+"""
+
+
+def test_rig_file(tmp_path: Path):
+    path = tmp_path / "mine.toml"
+    path.write_text(RIG_FILE)
+    rig = read_rig(path)
+    assert rig.name == "mine"
+    assert (rig.joints, rig.pitch_mm) == (10, 2.0)
+    assert (rig.tendon_a.moment_arm_mm, rig.tendon_b.moment_arm_mm) == (2.5, 2.4)
+    assert rig.tendon_b.EA_N == 9000.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("radius_mm = 8.0", "radius = 8.0", "wheel.radius = 8.0: expected one of radius_mm"),
+        ("wheel = {radius_mm = 8.0}", "", "wheel: missing"),
+        ("EA_N = 9000.0", "EA_N = -9000.0", "tendon.EA_N = -9000.0: expected above 0"),
+        ("EA_N = 9000.0", "", "EA_N: missing, expected in [tendon_"),
+        ("inner_diameter_mm = 5.4", "inner_diameter_mm = 7", "tube.inner_diameter_mm = 7: expected below"),
+        ("preload_N = 15.0", "preload_N = 'taut'", "preload_N = 'taut': expected a number"),
+        ("preload_N = 15.0", "preload_N = ", "not TOML"),
+        ("[tendon]", "colour = 'red'\n[tendon]", "colour = 'red': expected one of"),
+    ],
+)
+def test_bad_rig_files_are_named(tmp_path: Path, old: str, new: str, message: str):
+    path = tmp_path / "mine.toml"
+    path.write_text(RIG_FILE.replace(old, new, 1))
+    with pytest.raises(RigError) as caught:
+        read_rig(path)
+    assert str(caught.value).startswith(str(path))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("tube = {outer_diameter_mm = 6.0, inner_diameter_mm = 5.4}", ""),
+        ("wheel =", "bench = {joints = 10, pitch_mm = 2.0, flexure_stiffness_Nmm_per_rad = 500.0}\nwheel ="),
+    ],
+)
+def test_a_rig_file_has_notches_or_measured_joints(tmp_path: Path, old: str, new: str):
+    path = tmp_path / "mine.toml"
+    path.write_text(RIG_FILE.replace(old, new, 1))
+    with pytest.raises(
+        RigError, match=r"mine.toml: rig mine: expected either \[tube\] and \[notch\], or measured joints"
+    ):
+        read_rig(path)
+
+
+def test_joint_is_no_table_of_a_rig_file(tmp_path: Path):
+    path = tmp_path / "mine.toml"
+    path.write_text(RIG_FILE.replace("wheel =", "joint = 3\nwheel =", 1))
+    with pytest.raises(RigError, match=r"joint = 3: expected one of .*notch"):
+        read_rig(path)
