@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_models.analytic.kinematics import theory_curve
-from fem_models.joint.flexure import flexure, moment_arms_mm
+from fem_models.joint import joint_mechanics
+from fem_models.joint.flexure import flexure
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, Rig, notched_tube
@@ -79,7 +80,7 @@ def frictionless() -> Task:
         joints=rig.joints,
         pitch=rig.pitch_mm,
         half_ring=notched_tube(rig).notch.spacing_mm / 2,
-        arm=moment_arms_mm(rig)[0],
+        arm=joint_mechanics(rig).arms_mm.a,
         hinge=flexure(rig).bending_Nmm_per_rad,
         rope=rope.EA_N / (rope.free_length_mm + rig.joints * rig.pitch_mm),
         preload=rig.preload_N,

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.analytic.kinematics import simulate_analytic
-from fem_models.joint.flexure import peak_strain_per_rad
+from fem_models.joint import joint_mechanics
 from fem_models.joint.strain import limits_passed, strain_limits
 from fem_models.load.program import triangle
 from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
@@ -85,7 +85,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         "seed": seed,
         "versions": {name: version(name) for name in PACKAGES},
         "rig": rig_table(PRESET),
-        "peak_strain_percent": 100 * peak_strain_per_rad(preset(PRESET)) * largest_joint_rad,
+        "peak_strain_percent": 100 * joint_mechanics(preset(PRESET)).peak_strain_per_rad * largest_joint_rad,
         "loops": loops,
         "crosscheck": checks,
         "fits": fits,

@@ -16,7 +16,8 @@ from scipy.interpolate import PchipInterpolator
 
 from fem_models.analytic.frictionless_chain import bend_by_tendon, tendon_arm_mm, tendon_for_angle_N
 from fem_models.chain.solve import simulate_chain
-from fem_models.joint.flexure import Flexure, beam, closure_angle_rad, flexure, moment_arms_mm
+from fem_models.joint import joint_mechanics
+from fem_models.joint.flexure import Flexure, beam, flexure
 from fem_models.load.program import LoadProgram
 from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.multibody.reduced_body import ReducedBody, craig_bampton, free_frequencies_Hz
@@ -227,7 +228,7 @@ def _plain(rig: Rig) -> Rig:
 
 def _tensions(rig: Rig, joint: Flexure, angles_deg: Sequence[float]) -> Floats:
     angles = np.radians(angles_deg)
-    angles *= min(1.0, 0.8 * rig.joints * closure_angle_rad(rig) / angles[-1])
+    angles *= min(1.0, 0.8 * rig.joints * joint_mechanics(rig).closure_angle_rad / angles[-1])
     return np.array([tendon_for_angle_N(rig, joint, angle) for angle in angles])
 
 
@@ -291,7 +292,7 @@ def _bent(poses: Sequence[Any], tensions_N: Floats) -> list[BentChain]:
 def _engine(name: str, simulate: Callable[[Rig, LoadProgram], Record], rig: Rig, tensions_N: Floats) -> ModelResult:
     """Wind up tendon a to the largest tension, and interpolate angle and tip between the samples."""
     start = time.perf_counter()
-    joint, arm, tendon = flexure(rig), moment_arms_mm(rig)[0], rig.tendon_a
+    joint, arm, tendon = flexure(rig), joint_mechanics(rig).arms_mm.a, rig.tendon_a
     angle, _, _ = bend_by_tendon(rig, joint, float(tensions_N[-1]))
     stretch = (rig.joints * rig.pitch_mm + tendon.free_length_mm) / tendon.EA_N
     stretch += 1.2 * rig.joints / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0

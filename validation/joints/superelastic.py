@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_models.joint.flexure import closure_angle_rad, peak_strain_per_rad
+from fem_models.joint import joint_mechanics
 from fem_models.joint.superelastic import flag_fibres
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.joints import Notch, NotchedTube, Tube
@@ -104,7 +104,7 @@ def cases() -> list[Case]:
     found = []
     for name, width, spacing in (("wrist '90'", 0.5, 1.5), ("wrist '150'", 0.8, 1.2)):
         rig = wrist(width, spacing)
-        found.append(Case(name, rig, 0.03, float(np.degrees(closure_angle_rad(rig)))))
+        found.append(Case(name, rig, 0.03, float(np.degrees(joint_mechanics(rig).closure_angle_rad))))
     return [*found, Case("du2018", replace(preset("du2018"), superelastic=hardened(60.0)), 0.125, 12.0)]
 
 
@@ -127,7 +127,7 @@ def solve(case: Case) -> CaseResult:
         case,
         curve,
         tuple(flag_path(law, angles).sum(axis=1) for law in laws),
-        peak_strain_per_rad(case.rig) * angles,
+        joint_mechanics(case.rig).peak_strain_per_rad * angles,
         len(fitted.stiffness),
     )
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from fem_models.joint.flexure import closure_angle_rad
+from fem_models.joint import joint_mechanics
 from fem_models.joint.strain import limits_passed, strain_limits
 from fem_models.load_control import run_load_control
 from fem_models.rig.checks import SolverError
@@ -177,7 +177,7 @@ def wrist(tube: str, stage: Stage, values: Mapping[str, float], precurvature_deg
 
 def _hinge_angle_deg(rig: Rig) -> float:
     """Closure of a notch that bends in its middle alone: 2 atan(w/2 / lever), where an arc has w / lever."""
-    half = 0.5 * closure_angle_rad(rig)  # w/2 over the lever
+    half = 0.5 * joint_mechanics(rig).closure_angle_rad  # w/2 over the lever
     return float(np.degrees(2 * np.arctan(half)))
 
 

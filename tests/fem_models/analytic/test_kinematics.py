@@ -18,7 +18,8 @@ from fem_models.analytic.kinematics import (
     path_shortening_mm,
     tip_pose,
 )
-from fem_models.joint.flexure import closure_angle_rad, flexure, moment_arms_mm
+from fem_models.joint import joint_mechanics
+from fem_models.joint.flexure import flexure
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.effects import Gravity
@@ -128,7 +129,7 @@ def test_inverse_fit_refuses_values_outside_its_range():
 @pytest.mark.parametrize("rig", [V, WRIST])
 @given(share=st.floats(-0.99, 0.99))
 def test_path_is_that_of_explicit_ring_edges(rig, share):
-    theta = share * rig.joints * closure_angle_rad(rig)
+    theta = share * rig.joints * joint_mechanics(rig).closure_angle_rad
     gap, spacing = rig.joint.notch.width_mm / 2, rig.joint.notch.spacing_mm
     frames = chain_transforms(rig, equal_joints(rig, theta))
     # ring i reaches from its joint's edge (gap, r) to the next joint's (gap + spacing, r), in the frame of its joint
@@ -137,7 +138,7 @@ def test_path_is_that_of_explicit_ring_edges(rig, share):
     origin = [base] + [f.copy() for f in frames[1:-1]]
     for i, frame in enumerate(origin[1:], start=1):
         frame[:3, 3] = frames[i - 1][:3, 3]  # turned with ring i, standing on joint i
-    for arm, sign, angle in ((moment_arms_mm(rig)[0], 1, theta), (moment_arms_mm(rig)[1], -1, -theta)):
+    for arm, sign, angle in ((joint_mechanics(rig).arms_mm.a, 1, theta), (joint_mechanics(rig).arms_mm.b, -1, -theta)):
         length = 0.0
         for i in range(rig.joints):
             leave = -gap if i == 0 else gap + spacing

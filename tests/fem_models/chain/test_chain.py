@@ -7,7 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 from fem_models.chain.solve import ChainSettings, simulate_chain, solve_batch, solve_chain
-from fem_models.joint.flexure import beam, flexure, moment_arms_mm, rigid_gap_mm, ring_stiffness, turning_length_mm
+from fem_models.joint import joint_mechanics
+from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.strain import strain_per_rad
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.multibody.quasi_static import simulate_multibody, solve_multibody
@@ -199,7 +200,7 @@ def test_measured_joints_with_rigid_gap_and_roots_bend_as_the_tube_that_they_are
     tube = preset("du2018", preload_N=20.0)
     joint = flexure(tube)
     roots = 1 - joint.bending_Nmm_per_rad / beam(tube).bending_Nmm_per_rad
-    measured = MeasuredJoint(14, tube.pitch_mm, joint.bending_Nmm_per_rad, rigid_gap_mm(tube), roots)
+    measured = MeasuredJoint(14, tube.pitch_mm, joint.bending_Nmm_per_rad, joint_mechanics(tube).rigid_gap_mm, roots)
     bare = replace(tube, joint=measured)
     hinged, rootless = (replace(bare, joint=replace(measured, **{k: 0.0})) for k in ("rigid_gap_mm", "roots_share"))
 
@@ -330,12 +331,12 @@ def test_a_rope_that_hardly_stretches_goes_slack_and_the_other_bends_alone(prelo
     drive = 2.2
     solution = solve_chain(rig, triangle(drive, cycles=1))
     assert solution.segment_tensions_N[:, 1].min() == 0
-    joint, arm = flexure(rig), moment_arms_mm(rig)[0]
-    half_gap = 0.5 * (rig.joint.notch.width_mm - turning_length_mm(rig))
+    joint, arm = flexure(rig), joint_mechanics(rig).arms_mm.a
+    half_gap = 0.5 * (rig.joint.notch.width_mm - joint_mechanics(rig).turning_length_mm)
 
     def tension(theta: float) -> float:
         slope = half_gap * np.sin(theta / 2) + arm * np.cos(theta / 2)
-        return theta / (1 / joint.bending_Nmm_per_rad + 1 / ring_stiffness(rig)[0]) / slope
+        return theta / (1 / joint.bending_Nmm_per_rad + 1 / joint_mechanics(rig).ring.bending_Nmm_per_rad) / slope
 
     def left(theta: float) -> float:
         path = 2 * (half_gap * (1 - np.cos(theta / 2)) + arm * np.sin(theta / 2))

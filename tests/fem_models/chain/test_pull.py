@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from fem_models.analytic.kinematics import simulate_analytic
 from fem_models.chain.solve import ChainSettings, solve_chain, solve_pulled_chain
-from fem_models.joint.flexure import closure_angle_rad, flexure, moment_arms_mm, peak_strain_per_rad
+from fem_models.joint import joint_mechanics
+from fem_models.joint.flexure import flexure
 from fem_models.joint.section import section, section_fibres
 from fem_models.joint.strain import FATIGUE, StrainLimit, limits_passed, peak_strain, strain_limits
 from fem_models.load.program import LoadProgram
@@ -57,7 +58,7 @@ def test_both_engines_agree_notch_by_notch_on_the_way_up_and_back(name):
 
 def test_a_small_force_bends_each_joint_by_force_times_arm_over_stiffness():
     force, rest = 0.01, np.radians(LINEAR.precurvature_deg)
-    arm, k = moment_arms_mm(LINEAR)[0], flexure(LINEAR).bending_Nmm_per_rad
+    arm, k = joint_mechanics(LINEAR).arms_mm.a, flexure(LINEAR).bending_Nmm_per_rad
     for engine in ("chain", "multibody"):
         turned = np.radians(run_load_control(LINEAR, [0.0, force], engine).notches_deg[-1]) - rest
         # first order in the angle, but for the arm's cos and the ring in series: 2 %
@@ -147,13 +148,13 @@ def test_more_force_bends_more_and_friction_lets_no_notch_bend_more_than_the_one
 
 def test_a_slot_closes_where_the_chord_of_its_arc_has_turned_its_edges_together():
     rig = WRIST
-    turn = closure_angle_rad(rig)
+    turn = joint_mechanics(rig).closure_angle_rad
     lever = rig.joint.tube.outer_diameter_mm / 2 + float(section(rig.joint, 0.0).neutral_offset_mm)
     chord = 2 * rig.joint.notch.width_mm / turn * math.sin(turn / 2)
     assert chord == pytest.approx(2 * lever * math.sin(turn / 2))
     # measured: 30.7 and 19.1 deg, both tubes with the same lever
     assert math.degrees(turn) == pytest.approx(30.7, abs=0.5)
-    assert math.degrees(closure_angle_rad(preset("notched-wrist-90"))) == pytest.approx(19.1, abs=0.3)
+    assert math.degrees(joint_mechanics(preset("notched-wrist-90")).closure_angle_rad) == pytest.approx(19.1, abs=0.3)
 
 
 def test_fibres_of_a_one_sided_notch_have_the_moments_of_the_tube_cut_by_a_plane():
@@ -175,7 +176,7 @@ def test_a_climbing_plateau_has_its_slope():
     # far past the start every fibre is on its plateau: the joint has E2/E of its elastic stiffness
     run = solve_pulled_chain(rig, np.array([0.0, 2.6, 2.61]))
     turn = np.radians(run.record.notches_deg)
-    arm, half = moment_arms_mm(rig)[0], 0.5 * turn
+    arm, half = joint_mechanics(rig).arms_mm.a, 0.5 * turn
     lever = arm * np.cos(half) + rig.joint.notch.width_mm / 6 * np.sin(half)
     moment = run.segment_tensions_N[:, 0, 1:] * lever
     slope = (np.diff(moment, axis=0)[-1] / np.diff(turn, axis=0)[-1])[0]
@@ -187,7 +188,7 @@ def test_a_climbing_plateau_has_its_slope():
 
 def test_peak_strain_is_counted_from_rest():
     strain = peak_strain(WRIST, np.radians([WRIST.precurvature_deg, WRIST.precurvature_deg + 10.0]))
-    np.testing.assert_allclose(strain, [0.0, np.radians(10.0) * peak_strain_per_rad(WRIST)], atol=1e-12)
+    np.testing.assert_allclose(strain, [0.0, np.radians(10.0) * joint_mechanics(WRIST).peak_strain_per_rad], atol=1e-12)
 
 
 def test_limits_are_passed_on_the_line_between_samples():
@@ -219,7 +220,7 @@ def test_the_study_says_how_far_its_run_strains_the_metal():
     solution = solve_multibody(rig, LoadProgram(np.linspace(0.0, 2.2, 12)))
     summary = strain_summary(rig, solution)
     turn = np.radians(np.abs(solution.record.notches_deg).max())
-    assert summary["peak_strain_percent"] == pytest.approx(100 * turn * peak_strain_per_rad(rig))
+    assert summary["peak_strain_percent"] == pytest.approx(100 * turn * joint_mechanics(rig).peak_strain_per_rad)
     at = [limit["passed_at_mm"] for limit in summary["strain_limits"]]
     assert 0 < at[0] < at[1] < 2.2  # 0.4 % alternating, then 1 %; 2.5 % at 45 deg stays below 6 %
     assert at[2] is None

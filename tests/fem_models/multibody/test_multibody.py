@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fem_models.analytic.kinematics import drive_for_angle_mm, theory_curve, tip_pose
-from fem_models.joint.flexure import flexure, moment_arms_mm
+from fem_models.joint import joint_mechanics
+from fem_models.joint.flexure import flexure
 from fem_models.load.program import LoadProgram, triangle
 from fem_models.multibody.quasi_static import MultibodySettings, simulate_multibody, solve_multibody
 from fem_models.rig.checks import SolverError
@@ -133,7 +134,7 @@ def test_a_one_sided_wrist_turns_about_its_neutral_axis():
     rig = replace(base, joint=NotchedTube(Tube(3.0, 2.4), Notch("rectangular", 6, 2.0, 0.8, 1.2)))
     joint, rope = flexure(rig), rig.tendon_a
     arm = 1.2 + joint.neutral_offset_mm
-    assert arm == pytest.approx(moment_arms_mm(rig)[0])
+    assert arm == pytest.approx(joint_mechanics(rig).arms_mm.a)
     k = rope.EA_N / (rope.free_length_mm + 6 * rig.pitch_mm)
     expected = arm + joint.bending_Nmm_per_rad / (6 * arm * k)
     record = simulate_multibody(rig, LoadProgram(np.linspace(0, 0.4, 5)))

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from matplotlib.image import imread
 from scipy.integrate import quad, solve_ivp
 
-from fem_models.joint.flexure import beam, peak_strain_per_rad
+from fem_models.joint import joint_mechanics
+from fem_models.joint.flexure import beam
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
@@ -147,7 +148,7 @@ def test_surface_of_the_interactive_view_has_no_holes():
 @pytest.mark.parametrize("name", NOTCHED)
 def test_largest_strain_is_that_of_the_analytic_ring(name):
     bent = NOTCHED[name]
-    expected = 100 * np.radians(4.0) * peak_strain_per_rad(bent)
+    expected = 100 * np.radians(4.0) * joint_mechanics(bent).peak_strain_per_rad
     strain = tube_mesh(bent, np.full(bent.joints, 4.0))["strain_percent"]
     assert strain.max() == pytest.approx(expected, rel=1e-3)
     assert strain.min() == 0

@@ -11,7 +11,7 @@ import pytest
 from browser import chromium, ink, listen, require_browser, screenshots, tints
 
 from fem_models.chain.solve import solve_chain
-from fem_models.joint.flexure import peak_strain_per_rad
+from fem_models.joint import joint_mechanics
 from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.presets import PRESETS, preset
 from hysteresis.metrics import loop_width
@@ -38,7 +38,7 @@ def test_answer_is_that_of_the_chain():
     width = loop_width(record.drive, record.angle_deg, record.cycle).max_deg
     assert dict(found.figures)["Loop width, most"] == f"{width:.2f} deg"
     full = int(record.angle_deg.argmax())
-    largest = np.radians(record.notches_deg[full]).max() * peak_strain_per_rad(rig)
+    largest = np.radians(record.notches_deg[full]).max() * joint_mechanics(rig).peak_strain_per_rad
     # the scene integrates the flexibility by trapezoids, the closed form by quadrature
     assert found.tube["strain_percent"].max() == pytest.approx(100 * largest, rel=1e-4)
 

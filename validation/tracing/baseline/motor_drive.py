@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.chain.solve import chain_angle_deg
-from fem_models.joint.flexure import moment_arms_mm
+from fem_models.joint import joint_mechanics
 from fem_models.load.program import LoadProgram
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Rig
@@ -116,7 +116,8 @@ def _mm_per_unit(records: Sequence[Record], rig: Rig) -> float:
     """Guess the gain: that at which the rig, as it is declared, bends by as much as the widest record does."""
     drives, angles = [record.drive for record in records], [record.angle_deg for record in records]
     slope = mean_slope(drives, angles)
-    mm = math.copysign(math.radians(abs(slope)) * moment_arms_mm(rig)[0], slope)  # all rope that is wound in bends
+    arm = joint_mechanics(rig).arms_mm.a
+    mm = math.copysign(math.radians(abs(slope)) * arm, slope)  # all rope that is wound in bends
     half = max(float(np.ptp(drive)) for drive in drives) / 2
     way = np.concatenate([np.linspace(a, b, _SAMPLES) for a, b in pairwise((0.0, half, -half, half))])
     for _ in range(_TURNS):  # stretch of the ropes takes some of it
