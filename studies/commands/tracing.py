@@ -1,4 +1,4 @@
-"""``notchbend trace``: records in, the verdict with its page and figures out."""
+"""``notchbend trace``: read records, trace their residual, write the verdict with its page and figures."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from hysteresis.record_file import read_record
 from studies.commands.identification import STANDSTILL_DEG
 from studies.progress import status_of_steps
 from studies.report.trace_page import trace_page
+from validation.tracing import trace_records
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import FigureFile, NextProgram, TraceReport, in_words, trace_report
 from validation.tracing.second_opinion import confirm
-from validation.tracing.trace import trace_records
 
 NEXT = "next-experiment.csv"
 FILES = ("trace.json", "report.html", NEXT, "trace-residual.png", "trace-loops.png", "trace-candidates.png")
@@ -51,18 +51,28 @@ def require_kept(out: Path, records: Iterable[Path]) -> None:
 
 
 def trace_files(paths: Sequence[Path], *, seed: int = 0, threads: int = 2, progress: bool = False) -> Traced:
-    """Read records and trace them; see :func:`validation.tracing.trace.trace_records`.
+    """Read records and trace them (:func:`trace_loaded`).
 
     Raises
     ------
     RecordError, RigError, SolverError
-        Records that cannot be used, a rig that cannot be, or that cannot follow its drive.
+        Records that cannot be used, a rig that cannot exist, or one that cannot follow its drive.
     """
     return trace_loaded([read_record(path) for path in paths], seed=seed, threads=threads, progress=progress)
 
 
 def trace_loaded(records: Sequence[Record], *, seed: int = 0, threads: int = 2, progress: bool = False) -> Traced:
-    """Trace records, look for the experiment to do next, and ask the multibody model."""
+    """Trace records, propose the next experiment, and run the multibody model for a second opinion.
+
+    Parameters
+    ----------
+    seed
+        Stored with the result; nothing in a trace is random.
+    threads
+        For derivatives; see :func:`validation.tracing.trace_records`.
+    progress
+        Whether to show on a terminal what is being computed.
+    """
     for record in records:
         _require_moving(record)
     start = time.perf_counter()
@@ -86,7 +96,7 @@ def trace_loaded(records: Sequence[Record], *, seed: int = 0, threads: int = 2, 
 
 
 def write_trace(traced: Traced, out: Path) -> None:
-    """Write trace.json, report.html, the figures and the next program, all or none; files of an older trace go.
+    """Write trace.json, report.html, the figures and the next program, all or none; remove files of an older trace.
 
     Raises
     ------
@@ -107,7 +117,7 @@ def write_trace(traced: Traced, out: Path) -> None:
 
 
 def summary(report: TraceReport) -> list[str]:
-    """Lines for a terminal: the verdict in words, constants of the effects, what to measure next."""
+    """Lines for a terminal: the verdict in words, parameters of the effects, what to measure next."""
     parameters = [f"{effect.name}: {name} = {p}" for effect in report.effects for name, p in effect.parameters.items()]
     return [*in_words(report), *parameters, f"Measure next: {report.next_experiment}."]
 

@@ -1,4 +1,4 @@
-"""The page of one trace: one HTML file with everything in it."""
+"""The page of one trace: one HTML file with its figures in it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from hysteresis.metrics import Errors
 from hysteresis.uncertainty import Parameter
 from studies.report.templates import environment
-from validation.tracing.effect import catalogue
+from validation.tracing import catalogue
 from validation.tracing.result import TraceReport, in_words
 
 TEMPLATE = "trace.html"
@@ -18,7 +18,7 @@ TEMPLATE = "trace.html"
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure in the page: PNG as base64 text, its caption, and the text in place of it."""
+    """A figure in the page: PNG as base64 text, caption, and alternative text."""
 
     data: str
     caption: str
@@ -27,7 +27,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class ErrorRow:
-    """A row of the table of errors; ``over_noise`` is the rms error over the noise, None without noise."""
+    """A row of the table of errors; ``over_noise`` is the rms error over the noise floor, None where that is 0."""
 
     name: str
     errors: Errors
@@ -36,7 +36,7 @@ class ErrorRow:
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """A row of the table of parameters: of which effect or model, and the value with its interval."""
+    """A row of the table of parameters: effect or baseline, name, and value with its interval."""
 
     of: str
     name: str
@@ -44,7 +44,7 @@ class ParameterRow:
 
 
 def trace_page(report: TraceReport, figures: Mapping[str, bytes]) -> str:
-    """HTML of a trace.
+    """HTML page of a trace.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def trace_page(report: TraceReport, figures: Mapping[str, bytes]) -> str:
 
 
 def _error_rows(report: TraceReport) -> list[ErrorRow]:
-    """Rows of the table of errors; one for both models where nothing was added."""
-    models = [("declared model", report.before), (f"with {report.named}", report.after)][: 2 if report.named else 1]
+    """Rows of the table of errors: of the baseline, and of the augmented model where there is one."""
+    models = [("baseline model", report.before), (f"with {report.named}", report.after)][: 2 if report.named else 1]
     rows = [
         (f"{model}, {words}", errors)
         for model, pair in models
@@ -88,5 +88,5 @@ def _error_rows(report: TraceReport) -> list[ErrorRow]:
 
 
 def _parameter_rows(report: TraceReport) -> list[ParameterRow]:
-    tables = [*((effect.name, effect.parameters) for effect in report.effects), ("declared model", report.declared)]
+    tables = [*((effect.name, effect.parameters) for effect in report.effects), ("baseline model", report.declared)]
     return [ParameterRow(of, name, parameter) for of, table in tables for name, parameter in table.items()]

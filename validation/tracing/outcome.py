@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from html import escape
 from typing import Any, Literal
 
+from hysteresis.display import html_table
 from hysteresis.record import Record
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.noise import NoiseFloor
@@ -94,9 +94,15 @@ class Trace:
         return f"Trace({found}; held-out error {errors} deg, noise {self.floor.deg:.3g} deg; {self.model})"
 
     def _repr_html_(self) -> str:
-        """Show the verdict in sentences, for a notebook."""
-        first, *others = in_words(trace_report(self))
-        return f"<p><strong>{escape(first)}</strong></p>" + "".join(f"<p>{escape(line)}</p>" for line in others)
+        """Show the verdict in sentences and the parameters of the effects, for a notebook."""
+        report = trace_report(self)
+        first, *others = in_words(report)
+        rows = [
+            (f"{effect.name}: {name}", *(f"{x:.4g}" if x is not None else "" for x in (p.value, p.low, p.high)), p.unit)
+            for effect in report.effects
+            for name, p in effect.parameters.items()
+        ]
+        return html_table(first, rows, ("parameter", "value", "low (95 %)", "high (95 %)", "unit"), others)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values as in trace.json, without a second opinion and without a proposed experiment."""

@@ -1,4 +1,4 @@
-"""``notchbend trace`` and ``effects``: results as in the contract, all or nothing; pages, figures, next record."""
+"""``notchbend trace`` and ``effects``: trace.json, the page, the figures and the next program, all or none of them."""
 
 import json
 import sys
@@ -45,7 +45,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def bench_records(width_mm: float) -> list[Record]:
-    """Two records of a rig of five joints, at two preloads and amplitudes, from the chain, with noise."""
+    """Two records of a rig of five joints from the chain model, at two preloads and amplitudes, with noise."""
     noise, out = np.random.default_rng(0), []
     for preload, amplitude in ((20.0, 1.0), (10.0, 0.5)):
         bare = Record(drive=[0, 1, 0], angle_deg=[0, 1, 0], kind="simulated", rig=MEASURED | {"preload_N": preload})
@@ -69,7 +69,7 @@ def traced(width_mm: float):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Records with play, and what the command makes of them."""
+    """Records with backlash, and what the command writes."""
     place = tmp_path_factory.mktemp("trace")
     for i, record in enumerate(bench_records(WIDTH_MM)):
         write_record(record, place / f"r{i}.csv")
@@ -82,7 +82,7 @@ def stored(folder):
     return json.loads((folder / "out" / "trace.json").read_text(), parse_constant=pytest.fail)  # no NaN
 
 
-def test_play_is_traced_and_the_file_is_as_the_contract_has_it(folder):
+def test_backlash_is_traced_and_the_file_has_the_documented_fields(folder):
     result = stored(folder)
     assert result["schema"] == 1
     assert result["records"] == ["r0.csv", "r1.csv"]
@@ -98,7 +98,7 @@ def test_play_is_traced_and_the_file_is_as_the_contract_has_it(folder):
     assert width["low"] < WIDTH_MM < width["high"]  # the width that the records were made with
     assert effect["heldout_rmse_deg"] == pytest.approx(result["after"]["heldout"]["rmse_deg"], rel=1e-9)
     assert effect["delta_bic"] == pytest.approx(result["candidates"][0]["delta_bic"])
-    # noise of the records; 2 x 109 samples tell its size to 5 % (1/sqrt(2 m)), floor and error to some more
+    # 2 x 109 samples determine the noise to 5 % (1/sqrt(2 m)), its estimate a little less well
     assert result["noise_floor_deg"] == pytest.approx(NOISE_DEG, rel=0.2)
     assert result["after"]["heldout"]["rmse_deg"] < 1.3 * NOISE_DEG < result["before"]["heldout"]["rmse_deg"]
     gains = [row["delta_bic"] for row in result["candidates"]]
@@ -110,7 +110,7 @@ def test_play_is_traced_and_the_file_is_as_the_contract_has_it(folder):
     assert "cycle 2" in result["heldout_by"]
 
 
-def test_the_page_stands_alone_with_its_figures(folder):
+def test_the_page_contains_its_figures(folder):
     html = (folder / "out" / "report.html").read_text()
     result = stored(folder)
     assert "The residual is traced to backlash." in html
@@ -120,14 +120,14 @@ def test_the_page_stands_alone_with_its_figures(folder):
         assert (folder / "out" / item["file"]).read_bytes().startswith(PNG)
 
 
-def test_the_next_program_is_one_that_simulate_takes(folder):
+def test_simulate_accepts_the_next_program(folder):
     program = program_of_file(folder / "out" / "next-experiment.csv")
     assert stored(folder)["next_program"]["preload_N"] > 0
     assert program.time_s is not None
     assert np.abs(program.drive_mm).max() <= 1.25 + 1e-9  # of the widest record, 1 mm
 
 
-def test_clean_records_have_no_effect_and_files_of_an_older_trace_go(folder, tmp_path, capsys):
+def test_clean_records_have_no_effect_and_files_of_an_older_trace_are_removed(folder, tmp_path, capsys):
     for i, record in enumerate(bench_records(0.0)):
         write_record(record, tmp_path / f"r{i}.csv")
     out = tmp_path / "out"
@@ -177,7 +177,18 @@ def test_nothing_is_written_where_a_file_cannot_be(folder, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["trace.json"]
 
 
-def test_unexplained_names_nothing_and_says_what_to_measure():
+def test_a_trace_prints_in_one_line_shows_itself_in_a_notebook_and_converts():
+    found = traced(WIDTH_MM)
+    assert "\n" not in repr(found)
+    assert repr(found).startswith("Trace(effect: backlash; held-out error 0.")
+    assert repr(found).endswith("; rig)")
+    assert "The residual is traced to backlash." in found._repr_html_()
+    assert found.to_dict() == trace_report(found).to_dict()
+    clean = replace(found, verdict="none", augmented=found.baseline, confusable=())
+    assert repr(clean).startswith(f"Trace(none; held-out error {found.baseline.heldout_rmse_deg:.3g} deg, noise 0.0")
+
+
+def test_an_unexplained_trace_names_no_effect_and_proposes_a_measurement():
     found = traced(WIDTH_MM)
     words = ("the residual goes with the rate",)
     smooth = replace(found.smooth, names=("the rate",))
@@ -197,7 +208,7 @@ def test_unexplained_names_nothing_and_says_what_to_measure():
     assert "The residual goes with the rate." in in_words(result)
 
 
-def test_alike_candidates_are_named_together():
+def test_candidates_that_are_not_distinguished_are_named_together():
     found = traced(WIDTH_MM)
     ranked = sorted((c for c in found.candidates if len(c.names) == 1), key=lambda c: -c.delta_bic)
     best, second = ranked[:2]
@@ -211,8 +222,8 @@ def test_alike_candidates_are_named_together():
     assert any(f"backlash or {second.names[0]}" in line for line in in_words(result))
 
 
-def test_the_proposed_record_tells_the_rivals_apart():
-    """Run again by hand, through the chain alone, for the two models that the words name."""
+def test_the_proposed_record_distinguishes_the_competitors():
+    """Simulated again here, by the chain model, for the two models that the sentence names."""
     found = traced(WIDTH_MM)
     experiment = next_experiment(found)
     runner_up = max((c for c in found.candidates if "backlash" not in c.names), key=lambda c: c.delta_bic)
@@ -228,7 +239,7 @@ def test_the_proposed_record_tells_the_rivals_apart():
     assert apart.std() > found.floor.deg
 
 
-def test_rivals_of_unknown_geometry_are_simulated_on_the_record_s_own_path():
+def test_competitors_of_unknown_geometry_are_simulated_on_the_record_s_own_path():
     records = [replace(r, rig={"preload_N": r.rig["preload_N"]}) for r in bench_records(WIDTH_MM)]
     found = trace_records(records, threads=1)
     assert not found.known
@@ -246,32 +257,32 @@ def test_rivals_of_unknown_geometry_are_simulated_on_the_record_s_own_path():
 
 
 def test_multibody_errors_are_those_of_the_same_runs():
-    """Against errors_of: both engines follow the same laws, on the bench without shear or soft rings."""
+    """Both engines follow the same laws; measured joints have no shear and no soft rings."""
     found = traced(WIDTH_MM)
-    seen = confirm(found)
-    for errors, fitted in ((seen.before, found.baseline), (seen.after, found.augmented)):
+    opinion = confirm(found)
+    for errors, fitted in ((opinion.before, found.baseline), (opinion.after, found.augmented)):
         whole = np.sqrt(fitted.mean_square)
         assert errors.rmse_deg == pytest.approx(whole, rel=0.2)
-    assert "2 of 2 records" in seen.words
+    assert "2 of 2 records" in opinion.words
     assert "1 of 2 records" in confirm(found, cycles=2.0).words  # whole records, at least one
 
 
-def test_a_multibody_model_that_fails_is_said_in_words(monkeypatch):
+def test_a_failed_multibody_run_is_reported_in_words(monkeypatch):
     found = traced(WIDTH_MM)
 
     def fail(rig, program):
         raise SolverError("sample 3")
 
     monkeypatch.setattr(multibody, "solve_multibody", fail)
-    seen = confirm(found)
-    assert (seen.before, seen.after) == (None, None)
-    assert "sample 3" in seen.words
+    opinion = confirm(found)
+    assert (opinion.before, opinion.after) == (None, None)
+    assert "sample 3" in opinion.words
     monkeypatch.setitem(
         sys.modules, "fem_models.multibody.quasi_static", None
     )  # as where Exudyn's libraries are missing
-    seen = confirm(found)
-    assert "cannot be imported" in seen.words
-    assert trace_report(found, confirmation=seen).multibody is None
+    opinion = confirm(found)
+    assert "cannot be imported" in opinion.words
+    assert trace_report(found, confirmation=opinion).multibody is None
 
 
 def test_a_report_alone_has_the_errors_of_the_trace():
@@ -308,7 +319,7 @@ def test_the_page_of_the_catalogue_is_up_to_date():
     assert PAGE.read_text(encoding="utf-8") == page(catalogue()), "run python -m docs.make.effects"
 
 
-def test_progress_is_told_on_a_terminal_only(monkeypatch):
+def test_progress_is_shown_on_a_terminal_only(monkeypatch):
     lines = []
     monkeypatch.setattr(progress, "Console", lambda stderr: Console(force_terminal=True, file=_Lines(lines)))
     with progress.status_of_steps(True, "tracing") as report:
@@ -330,7 +341,7 @@ class _Lines:
         pass
 
 
-def test_a_program_without_times_is_written_without():
+def test_a_program_without_times_is_written_without_times():
     trial = Trial("at rest", np.array([0.0, 1.0]), None, np.zeros(2, dtype=np.int64), 20.0)
     assert Experiment("words", trial).csv() == "drive_mm\n0\n1\n"
     assert Experiment("words").csv() is None

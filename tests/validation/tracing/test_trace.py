@@ -1,4 +1,4 @@
-"""The tracer on records whose truth is known: made here, by the chain or by the law itself."""
+"""The tracer on simulated records with a known effect: made here with the chain model, or from a formula."""
 
 from dataclasses import replace
 
@@ -34,7 +34,7 @@ from validation.tracing.verdict import confirmed_on_heldout
 NOISE_DEG = 0.05
 
 
-def measured(rig, program, seed, **known):
+def simulated(rig, program, seed, **known):
     run = simulate_chain(rig, program)
     noise = np.random.default_rng(seed).normal(0, NOISE_DEG, run.angle_deg.size)
     return Record(
@@ -45,11 +45,11 @@ def measured(rig, program, seed, **known):
 
 def two_preloads(change, program=None):
     program = program or triangle(2.2, cycles=2)
-    return [measured(change(preset("du2018", preload_N=T)), program, int(T)) for T in (20.0, 10.0)]
+    return [simulated(change(preset("du2018", preload_N=T)), program, int(T)) for T in (20.0, 10.0)]
 
 
 def test_unequal_tendons_of_five_percent_are_named():
-    """The paper puts its own residual down to them."""
+    """The paper gives them as the reason for its own residual."""
 
     def unequal(rig):
         return replace(rig, tendon_b=replace(rig.tendon_b, moment_arm_mm=0.95 * rig.tendon_b.moment_arm_mm))
@@ -62,18 +62,18 @@ def test_unequal_tendons_of_five_percent_are_named():
     assert trace.baseline.heldout_rmse_deg > 2 * trace.augmented.heldout_rmse_deg
 
 
-def test_shipped_record_is_traced_to_what_was_hidden_in_it():
-    """validation/practice/bench_record.py: tendon b has another arm and free length, in the multibody model."""
+def test_shipped_record_is_traced_to_the_effect_it_was_made_with():
+    """In validation/practice/bench_record.py tendon b has another arm and free length, in the multibody model."""
     trace = trace_records([read_record(SHIPPED)])
     assert trace.augmented.names == ("unequal_tendons",)
     assert trace.verdict in ("effect", "ambiguous")  # one preload, one amplitude
 
 
-def test_nothing_is_missing_where_nothing_is():
+def test_clean_records_have_no_missing_effect():
     assert trace_records(two_preloads(lambda rig: rig)).verdict == "none"
 
 
-def test_stop_on_the_negative_side_is_the_mirror_of_one_on_the_positive():
+def test_tip_stop_on_the_negative_side_mirrors_one_on_the_positive_side():
     program = triangle(1.5, step_mm=0.25)
     rig = preset("du2018", preload_N=20.0)
     above, below = (replace(rig, tip_stop=TipStop(side * 5.0, 1.0)) for side in (1, -1))
@@ -94,8 +94,8 @@ def hidden_loop(amplitude, seed, law):
 
 @pytest.mark.parametrize("saturation_deg", [1.5, 0.3])
 def test_hidden_hysteresis_is_not_taken_for_smooth_terms(saturation_deg):
-    """Traps seen on a sparse-regression tool: a hidden state became six smooth terms with a held-out R2 of 0.87, and a
-    quarter of the amplitude showed it (0.25). With a small yield, too, the loop must carry over to that amplitude."""
+    """A sparse-regression tool replaced a hidden state by six smooth terms: held-out R2 was 0.87, and 0.25 at a quarter
+    of the amplitude. The fitted loop must hold at that amplitude, also where it saturates early."""
     law = BoucWen(A=-0.6, beta=0.4 / saturation_deg, gamma=0.2 / saturation_deg, n=1.0)
     records = [hidden_loop(amplitude, i, law) for i, amplitude in enumerate((2.0, 1.0, 0.5))]
     trace = trace_records(records)
@@ -104,15 +104,15 @@ def test_hidden_hysteresis_is_not_taken_for_smooth_terms(saturation_deg):
     assert trace.baseline.heldout_rmse_deg < 1.3 * NOISE_DEG
 
 
-def test_lost_counts_have_no_word_in_the_catalogue():
+def test_an_effect_outside_the_catalogue_is_unexplained():
     case = draw_case("work", "known", "lost_counts", 0)
     trace = trace_records(case.records)
     assert trace.verdict == "unexplained"
     assert trace.effects == ()
 
 
-def test_an_optimum_of_another_loop_does_not_hide_an_effect():
-    """A work case that was missed: the loop's slip angle of the declared fit is twice that of the best one."""
+def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
+    """A practice case that was missed once: the loop angle of the first baseline fit is twice that of the best fit."""
     both = ("camera_misalignment", "wheel_eccentricity")
     records = draw_case("work", "known", both[0], 22).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in both])
@@ -120,10 +120,10 @@ def test_an_optimum_of_another_loop_does_not_hide_an_effect():
     assert trace.augmented.names == both[:1]
 
 
-def test_effects_that_do_nothing_do_not_take_the_place_of_the_one_that_is_there(monkeypatch):
-    """A work case that was missed: a free rig had taken the friction for its own, and all that does nothing stood near
-    it, where friction from a model of a few steps stood a little off still."""
-    with_a_short_last_fit(monkeypatch)
+def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
+    """A practice case that was missed once: the equivalent rig had absorbed the friction. Effects that do nothing left
+    as little as it did, and friction, started beside the early baseline, still left a little more."""
+    with_a_short_final_fit(monkeypatch)
     shown = ("guide_friction", "time_delay", "wheel_eccentricity", "gravity")
     records = draw_case("work", "unknown", shown[0], 4).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
@@ -131,9 +131,9 @@ def test_effects_that_do_nothing_do_not_take_the_place_of_the_one_that_is_there(
     assert trace.augmented.names == shown[:1]
 
 
-def test_a_free_rig_does_not_hide_a_second_effect_within_what_a_first_one_may_leave():
-    """A case of a retired set: beside drag the rig took so much of the friction of the guides that 1.17 times the noise
-    was left, and 1.86 times held out."""
+def test_an_equivalent_rig_does_not_hide_a_second_effect():
+    """A case of a retired set: beside drag the rig absorbed so much of the guides' friction that the residual was 1.17
+    times the noise, and 1.86 times on held-out data."""
     shown = {"viscous_drag", "guide_friction"}
     records = draw_case("score-6", "unknown", "pair", 5).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
@@ -141,15 +141,15 @@ def test_a_free_rig_does_not_hide_a_second_effect_within_what_a_first_one_may_le
     assert trace.augmented.heldout_rmse_deg < 1.3 * trace.floor.deg
 
 
-def with_a_short_last_fit(monkeypatch):
-    """For what the search names alone."""
+def with_a_short_final_fit(monkeypatch):
+    """For tests of what the search names."""
     monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.SAMPLES_AT_LAST", 100)
     monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.PARTS_AT_LAST", 1)
 
 
-def test_a_rival_of_a_free_rig_is_fitted_from_other_loops_as_the_best_is(monkeypatch):
-    """A case of a retired set: slack alone was, and stiffening, which stood in another loop's optimum, lost by 72."""
-    with_a_short_last_fit(monkeypatch)
+def test_competitors_beside_an_equivalent_rig_are_fitted_from_other_loops(monkeypatch):
+    """A case of a retired set: only slack was fitted again. Stiffening, in a local optimum of the loop, lost by 72."""
+    with_a_short_final_fit(monkeypatch)
     shown = {"tendon_stiffening", "tendon_slack"}
     records = draw_case("score-8", "unknown", "tendon_stiffening", 6).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
@@ -157,10 +157,10 @@ def test_a_rival_of_a_free_rig_is_fitted_from_other_loops_as_the_best_is(monkeyp
     assert {*trace.augmented.names, *trace.confusable[0]} == shown
 
 
-def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
-    """A case of a retired set: a delay was named for drag, beside which slack had lost its place to what does nothing.
+def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch):
+    """A case of a retired set: a delay was named in place of drag, because slack had not been fitted beside drag.
 
-    With fewer effects, places are fewer for the same to happen; the last fit and the curves are not what is asked.
+    Fewer effects are fitted to convergence here, since fewer are tried; the final fit and the curve model are left out.
     """
     of_the_rig = list[Trace]()
 
@@ -170,7 +170,7 @@ def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
 
     monkeypatch.setattr("validation.tracing.trace.find_effects", once)
     monkeypatch.setattr("validation.tracing.trace.EQUIVALENT_RIG", replace(EQUIVALENT_RIG, finished=1))
-    with_a_short_last_fit(monkeypatch)
+    with_a_short_final_fit(monkeypatch)
     shown = {"time_delay", "viscous_drag", "tendon_slack", "unequal_tendons"}
     records = draw_case("score-5", "unknown", "pair", 3).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
@@ -180,8 +180,8 @@ def test_a_rival_of_the_first_effect_is_tried_beside_the_second(monkeypatch):
     assert all(effect.delta_bic > 0 for effect in effects)
 
 
-def test_a_free_rig_is_followed_to_the_noise_where_all_else_fails():
-    """A work case: friction of the guides leaves 1.26 times the noise, and free functions do better than it alone."""
+def test_the_search_goes_on_to_the_noise_where_no_model_explains_the_records():
+    """A practice case: friction of the guides leaves 1.26 times the noise, and smooth functions fit better than it."""
     shown = {"guide_friction", "tendon_slack"}
     records = draw_case("work", "unknown", "pair", 3).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
@@ -191,7 +191,7 @@ def test_a_free_rig_is_followed_to_the_noise_where_all_else_fails():
 
 @pytest.mark.parametrize(("amplitude_mm", "ends"), [(2.0, True), (1.2, False)])
 def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_mm, ends):
-    """On a flat plateau one joint bends three times as far as the others do, to its end."""
+    """On a flat plateau one joint bends three times as far as the others, to the end of its transformation."""
     law = Superelastic(180.0, 80.0, transformation_strain=0.03, plateau_modulus_GPa=0.1)
     records = two_preloads(lambda rig: replace(rig, superelastic=law), triangle(amplitude_mm, cycles=2))
     trace = trace_records(records, effects=[e for e in catalogue() if e.name == "superelastic_plateau"])
@@ -204,8 +204,8 @@ def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_
     assert any(c.fitted is trace.augmented for c in trace.candidates)
 
 
-def test_a_curve_with_a_loop_has_no_friction_of_guides():
-    """Records that are no rig's, by the formula: a free rig comes near the noise with friction of its guides alone."""
+def test_a_curve_with_a_loop_is_not_taken_for_guide_friction():
+    """Records of a formula, of no rig: the equivalent rig reaches the noise only with friction of its guides."""
     records = []
     rng = np.random.default_rng(0)
     for preload, part, rate in ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 1.0, 0.4), (10.0, 0.5, 0.4)):
@@ -219,15 +219,13 @@ def test_a_curve_with_a_loop_has_no_friction_of_guides():
     assert (trace.verdict, trace.model) == ("none", CURVE.name)
 
 
-def test_an_effect_that_leaves_the_held_out_error_where_it_was_is_not_named():
+def test_an_effect_that_does_not_reduce_the_held_out_error_is_not_named():
     records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "gravity"])
     assert trace.verdict == "effect"
     assert confirmed_on_heldout(trace) is trace
     no_better = replace(trace, baseline=replace(trace.baseline, errors=trace.augmented.errors))
-    assert (
-        confirmed_on_heldout(no_better) is no_better
-    )  # at the noise: the declared model had met those samples by chance
+    assert confirmed_on_heldout(no_better) is no_better  # at the noise: the baseline fits these samples by chance
     doubted = confirmed_on_heldout(replace(no_better, floor=NoiseFloor(0.1 * trace.floor.deg, trace.floor.repeats_deg)))
     assert doubted.verdict == "unexplained"
     assert not doubted.effects
@@ -243,14 +241,14 @@ def test_same_records_same_trace():
     assert np.array_equal(one.augmented.x, other.augmented.x)
 
 
-def test_held_out_is_the_protocol_that_the_others_cover():
+def test_the_record_whose_protocol_the_others_cover_is_held_out():
     slow, fast = 0.1, 1.0
     protocols = [Protocol(20, 2.2, slow), Protocol(10, 2.2, slow), Protocol(20, 2.2, fast), Protocol(20, 1.1, slow)]
     assert _most_covered(protocols) == 3
 
 
-def test_derivatives_fall_with_the_step_and_repeats_are_exact():
-    """Columns against central differences of the model; repeated cycles against the whole run."""
+def test_derivatives_and_repeated_cycles():
+    """Derivatives against central differences of the model; repeated cycles against the whole run."""
     records = two_preloads(lambda rig: rig, sine(2.2, 0.1, cycles=3, samples_per_cycle=40))
     problem = known_rig_problem(records)
     (run,) = problem.runs[0]
@@ -265,7 +263,7 @@ def test_derivatives_fall_with_the_step_and_repeats_are_exact():
     assert np.linalg.norm(J[:, 0] - central) < 0.02 * np.linalg.norm(central)
 
 
-def test_noise_floor_and_free_functions_on_a_known_residual():
+def test_noise_floor_and_smooth_functions_of_a_known_residual():
     records = two_preloads(lambda rig: rig)
     problem = known_rig_problem(records)
     rng = np.random.default_rng(3)
@@ -280,7 +278,7 @@ def test_noise_floor_and_free_functions_on_a_known_residual():
 
 
 def test_dependence_of_white_noise_and_of_a_known_residual():
-    """White noise goes with nothing (p is uniform); a square of the drive goes with the drive, and is not white."""
+    """White noise depends on nothing (p is uniform); a square of the drive depends on the drive and is not white."""
     records = two_preloads(lambda rig: rig)
     problem = known_rig_problem(records)
     model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
@@ -309,7 +307,7 @@ def test_criterion_and_coordinates():
 
 
 def test_catalogue_is_complete():
-    """The names in docs/guide/effects-catalogue.md, seventeen; each says what it is, and acts somewhere."""
+    """Seventeen effects, as on the page of effects; each is described and acts on both kinds of model."""
     names = [effect.name for effect in catalogue()]
     assert len(names) == len(set(names)) == 17
     for effect in catalogue():
@@ -328,7 +326,7 @@ def test_no_record_and_a_record_without_a_reversal_are_refused():
 
 @pytest.mark.parametrize("samples", [24, 88])
 def test_one_clean_cycle_of_few_samples_is_not_unexplained(samples):
-    """So few samples do not tell their own noise: its estimate is too small by a third, now and then."""
+    """The noise estimated from so few samples is sometimes too small by a third."""
     run = simulate_chain(preset("du2018"), sine(2.2, 0.1, cycles=1, samples_per_cycle=samples))
     verdicts = []
     for seed in range(12):
@@ -340,8 +338,8 @@ def test_one_clean_cycle_of_few_samples_is_not_unexplained(samples):
     assert verdicts.count("none") >= 11
 
 
-def test_an_effect_does_not_pay_for_an_optimum_that_the_declared_model_missed():
-    """Two clean records whose declared fit ends at another loop, three times the noise: drag was named for that."""
+def test_an_effect_is_not_named_for_an_optimum_that_the_baseline_missed():
+    """Two clean records whose first baseline fit ends in a local optimum at three times the noise: drag was named once."""
     records = []
     for i, (preload, amplitude) in enumerate(((20.0, 2.2), (10.0, 1.1))):
         rig = preset("du2018", preload_N=preload)
@@ -357,8 +355,8 @@ def test_an_effect_does_not_pay_for_an_optimum_that_the_declared_model_missed():
     assert trace.baseline.model.values(trace.baseline.x)[0]["loop_angle_deg"] == pytest.approx(4.0, rel=0.05)
 
 
-def test_a_declared_model_that_cannot_stand_where_the_grown_one_does_is_left_as_it_was(monkeypatch):
-    """Without its effect a rig may find no equilibrium at those constants: the finding stays, and nothing breaks."""
+def test_a_baseline_without_a_solution_at_the_augmented_parameters_is_kept(monkeypatch):
+    """Without its effect a rig may have no equilibrium at those parameters: the trace stays as it is."""
     records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
     gravity = [effect for effect in catalogue() if effect.name == "gravity"]
     before = trace_records(records, effects=gravity)
@@ -377,7 +375,7 @@ def test_a_declared_model_that_cannot_stand_where_the_grown_one_does_is_left_as_
     assert np.array_equal(after.augmented.x, before.augmented.x)
 
 
-def test_a_rig_that_bends_the_other_way_is_refused_but_not_one_that_is_unknown():
+def test_a_known_rig_that_bends_in_the_other_direction_is_refused():
     (record, _) = two_preloads(lambda rig: rig)
     turned = replace(record, angle_deg=-record.angle_deg)
     with pytest.raises(RecordError, match=r"20N\.csv: angle_deg: falls as drive_mm rises"):
@@ -385,7 +383,7 @@ def test_a_rig_that_bends_the_other_way_is_refused_but_not_one_that_is_unknown()
     assert known_rig_problem([replace(turned, rig={"preload_N": 20.0})]) is None
 
 
-def test_a_record_without_a_rig_is_named_where_others_have_one():
+def test_a_note_names_the_record_without_a_rig_where_others_have_one():
     one, other = two_preloads(lambda rig: rig, triangle(2.2, step_mm=0.2))
     other = replace(other, rig={"preload_N": 10.0})
     trace = trace_records([one, other], effects=[])

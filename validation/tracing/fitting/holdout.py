@@ -98,9 +98,7 @@ def divide_records(records: Sequence[PreparedRecord], *, own_preload: bool = Tru
             else np.arange(one.kept.size) < KNOWN_BEGINNING * one.kept.size
             for i, one in enumerate(records)
         )
-        beginning = (
-            f"its first {100 * KNOWN_BEGINNING:.0f} % are fitted, for the state it starts in, and so is its offset"
-        )
+        beginning = f"its first {100 * KNOWN_BEGINNING:.0f} % (its initial state) and its offset are fitted"
         return Holdout(masks, f"{name}, whose protocol differs from those fitted; {beginning}")
     parts = [_within(one) for one in records]
     return Holdout(tuple(mask for mask, _ in parts), "; ".join(dict.fromkeys(by for _, by in parts)))

@@ -1,4 +1,4 @@
-"""Starts of effects: one run each must find the sizes and signs of what is hidden, however small the start."""
+"""Starts of effects: one run of the model finds magnitudes and signs, however small the start is."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from validation.tracing.search.starts import joint_linearised_gain, joint_starts
 EFFECTS = {effect.name: effect for effect in catalogue()}
 
 
-def baseline(change=lambda rig: rig, seen=lambda angle: angle) -> Fitted:
+def baseline(change=lambda rig: rig, observe=lambda angle: angle) -> Fitted:
     records = []
     for preload in (20.0, 10.0):
         run = simulate_chain(
@@ -27,7 +27,7 @@ def baseline(change=lambda rig: rig, seen=lambda angle: angle) -> Fitted:
         )
         known = {"preset": "du2018", "preload_N": preload}
         records.append(
-            Record(drive=run.drive, angle_deg=seen(run.angle_deg), time_s=run.time_s, cycle=run.cycle, rig=known)
+            Record(drive=run.drive, angle_deg=observe(run.angle_deg), time_s=run.time_s, cycle=run.cycle, rig=known)
         )
     problem = known_rig_problem(records)
     holdout = Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
@@ -36,13 +36,13 @@ def baseline(change=lambda rig: rig, seen=lambda angle: angle) -> Fitted:
 
 
 @pytest.mark.parametrize(("gain", "perspective"), [(-0.03, 6e-4), (0.04, 3e-4), (0.02, -8e-4)])
-def test_sizes_and_signs_of_two_constants_are_found_joint_starts(gain, perspective):
-    fitted = baseline(seen=lambda angle: angle * (1 + gain + perspective * angle))
+def test_magnitudes_and_signs_of_two_parameters_are_found_together(gain, perspective):
+    fitted = baseline(observe=lambda angle: angle * (1 + gain + perspective * angle))
     camera = EFFECTS["camera_misalignment"]
     both = next(AddedEffect(camera, form) for form in camera.rig_forms if len(form.parameters) == 2)
     starts = both.form.starts(fitted.model.problem.scale, preset("du2018"))
-    (sizes,) = joint_starts(both, starts)
-    start = joint_linearised_gain(fitted, both, sizes)
+    (magnitudes,) = joint_starts(both, starts)
+    start = joint_linearised_gain(fitted, both, magnitudes)
     alone = [
         linearised_gain(fitted, AddedEffect(camera, form), values)
         for form in camera.rig_forms if len(form.parameters) == 1
@@ -54,7 +54,7 @@ def test_sizes_and_signs_of_two_constants_are_found_joint_starts(gain, perspecti
     assert found["perspective_per_deg"] == pytest.approx(perspective, rel=0.2)
 
 
-def test_one_constant_is_not_sized_joint_starts():
+def test_a_single_parameter_has_no_joint_start():
     camera = EFFECTS["camera_misalignment"]
     form = camera.rig_forms[0]
     assert joint_starts(AddedEffect(camera, form), [{"gain": 0.02}]) == []
