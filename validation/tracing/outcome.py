@@ -102,7 +102,8 @@ class Trace:
             for effect in report.effects
             for name, p in effect.parameters.items()
         ]
-        return html_table(first, rows, ("parameter", "value", "low (95 %)", "high (95 %)", "unit"), others)
+        head = ("parameter", "value", "low (95 %)", "high (95 %)", "unit")
+        return html_table(first, rows, head if rows else (), others)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values as in trace.json, without a second opinion and without a proposed experiment."""
