@@ -163,13 +163,13 @@ def _spine(rig: Rig, outline: _Outline, joint_angles_deg: ArrayLike, detail: flo
     rotation = (np.cumsum(angles) - angles)[:, None] + angles[:, None] * np.interp(local, fine, share / share[-1])
     angle = rotation[keep]
     # From section to section the line is an arc: exact for slots, the mean curvature of the interval for a V.
-    half_turn = np.diff(angle) / 2
-    chord = np.diff(x) * np.sinc(half_turn / np.pi)
+    half_angle = np.diff(angle) / 2
+    chord = np.diff(x) * np.sinc(half_angle / np.pi)
     return _Spine(
         x,
         np.broadcast_to(local, keep.shape)[keep],
-        np.concatenate([[0.0], np.cumsum(chord * np.cos(angle[:-1] + half_turn))]),
-        outline.neutral + np.concatenate([[0.0], np.cumsum(chord * np.sin(angle[:-1] + half_turn))]),
+        np.concatenate([[0.0], np.cumsum(chord * np.cos(angle[:-1] + half_angle))]),
+        outline.neutral + np.concatenate([[0.0], np.cumsum(chord * np.sin(angle[:-1] + half_angle))]),
         angle,
         (np.abs(angles)[:, None] * curvature)[keep],
         outline.neutral,
