@@ -164,6 +164,15 @@ def test_files_of_the_project_that_are_named_exist(page):
 
 
 @EACH_PAGE
+def test_functions_of_a_file_exist(page):
+    """Rows of a table that begin with a file: its functions or classes stand in the next cell."""
+    for file, names in re.findall(r"^\| `([\w/]+\.py)` \| ((?:`\w+`(?:, )?)+) \|", page.read_text(), re.M):
+        source = (ROOT / file).read_text()
+        for name in re.findall(r"`(\w+)`", names):
+            assert re.search(rf"^(?:class|def) {name}\b", source, re.M), f"{file}: {name}"
+
+
+@EACH_PAGE
 def test_dotted_modules_that_are_named_exist(page):
     """``package.module`` or ``package.module.name``, in code or in an example."""
     text = page.read_text()
