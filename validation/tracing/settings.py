@@ -93,11 +93,11 @@ class SearchPolicy:
         Mean square over the least one, after the first steps or at convergence, up to which an effect is fitted to
         convergence; the second where the least one is noise.
     absorbs_effects
-        Whether the baseline is so free that it takes a good part of an effect for its own. The search goes on to the
-        noise then, each named effect is exchanged for others, and competitors are fitted from other starting points.
+        Whether the baseline is so free that it absorbs a good part of an effect. The search then goes on to the noise,
+        each selected effect is exchanged for others, and competitors are fitted from other starting points.
     starts_from_declared
-        Whether effects also start beside the parameters that were declared: those of the fitted baseline may have
-        taken the effect for their own.
+        Whether effects are also started beside the declared parameters: the fitted baseline may have absorbed the
+        effect.
     restarted
         Whether the best model is fitted again from other starting points.
     along_valley
@@ -143,13 +143,13 @@ STEPS, MOST_STEPS, FEW_STEPS = 30, 40, 4
 """Least-squares steps of a fit at most: by default, of a fit that has to converge, and of one that is only to show which
 candidates are worth the rest."""
 EARLY_STEPS = 4
-"""Steps of an equivalent rig's baseline before it has taken an effect for its own."""
+"""Steps of an equivalent rig's baseline that do not yet let it absorb an effect."""
 DIFFERENCE_STEP = 1e-3
 """Step of finite differences, in coordinates."""
 CONVERGED = 1e-4
 """Relative change of the sum of squares, and of the coordinates, at which a fit ends."""
 INFEASIBLE_DEG = 1e3
-"""Error that stands for parameters which no rig can have: the solver shortens its step."""
+"""Error assigned to parameters that no rig can have, so that the solver shortens its step."""
 INSIDE_BOUNDS = 1e-6
 """Distance from a bound, in coordinates, to which a start at the bound is moved."""
 
@@ -220,7 +220,7 @@ KNOWN_RIG = SearchPolicy(
     absorbs_effects=False,
     starts_from_declared=True,
     restarted=True,
-    along_valley=True,  # play and friction at the base stand alike until the next sample distinguishes them
+    along_valley=True,  # few samples distinguish backlash from friction at the base
     refined=True,
     distinct_share=0.0,
     own_preload=True,
@@ -238,7 +238,7 @@ EQUIVALENT_RIG = SearchPolicy(
     first_steps=FEW_STEPS,
     finished=3,
     leading=1,
-    near=12.0,  # first steps tell less: drag and delay, slack and stiffening were 3 times the noise and ended at it
+    near=12.0,  # first steps say less: drag, delay, slack and stiffening went from 3 times the noise down to it
     near_at_noise=12.0,
     absorbs_effects=True,
     starts_from_declared=False,

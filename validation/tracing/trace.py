@@ -122,10 +122,10 @@ def _trace_known_rig(search: Search) -> Trace:
 
 
 def _with_better_baseline(search: Search, trace: Trace) -> Trace:
-    """Fit the baseline again from its parameters in the augmented model: an effect may stand in for a missed optimum.
+    """Fit the baseline again, from its parameters in the augmented model, in case the first fit missed the optimum.
 
-    Where the effects do not pay beside the better baseline, or smooth functions of its residual fit better, the search
-    is repeated.
+    The search is repeated where the effects do not pay beside the better baseline, or where smooth functions of its
+    residual fit better than they do.
     """
     before, augmented, model = trace.baseline, trace.augmented, Model(search.problem)
     try:

@@ -343,9 +343,9 @@ def test_an_effect_is_not_named_for_an_optimum_that_the_baseline_missed():
     records = []
     for i, (preload, amplitude) in enumerate(((20.0, 2.2), (10.0, 1.1))):
         rig = preset("du2018", preload_N=preload)
-        rope = replace(rig.tendon_a, EA_N=22_000.0)
+        tendon = replace(rig.tendon_a, EA_N=22_000.0)
         metal = replace(rig.material, loop_share=0.5, loop_angle_deg=4.0)
-        rig = replace(rig, material=metal, tendon_a=rope, tendon_b=rope)
+        rig = replace(rig, material=metal, tendon_a=tendon, tendon_b=tendon)
         run = simulate_chain(rig, sine(amplitude, 0.1, cycles=2, samples_per_cycle=32))
         angle = run.angle_deg + np.random.default_rng(10 + i).normal(0, 0.003, run.angle_deg.size)
         known = {"preset": "du2018", "preload_N": preload}

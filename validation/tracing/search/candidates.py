@@ -54,14 +54,14 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
 def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> list[Fitted]:
     """Fit the best candidates to convergence; those that have fallen behind stay as they are.
 
-    Each base puts one effect forward at least. Beside a baseline that has taken the effect for its own, effects that do
-    nothing leave as little as that baseline, and would take all places.
+    At least one effect of each base is fitted to convergence. Beside a baseline that has absorbed the true effect,
+    effects that do nothing have the residual of that baseline, and would fill all places.
     """
     policy = search.policy
     out = list[Fitted]()
     best = dict[str, float]()  # mean square after the first steps, of effects that are fitted to convergence
     followed = set[tuple[str, int]]()  # effects with the bases from which they were
-    represented = set[int]()  # bases that have put an effect forward
+    represented = set[int]()  # bases of which an effect is fitted to convergence
     at_noise = False
     least, near = screened[0].fitted.mean_square if screened else math.inf, policy.near
     for number, candidate in screened:

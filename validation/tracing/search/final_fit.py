@@ -1,7 +1,7 @@
-"""Fits without the held-out samples, for errors of models that have not seen them.
+"""Final fits to the training samples alone, for errors on the held-out samples.
 
-Records of unknown geometry are searched with all samples: a baseline of which all is free takes what a single amplitude
-shows for its own, and effects are distinguished by all records together.
+The search for records of unknown geometry uses all samples: a baseline of which all is free absorbs an effect that only
+one amplitude shows, and all records together distinguish the effects.
 """
 
 from __future__ import annotations

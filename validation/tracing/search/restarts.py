@@ -66,7 +66,7 @@ def other_loops(fitted: Fitted, factors: Sequence[float] = LOOP_FACTORS_FINAL) -
 
 
 def along_the_valley(fitted: Fitted) -> list[Floats]:
-    """Coordinates at a distance of 1, either way, along the direction that the training samples determine least."""
+    """Coordinates at a distance of 1, in both directions, along the line that the training samples determine least."""
     slopes = fitted.jacobian[fitted.holdout.train_mask]
     lengths = np.linalg.norm(slopes, axis=0)
     acts = lengths > NO_SLOPE * lengths.max()

@@ -33,7 +33,7 @@ class Search:
     report
         Called with what is being computed.
     early
-        The baseline after a few steps, before it has taken an effect for its own; effects are started beside it, too.
+        The baseline after a few steps, before it has absorbed an effect; effects are started beside it, too.
     """
 
     problem: Any
