@@ -188,7 +188,7 @@ class Fit:
         """
         import pandas as pd  # takes a quarter of a second, and only this needs it
 
-        return pd.DataFrame(self._columns(record))
+        return pd.DataFrame(self.columns(record))
 
     def to_xarray(self, record: int = 0) -> xr.Dataset:
         """Return a record sample by sample as a dataset: the columns of :meth:`to_dataframe` along ``sample``.
@@ -198,12 +198,13 @@ class Fit:
         import xarray as xr
 
         units = {"drive": self.drive_unit, "heldout": "1"}
-        data = {n: ("sample", c, {"units": units.get(n, "deg")}) for n, c in self._columns(record).items()}
+        data = {n: ("sample", c, {"units": units.get(n, "deg")}) for n, c in self.columns(record).items()}
         facts = {name: parameter.value for name, parameter in self.parameters.items()}
         facts |= {"train_rmse_deg": self.train.rmse_deg, "heldout_rmse_deg": self.heldout.rmse_deg}
         return xr.Dataset(data, attrs={"record": self.records[record], **facts})
 
-    def _columns(self, record: int) -> dict[str, Floats | Mask]:
+    def columns(self, record: int = 0) -> dict[str, Floats | Mask]:
+        """Return the columns of :meth:`to_dataframe` by name, each of shape (m,)."""
         observed = self.observed[record]
         return {
             "drive": observed.drive,

@@ -138,7 +138,7 @@ def inverse_curve(f: Callable[[Floats], Floats], angle_deg: ArrayLike, drive_ran
     rising = bool(table[-1] > table[0])
     if not ((steps > 0) if rising else (steps < 0)).all():
         at = places[int(np.argmax(steps <= 0 if rising else steps >= 0))]
-        raise ValueError(f"f is flat or turns at a drive of {at:g}: expected a curve that rises or falls throughout")
+        raise ValueError(f"f is flat or reverses at a drive of {at:g}: expected a curve that rises or falls throughout")
     low, high = sorted((float(table[0]), float(table[-1])))
     slack = _ROUNDING * (high - low)
     beyond = (angles < low - slack) | (angles > high + slack)

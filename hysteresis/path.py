@@ -33,7 +33,7 @@ def branches(drive: Floats, *, tolerance: float | None = None) -> list[slice]:
     """
     if tolerance is None:
         tolerance = max(1e-9, 0.02 * float(np.ptp(drive)))
-    turns = [0]
+    reversals = [0]
     low = high = 0
     direction = 0  # of the present branch: +1 up, -1 down, 0 unknown
     values = drive.tolist()
@@ -43,15 +43,15 @@ def branches(drive: Floats, *, tolerance: float | None = None) -> list[slice]:
         if x < values[low]:
             low = i
         if direction >= 0 and values[high] - x > tolerance:
-            turn, direction, low = high, -1, i
+            reversal, direction, low = high, -1, i
         elif direction <= 0 and x - values[low] > tolerance:
-            turn, direction, high = low, 1, i
+            reversal, direction, high = low, 1, i
         else:
             continue
-        turns.append(turn)
+        reversals.append(reversal)
     # The first entry found is the start of the first branch, not a reversal. That branch starts at sample 0.
-    turns = [0, *turns[2:], len(values) - 1]
-    return [slice(a, b + 1) for a, b in pairwise(turns)]
+    ends = [0, *reversals[2:], len(values) - 1]
+    return [slice(a, b + 1) for a, b in pairwise(ends)]
 
 
 def find_cycles(drive: Floats, angle_deg: Floats) -> Ints:

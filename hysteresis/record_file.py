@@ -109,7 +109,7 @@ def _read_csv(path: Path) -> tuple[list[str], list[str]]:
         raise RecordError(f"{path}: empty: expected a header that names the columns, then one row a sample")
     twice = next((name for i, name in enumerate(names) if name and name in names[:i]), None)
     if twice is not None:
-        raise RecordError(f"{path}:1: column {twice!r} stands twice: expected different names")
+        raise RecordError(f"{path}:1: column {twice!r} occurs twice: expected different names")
     return names, lines[1:]
 
 
@@ -184,7 +184,7 @@ def _read_kinematics(path: Path) -> Floats:
         raise RecordError(f"{path}: {len(theory)} rows: expected at least 2")
     theory = theory[np.argsort(theory[:, 0], kind="stable")]
     for i in np.flatnonzero(np.diff(theory[:, 0]) == 0)[:1]:
-        raise RecordError(f"{path}: drive_mm = {theory[i, 0]:g} stands twice: expected one angle a drive")
+        raise RecordError(f"{path}: drive_mm = {theory[i, 0]:g} occurs twice: expected one angle a drive")
     return theory
 
 

@@ -107,7 +107,7 @@ def test_every_broken_file_is_documented() -> None:
         (BARE.replace("1,2", "1"), "loop.csv:3: 1 fields: expected 2"),
         (BARE.replace("1,2", "1,5,2"), "loop.csv:3: 3 fields"),
         (BARE.replace(",", ";"), "loop.csv: column 'drive_mm' missing: the columns are drive_mm;angle_deg"),
-        (BARE.replace("drive_mm", "angle_deg"), "loop.csv:1: column 'angle_deg' stands twice"),
+        (BARE.replace("drive_mm", "angle_deg"), "loop.csv:1: column 'angle_deg' occurs twice"),
         (BARE.replace("1,2", "0,2"), "loop.csv: drive 'drive_mm' never reverses"),
         ("cycle,drive_mm,angle_deg\n2,0,0\n1,1,1\n2,0,0\n", "loop.csv:3: column 'cycle' = 1:"),
         ("time_s,drive_mm,angle_deg\n0,0,0\n0,1,1\n1,0,0\n", "loop.csv:3: column 'time_s' = 0 after 0:"),
@@ -230,7 +230,7 @@ def test_kinematics_is_sorted_and_single_valued(tmp_path: Path) -> None:
     theory.write_text("angle_deg,drive_mm\n20,1\n-20,-1\n0,0\n")
     assert read_record(path).kinematics.tolist() == [[-1, -20], [0, 0], [1, 20]]
     theory.write_text("angle_deg,drive_mm\n20,1\n-20,-1\n0,1\n")
-    assert message(path) == "theory.csv: drive_mm = 1 stands twice: expected one angle a drive"
+    assert message(path) == "theory.csv: drive_mm = 1 occurs twice: expected one angle a drive"
     theory.write_text("angle_deg,drive_mm\n20,1\n")
     assert message(path) == "theory.csv: 1 rows: expected at least 2"
 

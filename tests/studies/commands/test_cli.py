@@ -132,7 +132,7 @@ def test_bad_program_files_are_named(tmp_path, capsys):
         ("drive_mm\n0\ninf\n", ["program.csv:3", "finite"]),
         ("drive_mm\n0\n\n1\n", ["program.csv:3", "0 fields"]),
         ("drive_mm\n0\n-2e9\n", ["program.csv:3", "'drive_mm' = -2e9", "1e+09"]),
-        ("drive_mm,drive_mm\n0,0\n1,1\n", ["program.csv:1", "'drive_mm' stands twice"]),
+        ("drive_mm,drive_mm\n0,0\n1,1\n", ["program.csv:1", "'drive_mm' occurs twice"]),
         ("drive_mm\n0\n", ["program.csv", "at least 2"]),
     ):
         program.write_text(text)

@@ -46,7 +46,7 @@ def test_inverse_of_a_curve_and_what_it_refuses():
     assert inverse_curve(lambda x: -np.sinh(x), -np.sinh(drives), (-2.0, 2.0)) == pytest.approx(drives, abs=1e-10)
     with pytest.raises(ValueError, match="sample 1: f = 5 deg"):
         inverse_curve(np.sinh, [0.0, 5.0], (-2.0, 2.0))
-    with pytest.raises(ValueError, match="flat or turns"):
+    with pytest.raises(ValueError, match="flat or reverses"):
         inverse_curve(lambda x: np.maximum(x, 0.0), [0.5], (-1.0, 1.0))
 
 
