@@ -95,7 +95,7 @@ def join(records: Sequence[Record], train: Sequence[Mask], *, timed: bool = Fals
 
 
 def _blocks(records: Sequence[Record], train: Sequence[Mask]) -> Ints:
-    """Number the bootstrap blocks: cycles if the training part has enough of them, else fifths of branches."""
+    """Assign samples to bootstrap blocks: cycles if the training part has enough of them, else fifths of branches."""
     cycles = [cycle_index(record) for record in records]
     if sum(len(np.unique(c[mask])) for c, mask in zip(cycles, train, strict=True)) < _ENOUGH_CYCLES:
         cycles = [np.zeros_like(c) for c in cycles]
