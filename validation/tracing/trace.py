@@ -28,31 +28,19 @@ from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
 from validation.tracing.baseline.known_rig import known_rig_problem, rig_under_tendon_force
 from validation.tracing.baseline.motor_drive import motor_drive_problem
 from validation.tracing.effect import Effect, catalogue
+from validation.tracing.fitting import Fitted, Model, fit
 from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
     is_worth_adding,
     may_be_noise,
     nothing_to_explain,
 )
-from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.holdout import divide_records
-from validation.tracing.fitting.least_squares import fit
-from validation.tracing.fitting.model import Model
 from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.outcome import Trace
-from validation.tracing.search.final_fit import refit_without_heldout
-from validation.tracing.search.restarts import best_of_other_loops
-from validation.tracing.search.search import Progress, Search
-from validation.tracing.search.stepwise import select_effects
-from validation.tracing.settings import (
-    CURVE,
-    EARLY_STEPS,
-    EQUIVALENT_RIG,
-    KNOWN_RIG,
-    MOST_STEPS,
-    NOT_ALIKE,
-    POLICIES,
-)
+from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
+from validation.tracing.search.search import Progress
+from validation.tracing.settings import CURVE, EARLY_STEPS, EQUIVALENT_RIG, KNOWN_RIG, MOST_STEPS, NOT_ALIKE, POLICIES
 from validation.tracing.verdict import best_of, confirmed_on_heldout, ended_above_noise, is_explained, judge
 
 
