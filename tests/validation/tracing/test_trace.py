@@ -17,14 +17,9 @@ from hysteresis.record_file import read_record
 from validation.practice.bench_record import SHIPPED
 from validation.practice.cases import draw_case
 from validation.tracing.baseline.known_rig import known_rig_problem
-from validation.tracing.effect import FreeParameter, catalogue
-from validation.tracing.fitting import Holdout, Model, fit
-from validation.tracing.fitting.criterion import bic, independent_samples
-from validation.tracing.fitting.dependence import dependences
-from validation.tracing.fitting.holdout import Protocol, _most_covered
-from validation.tracing.fitting.least_squares import differentiate
-from validation.tracing.fitting.noise import NoiseFloor, estimate_noise_floor
-from validation.tracing.fitting.smooth import smooth_functions
+from validation.tracing.effect import catalogue
+from validation.tracing.fitting import fit
+from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.outcome import Trace
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.settings import CURVE, EQUIVALENT_RIG
@@ -241,71 +236,6 @@ def test_same_records_same_trace():
     assert np.array_equal(one.augmented.x, other.augmented.x)
 
 
-def test_the_record_whose_protocol_the_others_cover_is_held_out():
-    slow, fast = 0.1, 1.0
-    protocols = [Protocol(20, 2.2, slow), Protocol(10, 2.2, slow), Protocol(20, 2.2, fast), Protocol(20, 1.1, slow)]
-    assert _most_covered(protocols) == 3
-
-
-def test_derivatives_and_repeated_cycles():
-    """Derivatives against central differences of the model; repeated cycles against the whole run."""
-    records = two_preloads(lambda rig: rig, sine(2.2, 0.1, cycles=3, samples_per_cycle=40))
-    problem = known_rig_problem(records)
-    (run,) = problem.runs[0]
-    assert run.short is not None
-    whole = run.solve(run.rig).record.angle_deg[run.skip :]
-    assert np.abs(run.angle_deg(run.rig) - whole).max() < 1e-9
-    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
-    x = model.coordinates(problem.start, [])
-    J = differentiate(model, holdout, x, holdout.stacked(model.errors(x)), 1)
-    ahead, behind = (holdout.stacked(model.errors(x + s * np.eye(x.size)[0])) for s in (1e-3, -1e-3))
-    central = (ahead - behind) / 2e-3
-    assert np.linalg.norm(J[:, 0] - central) < 0.02 * np.linalg.norm(central)
-
-
-def test_noise_floor_and_smooth_functions_of_a_known_residual():
-    records = two_preloads(lambda rig: rig)
-    problem = known_rig_problem(records)
-    rng = np.random.default_rng(3)
-    noise = [rng.normal(0, 0.04, o.size) for o in problem.observed]
-    floor = estimate_noise_floor(problem.records, noise)
-    assert floor.deg == pytest.approx(0.04, rel=0.12)
-    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
-    fitted = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_steps=3)
-    even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(noise, problem.inputs, strict=True))
-    smooth = smooth_functions(replace(fitted, errors=even), 400.0)
-    assert smooth.names[0] == "even in the drive"
-
-
-def test_dependence_of_white_noise_and_of_a_known_residual():
-    """White noise depends on nothing (p is uniform); a square of the drive depends on the drive and is not white."""
-    records = two_preloads(lambda rig: rig)
-    problem = known_rig_problem(records)
-    model, holdout = Model(problem), Holdout(tuple(np.ones(s.drive.size, bool) for s in problem.inputs), "all")
-    fitted = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_steps=2)
-    rng, chances = np.random.default_rng(5), []
-    for _ in range(200):
-        white = tuple(rng.normal(0.0, 0.1, e.size) for e in fitted.errors)
-        noise = replace(fitted, errors=tuple(e - e.mean() for e in white))
-        chances.append([one.p for one in dependences(noise)])
-    assert np.all(np.mean(np.array(chances) < 0.05, axis=0) < 0.12)
-    assert np.all(np.mean(np.array(chances) < 0.5, axis=0) > 0.35)
-    square = [s.drive**2 + 0.01 * rng.normal(size=s.drive.size) for s in problem.inputs]
-    found = {one.on: one for one in dependences(replace(fitted, errors=tuple(e - e.mean() for e in square)))}
-    assert found["drive"].part > 0.95
-    assert found["drive"].p < 1e-6
-    assert found["neighbours"].p < 1e-6
-    assert found["direction"].part < 0.05
-
-
-def test_criterion_and_coordinates():
-    assert bic(1.0, 2, np.e) == pytest.approx(2.0)  # m log 1 + p log m
-    assert independent_samples(1000, 0.0, 10) == 1000
-    assert independent_samples(1000, 0.99, 10) == 80  # eight a branch
-    for constant in (FreeParameter("a", "-", 0, 1, 0.1), FreeParameter("b", "-", 1e-3, 10, 0.3, log=True)):
-        assert constant.from_unit(constant.to_unit(0.25)) == pytest.approx(0.25)
-
-
 def test_catalogue_is_complete():
     """Seventeen effects, as on the page of effects; each is described and acts on both kinds of model."""
     names = [effect.name for effect in catalogue()]
@@ -339,7 +269,7 @@ def test_one_clean_cycle_of_few_samples_is_not_unexplained(samples):
 
 
 def test_an_effect_is_not_named_for_an_optimum_that_the_baseline_missed():
-    """Two clean records whose first baseline fit ends in a local optimum at three times the noise: drag was named once."""
+    """Two clean records whose first baseline fit ends at three times the noise: drag was named once."""
     records = []
     for i, (preload, amplitude) in enumerate(((20.0, 2.2), (10.0, 1.1))):
         rig = preset("du2018", preload_N=preload)
