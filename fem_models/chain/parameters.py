@@ -11,10 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem_models.joint.contact import closes_one_way, contact_angle_rad, ring_weight_N
-from fem_models.joint.flexure import flexure, force_scale_N, moment_arms_mm, rigid_gap_mm, ring_stiffness
-from fem_models.joint.friction import jenkins_elements
-from fem_models.joint.superelastic import flag_fibres
+from fem_models.joint.contact import ring_weight_N
+from fem_models.joint.mechanics import JointMechanics
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -27,7 +25,8 @@ class ChainSettings:
     """Numerical settings.
 
     ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``max_step_mm`` bounds a step of the drive,
-    ``max_pull`` that of a force, over :func:`fem_models.joint.flexure.force_scale_N`. ``max_halvings`` is how often a
+    ``max_pull`` that of a force, over the force scale of
+    :class:`fem_models.joint.mechanics.JointMechanics`. ``max_halvings`` is how often a
     step that fails is halved. ``tolerance`` is that of the residual, over the same force.
     """
 
@@ -94,36 +93,38 @@ def _pair(values: list[float]) -> Pair:
     return a, b
 
 
-def chain_parameters(rig: Rig, settings: ChainSettings, *, load_control: bool = False) -> Parameters:
+def chain_parameters(
+    rig: Rig, joint: JointMechanics, settings: ChainSettings, *, load_control: bool = False
+) -> Parameters:
     """Reduce a rig to what the kernels need."""
-    joint, arms, dry, tendons = flexure(rig), moment_arms_mm(rig), rig.friction, rig.tendons
-    elastic, _, _ = jenkins_elements(rig.material, joint.bending_Nmm_per_rad)
-    stop, weight, ring = rig.tip_stop, ring_weight_N(rig), ring_stiffness(rig)[0]  # the ring is in series
+    flexure, arms, dry, tendons = joint.flexure, joint.arms_mm, rig.friction, rig.tendons
+    elastic, scale = joint.jenkins.elastic_Nmm_per_rad, joint.force_scale_N
+    stop, weight, ring = rig.tip_stop, ring_weight_N(rig), joint.ring.bending_Nmm_per_rad  # the ring is in series
     contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
-    scale, segment = force_scale_N(rig), _pair([tendon.EA_N / rig.pitch_mm for tendon in tendons])
+    segment = _pair([tendon.EA_N / rig.pitch_mm for tendon in tendons])
     creep = rig.creep.fraction if rig.creep else 0.0
     return Parameters(
         preload=_pair([rig.preload_N] * len(tendons)),
-        arm=(arms[0], -arms[1]),
+        arm=(arms.a, -arms.b),
         segment=segment,
         free=_pair([tendon.EA_N / tendon.free_length_mm for tendon in tendons]),
         toe=_pair([tendon.toe_N for tendon in tendons]),
         bristle=_pair([settings.bristle_ratio * one for one in segment]),
         creep=_pair([creep * tendon.free_length_mm / tendon.EA_N for tendon in tendons]),
         load_control=load_control,
-        rest=math.radians(rig.precurvature_deg),
+        rest=joint.rest_angle_rad,
         scale=scale,
-        bending=joint.bending_Nmm_per_rad,
+        bending=flexure.bending_Nmm_per_rad,
         elastic=0.0 if rig.superelastic else elastic * ring / (ring + elastic),
-        half_gap=0.5 * rigid_gap_mm(rig),
-        axial=1 / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0,
+        half_gap=0.5 * joint.rigid_gap_mm,
+        axial=1 / flexure.axial_N_per_mm if flexure.axial_N_per_mm else 0.0,
         capstan=float(dry.capstan_coefficient),
         guide=float(dry.guide_N),
         sheath=float(dry.sheath_N),
         rest_wrap=math.radians(dry.rest_wrap_deg),
-        contact_angle=contact_angle_rad(rig),
+        contact_angle=joint.contact_angle_rad,
         contact_stiffness=ring * contact / (ring + contact),
-        contact_both=not closes_one_way(rig),
+        contact_both=not joint.one_sided,
         weight_x=weight[0],
         weight_y=weight[1],
         stop_y=float(stop.y_mm) if stop else math.inf,
@@ -136,16 +137,15 @@ def chain_parameters(rig: Rig, settings: ChainSettings, *, load_control: bool = 
     )
 
 
-def memory_at_rest(rig: Rig) -> Memory:
+def memory_at_rest(rig: Rig, joint: JointMechanics) -> Memory:
     """Dry elements of a rig that has not moved yet."""
-    n, rest = rig.joints, math.radians(rig.precurvature_deg)
-    _, stiffness, slip_moment = jenkins_elements(rig.material, flexure(rig).bending_Nmm_per_rad)
-    fibres, share = flag_fibres(rig), 1 - rig.material.loop_share  # the share that the Jenkins elements leave
+    n, jenkins = rig.joints, joint.jenkins
+    fibres, share = joint.fibres, 1 - rig.material.loop_share  # the share that the Jenkins elements leave
     return Memory(
         guides=np.zeros((2, n)),
-        jenkins=np.full((stiffness.size, n), rest),
-        jenkins_stiffness=stiffness,
-        slip_moment=slip_moment,
+        jenkins=np.full((jenkins.stiffness.size, n), joint.rest_angle_rad),
+        jenkins_stiffness=jenkins.stiffness,
+        slip_moment=jenkins.slip_moment_Nmm,
         flags=np.zeros((fibres.stiffness.size, n)),
         flag_stiffness=share * fibres.stiffness,
         flag_upper=share * fibres.upper_Nmm,

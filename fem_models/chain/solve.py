@@ -4,9 +4,9 @@ Unknowns are the joint angles and the slip of either tendon at every guide. A jo
 cross its notch, and a guide only its two neighbouring segments. The tangent is therefore a band of half width 4, and
 the time of a Newton step is linear in the number of joints; the number of steps hardly grows
 (:mod:`fem_models.chain.newton`). Weight and a touched tip stop reach all joints: the tangent is then written by the
-headings of the rings, and its half width is 5. Friction, material and their histories follow the same laws as in the multibody model
-(:mod:`fem_models.joint.friction`), with exact tangents, which include how the friction of a sliding guide depends on
-tensions and wrap.
+headings of the rings, and its half width is 5. Friction, material and their histories follow the same laws as in the
+multibody model (:mod:`fem_models.joint.friction`), with exact tangents, which include how the friction of a sliding
+guide depends on tensions and wrap.
 
 Unlike the multibody model it has no shear of the flexures. Of the rings' compliance it has only the part in series with
 the elastic part of a joint and with a closed notch.
@@ -22,9 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_models.chain.follow import Path, Run, follow
-from fem_models.chain.parameters import ChainSettings, chain_parameters, memory_at_rest
+from fem_models.chain.parameters import ChainSettings, Parameters, chain_parameters, memory_at_rest
 from fem_models.joint.contact import require_open
-from fem_models.joint.flexure import flexure, force_scale_N, moment_arms_mm, turning_length_mm
+from fem_models.joint.mechanics import JointMechanics, joint_mechanics
 from fem_models.joint.strain import peak_strain
 from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
@@ -64,7 +64,8 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
     RigError
         From :func:`fem_models.load.schedule.schedule`.
     """
-    return _solution(rig, program, _driven(rig, program, settings or ChainSettings()))
+    joint = joint_mechanics(rig)
+    return _solution(rig, joint, program, _driven(rig, joint, program, settings or ChainSettings()))
 
 
 def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | None = None) -> Floats:
@@ -75,7 +76,7 @@ def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | No
     SolverError, RigError
         As :func:`solve_chain`.
     """
-    run = _driven(rig, program, settings or ChainSettings())
+    run = _driven(rig, joint_mechanics(rig), program, settings or ChainSettings())
     return np.degrees(np.cumsum(run.angles, axis=1)[:, -1])
 
 
@@ -91,21 +92,23 @@ def solve_pulled_chain(rig: Rig, force_N: Floats, settings: ChainSettings | None
     RigError
         From :func:`fem_models.load.schedule.force_schedule`.
     """
-    settings, plan = settings or ChainSettings(), force_schedule(rig, force_N)
-    arm, bending, scale = moment_arms_mm(rig)[0], flexure(rig).bending_Nmm_per_rad, force_scale_N(rig)
-    control = force_control(rig, arm, bending, settings.max_pull * scale, settings.max_halvings)
-    return _solution(rig, plan.drive_mm, _followed(rig, plan, settings, control, load_control=True))
+    settings, plan, joint = settings or ChainSettings(), force_schedule(rig, force_N), joint_mechanics(rig)
+    arm, bending = joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad
+    control = force_control(rig, arm, bending, settings.max_pull * joint.force_scale_N, settings.max_halvings)
+    path = _path(plan, control, settings)
+    run = _followed(rig, joint, path, chain_parameters(rig, joint, settings, load_control=True))
+    return _solution(rig, joint, plan.drive_mm, run)
 
 
-def _driven(rig: Rig, program: LoadProgram, settings: ChainSettings) -> Run:
+def _driven(rig: Rig, joint: JointMechanics, program: LoadProgram, settings: ChainSettings) -> Run:
     """Follow a program whose wheel winds in tendon."""
     control = drive_control(rig, settings.max_step_mm, settings.max_halvings)
-    return _followed(rig, schedule(rig, program), settings, control, load_control=False)
+    path = _path(schedule(rig, program), control, settings)
+    return _followed(rig, joint, path, chain_parameters(rig, joint, settings))
 
 
-def _followed(rig: Rig, plan: Schedule, settings: ChainSettings, control: StepControl, *, load_control: bool) -> Run:
-    n, m, unit = rig.joints, plan.drive_mm.size, "N" if load_control else "mm"
-    path = Path(
+def _path(plan: Schedule, control: StepControl, settings: ChainSettings) -> Path:
+    return Path(
         drive=plan.drive_mm,
         slack=plan.slack_mm,
         loop_scale=plan.loop_scale,
@@ -115,19 +118,23 @@ def _followed(rig: Rig, plan: Schedule, settings: ChainSettings, control: StepCo
         control=control,
         iterations=settings.newton_iterations,
     )
+
+
+def _followed(rig: Rig, joint: JointMechanics, path: Path, parameters: Parameters) -> Run:
+    n, m, unit = rig.joints, path.drive.size, "N" if parameters.load_control else "mm"
     run = Run(angles=np.empty((m, n)), tensions=np.empty((m, 2, n + 1)), energies=np.empty((m, 4)))
     try:
-        failed = follow(path, chain_parameters(rig, settings, load_control=load_control), memory_at_rest(rig), run)
+        failed = follow(path, parameters, memory_at_rest(rig, joint), run)
     except ZeroDivisionError:
         raise SolverError(f"rig {rig.name}: a tangent without stiffness on the way through {m} samples") from None
     if failed.sample >= 0:
         between = f"between drives {failed.start:.6g} and {failed.end:.6g} {unit}"
         raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}")
-    require_open(rig, run.angles)
+    require_open(rig, joint, run.angles)
     return run
 
 
-def _solution(rig: Rig, program: LoadProgram | Floats, run: Run) -> ChainSolution:
+def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, run: Run) -> ChainSolution:
     record = simulated_record(
         "chain",
         rig,
@@ -135,21 +142,21 @@ def _solution(rig: Rig, program: LoadProgram | Floats, run: Run) -> ChainSolutio
         angle_deg=np.degrees(np.cumsum(run.angles, axis=1)[:, -1]),
         joint_angles_rad=run.angles,
         tension_N=run.tensions[:, :, 0],
-        tip_mm=_tip_mm(rig, run),
+        tip_mm=_tip_mm(rig, joint, run),
     )
-    return ChainSolution(record, run.tensions, peak_strain(rig, run.angles), *run.energies.T)
+    return ChainSolution(record, run.tensions, peak_strain(joint, run.angles), *run.energies.T)
 
 
-def _tip_mm(rig: Rig, run: Run) -> Floats:
+def _tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:
     """Centre of the last ring, shape (m, 2).
 
     The turning length of a notch lies along the mean of the headings before and beyond it, the rest along the rings.
     """
     n, heading = rig.joints, np.cumsum(run.angles, axis=1)
-    turning = turning_length_mm(rig)
+    turning = joint.turning_length_mm
     reach = (rig.pitch_mm - turning) * np.append(np.ones(n - 1), 0.5)
     place = np.exp(1j * heading) @ reach + turning * np.exp(1j * (heading - 0.5 * run.angles)).sum(axis=1)
-    compliance = 1 / k if (k := flexure(rig).axial_N_per_mm) else 0.0
+    compliance = 1 / k if (k := joint.flexure.axial_N_per_mm) else 0.0
     shortening = compliance * (run.tensions[:, :, 1:].sum(axis=(1, 2)) - len(rig.tendons) * n * rig.preload_N)
     return np.column_stack([0.5 * (rig.pitch_mm - turning) + place.real - shortening, place.imag])
 

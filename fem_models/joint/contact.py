@@ -6,22 +6,12 @@ import math
 
 import numpy as np
 
-from fem_models.joint.mechanics import joint_mechanics
+from fem_models.joint.mechanics import JointMechanics
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 
 GRAVITY_MM_PER_S2 = 9806.65
-
-
-def contact_angle_rad(rig: Rig) -> float:
-    """See :class:`fem_models.joint.mechanics.JointMechanics`; goes when nothing calls it."""
-    return joint_mechanics(rig).contact_angle_rad
-
-
-def closes_one_way(rig: Rig) -> bool:
-    """See :class:`fem_models.joint.mechanics.JointMechanics`; goes when nothing calls it."""
-    return joint_mechanics(rig).one_sided
 
 
 def ring_weight_N(rig: Rig) -> tuple[float, float]:
@@ -33,7 +23,7 @@ def ring_weight_N(rig: Rig) -> tuple[float, float]:
     return weight * math.cos(direction), weight * math.sin(direction)
 
 
-def require_open(rig: Rig, joint_angles_rad: Floats) -> None:
+def require_open(rig: Rig, joint: JointMechanics, joint_angles_rad: Floats) -> None:
     """Refuse angles past the closure of a notch, shape (m, N), on a rig without contact of the edges.
 
     Raises
@@ -41,7 +31,6 @@ def require_open(rig: Rig, joint_angles_rad: Floats) -> None:
     SolverError
         With the first sample, the joint and the angle at which the notch closes.
     """
-    joint = joint_mechanics(rig)
     limit = joint.closure_angle_rad
     if rig.closure is not None or limit == math.inf:
         return

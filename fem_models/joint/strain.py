@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fem_models.joint.mechanics import joint_mechanics
+from fem_models.joint.mechanics import JointMechanics, joint_mechanics
 from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint
 from hysteresis.arrays import Floats
@@ -64,14 +64,13 @@ def strain_limits(rig: Rig) -> tuple[StrainLimit, ...]:
     return FATIGUE, start, SUPERELASTIC
 
 
-def peak_strain(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
+def peak_strain(joint: JointMechanics, joint_angles_rad: ArrayLike) -> Floats:
     """Strain of the outermost fibre at the root of every notch, the shape of the angles.
 
     Plane sections: the distance from the neutral axis times the angle from rest over the bending length, whatever the
     law of the stress (:attr:`fem_models.joint.mechanics.JointMechanics.peak_strain_per_rad`). The sign is that of the
     bending from rest. NaN for measured joints, whose section is not known.
     """
-    joint = joint_mechanics(rig)
     return (np.asarray(joint_angles_rad, dtype=float) - joint.rest_angle_rad) * joint.peak_strain_per_rad
 
 

@@ -2,7 +2,7 @@
 
 One run of Exudyn's implicit generalized-alpha integrator (Chung and Hulbert 1993, doi 10.1115/1.2900803; for multibody
 systems Arnold and Bruls 2007, doi 10.1007/s11044-007-9084-0). It solves the equations of motion at the end of a step,
-so ropes, slips and wheel need no mass: they are in equilibrium there. The limits of friction are those of the present
+so tendons, slips and wheel need no mass: they are in equilibrium there. The limits of friction are those of the present
 tensions in every Newton iteration, without lag; rest points of what slipped are moved after each step.
 """
 
@@ -16,30 +16,30 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from fem_models.joint.contact import require_open
+from fem_models.joint.mechanics import joint_mechanics
 from fem_models.joint.section import section
 from fem_models.load.program import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, schedule
 from fem_models.load.stepping import Load, distance
-from fem_models.multibody.assembly import RingInertia
-from fem_models.multibody.quasi_static import MultibodySettings, Stepper, creep_goal_mm, load_of, quiet
+from fem_models.multibody.assembly import NITINOL_T_PER_MM3, RingInertia
+from fem_models.multibody.quasi_static import creep_goal_mm, load_of
+from fem_models.multibody.stepper import MultibodySettings, Stepper, quiet
 from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 
-NITI_DENSITY_T_PER_MM3 = 6.45e-9
-"""6450 kg/m^3, nickel-titanium (Duerig and Pelton, Materials Properties Handbook: Titanium Alloys, ASM 1994)."""
-
 
 @dataclass(frozen=True)
 class DynamicSettings:
-    """Numerical settings; the defaults are those the tests verify.
+    """Numerical settings; the tests verify the defaults.
 
-    ``max_step_mm`` is the drive's way in one time step where it is fastest; a step is never longer than the shortest
-    time between samples. ``spectral_radius`` is the part that one step leaves of vibrations far faster than the step:
-    0 damps them at once, towards 1 they ring. Steps that fail are halved, up to ``max_halvings`` times.
+    ``max_step_mm`` is how far the drive goes in one time step where it is fastest; a step is never longer than the
+    shortest time between samples. ``spectral_radius`` is the share of a vibration far faster than the step that
+    remains after one step: at 0 it vanishes at once, towards 1 it rings. Steps that fail are halved, up to
+    ``max_halvings`` times.
     """
 
     max_step_mm: float = 0.05
@@ -51,11 +51,11 @@ class DynamicSettings:
 
 @dataclass(frozen=True)
 class DynamicSolution:
-    """A record with what only the model knows. Arrays follow the samples of the record, shape (m, ...).
+    """A record, and what only the model knows. Arrays follow the samples of the record, shape (m, ...).
 
     ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. Work of the wheel and
     losses are cumulative from the start of the program; ``kinetic_mJ`` is that of the rings. ``step_s`` is the step of
-    the integration, ``step_mm`` the drive's way in it where it is fastest.
+    the integration, ``step_mm`` how far the drive goes in it where it is fastest.
     """
 
     record: Record
@@ -72,8 +72,9 @@ class DynamicSolution:
 def ring_inertia(rig: Rig) -> RingInertia:
     """Inertia of one ring of the tube, from the middle of a notch to that of the next.
 
-    The mass is ``gravity.ring_mass_g`` where the rig has one, else what the notch leaves of a Nitinol tube. It turns as
-    a round tube of that mass: m (R_o^2 + R_i^2)/4 + m p^2/12; measured joints have the rope's arm for both radii.
+    The mass is ``gravity.ring_mass_g`` where the rig has one, else what the notch leaves of a Nitinol tube. The moment
+    of inertia is that of a round tube of that mass: m (R_o^2 + R_i^2)/4 + m p^2/12; measured joints have the tendon's
+    arm for both radii.
 
     Raises
     ------
@@ -87,7 +88,7 @@ def ring_inertia(rig: Rig) -> RingInertia:
         middles = (np.arange(200) + 0.5) / 200 * notch.width_mm / 2
         volume = math.pi * (outer**2 - inner**2) * notch.spacing_mm
         volume += notch.width_mm * float(section(rig.joint, middles).area_mm2.mean())
-        mass = mass or NITI_DENSITY_T_PER_MM3 * volume
+        mass = mass or NITINOL_T_PER_MM3 * volume
     else:
         outer = inner = rig.tendon_a.moment_arm_mm
     if mass == 0:
@@ -102,10 +103,10 @@ class _Motion:
         self.stepper, self.plan, self.inertia = stepper, plan, inertia
         columns = np.column_stack([plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad])
         # A sample at rest ahead of the first makes the wheel start without a jump of speed. Monotone between samples:
-        # the path gets no turning points that the program does not have.
+        # the path gets no reversals that the program does not have.
         time = np.concatenate([[plan.time_s[0] - (plan.time_s[1] - plan.time_s[0])], plan.time_s])
         self.course = PchipInterpolator(time, np.vstack([columns[:1], columns]))
-        self.crept, self.work, self.pull = np.zeros(2), work_mJ, stepper.pull()
+        self.crept, self.work, self.force = np.zeros(2), work_mJ, stepper.wheel_force_N()
         self.rows: list[tuple[float, ...]] = []
         self.tensions: list[Floats] = []
         self.rotations: list[Floats] = []
@@ -119,8 +120,8 @@ class _Motion:
         return True
 
     def before_residual(self, mbs: Any, time_s: float, newton: int, discontinuous: int) -> None:
-        """Hold the friction to the present tensions."""
-        self.stepper.set_friction(self.stepper.limits())
+        """Bound the friction by the present tensions."""
+        self.stepper.guides.bound(self.stepper.limits())
 
     def after_newton(self, mbs: Any, time_s: float) -> list[float]:
         """Refuse a step that jumped to another equilibrium: an error above Exudyn's limit of 1, half the step."""
@@ -136,13 +137,12 @@ class _Motion:
         if time_s <= last[0]:  # Exudyn calls it once before the first step
             return True
         q, velocities = stepper.coordinates(), np.asarray(mbs.systemData.GetODE2Coordinates_t())
-        stepper.accept(q, stepper.limits())
-        stepper.book_drag(q, velocities)
-        before, self.pull = self.pull, stepper.pull()
-        self.work += 0.5 * (before + self.pull) * (stepper.load.drive - last[1])
+        stepper.accept(q, velocities, stepper.limits())
+        before, self.force = self.force, stepper.wheel_force_N()
+        self.work += 0.5 * (before + self.force) * (stepper.load.drive - last[1])
         if self.stepper.rig.creep is not None:
             part = -math.expm1(-(time_s - last[0]) / self.stepper.rig.creep.time_s)
-            tension = np.resize(stepper.tensions()[:, 0], 2)  # of one tendon twice: the second has no say
+            tension = np.resize(stepper.tensions()[:, 0], 2)  # of one tendon twice: the second is not used
             self.crept += part * (creep_goal_mm(stepper.rig, tension) - self.crept)
         self._keep(time_s, q, velocities)
         return True
@@ -150,7 +150,8 @@ class _Motion:
     def _keep(self, time_s: float, q: Floats, velocities: Floats) -> None:
         stepper = self.stepper
         self.here, self.load = q, stepper.load
-        energies = (self.work, *stepper.losses(), self._kinetic_mJ(q, velocities))
+        lost = stepper.losses
+        energies = (self.work, lost.friction, lost.material, lost.drag, self._kinetic_mJ(q, velocities))
         self.rows.append((time_s, stepper.load.drive, *energies, *stepper.tip_mm().tolist()))
         tension = stepper.tensions()
         self.tensions.append(np.vstack([tension, np.zeros((2 - len(tension), tension.shape[1]))]))
@@ -158,8 +159,9 @@ class _Motion:
 
     def _kinetic_mJ(self, q: Floats, velocities: Floats) -> float:
         rings, arm = self.stepper.model.rings[1:], self.stepper.model.centre_mm[1:]
-        turn, speed = q[rings + 2], velocities[rings + 2]
-        vx, vy = velocities[rings] - arm * speed * np.sin(turn), velocities[rings + 1] + arm * speed * np.cos(turn)
+        angle, speed = q[rings + 2], velocities[rings + 2]
+        vx = velocities[rings] - arm * speed * np.sin(angle)
+        vy = velocities[rings + 1] + arm * speed * np.cos(angle)
         return float(0.5 * (self.inertia.mass_t * (vx**2 + vy**2) + self.inertia.about_centre_t_mm2 * speed**2).sum())
 
     def at_samples(self, rows: list[Any]) -> Floats:
@@ -218,7 +220,7 @@ def _integrate(motion: _Motion, solver: Any) -> None:
             done = mbs.SolveDynamic(solver, showHints=False)
     except (RuntimeError, ValueError):
         done = False
-    finally:  # what they hold would otherwise never be freed
+    finally:  # what they refer to would otherwise never be freed
         for erase in (
             mbs.SetPreStepUserFunction,
             mbs.SetPreNewtonResidualUserFunction,
@@ -238,10 +240,10 @@ def _integrate(motion: _Motion, solver: Any) -> None:
 def solve_dynamic(rig: Rig, program: LoadProgram, settings: DynamicSettings | None = None) -> DynamicSolution:
     """Run a load program in time, from rest, with the inertia of the rings and the drag of the rig.
 
-    The wheel follows a smooth curve through the samples. A first sample away from zero drive is gone to slowly, before
-    the time starts. Vibrations that the step does not resolve are damped away, those it does have no damping but drag
-    and friction. Of second order in the step where nothing slips, of first order at the steps in which something
-    starts to.
+    The wheel follows a smooth curve through the samples. A first sample away from zero drive is reached slowly, before
+    the time starts. Vibrations that the step does not resolve are damped; those that it does resolve have no damping
+    but drag and friction. The error is of second order in the step where nothing slips, of first order at the steps in
+    which something starts to slip.
 
     Raises
     ------
@@ -253,20 +255,20 @@ def solve_dynamic(rig: Rig, program: LoadProgram, settings: DynamicSettings | No
     settings = settings or DynamicSettings()
     if program.time_s is None:
         raise RigError(f"rig {rig.name}: expected a load program with time_s for a dynamic run")
-    plan, inertia = schedule(rig, program), ring_inertia(rig)
-    stepper = Stepper(rig, settings.statics, inertia)
+    plan, inertia, joint = schedule(rig, program), ring_inertia(rig), joint_mechanics(rig)
+    stepper = Stepper(rig, joint, settings.statics, inertia)
     try:
-        stepper.let_go()
+        stepper.settle()
         work = stepper.move(load_of(plan, 0, plan.slack_mm[0], 0.0))
     except SolverError as error:
         raise SolverError(f"rig {rig.name}, sample 0 of {plan.time_s.size}: {error}") from None
-    stepper.damp_by_speed()
+    stepper.dashpots.damp_by_speed()
     end, steps = float(plan.time_s[-1]), _steps(plan, settings)
     motion = _Motion(stepper, plan, inertia, work)
     _integrate(motion, _integrator(stepper, end, steps, settings))
     rotation, tension = motion.at_samples(motion.rotations), motion.at_samples(motion.tensions)
     _, _, worked, friction, material, viscous, kinetic, *tip = motion.at_samples(motion.rows).T
-    require_open(rig, np.diff(rotation, axis=1))
+    require_open(rig, joint, np.diff(rotation, axis=1))
     record = simulated_record(
         "dynamic multibody",
         rig,
@@ -283,5 +285,5 @@ def solve_dynamic(rig: Rig, program: LoadProgram, settings: DynamicSettings | No
 
 
 def simulate_dynamic(rig: Rig, program: LoadProgram) -> Record:
-    """Give the record alone. See :func:`solve_dynamic`."""
+    """Engine ``dynamic``: the record alone. See :func:`solve_dynamic`."""
     return solve_dynamic(rig, program).record

@@ -11,11 +11,9 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from fem_models.multibody.assembly import NITINOL_T_PER_MM3
 from fem_models.solid.linear import Solid, end_nodes, factorize, free_unknowns, mass_matrix, plates_stiffness
 from hysteresis.arrays import Floats
-
-NITINOL_T_PER_MM3 = 6.45e-9
-"""Density of Nitinol, 6.45 g/cm^3, as makers of tube give it."""
 
 
 @dataclass(frozen=True)

@@ -31,8 +31,9 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from fem_models.joint.flexure import Flexure, bending_length_mm
-from fem_models.multibody.quasi_static import quiet
-from fem_models.multibody.reduced_body import NITINOL_T_PER_MM3, ReducedBody
+from fem_models.multibody.assembly import NITINOL_T_PER_MM3
+from fem_models.multibody.reduced_body import ReducedBody
+from fem_models.multibody.stepper import quiet
 from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Rig, notched_tube
 from fem_models.solid.linear import Solid, as_flexure, mass_matrix, rigid_motions

@@ -14,6 +14,7 @@ import numpy as np
 
 from fem_models.analytic.kinematics import simulate_analytic
 from fem_models.chain.solve import solve_chain
+from fem_models.joint import joint_mechanics
 from fem_models.joint.strain import SUPERELASTIC, limits_passed, peak_strain, strain_limits
 from fem_models.load.program import LoadProgram, sine, triangle
 from fem_models.rig.rig import Rig
@@ -216,7 +217,7 @@ def _run_analytic(rig: Rig, program: LoadProgram) -> Run:
     tensions = [record.tension_a_N] + ([] if rig.tendon_b is None else [record.tension_b_N])
     segments = np.stack([np.asarray(tension) for tension in tensions], axis=1)[:, :, None]
     assert record.notches_deg is not None
-    return Run(record, segments, None, peak_strain(rig, np.radians(record.notches_deg)))
+    return Run(record, segments, None, peak_strain(joint_mechanics(rig), np.radians(record.notches_deg)))
 
 
 _RUN = {"chain": _run_mechanics("chain"), "multibody": _run_mechanics("multibody"), "analytic": _run_analytic}

@@ -50,7 +50,8 @@ def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
     if not trace.known or not isinstance(problem, RigProblem):
         return Confirmation(None, None, "not run: the geometry is unknown")
     try:
-        from fem_models.multibody.quasi_static import quiet, solve_multibody, solve_pulled_multibody
+        from fem_models.multibody.quasi_static import solve_multibody, solve_pulled_multibody
+        from fem_models.multibody.stepper import quiet
     except ImportError as error:  # also where the system lacks a library that Exudyn loads
         return Confirmation(None, None, f"not run: exudyn cannot be imported: {' '.join(str(error).split())}")
 

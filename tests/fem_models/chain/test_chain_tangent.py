@@ -8,6 +8,7 @@ import pytest
 from fem_models.chain.equations import BAND, BAND_OF_JOINTS, assemble, work_space
 from fem_models.chain.parameters import ChainSettings, chain_parameters, memory_at_rest
 from fem_models.chain.solve import simulate_chain, solve_chain
+from fem_models.joint.mechanics import joint_mechanics
 from fem_models.load.program import triangle
 from fem_models.load.stepping import Load
 from fem_models.rig.effects import Gravity, TipStop
@@ -26,7 +27,8 @@ OUTSIDE = {
 def test_tangent_is_the_residuals_derivative(name):
     rig = replace(preset("du2018"), **OUTSIDE[name])
     n, rng = rig.joints, np.random.default_rng(5)
-    parameters, memory = chain_parameters(rig, ChainSettings()), memory_at_rest(rig)
+    joint = joint_mechanics(rig)
+    parameters, memory = chain_parameters(rig, joint, ChainSettings()), memory_at_rest(rig, joint)
     work = work_space(parameters, n)
     load = Load(drive=0.4, slack=(0.0, 0.0), loop_scale=1.0, rest_angle=0.0, time=0.0)
     x = np.zeros(3 * (n + 1))

@@ -187,7 +187,7 @@ def test_a_climbing_plateau_has_its_slope():
 
 
 def test_peak_strain_is_counted_from_rest():
-    strain = peak_strain(WRIST, np.radians([WRIST.precurvature_deg, WRIST.precurvature_deg + 10.0]))
+    strain = peak_strain(joint_mechanics(WRIST), np.radians([WRIST.precurvature_deg, WRIST.precurvature_deg + 10.0]))
     np.testing.assert_allclose(strain, [0.0, np.radians(10.0) * joint_mechanics(WRIST).peak_strain_per_rad], atol=1e-12)
 
 

@@ -8,8 +8,10 @@ from scipy.optimize import least_squares
 
 from fem_models.joint.flexure import flexure
 from fem_models.load.program import LoadProgram, sine, triangle
-from fem_models.multibody.dynamic import NITI_DENSITY_T_PER_MM3, DynamicSettings, ring_inertia, solve_dynamic
-from fem_models.multibody.quasi_static import MultibodySettings, solve_multibody
+from fem_models.multibody.assembly import NITINOL_T_PER_MM3
+from fem_models.multibody.dynamic import DynamicSettings, ring_inertia, solve_dynamic
+from fem_models.multibody.quasi_static import solve_multibody
+from fem_models.multibody.stepper import MultibodySettings
 from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.effects import Closure, Drag, Gravity
 from fem_models.rig.joints import MeasuredJoint
@@ -176,7 +178,7 @@ def test_free_vibration_has_the_frequency_of_a_chain_of_rigid_rings():
 
 def test_a_ring_of_an_uncut_tube_weighs_what_the_tube_does():
     hardly = with_notch(DU2018, replace(DU2018.joint.notch, depth_mm=1e-3))
-    tube = np.pi / 4 * (6.2**2 - 5.64**2) * 2.6 * NITI_DENSITY_T_PER_MM3
+    tube = np.pi / 4 * (6.2**2 - 5.64**2) * 2.6 * NITINOL_T_PER_MM3
     assert ring_inertia(hardly).mass_t == pytest.approx(tube)
     assert 0.5 * tube < ring_inertia(DU2018).mass_t < tube
     heavy = replace(DU2018, gravity=Gravity(ring_mass_g=2.0))

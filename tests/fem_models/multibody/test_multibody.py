@@ -9,7 +9,8 @@ from fem_models.analytic.kinematics import drive_for_angle_mm, theory_curve, tip
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
 from fem_models.load.program import LoadProgram, triangle
-from fem_models.multibody.quasi_static import MultibodySettings, simulate_multibody, solve_multibody
+from fem_models.multibody.quasi_static import simulate_multibody, solve_multibody
+from fem_models.multibody.stepper import MultibodySettings
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Gravity
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube

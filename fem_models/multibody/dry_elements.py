@@ -1,0 +1,181 @@
+"""Dry friction, material and drag of an assembled rig: rest points of what slips, forces of what drags, losses.
+
+Each element is an Exudyn connector whose constants are set here. Guides stand in the order tendon a then b, base to
+tip; Jenkins and flag elements element by element, joint by joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fem_models.joint.mechanics import JointMechanics
+from fem_models.joint.superelastic import FlagFibres, flag_moment
+from fem_models.load.stepping import Load
+from fem_models.multibody.assembly import Model, bristle_N_per_mm
+from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats
+
+FAR_N = 1e6  # no friction comes near: a bristle that may carry this sticks, one drawn this far out slides
+
+
+@dataclass(frozen=True)
+class Losses:
+    """Losses since the start, mJ."""
+
+    friction: float = 0.0
+    material: float = 0.0
+    drag: float = 0.0
+
+
+def set_each(mbs: Any, connectors: list[int], field: str, values: Iterable[float]) -> None:
+    """Set a parameter of several connectors."""
+    put = mbs.SetObjectParameter
+    for connector, value in zip(connectors, values, strict=True):
+        put(connector, field, value)
+
+
+class Guides:
+    """Guides as bristles: springs with rest points, whose forces are limited.
+
+    ``limit`` and ``sliding`` are those at the last equilibrium; ``sliding`` is 0 where a guide sticks, else the sign of
+    its friction.
+    """
+
+    def __init__(self, model: Model, rig: Rig, bristle_ratio: float, scale_N: float) -> None:
+        bristle = [bristle_N_per_mm(rig, tendon, bristle_ratio) for tendon in rig.tendons]
+        self.model, self.tendons, self.scale = model, len(rig.tendons), scale_N
+        self.bristle = np.repeat(bristle, rig.joints)
+        self.rest, self.limit, self.sliding = (np.zeros(self.bristle.size) for _ in range(3))
+
+    def bound(self, limit: Floats) -> None:
+        """Bound the friction of each guide, N."""
+        set_each(self.model.mbs, self.model.guides, "staticFrictionOffsetForce", limit)
+
+    def fix(self, sliding: Floats, limit: Floats) -> None:
+        """Make each guide stick or slide for a whole solve, so that Newton's method meets no kink."""
+        set_each(self.model.mbs, self.model.guides, "offset", np.where(sliding == 0, self.rest, -sliding * FAR_N))
+        self.bound(np.where(sliding == 0, FAR_N, limit))
+
+    def next_states(self, q: Floats, sliding: Floats, limit: Floats) -> Floats:
+        """States by the forces of the bristles; a guide that slides sticks before it slides the other way."""
+        force = self.bristle * (q[self.model.slip] - self.rest)
+        tolerance = 1e-9 * self.scale
+        loose = np.where(np.abs(force) > limit + tolerance, np.sign(force), 0.0)
+        return np.where(sliding == 0, loose, np.where(force * sliding < limit - tolerance, 0.0, sliding))
+
+    def base_slides(self, sliding: Floats) -> bool:
+        """Whether a tendon has begun to slide at the base, or to slide in the other direction."""
+        joints = self.sliding.size // self.tendons
+        now, before = sliding[::joints], self.sliding[::joints]
+        return bool(np.any((now != 0) & (now != before)))
+
+    def accept(self, q: Floats, limit: Floats) -> float:
+        """Move the rest points of what has slipped; return the loss, mJ.
+
+        A sliding guide's force changes from the last limit to the present one: their mean is booked.
+        """
+        slip = q[self.model.slip]
+        force = np.clip(self.bristle * (slip - self.rest), -limit, limit)
+        rest = slip - force / self.bristle
+        loss = float(0.5 * (self.limit + limit) @ np.abs(rest - self.rest))
+        self.rest, self.limit = rest, limit
+        set_each(self.model.mbs, self.model.guides, "offset", rest)
+        self.bound(limit)
+        return loss
+
+
+class Material:
+    """Jenkins and flag elements of all joints, and their rest angles."""
+
+    def __init__(self, model: Model, rig: Rig, joint: JointMechanics) -> None:
+        n, mbs = rig.joints, model.mbs
+        self.model = model
+        self.jenkins_stiffness = np.repeat(joint.jenkins.stiffness, n)
+        self.slip_moment = np.repeat(joint.jenkins.slip_moment_Nmm, n)
+        fibres, share = joint.fibres, 1 - rig.material.loop_share
+        self.fibres = FlagFibres(
+            stiffness=np.repeat(share * fibres.stiffness, n),
+            upper_Nmm=np.repeat(share * fibres.upper_Nmm, n),
+            lower_Nmm=np.repeat(share * fibres.lower_Nmm, n),
+            span_rad=np.repeat(fibres.span_rad, n),
+            slope=np.repeat(share * fibres.slope, n),
+        )
+        self.jenkins_rest = np.full(len(model.jenkins), joint.rest_angle_rad)
+        self.flag_rest = np.zeros(len(model.flags))
+        at_no_angle = 1 - self.fibres.slope / self.fibres.stiffness  # where the line of a plateau starts
+        set_each(mbs, model.jenkins, "staticFrictionOffsetForce", self.slip_moment)
+        set_each(mbs, model.jenkins, "offset", self.jenkins_rest)
+        set_each(mbs, model.flags, "staticFrictionOffsetForce", at_no_angle * self.fibres.upper_Nmm)
+        set_each(mbs, model.flags, "dynamicFrictionForce", at_no_angle * self.fibres.lower_Nmm)
+        set_each(mbs, model.flags, "damping", self.fibres.slope)
+        set_each(mbs, model.flags, "viscousFrictionFactor", self.fibres.span_rad)
+
+    def scale_loop(self, factor: float) -> None:
+        """Scale the slip moments of the Jenkins elements."""
+        set_each(self.model.mbs, self.model.jenkins, "staticFrictionOffsetForce", factor * self.slip_moment)
+
+    def set_rest_angle(self, angle_rad: float) -> None:
+        """Set the angle that the flag elements have without load."""
+        set_each(self.model.mbs, self.model.flags, "velocityOffset", [angle_rad] * len(self.model.flags))
+
+    def accept(self, q: Floats, load: Load) -> list[float]:
+        """Move the rest angles of what has slipped; return the losses of Jenkins and flag elements, mJ."""
+        angle, mbs, losses = self.model.joint_angles(q), self.model.mbs, []
+        if self.model.jenkins:
+            bend, limit = np.tile(angle, self.slip_moment.size // angle.size), load.loop_scale * self.slip_moment
+            moment = np.clip(self.jenkins_stiffness * (bend - self.jenkins_rest), -limit, limit)
+            self.jenkins_rest, lost = _slipped(bend, moment, self.jenkins_stiffness, self.jenkins_rest)
+            losses.append(lost)
+            set_each(mbs, self.model.jenkins, "offset", self.jenkins_rest)
+        if self.model.flags:
+            bend = np.tile(angle - load.rest_angle, self.fibres.stiffness.size // angle.size)
+            moment = flag_moment(bend, self.flag_rest, self.fibres)
+            self.flag_rest, lost = _slipped(bend, moment, self.fibres.stiffness, self.flag_rest)
+            losses.append(lost)
+            set_each(mbs, self.model.flags, "offset", self.flag_rest)
+        return losses
+
+
+class Dashpots:
+    """Drag of the sheaths and of the joints; ``place`` and ``force`` are those at the last equilibrium."""
+
+    def __init__(self, model: Model, rig: Rig) -> None:
+        self.model, self.joints = model, rig.joints
+        self.constants = np.empty(0)  # of the sheaths, N s/mm, then of the joints, Nmm s/rad
+        if rig.drag is not None:
+            drag = [rig.drag.sheath_N_s_per_mm, rig.drag.joint_Nmm_s_per_rad]
+            self.constants = np.repeat(drag, [len(rig.tendons), rig.joints])
+        self.place, self.force = 0.0 * self.constants, 0.0 * self.constants
+
+    def damp_by_speed(self) -> None:
+        """Make the dashpots act by their speed, which only a time integration knows."""
+        set_each(self.model.mbs, self.model.dashpots, "stiffness", 0.0 * self.constants)
+        set_each(self.model.mbs, self.model.dashpots, "damping", self.constants)
+
+    def damp_over(self, time_s: float) -> None:
+        """Implicit Euler: over a step a dashpot is a spring c/time from its last place; none over no time."""
+        stiffness = self.constants / time_s if time_s > 0 else 0.0 * self.constants
+        set_each(self.model.mbs, self.model.dashpots, "stiffness", stiffness)
+        set_each(self.model.mbs, self.model.dashpots, "offset", self.place)
+
+    def _of(self, q: Floats) -> Floats:
+        """Places of the dashpots at coordinates, or their speeds at velocities; none without drag."""
+        at_base = q[self.model.slip[:: self.joints]]
+        return np.concatenate([at_base, self.model.joint_angles(q)])[: self.constants.size]
+
+    def accept(self, q: Floats, velocities: Floats) -> float:
+        """Note places and forces; return the loss by the mean of the last and the present force, mJ."""
+        place, force = self._of(q), self.constants * self._of(velocities)
+        loss = float(0.5 * (self.force + force) @ (place - self.place))
+        self.place, self.force = place, force
+        return loss
+
+
+def _slipped(bend: Floats, moment: Floats, stiffness: Floats, rest: Floats) -> tuple[Floats, float]:
+    """Rest angles that agree with the moments, and the energy that moving them took, mJ."""
+    moved = bend - moment / stiffness
+    return moved, float(moment @ (moved - rest))

@@ -1,0 +1,313 @@
+"""Moves the assembled rig quasi-statically from load to load in bounded steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import exudyn as exu
+import numpy as np
+
+from fem_models.joint.friction import friction_limits_N, guide_wrap_rad
+from fem_models.joint.mechanics import JointMechanics
+from fem_models.load.stepping import (
+    LEAST_LENGTH,
+    Load,
+    StepControl,
+    at_rest,
+    between,
+    drive_control,
+    force_control,
+    front,
+    front_speed,
+    jumped,
+    next_step,
+    reach_after_success,
+    too_short,
+)
+from fem_models.multibody.assembly import MASSLESS, RingInertia, assemble, taut
+from fem_models.multibody.dry_elements import Dashpots, Guides, Losses, Material, set_each
+from fem_models.rig.checks import SolverError
+from fem_models.rig.rig import Rig
+from fem_models.rig.tendon_law import tendon_stretch_mm
+from hysteresis.arrays import Floats
+
+
+@dataclass(frozen=True)
+class MultibodySettings:
+    """Numerical settings; the tests verify the defaults.
+
+    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``friction_tolerance`` ends the fixed point
+    between tensions and friction limits, over the force scale of :class:`fem_models.joint.mechanics.JointMechanics`.
+    ``max_step_mm`` bounds a step of the drive whatever the sampling, ``max_pull`` that of a force, over the same scale.
+    ``max_halvings`` is how often a step that fails is halved. ``max_friction_iterations`` also bounds how often guides
+    may change between sticking and sliding in a step.
+    """
+
+    bristle_ratio: float = 0.02
+    friction_tolerance: float = 1e-6
+    max_friction_iterations: int = 60
+    max_step_mm: float = 0.1
+    max_pull: float = 0.25
+    max_halvings: int = 12
+    newton_relative_tolerance: float = 1e-7
+    newton_absolute_tolerance_N: float = 1e-7
+    newton_iterations: int = 15
+
+
+class FrictionState(NamedTuple):
+    """Which guides slide, and the limits of their friction, N; shapes (guides,)."""
+
+    sliding: Floats
+    limit: Floats
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep Exudyn from printing what ends in an error of ours, or in a halved step."""
+    before = exu.config.printToConsole
+    exu.config.printToConsole = False
+    try:
+        yield
+    finally:
+        exu.config.printToConsole = before
+
+
+class Stepper:
+    """Moves an assembled rig along its load program; holds the history of the dry elements."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        joint: JointMechanics,
+        settings: MultibodySettings,
+        inertia: RingInertia = MASSLESS,
+        *,
+        load_control: bool = False,
+    ) -> None:
+        self.rig, self.joint, self.settings, self.load_control = rig, joint, settings, load_control
+        self.control = _step_control(rig, joint, settings, load_control=load_control)
+        self.model = assemble(rig, joint, settings.bristle_ratio, inertia, load_control=load_control)
+        self.taut = np.array([taut(rig, tendon) for tendon in rig.tendons])
+        self.guides = Guides(self.model, rig, settings.bristle_ratio, joint.force_scale_N)
+        self.material = Material(self.model, rig, joint)
+        self.dashpots = Dashpots(self.model, rig)
+        self.losses = Losses()
+        self.solver = _static_solver(rig, settings)
+        self.load, self.reach = at_rest(joint.rest_angle_rad), self.control.max_step
+        self._set_rest_angle(joint.rest_angle_rad)
+        # of the last step: direction of the drive, and changes of coordinates, friction limits and fronts per length
+        self.direction, self.increment = 0.0, 0.0 * self.coordinates()
+        self.limit_slope, self.front_speed = 0.0 * self.guides.limit, np.zeros(len(rig.tendons))
+        self.guides.limit = self.limits()
+        self.guides.bound(self.guides.limit)
+
+    def coordinates(self) -> Floats:
+        """All coordinates of the system."""
+        return np.asarray(self.model.mbs.systemData.GetODE2Coordinates())
+
+    def tensions(self) -> Floats:
+        """Shape (tendons, N+1), wheel to tip."""
+        output, kind = self.model.mbs.GetObjectOutput, exu.OutputVariableType
+        free = [self.load.drive] if self.load_control else [output(i, kind.Force) for i in self.model.free_spans]
+        segments = np.reshape([output(i, kind.ForceLocal) for i in self.model.segments], (self.taut.size, -1))
+        return np.column_stack([free, segments / self.taut[:, None]])
+
+    def tip_mm(self) -> Floats:
+        """Centre of the last ring, shape (2,)."""
+        ring = self.model.tip
+        position = self.model.mbs.GetObjectOutputBody(
+            ring.body, exu.OutputVariableType.Position, localPosition=[ring.centre_mm, 0, 0]
+        )
+        return np.asarray(position)[:2]
+
+    def limits(self) -> Floats:
+        """Greatest friction of each guide at the present tensions and angles, N."""
+        tension = self.tensions()
+        wrap = guide_wrap_rad(self.rig.friction, np.diff(self.coordinates()[self.model.rotation]))
+        return friction_limits_N(self.rig.friction, tension[:, :-1], tension[:, 1:], wrap).ravel()
+
+    def set_load(self, load: Load) -> None:
+        """Bring wheel, free tendon and material to a load; what has not changed is left."""
+        put, rig, now = self.model.mbs.SetObjectParameter, self.rig, self.load
+        if self.load_control:
+            self.model.mbs.SetLoadParameter(self.model.forces[0], "load", load.drive)
+        else:
+            put(self.model.wheel, "offset", load.drive / rig.wheel.radius_mm)
+        if not self.load_control and load.slack != now.slack:
+            pairs = zip(load.slack, rig.tendons, strict=False)
+            offset = [slack - rig.preload_N * tendon.free_length_mm / tendon.EA_N for slack, tendon in pairs]
+            set_each(self.model.mbs, self.model.free_spans, "offset", offset)
+        if load.loop_scale != now.loop_scale:
+            self.material.scale_loop(load.loop_scale)
+        if load.rest_angle != now.rest_angle:
+            self._set_rest_angle(load.rest_angle)
+        self.load = load
+
+    def _set_rest_angle(self, angle_rad: float) -> None:
+        """Give every joint the angle it has without load."""
+        self.material.set_rest_angle(angle_rad)
+        curvature = angle_rad / self.joint.turning_length_mm
+        set_each(self.model.mbs, self.model.beams, "referenceCurvature", [curvature] * len(self.model.beams))
+
+    def _solve(self, load: Load) -> bool:
+        self.set_load(load)
+        try:
+            with quiet():
+                return bool(self.model.mbs.SolveStatic(self.solver, updateInitialValues=True))
+        except (RuntimeError, ValueError):
+            return False
+
+    def _start_from(self, q: Floats) -> None:
+        self.model.mbs.systemData.SetODE2Coordinates(q)
+        self.model.mbs.systemData.SetODE2Coordinates(q, configuration=exu.ConfigurationType.Initial)
+
+    def _predicted(self, length: float) -> FrictionState:
+        """Carry on the fronts of sliding guides and the limits of friction, for a step in the same direction."""
+        sliding = self.guides.sliding.reshape(self.taut.size, -1).copy()
+        for row, speed in zip(sliding, self.front_speed, strict=True):
+            reached = front(row)
+            row[reached : reached + int(length * speed)] = row[0]
+        return FrictionState(sliding.ravel(), np.maximum(self.guides.limit + length * self.limit_slope, 0.0))
+
+    def _equilibrium(self, load: Load, guess: FrictionState, *, fine: bool = True) -> FrictionState | None:
+        """Find friction that agrees with the tensions; None where the solver fails.
+
+        None, too, where a tendon begins to slide at the base in a step that is not ``fine``: the work of the wheel has
+        a corner there, and half the step keeps the balance of energies.
+        """
+        sliding, limit = guess
+        for _ in range(self.settings.max_friction_iterations):
+            self.guides.fix(sliding, limit)
+            if not self._solve(load):
+                return None
+            update = self.limits()
+            states = self.guides.next_states(self.coordinates(), sliding, update)
+            if not fine and self.guides.base_slides(states):
+                return None
+            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.joint.force_scale_N
+            if near and np.array_equal(states, sliding):
+                return FrictionState(sliding, limit)
+            sliding, limit = states, update
+        return None
+
+    def accept(self, q: Floats, velocities: Floats, limit: Floats) -> None:
+        """Move the rest points of what has slipped, and book the losses."""
+        friction, material = self.losses.friction + self.guides.accept(q, limit), self.losses.material
+        for loss in self.material.accept(q, self.load):
+            material += loss
+        self.losses = Losses(friction, material, self.losses.drag + self.dashpots.accept(q, velocities))
+
+    def _released_mm(self) -> float:
+        """Tendon that may come free without the drive when the dashpots relax."""
+        if not self.dashpots.force.size:
+            return 0.0
+        force, tendon = np.abs(self.dashpots.force), self.rig.tendon_a
+        sides = self.taut.size
+        tension = np.maximum(self.tensions()[:, 0], 0.1 * self.joint.force_scale_N)
+        stretch = force[:sides] * tendon.free_length_mm / tendon.EA_N * (1 + tendon.toe_N / tension)
+        rotation = force[sides:].max() / self.joint.flexure.bending_Nmm_per_rad
+        return float(stretch.max() + rotation * tendon.moment_arm_mm)
+
+    def jumped(self, change: Floats, length: float) -> bool:
+        """Whether coordinates have changed by more than a step of the drive can explain."""
+        rotation = np.abs(np.diff(change[self.model.rotation])).max()
+        slide = np.abs(change[self.model.slip]).max()
+        if not self.load_control:
+            length += self._released_mm()
+        return bool(jumped(rotation, slide, length, self.control))
+
+    def settle(self) -> None:
+        """Find the equilibrium at rest, where weight and unequal arms may bend the straight, preloaded rig."""
+        found = self._equilibrium(self.load, FrictionState(self.guides.sliding, self.guides.limit))
+        if found is None:
+            raise SolverError("no equilibrium at rest")
+        q = self.coordinates()
+        self.accept(q, 0.0 * q, found.limit)
+
+    def move(self, end: Load) -> float:
+        """Go to a load in bounded steps; return the work of the wheel, mJ (N mm).
+
+        The first guess of a step carries the last increment on. A step that fails is halved, and the halved length is
+        kept until steps succeed again.
+        """
+        start, done, work, force, wound = self.load, 0.0, 0.0, self.wheel_force_N(), self._wound_mm()
+        direction = np.sign(end.drive - start.drive)
+        while done < 1:
+            step = next_step(start, end, done, self.reach, self.control)
+            before = self.coordinates()
+            time_s = (step.part - done) * (end.time - start.time)
+            self.dashpots.damp_over(time_s)
+            if direction == self.direction:
+                self._start_from(before + step.length * self.increment)
+                guess = self._predicted(step.length)
+            else:  # after a reversal or a failure: every guide sticks until its force says otherwise
+                self._start_from(before)
+                guess = FrictionState(0.0 * self.guides.sliding, self.guides.limit)
+            found = self._equilibrium(step.load, guess, fine=step.fine)
+            if found is None or self.jumped(self.coordinates() - before, step.length):
+                self.direction, self.reach = self.direction if not step.fine else math.nan, 0.5 * step.length
+                self._start_from(before)
+                if too_short(self.reach, self.control):
+                    at, unit = between(start, end, done), "N" if self.load_control else "mm"
+                    raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {step.load.drive:.6g} {unit}")
+                continue
+            after = self.coordinates()
+            change = after - before
+            self._learn(found, change, step.length, direction)
+            self.accept(after, change / time_s if time_s > 0 else 0.0 * after, found.limit)
+            last, force, last_wound, wound = force, self.wheel_force_N(), wound, self._wound_mm()
+            work += 0.5 * (last + force) * (wound - last_wound)
+            done, self.reach = step.part, reach_after_success(self.reach, self.control)
+        return work
+
+    def _learn(self, found: FrictionState, change: Floats, length: float, direction: float) -> None:
+        """Note what a step changed per length, for the next one to start from."""
+        before, after = (rows.reshape(self.taut.size, -1) for rows in (self.guides.sliding, found.sliding))
+        self.front_speed = np.array(
+            [
+                front_speed(front(a), front(b), direction, self.direction, length)
+                for a, b in zip(before, after, strict=True)
+            ]
+        )
+        length = max(length, LEAST_LENGTH)
+        self.increment, self.limit_slope = change / length, (found.limit - self.guides.limit) / length
+        self.guides.sliding, self.direction = found.sliding, direction
+
+    def wheel_force_N(self) -> float:
+        """Torque of the wheel over its radius."""
+        at_wheel = self.tensions()[:, 0]
+        return float(at_wheel[0] - at_wheel[1:].sum())
+
+    def _wound_mm(self) -> float:
+        """Tendon a that the wheel has wound in: the drive; under load control the slip at the base and the stretch."""
+        if not self.load_control:
+            return self.load.drive
+        slip, tendon = float(self.coordinates()[self.model.slip[0]]), self.rig.tendon_a
+        return slip + float(tendon_stretch_mm(tendon, self.load.drive, self.rig.preload_N, 0.0))
+
+
+def _step_control(rig: Rig, joint: JointMechanics, settings: MultibodySettings, *, load_control: bool) -> StepControl:
+    if not load_control:
+        return drive_control(rig, settings.max_step_mm, settings.max_halvings)
+    max_step = settings.max_pull * joint.force_scale_N
+    return force_control(rig, joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad, max_step, settings.max_halvings)
+
+
+def _static_solver(rig: Rig, settings: MultibodySettings) -> Any:
+    solver = exu.SimulationSettings()
+    solver.solution.file.write = False
+    solver.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    static = solver.staticSolver
+    static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
+    static.newton.relativeTolerance = settings.newton_relative_tolerance
+    # Rounding of a coordinate times the stiffest segment is the least residual there can be.
+    stiffest = max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
+    static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)
+    static.newton.maxIterations = settings.newton_iterations
+    # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.
+    static.newton.numericalDifferentiation.relativeEpsilon = 1e-9
+    return solver
