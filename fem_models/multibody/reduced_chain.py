@@ -30,7 +30,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from fem_models.joint.flexure import Flexure, bending_length_mm
+from fem_models.joint.flexure import Flexure
+from fem_models.joint.mechanics import joint_mechanics
 from fem_models.multibody.assembly import NITINOL_T_PER_MM3
 from fem_models.multibody.reduced_body import ReducedBody
 from fem_models.multibody.stepper import quiet
@@ -115,7 +116,7 @@ def solve_reduced_chain(rig: Rig, solid: Solid, body: ReducedBody, loads: Sequen
     mbs = exu.SystemContainer().AddSystem()
     ground = mbs.AddObject(items.ObjectGround())
     rings = [ground, *(_rigid_ring(mbs, (i + 1) * rig.pitch_mm) for i in range(rig.joints))]
-    joint, half = as_flexure(relative_motion(body)[0][:6, :6]), bending_length_mm(rig) / 2
+    joint, half = as_flexure(relative_motion(body)[0][:6, :6]), joint_mechanics(rig).bending_length_mm / 2
     one, reach = floating_body(solid, body, _tie_points(solid, half, joint)), rig.pitch_mm / 2 - half
     for i, (near, far) in enumerate(pairwise(rings)):
         plates = _add_floating(mbs, one, (i + 0.5) * rig.pitch_mm, len(solid.points_mm))
@@ -138,7 +139,7 @@ def solve_beam_chain(rig: Rig, joint: Flexure, loads: Sequence[PlaneLoad]) -> li
     if joint.axial_N_per_mm is None or joint.shear_N_per_mm is None:
         raise ValueError(f"joint = {joint}: expected axial and shear stiffness")
     mbs = exu.SystemContainer().AddSystem()
-    pitch, length, y = rig.pitch_mm, bending_length_mm(rig), -joint.neutral_offset_mm
+    pitch, length, y = rig.pitch_mm, joint_mechanics(rig).bending_length_mm, -joint.neutral_offset_mm
     rings = [int(mbs.AddObject(items.ObjectGround(referencePosition=[0, y, 0])))]
     reach = (pitch - length) / 2
 
