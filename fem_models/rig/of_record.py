@@ -29,28 +29,36 @@ def rig_of(record: Record) -> Rig | None:
     RigError
         One line with the record's file, the field, its value and what was expected.
     """
-    where = record.source or record.title or "record"
-    tables = {name: table for name in ("tube", "notch") if (table := getattr(record, name))}
-    parts = {name: build(name, _defaults(name, table), where) for name, table in tables.items()}
-    if len(parts) == 1:
-        raise RigError(f"{where}: [{next(iter(parts))}] alone: expected [tube] and [notch]")
-    if parts:
-        try:
-            NotchedTube(parts["tube"], parts["notch"])
-        except RigError as error:
-            raise RigError(f"{where}: {error}") from None
+    notched_tube_of(record)
     try:
         rig = _from_table(record.rig, Path(record.source).parent)
     except RigError as error:
-        raise RigError(f"{where}: {error}") from None
+        raise RigError(f"{_where(record)}: {error}") from None
     return None if record.drive_unit == "N" else rig
 
 
-def _defaults(name: str, table: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Take a V without a root width as sharp."""
-    if name == "notch" and table.get("shape") == "v_pair":
-        return {"root_width_mm": 0.0, **table}
-    return table
+def notched_tube_of(record: Record) -> NotchedTube | None:
+    """Return tube and notches of the sidecar, or None if it has no such tables. A V without a root width is sharp.
+
+    Raises
+    ------
+    RigError
+        As :func:`rig_of`; one of the two tables alone.
+    """
+    where, tube, notch = _where(record), record.tube, record.notch
+    if notch.get("shape") == "v_pair":
+        notch = {"root_width_mm": 0.0, **notch}
+    parts = {name: build(name, table, where) for name, table in (("tube", tube), ("notch", notch)) if table}
+    if len(parts) == 1:
+        raise RigError(f"{where}: [{next(iter(parts))}] alone: expected [tube] and [notch]")
+    try:
+        return NotchedTube(**parts) if parts else None
+    except RigError as error:
+        raise RigError(f"{where}: {error}") from None
+
+
+def _where(record: Record) -> str:
+    return record.source or record.title or "record"
 
 
 def _from_table(table: Mapping[str, Any], folder: Path) -> Rig | None:

@@ -19,8 +19,8 @@ from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, 
 from fem_models.joint.strain import strain_per_rad
 from fem_models.load.program import LoadProgram
 from fem_models.rig.effects import Closure
-from fem_models.rig.joints import Notch, NotchedTube, Tube
-from fem_models.rig.of_record import rig_of
+from fem_models.rig.joints import NotchedTube
+from fem_models.rig.of_record import notched_tube_of, rig_of
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from hysteresis.arrays import Floats
 from hysteresis.path import branches, cycle_index
@@ -253,10 +253,10 @@ def rig_under_tendon_force(record: Record) -> Rig | None:
     """
     if not record.tube or not record.notch:
         return None
-    rig_of(record)  # checks the tables
-    tube = Tube(**record.tube)
-    root = {"root_width_mm": 0.0} if record.notch.get("shape") == "v_pair" else {}
-    notch = Notch(**{**root, **record.notch, "rigid_roots": True})
+    rig_of(record)  # checks its [rig] table, too
+    known = notched_tube_of(record)
+    assert known is not None
+    tube, notch = known.tube, replace(known.notch, rigid_roots=True)
     free = record.angle_deg[record.drive <= 0.05 * record.drive.max()]
     rest = float(free.mean()) / notch.count if free.size else 0.0
     rope = Tendon(EA_N=5_000.0, moment_arm_mm=tube.inner_diameter_mm / 2 - _ROPE_WALL_MM, free_length_mm=200.0)
