@@ -152,7 +152,7 @@ def beam_pitch(rig: Rig) -> Flexure:
     half, edge, length = notch.pitch_mm / 2, notch.width_mm / 2, notch.spacing_mm
     joint_bend, y = 1 / joint.bending_Nmm_per_rad, joint.neutral_offset_mm
     bend = joint_bend + length / (young * second)
-    # kappa = 1/2 as in fem_models.joint.flexure.ring_stiffness
+    # kappa = 1/2 as in fem_models.joint.mechanics
     lateral = 1 / joint.shear_N_per_mm + 2 * (half**3 - edge**3) / (3 * young * second)
     lateral += length * 4 * (1 + rig.material.poissons_ratio) / (young * area)
     axial = 1 / joint.axial_N_per_mm + y**2 * joint_bend + length / (young * area)  # at the tube axis
