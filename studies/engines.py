@@ -1,4 +1,4 @@
-"""The engines by name, and load programs from a file.
+"""Simulation engines by name, and load programs from a file.
 
 Exudyn is imported when it is first needed: it loads the system's libGL, which not every machine has.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from fem_models.analytic.kinematics import simulate_analytic
 from fem_models.chain.solve import ChainSolution, simulate_chain, solve_chain
@@ -22,17 +22,20 @@ if TYPE_CHECKING:
     from fem_models.multibody.quasi_static import MultibodySolution
 
 
+EngineName = Literal["multibody", "chain", "analytic"]
+
+
 class MissingError(RuntimeError):
-    """Something that has to be installed on this machine; one line that names it."""
+    """A library that is not installed on this machine; one line that names it."""
 
 
 def require_exudyn() -> None:
-    """Import Exudyn, or say in one line what is missing.
+    """Import Exudyn, or report in one line what is missing.
 
     Raises
     ------
     MissingError
-        Exudyn, or a library of the system that it loads.
+        Exudyn is missing, or a system library that it loads.
     """
     try:
         import exudyn  # noqa: F401
@@ -43,12 +46,12 @@ def require_exudyn() -> None:
 
 
 def require_gmsh() -> None:
-    """Import gmsh, or say in one line what is missing.
+    """Import gmsh, or report in one line what is missing.
 
     Raises
     ------
     MissingError
-        gmsh, or a library of the system that it loads.
+        gmsh is missing, or a system library that it loads.
     """
     try:
         import gmsh  # noqa: F401
@@ -64,8 +67,8 @@ def _simulate_multibody(rig: Rig, program: LoadProgram) -> Record:
     return simulate_multibody(rig, program)
 
 
-def mechanics(engine: str) -> Callable[[Rig, LoadProgram], ChainSolution | MultibodySolution]:
-    """Give the solver of an engine, chain or multibody, with tensions, strains and its book-keeping of energy."""
+def solver_of(engine: str) -> Callable[[Rig, LoadProgram], ChainSolution | MultibodySolution]:
+    """Give the solver of an engine, chain or multibody; its solution has tensions, strains and energies."""
     if engine == "chain":
         return solve_chain
     require_exudyn()
@@ -75,20 +78,20 @@ def mechanics(engine: str) -> Callable[[Rig, LoadProgram], ChainSolution | Multi
 
 
 def simulate_in_time(rig: Rig, program: LoadProgram) -> Record:
-    """Run the multibody model in time, with inertia. See :func:`fem_models.multibody.dynamic.solve_dynamic`."""
+    """Run the multibody model over time, with inertia. See :func:`fem_models.multibody.dynamic.solve_dynamic`."""
     require_exudyn()
     from fem_models.multibody.dynamic import simulate_dynamic
 
     return simulate_dynamic(rig, program)
 
 
-ENGINES: dict[str, Callable[[Rig, LoadProgram], Record]] = {
+ENGINES: dict[EngineName, Callable[[Rig, LoadProgram], Record]] = {
     "multibody": _simulate_multibody,
     "chain": simulate_chain,
     "analytic": simulate_analytic,
 }
-QUASI_STATIC = frozenset(ENGINES)
-"""Engines whose curve does not depend on the times of a program, but for ropes that creep and for drag."""
+QUASI_STATIC: frozenset[EngineName] = frozenset(ENGINES)
+"""Engines whose curve does not depend on the times of a program, except with creep of the tendons and viscous drag."""
 
 
 def program_of_file(path: Path) -> LoadProgram:

@@ -15,7 +15,7 @@ from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import Rig, with_number
 from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
-from studies.report.tube import surface_to_turn
+from studies.report.tube import coarse_surface
 from validation.separation import loop_program
 
 if TYPE_CHECKING:
@@ -138,5 +138,5 @@ def answer(rig: Rig, values: Mapping[str, float]) -> Answer:
     ]
     if np.isfinite(strain):
         figures.append(("Peak strain", f"{strain:.2f} %"))
-    tube = surface_to_turn(moved, record.notches_deg[int(record.angle_deg.argmax())])
+    tube = coarse_surface(moved, record.notches_deg[int(record.angle_deg.argmax())])
     return Answer(record.drive[closed], record.angle_deg[closed], tuple(figures), tube)

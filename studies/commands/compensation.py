@@ -1,12 +1,10 @@
-"""The drive that makes an angle follow a reference: files in, file out, for ``notchbend compensate``."""
+"""The drive that makes an angle follow a reference: the work of ``notchbend compensate``."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -19,10 +17,12 @@ from hysteresis.record import RecordError
 from hysteresis.record_file import read_columns, read_record
 from hysteresis.settings import IdentifySettings
 from studies.commands.identification import identify_records
+from studies.results import read_result
+from studies.results.fit import WHAT, StoredModel
 
 
 def read_reference(path: Path) -> dict[str, Floats]:
-    """Read the angles to follow: a CSV with angle_deg and, where there are times, time_s.
+    """Read the angles to follow: a CSV with angle_deg and, optionally, time_s.
 
     Raises
     ------
@@ -38,8 +38,8 @@ def read_reference(path: Path) -> dict[str, Floats]:
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
-    """An identified layer and what a summary says of it, from a record or from an identify.json."""
+class Layer:
+    """An identified hysteresis layer, with what the summary says of it."""
 
     source: str
     models: Sequence[BoucWen]
@@ -54,21 +54,36 @@ class Known:
     warnings: tuple[str, ...]
 
 
-def known_layer(source: Path, *, elements: int | None, seed: int, progress: bool) -> Known:
-    """Identify a record, with f fitted to it, or read what ``notchbend identify`` wrote (a name that ends in .json).
+@dataclass(frozen=True)
+class CompensationSummary:
+    """Result of a compensation.
+
+    ``heldout_rmse_deg`` is the error of the layer on held-out samples, ``without_hysteresis_rmse_deg`` that of the best
+    curve without hysteresis; ``largest_correction`` is the largest difference of the drives that follow from the two.
+    """
+
+    schema: int
+    samples: int
+    heldout_rmse_deg: float
+    without_hysteresis_rmse_deg: float
+    largest_correction: float
+    drive_unit: str
+    warnings: tuple[str, ...]
+
+
+def known_layer(source: Path, *, settings: IdentifySettings, progress: bool) -> Layer:
+    """Identify a record, with f fitted to it, or read an ``identify.json`` (any name that ends in .json).
 
     Raises
     ------
     RecordError
-        A record that makes no loop, or a file that is none of the two; one line.
+        A record that makes no loop, or a file that is neither; one line.
     """
     if source.suffix.lower() == ".json":
         return read_layer(source)
     record = read_record(source)
-    fit = identify_records(
-        [record], settings=IdentifySettings(seed=seed, elements=elements), use_rig=False, progress=progress
-    )
-    return Known(
+    fit = identify_records([record], settings=settings, use_rig=False, progress=progress)
+    return Layer(
         source=f"the record {record.source}",
         models=fit.models,
         f=fit.f,
@@ -83,57 +98,56 @@ def known_layer(source: Path, *, elements: int | None, seed: int, progress: bool
     )
 
 
-def read_layer(path: Path) -> Known:
-    """Read an identify.json; f between its places is a monotone cubic (PCHIP).
+def read_layer(path: Path) -> Layer:
+    """Read an identify.json; between its samples f is interpolated by a monotone cubic (PCHIP).
 
     Raises
     ------
     RecordError
-        One line with the file, the key and what was expected.
+        One line with the file, the field and what was expected.
     """
+    stored = read_result(StoredModel, path, WHAT)
+    suffixes = ["", *(f"_{i}" for i in range(2, stored.elements + 1))]
+    parameters, curves = stored.parameters, stored.f
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise RecordError(f"{path}: {error}: expected the identify.json of `notchbend identify`") from None
-    try:
-        value = {name: float(entry["value"]) for name, entry in table["parameters"].items()}
-        names = ("A", "beta", "gamma", "n", "h0_deg")
-        suffixes = ["", *(f"_{i}" for i in range(2, int(table["elements"]) + 1))]
-        curves = table["f"]
-        return Known(
+        return Layer(
             source=str(path),
-            models=tuple(BoucWen(*(value[name + suffix] for name in names)) for suffix in suffixes),
-            f=PchipInterpolator(curves["drive"], curves["angle_deg"]),
-            plain=PchipInterpolator(curves["drive"], curves["without_hysteresis_deg"]),
-            drive_range=(float(curves["drive"][0]), float(curves["drive"][-1])),
-            drive_unit=str(table["drive_unit"]),
-            first_drive=float(table["first_drive"]),
-            delay_s=value.get("delay_s", 0.0),
-            heldout_rmse_deg=float(table["heldout"]["rmse_deg"]),
-            without_hysteresis_rmse_deg=float(table["baseline"]["heldout"]["rmse_deg"]),
-            warnings=tuple(str(text) for text in table["warnings"]),
+            models=tuple(
+                BoucWen(*(parameters[name + suffix].value for name in ("A", "beta", "gamma", "n", "h0_deg")))
+                for suffix in suffixes
+            ),
+            f=PchipInterpolator(curves.drive, curves.angle_deg),
+            plain=PchipInterpolator(curves.drive, curves.without_hysteresis_deg),
+            drive_range=(float(curves.drive[0]), float(curves.drive[-1])),
+            drive_unit=stored.drive_unit,
+            first_drive=stored.first_drive,
+            delay_s=parameters["delay_s"].value if "delay_s" in parameters else 0.0,
+            heldout_rmse_deg=stored.heldout.rmse_deg,
+            without_hysteresis_rmse_deg=stored.baseline.heldout.rmse_deg,
+            warnings=stored.warnings,
         )
     except KeyError as error:
-        expected = "expected the identify.json of `notchbend identify`"
-        raise RecordError(f"{path}: {error.args[0]}: missing: {expected}") from None
-    except (TypeError, ValueError, AttributeError, IndexError) as error:
-        raise RecordError(f"{path}: {error}: expected the identify.json of `notchbend identify`") from None
+        raise RecordError(f"{path}: parameters: {error.args[0]}: missing: expected {WHAT}") from None
+    except (ValueError, IndexError) as error:
+        raise RecordError(f"{path}: {error}: expected {WHAT}") from None
 
 
-def compensated(layer: Known, reference: Mapping[str, Floats], where: str) -> tuple[dict[str, Floats], dict[str, Any]]:
-    """Turn a layer round.
+def compensated(
+    layer: Layer, reference: Mapping[str, Floats], where: str
+) -> tuple[dict[str, Floats], CompensationSummary]:
+    """Invert a layer.
 
     Returns
     -------
     columns
-        Of the file to write: the drive in the record's unit, the angle wanted, the times if any.
-    facts
-        For the summary: the layer's error on samples it has not seen, and how far the two drives are apart.
+        Of the file to write: the drive in the unit of the record, the angle to follow, and the times, if any.
+    summary
+        Errors of the layer, and how much it changes the drive.
 
     Raises
     ------
     RecordError
-        A reference beyond the layer, or a layer that has no inverse; one line.
+        A reference beyond the range of the layer, or a layer that has no inverse; one line.
     """
     wanted = reference["angle_deg"]
     try:
@@ -150,16 +164,16 @@ def compensated(layer: Known, reference: Mapping[str, Floats], where: str) -> tu
     except ValueError as error:
         raise RecordError(f"{where}: by {layer.source}: {error}") from None
     times = {"time_s": reference["time_s"]} if "time_s" in reference else {}
-    facts = {
-        "schema": 1,
-        "samples": int(wanted.size),
-        "heldout_rmse_deg": layer.heldout_rmse_deg,
-        "without_hysteresis_rmse_deg": layer.without_hysteresis_rmse_deg,
-        "largest_correction": float(np.abs(drive - plain).max()),
-        "drive_unit": layer.drive_unit,
-        "warnings": list(layer.warnings),
-    }
-    return times | {f"drive_{layer.drive_unit}": drive, "angle_deg": wanted}, facts
+    summary = CompensationSummary(
+        schema=1,
+        samples=int(wanted.size),
+        heldout_rmse_deg=layer.heldout_rmse_deg,
+        without_hysteresis_rmse_deg=layer.without_hysteresis_rmse_deg,
+        largest_correction=float(np.abs(drive - plain).max()),
+        drive_unit=layer.drive_unit,
+        warnings=layer.warnings,
+    )
+    return times | {f"drive_{layer.drive_unit}": drive, "angle_deg": wanted}, summary
 
 
 def write_columns(columns: Mapping[str, Floats], path: Path) -> None:

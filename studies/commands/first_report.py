@@ -1,20 +1,18 @@
-"""The main job: simulate at both preloads of the paper, cross-check, identify, separate, and store it all.
+"""The work of ``notchbend run``: simulate at both preloads of the paper, cross-check, identify, separate, and trace.
 
-Everything the report needs goes into the folder: records (CSV and sidecar), one JSON a fit, ``run.json``, the
-tube, as a picture and as a mesh. ``notchbend report`` makes the page again from these alone.
+Everything that the report needs goes into one folder: records (CSV and sidecar), one JSON file for each fit,
+``run.json``, and the bent tube as a picture and as a mesh. ``notchbend report`` writes the page again from these.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.analytic.kinematics import simulate_analytic
 from fem_models.joint import joint_mechanics
@@ -24,6 +22,7 @@ from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig.presets import PRESETS, preset
 from fem_models.rig.rig import Rig, numeric_fields
 from fem_models.view.manipulator import SceneError, render
+from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
@@ -33,7 +32,20 @@ from studies.commands.separation import separate_rig
 from studies.commands.tracing import trace_loaded
 from studies.progress import steps
 from studies.report.tube import write_tube
-from studies.results import checksums, loop_summary, write_json
+from studies.results import write_result
+from studies.results.run import (
+    CrossCheckRow,
+    FitEntry,
+    Picture,
+    RigNumber,
+    RunLoop,
+    RunSummary,
+    SeparationEntry,
+    StrainLimit,
+    TraceEntry,
+    checksums,
+    loop_summary,
+)
 from validation.engines import compare_engines
 from validation.practice.bench_record import SHIPPED
 
@@ -43,17 +55,38 @@ AMPLITUDE_MM = 2.2
 CYCLES = 3
 PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista", "plotly")
 
+Step = Callable[[str], None]
 
-def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str, Any]:
+
+@dataclass(frozen=True)
+class Energy:
+    """Work of the wheel and losses over the last cycle, and the error of the energy balance."""
+
+    wheel_work_mJ: float
+    friction_loss_mJ: float
+    material_loss_mJ: float
+    viscous_loss_mJ: float
+    energy_gap_percent: float
+
+
+@dataclass(frozen=True)
+class Strain:
+    """Peak strain of a run, and the drives at which strain limits of Nitinol are exceeded."""
+
+    peak_strain_percent: float
+    strain_limits: tuple[StrainLimit, ...]
+
+
+def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSummary:
     """Run the main job into ``out`` and return the summary that is stored as ``run.json``.
 
-    ``run.json`` and the page of a run before are removed first and ``run.json`` is written last: a folder that has
+    ``run.json`` and the page of an earlier run are removed first, and ``run.json`` is written last: a folder that has
     it holds a finished run.
 
     Raises
     ------
     SolverError, RecordError, OSError
-        What the parts raise; files already written stay, each whole.
+        From the parts; files that are already written stay, each of them complete.
     """
     for name in ("run.json", "report.html"):
         (out / name).unlink(missing_ok=True)
@@ -62,46 +95,36 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> dict[str
         shipped = read_record(SHIPPED)
         records[SHIPPED.stem] = shipped
         write_record(shipped, out / "records" / SHIPPED.name)
-        # the shipped record twice: with its rig, and as if nothing were known of it
-        jobs = [(name, name, True) for name in records] + [(f"{SHIPPED.stem}-unknown-geometry", SHIPPED.stem, False)]
-        fits = []
-        for label, name, known in jobs:
-            step(f"identifying {label}")
-            fit = identify_records([records[name]], settings=IdentifySettings(seed=seed), use_rig=known)
-            write_fit(fit, [records[name]], out, f"identify-{label}")
-            fits.append({"name": label, "record": name, "title": records[name].title})
+        fits = _identified(out, records, seed, step)
         step(f"separating {PRESET} at {PRELOADS_N[-1]:g} N")
-        separations = [_separate(out, PRELOADS_N[-1], seed)]
+        separation = _separated(out, PRELOADS_N[-1], seed)
         step(f"tracing {SHIPPED.stem}")
-        traced = trace_loaded([records[SHIPPED.stem]], seed=seed)
-        write_json(out / f"trace-{SHIPPED.stem}.json", traced.report.to_dict())
+        traced = trace_loaded([shipped], seed=seed)
+        write_result(out / f"trace-{SHIPPED.stem}.json", traced.report.to_dict())
         write_files({out / name: png for name, png in traced.figures.items()})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
         picture = _picture(preset(PRESET), last, out)
     largest_joint_rad = math.radians(float(np.abs(_joints_deg(last)).max()))
-    summary = {
-        "schema": 1,
-        "seed": seed,
-        "versions": {name: version(name) for name in PACKAGES},
-        "rig": rig_table(PRESET),
-        "peak_strain_percent": 100 * joint_mechanics(preset(PRESET)).peak_strain_per_rad * largest_joint_rad,
-        "loops": loops,
-        "crosscheck": checks,
-        "fits": fits,
-        "separations": separations,
-        "trace": {"verdict": traced.report.verdict, "effects": [e.name for e in traced.report.effects]},
-        "picture": picture,
-        "sha256": checksums(out, [*records, *(loop["theory"] for loop in loops)]),
-    }
-    write_json(out / "run.json", summary)
+    summary = RunSummary(
+        seed=seed,
+        versions={name: version(name) for name in PACKAGES},
+        rig=rig_numbers(PRESET),
+        peak_strain_percent=100 * joint_mechanics(preset(PRESET)).peak_strain_per_rad * largest_joint_rad,
+        loops=tuple(loops),
+        crosscheck=tuple(checks),
+        fits=tuple(fits),
+        separations=(separation,),
+        trace=TraceEntry(traced.report.verdict, tuple(effect.name for effect in traced.report.effects)),
+        picture=picture,
+        sha256=checksums(out, [*records, *(loop.theory for loop in loops)]),
+    )
+    write_result(out / "run.json", summary)
     return summary
 
 
-def _simulated(
-    out: Path, step: Callable[[str], None]
-) -> tuple[dict[str, Record], list[dict[str, Any]], list[dict[str, Any]]]:
-    """Simulate and cross-check at both preloads: records by name, what the loops are like, and the comparisons."""
+def _simulated(out: Path, step: Step) -> tuple[dict[str, Record], list[RunLoop], list[CrossCheckRow]]:
+    """Simulate and cross-check at both preloads: the records by name, their loops, and the comparisons of engines."""
     records, loops, checks = {}, [], []
     for preload in PRELOADS_N:
         step(f"simulating {PRESET} at {preload:g} N")
@@ -112,62 +135,45 @@ def _simulated(
         write_record(solution.record, out / "records" / f"{name}.csv")
         theory = f"{name}-analytic"
         write_record(simulate_analytic(rig, triangle(AMPLITUDE_MM)), out / "records" / f"{theory}.csv")
-        loops.append(
-            {
-                "record": name,
-                "theory": theory,
-                **loop_summary(solution.record),
-                **energy_summary(solution),
-                **strain_summary(rig, solution),
-            }
-        )
+        parts = (loop_summary(solution.record), energy_summary(solution), strain_summary(rig, solution))
+        loops.append(RunLoop(record=name, theory=theory, **{k: v for part in parts for k, v in vars(part).items()}))
         step(f"cross-checking at {preload:g} N")
-        checks.append(compare_engines(rig, amplitude_mm=AMPLITUDE_MM).to_dict())
+        checks.append(CrossCheckRow(**vars(compare_engines(rig, amplitude_mm=AMPLITUDE_MM))))
     return records, loops, checks
 
 
-def strain_summary(rig: Rig, solution: MultibodySolution) -> dict[str, Any]:
-    """Peak strain of the run, and the drives at which limits of Nitinol are passed; null where they are not."""
+def _identified(out: Path, records: dict[str, Record], seed: int, step: Step) -> list[FitEntry]:
+    """Identify each record; the shipped one twice, with its rig and as if the rig were unknown."""
+    jobs = [(name, name, True) for name in records] + [(f"{SHIPPED.stem}-unknown-geometry", SHIPPED.stem, False)]
+    fits = []
+    for label, name, use_rig in jobs:
+        step(f"identifying {label}")
+        fit = identify_records([records[name]], settings=IdentifySettings(seed=seed), use_rig=use_rig)
+        write_fit(fit, [records[name]], out, f"identify-{label}")
+        fits.append(FitEntry(label, name, records[name].title))
+    return fits
+
+
+def strain_summary(rig: Rig, solution: MultibodySolution) -> Strain:
+    """Find the peak strain of a run, and the drives at which limits of Nitinol are exceeded; None where none is."""
     passed = limits_passed(solution.record.drive, solution.peak_strain, strain_limits(rig))
-    return {
-        "peak_strain_percent": 100 * float(np.abs(solution.peak_strain).max()),
-        "strain_limits": [
-            {
-                "name": p.limit.name,
-                "kind": p.limit.kind,
-                "limit_percent": 100 * p.limit.strain,
-                "largest_percent": 100 * p.largest,
-                "passed_at_mm": p.drive,
-                "joint": p.joint,
-                "source": p.limit.source,
-            }
-            for p in passed
-        ],
-    }
+    limits = (
+        StrainLimit(
+            name=p.limit.name,
+            kind=p.limit.kind,
+            limit_percent=100 * p.limit.strain,
+            largest_percent=100 * p.largest,
+            passed_at_mm=p.drive,
+            joint=p.joint,
+            source=p.limit.source,
+        )
+        for p in passed
+    )
+    return Strain(100 * float(np.abs(solution.peak_strain).max()), tuple(limits))
 
 
-def crosschecks(rig: Rig, *, progress: bool = True) -> list[dict[str, Any]]:
-    """Analytic beside multibody at both preloads; none for one tendon, whose rig has no preload to speak of."""
-    if rig.tendon_b is None:
-        return []
-    with steps(progress, total=len(PRELOADS_N)) as step:
-        out = []
-        for preload in PRELOADS_N:
-            step(f"{rig.name} at {preload:g} N")
-            out.append(compare_engines(replace(rig, preload_N=preload)).to_dict())
-    return out
-
-
-def model_comparison(rig: Rig, *, progress: bool = True) -> dict[str, Any]:
-    """Every model of one joint and of the chain beside the solid; see :mod:`validation.joints.models`."""
-    from validation.joints import compare_models  # finite elements, which the main job does without
-
-    with steps(progress, total=7) as step:
-        return compare_models(rig, progress=step).to_dict()
-
-
-def energy_summary(solution: MultibodySolution) -> dict[str, float]:
-    """Work of the wheel and losses over the last cycle, mJ, and what is left of the balance in percent."""
+def energy_summary(solution: MultibodySolution) -> Energy:
+    """Sum the work of the wheel and the losses over the last cycle."""
     cycle = solution.record.cycle
     assert cycle is not None
     last = np.flatnonzero(cycle == cycle[-1])
@@ -176,54 +182,45 @@ def energy_summary(solution: MultibodySolution) -> dict[str, float]:
     work, friction, material, viscous = (
         float(e[end] - e[first]) for e in (s.wheel_work_mJ, s.friction_loss_mJ, s.material_loss_mJ, s.viscous_loss_mJ)
     )
-    return {
-        "wheel_work_mJ": work,
-        "friction_loss_mJ": friction,
-        "material_loss_mJ": material,
-        "viscous_loss_mJ": viscous,
-        "energy_gap_percent": 100 * (friction + material + viscous - work) / work,
-    }
+    return Energy(work, friction, material, viscous, 100 * (friction + material + viscous - work) / work)
 
 
-def rig_table(name: str) -> list[dict[str, Any]]:
-    """Every number of a preset with its source."""
+def rig_numbers(name: str) -> tuple[RigNumber, ...]:
+    """Give every number of a preset with its source."""
     known = PRESETS[name]
-    return [
-        {"name": field, "value": value, "source": known.sources[field].kind, "note": known.sources[field].note}
+    return tuple(
+        RigNumber(field, value, known.sources[field].kind, known.sources[field].note)
         for field, value in numeric_fields(known.rig).items()
-    ]
+    )
 
 
-def _separate(out: Path, preload_N: float, seed: int) -> dict[str, str]:
-    """Divide the loop of the preset by the chain; what was written, and the command that makes it again."""
+def _separated(out: Path, preload_N: float, seed: int) -> SeparationEntry:
+    """Divide the loop of the preset with the chain, and store the result."""
     name = f"{PRESET}-{preload_N:g}N"
-    write_json(
+    write_result(
         out / f"separate-{name}.json", separate_rig(preset(PRESET, preload_N=preload_N), AMPLITUDE_MM, seed=seed)
     )
     options = f"--preset {PRESET} --preload {preload_N:g} --amplitude {AMPLITUDE_MM:g} --seed {seed}"
-    return {
-        "file": f"separate-{name}.json",
-        "label": f"{PRESET}, {preload_N:g} N, {AMPLITUDE_MM:g} mm",
-        "command": f"notchbend separate {options} --out DIR",
-    }
+    return SeparationEntry(
+        file=f"separate-{name}.json",
+        label=f"{PRESET}, {preload_N:g} N, {AMPLITUDE_MM:g} mm",
+        command=f"notchbend separate {options} --out DIR",
+    )
 
 
-def _picture(rig: Rig, record: Record, out: Path) -> dict[str, str]:
-    """Draw the tube at full drive, or say why there is no picture: a machine without OpenGL can still report."""
+def _picture(rig: Rig, record: Record, out: Path) -> Picture:
+    """Draw the tube at full drive; without OpenGL there is no still image, and the result says why."""
     full = int(np.argmax(record.angle_deg))
     joints = _joints_deg(record)[full]
-    words = {
-        "tube": "tube.json",
-        "caption": f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg",
-    }
-    write_tube(rig, joints, out / words["tube"])
+    caption = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"
+    write_tube(rig, joints, out / "tube.json")
     try:
         render(rig, joints, out / "tube.png")
     except SceneError as error:
-        return {**words, "missing": str(error)}
-    return {**words, "file": "tube.png"}
+        return Picture(tube="tube.json", caption=caption, missing=str(error))
+    return Picture(tube="tube.json", caption=caption, file="tube.png")
 
 
-def _joints_deg(record: Record) -> NDArray[np.float64]:
-    assert record.notches_deg is not None  # every engine returns them
+def _joints_deg(record: Record) -> Floats:
+    assert record.notches_deg is not None  # every engine gives them
     return record.notches_deg

@@ -1,4 +1,4 @@
-"""Identification of the hysteresis layer on a record, with the best base that the record allows."""
+"""Identification of the hysteresis layer on the best kinematics that the records allow, and the files of a fit."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.analytic.kinematics import theory_curve
 from fem_models.rig.checks import RigError
 from fem_models.rig.of_record import rig_of
 from hysteresis import Fit, identify
+from hysteresis.arrays import Floats
 from hysteresis.backbone import Kinematics
 from hysteresis.files import write_files
 from hysteresis.holdout import hold_out
@@ -21,7 +21,7 @@ from hysteresis.record import Record, RecordError
 from hysteresis.settings import DEFAULTS, IdentifySettings
 from studies.progress import bar
 
-STANDSTILL_DEG = 1e-9  # no sensor tells such angles apart
+STANDSTILL_DEG = 1e-9  # below the resolution of any sensor
 
 
 def identify_records(
@@ -39,10 +39,10 @@ def identify_records(
     Raises
     ------
     RecordError, RigError
-        A record that makes no loop, or a rig that cannot be or cannot follow its drive; one line with the file.
+        A record that makes no loop, or a rig that is not possible or cannot follow the drive; one line with the file.
     """
-    bases = [_analytic(record) if use_rig else None for record in records]
-    known = [base for base in bases if base is not None]
+    models = [_analytic(record) if use_rig else None for record in records]
+    known = [model for model in models if model is not None]
     for record in records:
         _require_moving(record)
     with bar(progress) as shown:
@@ -56,7 +56,7 @@ def identify_records(
 
 
 def _require_moving(record: Record) -> None:
-    """Refuse a record whose angle stands still in all that is fitted, or in all that judges the fit."""
+    """Refuse a record whose angle is constant over all fitted samples, or over all held-out ones."""
     require_reversal(record)
     split = hold_out(record)
     for name, mask in (("to fit", split.train), ("held out", split.heldout)):
@@ -67,28 +67,29 @@ def _require_moving(record: Record) -> None:
 
 
 def _analytic(record: Record) -> Kinematics | None:
-    rig = rig_of(record)  # checks the sidecar's geometry even where the user's own theory is taken
+    """Give the analytic kinematics of a record's rig; None without a rig, or with a theory of the user's own."""
+    rig = rig_of(record)  # checks the geometry in the sidecar even if the user's own theory is used
     if rig is None or record.kinematics is not None:
         return None
 
-    def angle_deg(drive: NDArray[np.float64]) -> NDArray[np.float64]:
+    def angle_deg(drive: Floats) -> Floats:
         try:
             return theory_curve(rig, drive).angle_deg
         except RigError as error:
-            if record.drive_unit != "mm":  # the gain is searched for: one that drives the rig too far is no candidate
+            if record.drive_unit != "mm":  # the gain is unknown: one that drives the rig too far is no candidate
                 return np.full(drive.shape, np.nan)
             raise RigError(f"{record.source or record.title}: {error}") from None
 
     return angle_deg
 
 
-def written(out: Path, stem: str, records: int) -> list[Path]:
-    """Files that :func:`write_fit` writes: ``STEM.json``, ``STEM.csv``, and ``STEM-2.csv`` on for further records."""
+def files_of_fit(out: Path, stem: str, records: int) -> list[Path]:
+    """Give the files of :func:`write_fit`: ``STEM.json``, ``STEM.csv``, and ``STEM-2.csv`` on for further records."""
     return [out / f"{stem}.json", *(out / f"{stem}{f'-{i + 1}' if i else ''}.csv" for i in range(records))]
 
 
 def write_fit(fit: Fit, records: Sequence[Record], out: Path, stem: str) -> None:
-    """Write the contract's identify.json, and for each record a CSV, sample by sample, f alone and with h."""
+    """Write the JSON file of a fit, and for each record a CSV with f alone and with h at every sample."""
     texts = [json.dumps(fit.to_dict(), indent=2) + "\n"]
     for i, record in enumerate(records):
         columns = (
@@ -101,4 +102,4 @@ def write_fit(fit: Fit, records: Sequence[Record], out: Path, stem: str) -> None
         rows = zip(*(column.tolist() for column in columns), strict=True)
         lines = ["drive,angle_deg,f_alone_deg,predicted_deg,heldout", *(",".join(map(repr, row)) for row in rows)]
         texts.append("\n".join(lines) + "\n")
-    write_files(dict(zip(written(out, stem, len(records)), texts, strict=True)))
+    write_files(dict(zip(files_of_fit(out, stem, len(records)), texts, strict=True)))

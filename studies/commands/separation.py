@@ -1,10 +1,10 @@
-"""What makes the loop, for a rig or for measured records: gathered for ``notchbend separate``."""
+"""The loop of a rig, or of measured records, divided among its sources: the work of ``notchbend separate``."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,45 +16,57 @@ from hysteresis.arrays import Floats
 from hysteresis.metrics import dissipated_area, loop_width
 from hysteresis.record import Record
 from hysteresis.settings import IdentifySettings
-from studies.engines import mechanics
+from studies.engines import solver_of
+from studies.results.separation import (
+    Calibration,
+    Combination,
+    Contribution,
+    EnergyBalance,
+    Interval,
+    Law,
+    LoopSize,
+    MeasuredLoop,
+    NextExperiment,
+    Separation,
+)
 from validation.separation import Contributions, calibrate_rig, loop_program, separate
-from validation.separation.contributions import PARTS, SETS, Loop, divide, shapley_shares
+from validation.separation.contributions import PARTS, SETS, divide, shapley_shares
 from validation.separation.rig_calibration import PARAMETERS, RigCalibration, parameters_of, with_parameters
 
-MEASURES = {"width_deg": "width_share", "area": "area_share", "dissipated_mJ": "share"}
-"""What is divided, and the name of its shares: ``share`` is that of the energy, which every loop has."""
+SHARES = {"width_deg": "width_share", "area": "area_share", "dissipated_mJ": "share"}
+"""Quantities that are divided, with the name of their shares: ``share`` is that of the energy, which every loop has."""
 CLOSES_PERCENT, RIGID_PERCENT = 1.0, 0.1
-_STEP = 1e-3  # of a constant's natural size
+_STEP = 1e-3  # of finite differences, in units of a parameter's scale
 
-SEEN_WITH_ROPES = {
+OBSERVABLE = {
     "all": SETS[-1],
     "friction": frozenset({"friction", "tendon_elasticity"}),
     "tendon_elasticity": frozenset({"tendon_elasticity"}),
     "material": frozenset({"material", "tendon_elasticity"}),
 }
-"""Loops that Bouc-Wen parameters are given for: each source on the rig's own ropes, which let it be seen."""
+"""Combinations that Bouc-Wen parameters are given for: each source with the rig's own elastic tendons. With
+inextensible tendons the wheel prescribes the angle, and there is no loop to fit."""
 
 
-def separate_rig(rig: Rig, amplitude_mm: float, *, engine: str = "chain", seed: int = 0) -> dict[str, Any]:
-    """Divide the loop of a rig: the contents of separate.json. A rig of one tendon goes from 0 to the amplitude.
+def separate_rig(rig: Rig, amplitude_mm: float, *, engine: str = "chain", seed: int = 0) -> Separation:
+    """Divide the loop of a rig. A rig of one tendon is driven from 0 to the amplitude.
 
     Raises
     ------
     RigError, SolverError, MissingError
-        A rig that cannot be divided or cannot follow.
+        A rig that cannot be divided or cannot follow the drive.
     """
     program = loop_program(0.0 if rig.tendon_b is None else -amplitude_mm, amplitude_mm)
-    found = separate(rig, program, mechanics(engine))
-    return _result(rig, program, found, engine, seed)
+    return _result(rig, program, separate(rig, program, solver_of(engine)), engine, seed)
 
 
-def separate_records(records: Sequence[Record], *, seed: int = 0) -> dict[str, Any]:
-    """Divide the loop of the first record, by its rig calibrated on all of them; with 95 % intervals.
+def separate_records(records: Sequence[Record], *, seed: int = 0) -> Separation:
+    """Divide the loop of the first record, with its rig calibrated on all records; with 95 % intervals.
 
     Raises
     ------
     RecordError, RigError, SolverError
-        A record without a known rig, or without a loop; a rig that cannot be divided or cannot follow.
+        A record without a known rig, or without a loop; a rig that cannot be divided or cannot follow the drive.
     """
     for record in records:
         rig_of(record)
@@ -63,82 +75,85 @@ def separate_records(records: Sequence[Record], *, seed: int = 0) -> dict[str, A
     program = loop_program(min(0.0, float(drive.min())), float(drive.max()))
     found = separate(calibrated.rig, program)
     result = _result(calibrated.rig, program, found, "chain", seed)
-    for measure, half in _half_intervals(calibrated, program, found).items():
-        for part in PARTS:
-            value = result["contributions"][part][measure]
-            limits = (
-                None if value is None or not math.isfinite(half[part]) else [value - half[part], value + half[part]]
-            )
-            result["contributions"][part].setdefault("intervals", {})[measure] = limits
-    result["calibration"] = _calibration(calibrated)
-    result["measured"] = _measured(records[0])
-    result["warnings"] += [f"not separated by these records: {words}" for words in calibrated.inseparable]
-    return result
+    half = _half_intervals(calibrated, program, found)
+    unseparated = tuple(f"not separated by these records: {words}" for words in calibrated.inseparable)
+    return replace(
+        result,
+        contributions={name: _with_intervals(part, half[name]) for name, part in result.contributions.items()},
+        calibration=_calibration(calibrated),
+        measured=_measured(records[0]),
+        warnings=result.warnings + unseparated,
+    )
 
 
-def _result(rig: Rig, program: LoadProgram, found: Contributions, engine: str, seed: int) -> dict[str, Any]:
+def _with_intervals(part: Contribution, half: Mapping[str, float]) -> Contribution:
+    """Add the intervals of a part's numbers, given half their widths."""
+    intervals: dict[str, Interval | None] = {}
+    for name, width in half.items():
+        value = getattr(part, name)
+        intervals[name] = None if value is None or not math.isfinite(width) else (value - width, value + width)
+    return replace(part, intervals=intervals)
+
+
+def _result(rig: Rig, program: LoadProgram, found: Contributions, engine: str, seed: int) -> Separation:
     whole = found.whole
-    return {
-        "schema": 1,
-        "rig": rig.to_dict(),
-        "engine": engine,
-        "drive_mm": [float(program.drive_mm.min()), float(program.drive_mm.max())],
-        "total": {"width_deg": whole.width_deg, "area": whole.area, "dissipated_mJ": whole.dissipated_mJ},
-        "contributions": _rows(found),
-        "shapley": {share: shapley_shares(found, measure) for measure, share in MEASURES.items()},
-        "energy": {
-            "wheel_work_mJ": whole.dissipated_mJ,
-            "friction_loss_mJ": whole.friction_mJ,
-            "material_loss_mJ": whole.material_mJ,
-            "closure_percent": found.closure_percent,
-        },
-        "rigid_rope_residual_percent": found.residual_percent,
-        "combinations": [{"on": sorted(on), **_loop(loop)} for on, loop in found.loops.items()],
-        "bouc_wen": {name: _law(found, on, seed) for name, on in SEEN_WITH_ROPES.items()},
-        "calibration": None,
-        "measured": None,
-        "warnings": _warnings(found),
-    }
+    return Separation(
+        schema=1,
+        rig=rig.to_dict(),
+        engine=engine,
+        drive_mm=(float(program.drive_mm.min()), float(program.drive_mm.max())),
+        total=LoopSize(whole.width_deg, whole.area, whole.dissipated_mJ),
+        contributions=_parts(found),
+        shapley={share: shapley_shares(found, quantity) for quantity, share in SHARES.items()},
+        energy=EnergyBalance(whole.dissipated_mJ, whole.friction_mJ, whole.material_mJ, found.closure_percent),
+        rigid_rope_residual_percent=found.residual_percent,
+        combinations=tuple(
+            Combination(
+                tuple(sorted(on)), loop.width_deg, loop.area, loop.dissipated_mJ, loop.friction_mJ, loop.material_mJ
+            )
+            for on, loop in found.loops.items()
+        ),
+        bouc_wen={name: _law(found, on, seed) for name, on in OBSERVABLE.items()},
+        calibration=None,
+        measured=None,
+        warnings=tuple(_warnings(found)),
+    )
 
 
-def _rows(found: Contributions) -> dict[str, dict[str, Any]]:
-    """Give C of the contract for each part, with the shares of width and area beside that of the energy."""
-    rows: dict[str, dict[str, Any]] = {part: {} for part in PARTS}
-    for measure, name in MEASURES.items():
-        parts, shares = divide(found.values(measure)), found.shares(measure)
+def _parts(found: Contributions) -> dict[str, Contribution]:
+    """Divide width, area and energy of the whole loop among the parts."""
+    numbers: dict[str, dict[str, float | None]] = {part: {} for part in PARTS}
+    for quantity, name in SHARES.items():
+        values, shares = divide(found.values(quantity)), found.shares(quantity)
         for part in PARTS:
-            rows[part] |= {measure: parts[part], name: None if shares is None else shares[part]}
-    return rows
+            numbers[part] |= {quantity: values[part], name: None if shares is None else shares[part]}
+    return {part: Contribution(**row) for part, row in numbers.items()}  # type: ignore[arg-type]
 
 
-def _loop(loop: Loop) -> dict[str, float]:
-    names = ("width_deg", "area", "dissipated_mJ", "friction_mJ", "material_mJ")
-    return {name: getattr(loop, name) for name in names}
-
-
-def _law(found: Contributions, on: frozenset[str], seed: int) -> dict[str, Any] | None:
-    """Bouc-Wen parameters of a combination's loop, f fitted to it; None where there is no loop."""
+def _law(found: Contributions, on: frozenset[str], seed: int) -> Law | None:
+    """Fit the Bouc-Wen law and f to the loop of a combination; None where there is no loop."""
     loop = found.loops[on]
     if loop.is_lossless or loop.is_flat:
         return None
     fit = identify(loop.record, settings=IdentifySettings(seed=seed))
-    laws = {name: parameter.to_dict() for name, parameter in fit.parameters.items()}
-    return {"parameters": laws, "saturation_deg": fit.saturation_deg.to_dict(), "heldout": fit.heldout.to_dict()}
+    return Law(fit.parameters, fit.saturation_deg, fit.heldout)
 
 
 def _warnings(found: Contributions) -> list[str]:
     words = []
     if found.whole.is_lossless:
-        words.append("no loop: the rig dissipates nothing, so there is nothing to share")
+        words.append("no loop: the rig dissipates no energy, so there is nothing to divide")
     elif found.whole.is_flat:
         words.append("no loop of the angle: shares are those of the energy")
     if abs(found.closure_percent) > CLOSES_PERCENT:
-        words.append(f"energy: parts miss the losses by {found.closure_percent:+.2f} %: expected at most 1 %")
+        words.append(
+            f"energy: the parts differ from the losses by {found.closure_percent:+.2f} %: expected at most 1 %"
+        )
     residual = found.residual_percent
     if residual is not None and residual > RIGID_PERCENT:
         words.append(
-            f"{residual:.2g} % of the width is left with ropes that do not stretch: joints bend unevenly, "
-            "such a rope goes slack at this preload, or the rig's own ropes are nearly as stiff"
+            f"{residual:.2g} % of the width remains with inextensible tendons: the joints bend unevenly, such a tendon "
+            "goes slack at this preload, or the rig's own tendons are nearly as stiff"
         )
     return words
 
@@ -146,59 +161,58 @@ def _warnings(found: Contributions) -> list[str]:
 def _half_intervals(
     calibrated: RigCalibration, program: LoadProgram, found: Contributions
 ) -> dict[str, dict[str, float]]:
-    """Half widths of the intervals of all measures and shares: the covariance carried on by finite differences."""
-    names = [name for pair in MEASURES.items() for name in pair]
+    """Half widths of the intervals of all numbers, by part: the covariance propagated by finite differences."""
+    names = [name for pair in SHARES.items() for name in pair]
 
-    def table(rows: Mapping[str, Mapping[str, Any]]) -> Floats:
-        return np.array([[math.nan if (v := rows[p][n]) is None else v for p in PARTS] for n in names])
+    def table(parts: Mapping[str, Contribution]) -> Floats:
+        return np.array([[math.nan if (v := getattr(parts[p], n)) is None else v for p in PARTS] for n in names])
 
     here = np.array(list(parameters_of(calibrated.rig).values()))
-    at, gradient = table(_rows(found)), []
-    for i, constant in enumerate(PARAMETERS.values()):
-        step = _STEP * constant.scale * (1 if here[i] + constant.scale < constant.high else -1)
+    at, gradient = table(_parts(found)), []
+    for i, parameter in enumerate(PARAMETERS.values()):
+        step = _STEP * parameter.scale * (1 if here[i] + parameter.scale < parameter.high else -1)
         moved = with_parameters(calibrated.rig, here + step * np.eye(here.size)[i])
-        gradient.append((table(_rows(separate(moved, program))) - at) / step)
+        gradient.append((table(_parts(separate(moved, program))) - at) / step)
     half = calibrated.quantile * np.sqrt(np.einsum("inp,ij,jnp->np", gradient, calibrated.covariance, gradient))
-    return {name: dict(zip(PARTS, row, strict=True)) for name, row in zip(names, half.tolist(), strict=True)}
+    return {part: dict(zip(names, column, strict=True)) for part, column in zip(PARTS, half.T.tolist(), strict=True)}
 
 
-def _calibration(found: RigCalibration) -> dict[str, Any]:
-    return {
-        "constants": {name: c.to_dict() for name, c in found.parameters.items()},
-        "rmse_deg": found.rmse_deg,
-        "condition": found.condition,
-        "correlations": found.correlations,
-        "not_separated": list(found.inseparable),
-        "next_experiments": [e.to_dict() for e in found.experiments],
-    }
+def _calibration(found: RigCalibration) -> Calibration:
+    return Calibration(
+        parameters=found.parameters,
+        rmse_deg=found.rmse_deg,
+        condition=found.condition,
+        correlations=found.correlations,
+        not_separated=found.inseparable,
+        next_experiments=tuple(NextExperiment(**vars(e)) for e in found.experiments),
+    )
 
 
-def _measured(record: Record) -> dict[str, float] | None:
-    """Width and area of the record's own loop, beside those of the calibrated rig."""
+def _measured(record: Record) -> MeasuredLoop | None:
+    """Measure the record's own loop."""
     try:
         width = loop_width(record.drive, record.angle_deg, record.cycle).max_deg
-        return {"width_deg": width, "area": dissipated_area(record.drive, record.angle_deg, record.cycle)}
+        return MeasuredLoop(width, dissipated_area(record.drive, record.angle_deg, record.cycle))
     except ValueError:  # loops of decaying amplitude do not close
         return None
 
 
-def summary(result: Mapping[str, Any]) -> list[str]:
-    """Say in lines, for a terminal, what stands beside the table of parts."""
-    total, energy = result["total"], result["energy"]
+def summary(result: Separation) -> list[str]:
+    """Give the lines that stand below the table of parts on a terminal."""
+    total, energy = result.total, result.energy
     lines = [
-        f"whole: {total['width_deg']:.4g} deg wide, {total['area']:.4g} deg mm, "
-        f"{total['dissipated_mJ']:.4g} mJ a cycle",
-        f"book-keeping: wheel {energy['wheel_work_mJ']:.4g} mJ = friction {energy['friction_loss_mJ']:.4g} "
-        f"+ material {energy['material_loss_mJ']:.4g} mJ, to {energy['closure_percent']:+.2g} %",
+        f"whole loop: {total.width_deg:.4g} deg wide, {total.area:.4g} deg mm, {total.dissipated_mJ:.4g} mJ a cycle",
+        f"energy balance: wheel {energy.wheel_work_mJ:.4g} mJ = friction {energy.friction_loss_mJ:.4g} "
+        f"+ material {energy.material_loss_mJ:.4g} mJ, difference {energy.closure_percent:+.2g} %",
     ]
-    if result["calibration"] is not None:
-        found = result["calibration"]
-        lines.append(f"calibrated rig: {found['rmse_deg']:.3g} deg rmse, condition {found['condition']:.3g}")
-        for name, c in found["constants"].items():
-            lines.append(f"  {name} {c['value']:.4g} ({c['low']:.4g} to {c['high']:.4g}) {c['unit']}")
-        for e in found["next_experiments"][:2]:
+    if result.calibration is not None:
+        found = result.calibration
+        lines.append(f"calibrated rig: {found.rmse_deg:.3g} deg rmse, condition number {found.condition:.3g}")
+        for name, c in found.parameters.items():
+            lines.append(f"  {name} {c}")
+        for e in found.next_experiments[:2]:
             lines.append(
-                f"next: {e['what']} ({e['preload_N']:.3g} N, {e['amplitude_mm']:.3g} mm): gains {e['gain']:.2f}, "
-                f"{e['constant']} {e['narrower']:.2g} times narrower"
+                f"next experiment: {e.what} ({e.preload_N:.3g} N, {e.amplitude_mm:.3g} mm): information gain "
+                f"{e.gain:.2f}, interval of {e.parameter} {e.narrower:.2g} times narrower"
             )
-    return [*lines, *(f"warning: {words}" for words in result["warnings"])]
+    return [*lines, *(f"warning: {words}" for words in result.warnings)]

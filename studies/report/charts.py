@@ -1,13 +1,13 @@
-"""What a chart shows, said once.
+"""What a chart shows, independent of how it is drawn.
 
-:mod:`studies.report.still` draws it as SVG for paper, :mod:`studies.report.live` as JSON for the screen.
+:mod:`studies.report.still` draws charts as SVG for paper, :mod:`studies.report.live` as JSON for the screen.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from hysteresis.arrays import Floats
 Tone = Literal["blue", "orange", "green", "purple", "grey"]
 Style = Literal["solid", "dash", "dot", "points"]
 TONES: tuple[Tone, ...] = ("blue", "orange", "green", "purple", "grey")
-"""Told apart by the colour blind, and by lightness on grey paper; ``style.css`` has them for screens."""
+"""Colours that a colour-blind reader can distinguish, and by lightness on paper; ``style.css`` has them for screens."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Bars:
-    """Bars lying on their side, one a category; ``low``, ``high`` are ends of intervals, NaN where there is none."""
+    """Horizontal bars, one for each category; ``low`` and ``high`` are ends of intervals, NaN without one."""
 
     categories: tuple[str, ...]
     values: Floats
@@ -44,7 +44,7 @@ class Bars:
 
 @dataclass(frozen=True)
 class Heat:
-    """A field over two axes: ``z`` of shape (y, x), NaN where there is no result."""
+    """A field over two axes: ``z`` of shape (y, x), NaN without a result."""
 
     x: Floats
     y: Floats
@@ -54,7 +54,7 @@ class Heat:
 
 @dataclass(frozen=True)
 class Dots:
-    """Points with a third value as colour; ``notes`` are what is said of each where a reader points at it."""
+    """Points with a third value as colour; ``notes`` are shown for the point under the cursor."""
 
     x: Floats
     y: Floats
@@ -68,7 +68,7 @@ Mark = Line | Bars | Heat | Dots
 
 @dataclass(frozen=True)
 class Chart:
-    """One pair of axes. ``alt`` says in words what it shows; axis labels carry the unit."""
+    """One pair of axes. ``alt`` is the text in place of the picture; axis labels include the unit."""
 
     title: str
     x_label: str
@@ -86,6 +86,6 @@ class Plate:
     columns: int = 2
 
 
-def finite(values: Sequence[Any] | Floats) -> Floats:
-    """Values as floats, None as NaN."""
+def finite(values: Sequence[float | None]) -> Floats:
+    """Give values as floats, None as NaN."""
     return np.array([np.nan if v is None else v for v in values], dtype=float)

@@ -1,23 +1,22 @@
-"""The charts of a run: loops, fits, parts of a loop, and what stands beside a trace."""
+"""The charts of a run: loops, fits, parts of a loop, and figures of a trace."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 from hysteresis.metrics import loop_width
 from hysteresis.record import Record
 from studies.report.charts import Bars, Chart, Line, Plate, Tone, finite
 from studies.report.live import chart_json
 from studies.report.still import chart_svg
+from studies.results.separation import Separation
 
 ANGLE = "bending angle, deg"
-_WIDTH_IN = {1: 9.4, 2: 4.7, 3: 3.4}  # of a chart on paper, by the charts in a row
+_WIDTH_IN = {1: 9.4, 2: 4.7, 3: 3.4}  # width of a chart on paper, by the number of charts in a row
 _PRELOADS: tuple[Tone, ...] = ("orange", "blue", "green", "purple")
 
 
@@ -29,14 +28,24 @@ class Series:
     angle_deg: Floats
     base_deg: Floats
     predicted_deg: Floats
-    heldout: NDArray[np.bool_]
+    heldout: Mask
+
+
+@dataclass(frozen=True)
+class DrawnChart:
+    """A chart as the page takes it: SVG for paper, JSON for the screen, and a text in place of both."""
+
+    title: str
+    alt: str
+    svg: str
+    json: str
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A plate as the page takes it: of each chart its title, words, SVG and JSON."""
+    """A plate as the page takes it."""
 
-    charts: tuple[dict[str, str], ...]
+    charts: tuple[DrawnChart, ...]
     caption: str
     columns: int
 
@@ -44,15 +53,12 @@ class Drawn:
 def draw(plate: Plate) -> Drawn:
     """Draw a plate for paper and for the screen."""
     width = _WIDTH_IN[plate.columns]
-    charts = (
-        {"title": chart.title, "alt": chart.alt, "svg": chart_svg(chart, width), "json": chart_json(chart)}
-        for chart in plate.charts
-    )
+    charts = (DrawnChart(chart.title, chart.alt, chart_svg(chart, width), chart_json(chart)) for chart in plate.charts)
     return Drawn(tuple(charts), plate.caption, plate.columns)
 
 
 def loops_plate(records: Sequence[Record], labels: Sequence[str], theories: Sequence[Record]) -> Plate:
-    """Angle over drive, the angle against the analytic curve of the same rig, and the width of the loop."""
+    """Chart the angle over the drive, its difference from the analytic curve of the rig, and the loop width."""
     loops, against, widths, widest = [], [], [], []
     for record, theory, label, tone in zip(records, theories, labels, _PRELOADS, strict=False):
         order = np.argsort(theory.drive, kind="stable")
@@ -67,30 +73,30 @@ def loops_plate(records: Sequence[Record], labels: Sequence[str], theories: Sequ
         (
             Chart("Bending angle", drive, ANGLE, tuple(loops), f"Loops of the angle; widest {', '.join(widest)}."),
             Chart(
-                "Less the analytic curve",
+                "Difference from the analytic curve",
                 drive,
                 "multibody - analytic, deg",
                 tuple(against),
-                "The same loops less the curve of the model without friction: what is left is the hysteresis.",
+                "The same loops minus the curve of the model without friction: the difference is the hysteresis.",
             ),
             Chart(
                 "Width of the loop",
                 drive,
                 "loop width, deg",
                 tuple(widths),
-                f"Vertical width over the drive: {', '.join(widest)}.",
+                f"Vertical width of the loop over the drive: {', '.join(widest)}.",
             ),
         ),
-        "Multibody model; the same less the analytic curve, which has no friction; vertical width of the closed loop. "
-        "More preload narrows the loop because the rope is soft at low tension (toe region): the friction in the "
-        "sheath, which does not depend on the tension, stretches it less. The material loop puts the widest place at "
-        "zero drive.",
+        "Multibody model; its difference from the analytic curve, which has no friction; vertical width of the closed "
+        "loop. A higher preload narrows the loop because the tendon is soft at low tension (toe region): the friction "
+        "in the sheath, which does not depend on the tension, stretches a stiffer tendon less. With the material loop "
+        "the largest width is at zero drive.",
         columns=3,
     )
 
 
 def fit_plate(series: Series, unit: str, name: str) -> Plate:
-    """Measured and predicted loop, and the residual without and with the layer."""
+    """Chart the measured and the predicted loop, and the residual without and with the layer."""
     s, drive = series, f"drive, {unit}"
     before, after, held = s.angle_deg - s.base_deg, s.angle_deg - s.predicted_deg, s.heldout
     loop = (
@@ -107,25 +113,25 @@ def fit_plate(series: Series, unit: str, name: str) -> Plate:
     return Plate(
         (
             Chart("Record and prediction", drive, ANGLE, loop, f"{name}: record, f alone, f with the layer."),
-            Chart("What is left", drive, "residual, deg", residual, f"{name}, residual. {most}."),
+            Chart("Residual", drive, "residual, deg", residual, f"{name}, residual. {most}."),
         ),
-        f"Record and prediction; what is left without and with the layer. {most}.",
+        f"Record and prediction; residual without and with the layer. {most}.",
     )
 
 
 MEASURES = {"share": "of the energy", "width_share": "of the width"}
 
 
-def parts_plate(result: Mapping[str, Any]) -> Plate | None:
-    """Shares of the parts of a loop; None where there is no loop to share."""
-    parts = result["contributions"]
+def parts_plate(result: Separation) -> Plate | None:
+    """Chart the shares of the parts of a loop; None if there is no loop."""
+    parts = result.contributions
     names = tuple(part.replace("_", " ") for part in parts)
     bars = []
     for (key, label), tone in zip(MEASURES.items(), ("blue", "orange"), strict=True):
-        values = finite([row[key] for row in parts.values()])
+        values = finite([row.share_of(key) for row in parts.values()])
         if np.isnan(values).all():
             continue
-        limits = [row.get("intervals", {}).get(key) or (np.nan, np.nan) for row in parts.values()]
+        limits = [row.interval(key) or (np.nan, np.nan) for row in parts.values()]
         low, high = 100 * finite([a for a, _ in limits]), 100 * finite([b for _, b in limits])
         known = None if np.isnan(low).all() else low
         bars.append(Bars(names, 100 * values, label, tone, known, None if known is None else high))  # type: ignore[arg-type]
@@ -136,14 +142,14 @@ def parts_plate(result: Mapping[str, Any]) -> Plate | None:
     )
     return Plate(
         (Chart("Shares of the loop", "share of the whole loop, %", "", tuple(bars), f"{said}."),),
-        "Each source is switched in the mechanics. Energy is what a cycle loses; width is the largest vertical width "
-        "of the angle's loop. Shares add up to 100 %; the interaction is what no source makes alone.",
+        "Each source is switched on and off in the model. Energy is the loss of a cycle; width is the largest vertical "
+        "width of the loop of the angle. Shares add up to 100 %; the interaction belongs to no single source.",
         columns=1,
     )
 
 
 def columns_plate(table: Floats, names: Sequence[str], caption: str) -> Plate:
-    """First column against the others, as they stand beside a trace; ``table`` of shape (m, columns)."""
+    """Chart the first column against the others; ``table`` of shape (m, columns)."""
     tones: tuple[Tone, ...] = ("blue", "orange", "green", "purple", "grey")
     lines = tuple(
         Line(table[:, 0], column, name, tones[i % len(tones)])

@@ -1,11 +1,12 @@
-"""The tube for the page: a coarse mesh that is stored with a run, and its view to turn."""
+"""The tube for the page: a coarse mesh that is stored with a run, and its view in three dimensions."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,8 +14,26 @@ from numpy.typing import ArrayLike, NDArray
 from fem_models.rig.rig import Rig
 from fem_models.view.manipulator import tendon_lines, tube_mesh
 from hysteresis.arrays import Floats, Ints
-from hysteresis.files import write_files
-from studies.report.live import as_json, packed
+from hysteresis.files import RecordError, write_files
+from hysteresis.plain import to_plain
+from studies.report.plotly import (
+    Camera,
+    ColorBar,
+    Figure,
+    Marker,
+    Mesh,
+    Point,
+    Projection,
+    Scatter3d,
+    Scene,
+    SceneAxis,
+    SceneLayout,
+    Stroke,
+    Title,
+    as_json,
+    packed,
+)
+from studies.results import read_result
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -24,17 +43,34 @@ DETAIL = 0.35
 """Detail of :func:`fem_models.view.manipulator.tube_mesh`: 26,000 triangles for the default rig, which a browser
 rotates without effort."""
 HEAT = ("#b9c0c9", "#f2c14e", "#e4572e", "#8c1c13")
-"""From unstrained to most strained, as in :mod:`fem_models.view.manipulator`."""
+"""Colours from no strain to the largest strain, as in :mod:`fem_models.view.manipulator`."""
 LIGHT = np.array([-0.35, 0.75, 0.75])
+TENDON_TONES = ("blue", "green")
+UP = Point(0, 1, 0)
 VIEWS = {
-    "Oblique": {"eye": {"x": -0.3, "y": 0.35, "z": 0.9}, "up": {"x": 0, "y": 1, "z": 0}},
-    "Side": {"eye": {"x": 0, "y": 0, "z": 1.0}, "up": {"x": 0, "y": 1, "z": 0}},
-    "From the tip": {"eye": {"x": 0.85, "y": 0.45, "z": 0.25}, "up": {"x": 0, "y": 1, "z": 0}},
+    "Oblique": Camera(Point(-0.3, 0.35, 0.9), UP),
+    "Side": Camera(Point(0, 0, 1.0), UP),
+    "From the tip": Camera(Point(0.85, 0.45, 0.25), UP),
 }
 
 
-def surface_to_turn(rig: Rig, joint_angles_deg: ArrayLike) -> pv.PolyData:
-    """Triangles of the bent tube; points at sharp edges are doubled, so that either side has its own normal.
+@dataclass(frozen=True, eq=False)
+class StoredTube:
+    """The surface of the bent tube and its tendons.
+
+    ``points_mm``, shape (n, 3), ``triangles``, shape (m, 3), ``strain_percent``, shape (n,); a line of shape (k, 3) for
+    each tendon.
+    """
+
+    schema: int
+    points_mm: Floats
+    triangles: Ints
+    strain_percent: Floats
+    tendons_mm: Mapping[str, Floats]
+
+
+def coarse_surface(rig: Rig, joint_angles_deg: ArrayLike) -> pv.PolyData:
+    """Mesh the bent tube with triangles; points at sharp edges are doubled, so that each side has its own normal.
 
     Raises
     ------
@@ -55,82 +91,89 @@ def write_tube(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
     SceneError, RigError
         As :func:`fem_models.view.manipulator.tube_mesh`.
     """
-    surface = surface_to_turn(rig, joint_angles_deg)
-    stored = {
-        "schema": 1,
-        "points_mm": np.round(surface.points.astype(float), 4).tolist(),
-        "triangles": surface.faces.reshape(-1, 4)[:, 1:].tolist(),
-        "strain_percent": np.round(np.asarray(surface["strain_percent"], dtype=float), 4).tolist(),
-        "tendons_mm": {name: line.tolist() for name, line in tendon_lines(rig, joint_angles_deg).items()},
-    }
-    write_files({path: json.dumps(stored, separators=(",", ":")) + "\n"})
+    surface = coarse_surface(rig, joint_angles_deg)
+    stored = StoredTube(
+        schema=1,
+        points_mm=np.round(surface.points.astype(float), 4),
+        triangles=surface.faces.reshape(-1, 4)[:, 1:],
+        strain_percent=np.round(np.asarray(surface["strain_percent"], dtype=float), 4),
+        tendons_mm=tendon_lines(rig, joint_angles_deg),
+    )
+    write_files({path: json.dumps(to_plain(stored), separators=(",", ":")) + "\n"})
 
 
-def tube_view(stored: Mapping[str, Any]) -> str:
-    """Give the JSON of a three-dimensional view of a stored tube.
+def read_tube(path: Path) -> str:
+    """Read a stored tube and give its view.
 
     Raises
     ------
-    KeyError, ValueError, TypeError
-        Something else than what :func:`write_tube` wrote.
+    RecordError
+        No such file, or not a tube.
     """
-    points = np.asarray(stored["points_mm"], dtype=float)
-    triangles = np.asarray(stored["triangles"], dtype=np.int64)
-    strain = np.asarray(stored["strain_percent"], dtype=float)
-    top = float(strain.max()) or 1.0
-    wall: dict[str, Any] = {
-        "type": "mesh3d",
-        "name": "tube",
-        **{name: packed(values) for name, values in zip("xyz", points.T, strict=True)},
-        **{name: packed(values, "i4") for name, values in zip("ijk", triangles.T, strict=True)},
-        # plotly.js lights meshes by halves only, depending on the projection: the light is in the colours instead
-        "vertexcolor": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in shaded(points, triangles, strain, top)],
-        "lighting": {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0},
-        "customdata": packed(strain),
-        "hovertemplate": "strain %{customdata:.2f} %<extra></extra>",
-    }
-    scale: dict[str, Any] = {
-        "type": "scatter3d",
-        "mode": "markers",
-        "hoverinfo": "skip",
-        **{axis: [float(value)] for axis, value in zip("xyz", points[0], strict=True)},
-        "marker": {
-            "size": 0.01,  # it is here for its colour bar
-            "color": [0.0],
-            "cmin": 0.0,
-            "cmax": top,
-            "colorscale": [[i / (len(HEAT) - 1), colour] for i, colour in enumerate(HEAT)],
-            "showscale": True,
-            "colorbar": {
-                "title": {"text": "bending strain, %", "side": "right"},
-                "thickness": 12,
-                "len": 0.7,
-                "outlinewidth": 0,
-            },
-        },
-    }
-    ropes = [
-        {
-            "type": "scatter3d",
-            "mode": "lines",
-            "name": f"tendon {name}",
-            **{axis: packed(values) for axis, values in zip("xyz", np.asarray(line, dtype=float).T, strict=True)},
-            "line": {"width": 5, "color": f"${tone}"},
-            "hoverinfo": "name",
-        }
-        for (name, line), tone in zip(sorted(stored["tendons_mm"].items()), ("blue", "green"), strict=False)
-    ]
-    scene = {
-        **{axis: {"visible": False} for axis in ("xaxis", "yaxis", "zaxis")},
-        "aspectmode": "data",
-        "camera": {**VIEWS["Oblique"], "projection": {"type": "orthographic"}},
-        "dragmode": "orbit",
-    }
-    return as_json([wall, scale, *ropes], {"scene": scene, "showlegend": False}, views=VIEWS)
+    stored = read_result(StoredTube, path, "the tube of `notchbend run`")
+    shapes = {"points_mm": stored.points_mm, "triangles": stored.triangles, **stored.tendons_mm}
+    for name, rows in shapes.items():
+        if rows.ndim != 2 or rows.shape[1] != 3:
+            raise RecordError(f"{path}: {name}: shape {rows.shape}: expected rows of three numbers")
+    if stored.strain_percent.shape != stored.points_mm.shape[:1]:
+        raise RecordError(f"{path}: strain_percent: shape {stored.strain_percent.shape}: expected one for each point")
+    return tube_view(stored)
+
+
+def tube_view(stored: StoredTube) -> str:
+    """Give the JSON of a three-dimensional view of a stored tube."""
+    top = float(stored.strain_percent.max()) or 1.0
+    lines = zip(sorted(stored.tendons_mm.items()), TENDON_TONES, strict=False)
+    tendons = (_tendon(name, line, tone) for (name, line), tone in lines)
+    hidden = SceneAxis(visible=False)
+    camera = replace(VIEWS["Oblique"], projection=Projection("orthographic"))
+    scene = Scene(hidden, hidden, hidden, camera, aspectmode="data", dragmode="orbit")
+    traces = (_wall(stored, top), _strain_scale(stored.points_mm[0], top), *tendons)
+    return as_json(Figure(traces, SceneLayout(scene, showlegend=False), views=VIEWS))
+
+
+def _tendon(name: str, line_mm: Floats, tone: str) -> Scatter3d:
+    x, y, z = (packed(values) for values in line_mm.T)
+    return Scatter3d(x, y, z, "lines", "name", name=f"tendon {name}", line=Stroke(5, f"${tone}"))
+
+
+def _wall(stored: StoredTube, top: float) -> Mesh:
+    """Give the tube, coloured by strain up to ``top``."""
+    x, y, z = (packed(values) for values in stored.points_mm.T)
+    i, j, k = (packed(values, "i4") for values in stored.triangles.T)
+    colours = shaded(stored.points_mm, stored.triangles, stored.strain_percent, top)
+    return Mesh(
+        x=x,
+        y=y,
+        z=z,
+        i=i,
+        j=j,
+        k=k,
+        name="tube",
+        # the light of plotly.js depends on the projection: here it is in the colours instead
+        vertexcolor=tuple(f"#{r:02x}{g:02x}{b:02x}" for r, g, b in colours),
+        customdata=packed(stored.strain_percent),
+        hovertemplate="strain %{customdata:.2f} %<extra></extra>",
+    )
+
+
+def _strain_scale(at_mm: Floats, top: float) -> Scatter3d:
+    """Give an invisible point that carries the colour bar."""
+    x, y, z = ([float(value)] for value in at_mm)
+    marker = Marker(
+        [0.0],
+        size=0.01,
+        cmin=0.0,
+        cmax=top,
+        colorscale=[(i / (len(HEAT) - 1), colour) for i, colour in enumerate(HEAT)],
+        showscale=True,
+        colorbar=ColorBar(Title("bending strain, %", side="right"), len=0.7),
+    )
+    return Scatter3d(x, y, z, mode="markers", hoverinfo="skip", marker=marker)
 
 
 def shaded(points: Floats, triangles: Ints, strain: Floats, top: float) -> NDArray[np.uint8]:
-    """Colour of every point, shape (n, 3): that of its strain, darker where the wall turns away from a still light.
+    """Colour every point by its strain, darker if the wall faces away from a fixed light; shape (n, 3).
 
     Parameters
     ----------
@@ -150,17 +193,3 @@ def shaded(points: Floats, triangles: Ints, strain: Floats, top: float) -> NDArr
     at = np.clip(strain / top, 0.0, 1.0) * (len(HEAT) - 1)
     colour = np.column_stack([np.interp(at, np.arange(len(HEAT)), channel) for channel in stops.T])
     return np.clip(colour * (0.5 + 0.62 * lit**1.5)[:, None], 0, 255).round().astype(np.uint8)
-
-
-def read_tube(path: Path) -> str:
-    """Read a stored tube and give its view.
-
-    Raises
-    ------
-    OSError, ValueError
-        No such file, or not a tube.
-    """
-    try:
-        return tube_view(json.loads(path.read_text(encoding="utf-8")))
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"not a tube: {error}") from None

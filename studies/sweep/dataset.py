@@ -1,4 +1,4 @@
-"""The dataset of a study: one labelled xarray dataset in Zarr, written from the store when the cases are there."""
+"""The dataset of a study: one labelled xarray dataset in Zarr, written from the store after the cases have run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 import math
 import shutil
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice, product
 from pathlib import Path
 from typing import Any
@@ -15,17 +15,21 @@ import numpy as np
 import xarray as xr
 import zarr
 
-from studies.sweep.cases import QUANTITIES, Outcome, Quantity, StudyError, quantity_names
-from studies.sweep.inputs import code_version, versions
+from hysteresis.plain import to_plain
+from studies.results.study import Extreme, Extremes
+from studies.sweep.cases import Outcome
+from studies.sweep.code import code_version, versions
+from studies.sweep.errors import DiskFullError, StudyError
 from studies.sweep.plan import Grid, Plan, cases
-from studies.sweep.store import DiskFullError, Store
+from studies.sweep.quantities import QUANTITIES, Quantity, quantity_names
+from studies.sweep.store import Store
 from studies.sweep.study_file import Study
 from studies.units import unit_of
 
 ZARR = "study.zarr"
 PENDING = "pending"  # status of a case that an interrupted study has not reached
-BLOCK = 4096  # cases that are held at a time, and make a chunk of the dataset
-REASONS = 20  # of failures that are told apart; a message may have the values of its case in it
+BLOCK = 4096  # cases that are held in memory at a time; also the size of a chunk of the dataset
+REASONS = 20  # of failures that are counted; a message may contain the values of its case
 
 _TEXTS = {
     "status": "ok, failed, or pending where the study was interrupted",
@@ -35,18 +39,18 @@ _TEXTS = {
 
 @dataclass
 class Overview:
-    """What is in a dataset, gathered while it is written.
+    """Summary of a dataset, collected while it is written.
 
-    ``status`` counts the cases, ``messages`` those that failed by their reason, the first :data:`REASONS` reasons met.
-    ``ends`` are the least and the largest value of each quantity that is known anywhere, and the point where it is.
+    ``status`` counts the cases, ``messages`` the failed ones by reason, for the first :data:`REASONS` reasons.
+    ``extremes`` has the minimum and maximum of each quantity that is known for any case, and the points where they are.
     """
 
     status: dict[str, int] = field(default_factory=lambda: {"ok": 0, "failed": 0, PENDING: 0})
     messages: dict[str, int] = field(default_factory=dict)
-    ends: dict[str, dict[str, Any]] = field(default_factory=dict)
+    extremes: dict[str, Extremes] = field(default_factory=dict)
 
-    def see(self, point: Mapping[str, float], outcome: Outcome | None) -> None:
-        """Take in what became of a case, None where it is not there."""
+    def add(self, point: Mapping[str, float], outcome: Outcome | None) -> None:
+        """Add the outcome of a case, None if it has not run."""
         self.status[PENDING if outcome is None else outcome.status] += 1
         if outcome is None:
             return
@@ -55,22 +59,24 @@ class Overview:
         for name, value in outcome.quantities.items():
             if not math.isfinite(value):
                 continue
-            row = self.ends.setdefault(name, {"units": QUANTITIES[name].units})
-            for word, sign in (("min", 1), ("max", -1)):
-                if word not in row or sign * value < sign * row[word]["value"]:
-                    row[word] = {"value": value, "at": dict(point)}
+            here, known = Extreme(value, dict(point)), self.extremes.get(name)
+            self.extremes[name] = Extremes(
+                QUANTITIES[name].units,
+                here if known is None or value < known.min.value else known.min,
+                here if known is None or value > known.max.value else known.max,
+            )
 
 
 def write_dataset(study: Study, plan: Plan, store: Store, folder: Path) -> Overview:
-    """Write the cases of a plan from the store into ``study.zarr``; those that are not there are NaN and ``pending``.
+    """Write the cases of a plan from the store into ``study.zarr``; missing ones are NaN and ``pending``.
 
-    It is written whole or not at all: beside its place first, then renamed. What was there is replaced. No more than
-    :data:`BLOCK` cases are held at a time.
+    The dataset is written whole or not at all: to a temporary folder, which then replaces the old one. At most
+    :data:`BLOCK` cases are held in memory.
 
     Raises
     ------
     DiskFullError
-        No room; the dataset that was there stays.
+        No room; the old dataset is kept.
     """
     target, part, old = folder / ZARR, folder / f".{ZARR}.part", folder / f".{ZARR}.old"
     try:
@@ -90,12 +96,12 @@ def write_dataset(study: Study, plan: Plan, store: Store, folder: Path) -> Overv
 
 
 def _empty(study: Study, plan: Plan, path: Path) -> zarr.Group:
-    """Make the dataset with its coordinates and attributes, and arrays for the cases, in chunks of a block each."""
+    """Make the dataset with its coordinates and attributes, and an array for each quantity, in chunks of one block."""
     dims, coords = _coordinates(study, plan)
     xr.Dataset(coords=coords, attrs=_attributes(study)).to_zarr(path, mode="w", zarr_format=3, consolidated=False)
     group = zarr.open_group(path, mode="r+")
     facts = {name: QUANTITIES[name] for name in quantity_names(study.engine, study.groups)}
-    for name, quantity in (facts | {"wall_s": Quantity("s", "time that the case took")}).items():
+    for name, quantity in (facts | {"wall_s": Quantity("s", "computing time of the case")}).items():
         group.create_array(
             name, shape=plan.shape, chunks=block_shape(plan.shape, BLOCK), dtype="float64", fill_value=np.nan,
             dimension_names=dims, attributes={"units": quantity.units, "long_name": quantity.long_name},
@@ -118,7 +124,7 @@ def _fill(group: zarr.Group, study: Study, plan: Plan, store: Store) -> Overview
         texts["status"][:] = PENDING
         for i, case in enumerate(islice(rest, math.prod(shape))):
             found = store.find(case.key)
-            overview.see(case.values, found)
+            overview.add(case.values, found)
             if found is None:
                 continue
             for name in names:
@@ -131,7 +137,7 @@ def _fill(group: zarr.Group, study: Study, plan: Plan, store: Store) -> Overview
 
 
 def block_shape(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
-    """Shape of the largest blocks of at most ``most`` cases that follow each other in the order of the cases."""
+    """Give the shape of the largest blocks of at most ``most`` cases that are consecutive in the order of the cases."""
     out, inner = list[int](), 1
     for size in reversed(shape):
         out.append(max(1, min(size, most // inner)))
@@ -140,7 +146,7 @@ def block_shape(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
 
 
 def blocks(shape: tuple[int, ...], most: int) -> Iterator[tuple[slice, ...]]:
-    """Regions of :func:`block_shape` that make up the shape, in the order of the cases."""
+    """Divide a shape into regions of :func:`block_shape`, in the order of the cases."""
     sides = (range(0, n, k) for n, k in zip(shape, block_shape(shape, most), strict=True))
     for start in product(*sides):
         yield tuple(
@@ -149,7 +155,7 @@ def blocks(shape: tuple[int, ...], most: int) -> Iterator[tuple[slice, ...]]:
 
 
 def _coordinates(study: Study, plan: Plan) -> tuple[list[str], dict[str, Any]]:
-    """Dims, and coordinates with their units: an axis each in a grid, all along ``case`` in a sample."""
+    """Give dimensions, and coordinates with their units: one dimension an axis in a grid, ``case`` in a sample."""
     facts = {axis.name: {"units": unit_of(axis.name) or "1", "long_name": axis.name} for axis in study.axes}
     if isinstance(plan, Grid):
         dims = [axis.name for axis in plan.axes]
@@ -160,8 +166,9 @@ def _coordinates(study: Study, plan: Plan) -> tuple[list[str], dict[str, Any]]:
     }
 
 
-def _attributes(study: Study) -> dict[str, Any]:
-    """Everything that the numbers depend on; times of day are left out, so that a study made again is the same."""
+def _attributes(study: Study) -> dict[str, int | str | list[str]]:
+    """Give everything that the numbers depend on; no times of day, so that a repeated study is identical."""
+    program = replace(study.tables.program, drive_mm=None, time_s=None)  # those of a file are in its copy
     return {
         "schema": 1,
         "title": study.title,
@@ -169,8 +176,8 @@ def _attributes(study: Study) -> dict[str, Any]:
         "groups": list(study.groups),
         "seed": study.seed if study.sample is None else study.sample.seed,
         "study": study.text,
-        "rig": json.dumps(study.rig, sort_keys=True),
-        "program": json.dumps({k: v for k, v in study.program.items() if k not in ("drive_mm", "time_s")}),
+        "rig": json.dumps(study.tables.rig, sort_keys=True),
+        "program": json.dumps(to_plain(program)),
         "versions": json.dumps(versions(study.engine)),
         "code_sha256": code_version(study.engine),
         "inputs_sha256": json.dumps({path.name: digest for path, digest in study.inputs.items()}),
@@ -178,7 +185,7 @@ def _attributes(study: Study) -> dict[str, Any]:
 
 
 def open_study(folder: Path) -> xr.Dataset:
-    """Open the dataset of a study's folder; numbers are read when they are used.
+    """Open the dataset in a study's folder; numbers are read when they are used.
 
     Raises
     ------
@@ -186,10 +193,10 @@ def open_study(folder: Path) -> xr.Dataset:
         A folder without one.
     """
     path = folder / ZARR
-    if not path.exists():  # killed between the two renames
+    if not path.exists():  # the process was killed between the two renames
         path = folder / f".{ZARR}.old"
     if not path.exists():
         raise StudyError(f"{folder / ZARR}: no such file or directory: expected the dataset of `notchbend study`")
-    data = xr.open_zarr(path, consolidated=False, chunks=None)  # plain arrays: there is little to be had by Dask here
-    # texts as Python's: numpy's own text type knows no NaN, which `where` fills with
+    data = xr.open_zarr(path, consolidated=False, chunks=None)  # plain arrays: Dask would not pay here
+    # Python's strings: numpy's string type has no NaN, which `where` fills with
     return data.assign({name: data[name].astype(object) for name in ("status", "message")})

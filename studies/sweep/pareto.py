@@ -1,42 +1,52 @@
-"""Designs that no other beats: NSGA-II (doi 10.1109/4235.996017, as in pymoo) over the ranges of a study's axes."""
+"""Pareto-optimal designs: NSGA-II (doi 10.1109/4235.996017, as in pymoo) over the ranges of a study's axes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 from pymoo.termination import get_termination
 from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 
-from hysteresis.arrays import Floats
-from studies.sweep.cases import QUANTITIES, Outcome, StudyError
+from hysteresis.arrays import Floats, Ints
+from studies.results.study import Bounds, Objective, ParetoFront
+from studies.sweep.cases import Outcome
+from studies.sweep.errors import StudyError
 from studies.sweep.plan import on_axes
+from studies.sweep.quantities import QUANTITIES
 from studies.sweep.study_file import Axis, Limit, Pareto, Study
 
 Evaluate = Callable[[list[Mapping[str, float]]], Sequence[Outcome | None]]
-_WORST = 1e30  # of a case that failed: it is out by its constraint anyway, but the search wants numbers
+_WORST = 1e30  # objective of a failed case: its constraint excludes it, but the search needs a number
 
 
-def pareto(study: Study, evaluate: Evaluate) -> dict[str, Any]:
-    """Contents of ``pareto.json``: the front of all designs that were tried and keep their limits.
+@dataclass(frozen=True)
+class Design:
+    """A design that was tried: its variables and its quantities by name."""
 
-    A design is left out where another is at least as good in all objectives and better in one. Axes that are not
+    values: Mapping[str, float]
+    quantities: Mapping[str, float]
+
+
+def pareto(study: Study, evaluate: Evaluate) -> ParetoFront:
+    """Search for the Pareto front of the designs that keep the limits.
+
+    A design is dominated if another is at least as good in all objectives and better in one. Axes that are not
     variables of the search stay at the middle of their range.
 
     Raises
     ------
     StudyError
-        No design that keeps the limits.
+        No design keeps the limits.
     """
     assert study.pareto is not None
     asked = study.pareto
     axes = [axis for axis in study.axes if axis.name in asked.variables]
     fixed = {axis.name: _middle(axis) for axis in study.axes if axis.name not in asked.variables}
-    tried = dict[tuple[float, ...], dict[str, Any]]()
+    tried = dict[tuple[float, ...], Design]()
     search = NSGA2(pop_size=asked.population)
     size = {"n_obj": len(asked.objectives), "n_ieq_constr": 1 + len(_bounds(asked.limits))}
     search.setup(
@@ -50,13 +60,13 @@ def pareto(study: Study, evaluate: Evaluate) -> dict[str, Any]:
         found = list(evaluate([{**fixed, **point} for point in points]))
         scores = [_scored(asked, outcome) for outcome in found]
         population.set("F", np.array([f for f, _ in scores]), "G", np.array([g for _, g in scores]))
-        # told to the search without a further evaluation
+        # marked as evaluated, so that the search does not evaluate them again
         for individual in population:
             individual.evaluated.update({"F", "G", "H"})
         search.tell(infills=population)
         for point, outcome, (_, violations) in zip(points, found, scores, strict=True):
             if outcome is not None and max(violations) <= 0:
-                tried[tuple(point.values())] = {"values": point, "quantities": outcome.quantities}
+                tried[tuple(point.values())] = Design(point, outcome.quantities)
     return _result(study, asked, fixed, tried)
 
 
@@ -66,7 +76,7 @@ def _middle(axis: Axis) -> float:
 
 
 def _bounds(limits: Sequence[Limit]) -> list[tuple[str, float, float]]:
-    """Limits as (quantity, sign, bound): sign (value - bound) <= 0."""
+    """Give the limits as (quantity, sign, bound), with sign (value - bound) <= 0."""
     return [
         (limit.quantity, sign, bound)
         for limit in limits
@@ -76,7 +86,7 @@ def _bounds(limits: Sequence[Limit]) -> list[tuple[str, float, float]]:
 
 
 def _scored(asked: Pareto, outcome: Outcome | None) -> tuple[list[float], list[float]]:
-    """Objectives, all to be minimised, and constraints, kept where at most 0; the first is that the case is well."""
+    """Give objectives, all to be minimised, and constraints, met if at most 0; the first one is that the case is ok."""
     bounds = _bounds(asked.limits)
     if outcome is None or outcome.status != "ok":
         return [_WORST] * len(asked.objectives), [1.0] + [_WORST] * len(bounds)
@@ -88,34 +98,35 @@ def _scored(asked: Pareto, outcome: Outcome | None) -> tuple[list[float], list[f
     return goals, [0.0, *kept]
 
 
-def front(goals: Floats) -> NDArray[np.int64]:
-    """Rows of (n, objectives), all to be minimised, that no other row dominates."""
+def front(goals: Floats) -> Ints:
+    """Find the rows of (n, objectives), all to be minimised, that no other row dominates."""
     return np.sort(np.asarray(NonDominatedSorting().do(goals, only_non_dominated_front=True), dtype=np.int64))
 
 
 def _result(
-    study: Study, asked: Pareto, fixed: Mapping[str, float], tried: Mapping[tuple[float, ...], dict[str, Any]]
-) -> dict[str, Any]:
+    study: Study, asked: Pareto, fixed: Mapping[str, float], tried: Mapping[tuple[float, ...], Design]
+) -> ParetoFront:
     if not tried:
         raise StudyError(f"{study.path}: pareto.limits: no design keeps them: expected wider limits or ranges")
     designs = [tried[key] for key in sorted(tried)]
     signs = np.array([1.0 if goal == "min" else -1.0 for _, goal in asked.objectives])
-    goals = signs * np.array([[d["quantities"][name] for name, _ in asked.objectives] for d in designs])
-    return {
-        "schema": 1,
-        "engine": study.engine,
-        "objectives": {n: {"goal": goal, "units": QUANTITIES[n].units} for n, goal in asked.objectives},
-        "limits": {limit.quantity: {"min": limit.low, "max": limit.high} for limit in asked.limits},
-        "variables": {a.name: [a.low, a.high] for a in study.axes if a.name in asked.variables},
-        "fixed": dict(fixed),
-        "population": asked.population,
-        "generations": asked.generations,
-        "seed": asked.seed,
-        "designs_tried": asked.population * asked.generations,
-        "designs_feasible": len(designs),
-        "front": [
-            designs[i]["values"]
-            | {name: None if not np.isfinite(v) else v for name, v in designs[i]["quantities"].items()}
-            for i in front(goals)
-        ],
-    }
+    goals = signs * np.array([[d.quantities[name] for name, _ in asked.objectives] for d in designs])
+    return ParetoFront(
+        engine=study.engine,
+        objectives={n: Objective(goal, QUANTITIES[n].units) for n, goal in asked.objectives},
+        limits={limit.quantity: Bounds(limit.low, limit.high) for limit in asked.limits},
+        variables={a.name: (a.low, a.high) for a in study.axes if a.name in asked.variables},
+        fixed=fixed,
+        population=asked.population,
+        generations=asked.generations,
+        seed=asked.seed,
+        designs_tried=asked.population * asked.generations,
+        designs_feasible=len(designs),
+        front=tuple(_row(designs[i]) for i in front(goals)),
+    )
+
+
+def _row(design: Design) -> Mapping[str, float | None]:
+    """Give variables and quantities of a design, None for a quantity that is not finite."""
+    quantities = {name: v if np.isfinite(v) else None for name, v in design.quantities.items()}
+    return {**design.values, **quantities}

@@ -1,4 +1,4 @@
-"""The points of a study: every combination of a grid, or a sample over the ranges. Cases are made one by one."""
+"""The points of a study: every combination of a grid, or a sample over the ranges. Cases are made one at a time."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
 
 from fem_models.rig.checks import RigError
 from hysteresis.arrays import Floats
-from studies.sweep.inputs import key_of, with_values
-from studies.sweep.study_file import Axis, Sample, Study
+from studies.results.study import Sample
+from studies.sweep.inputs import CaseInputs, key_of, with_values
+from studies.sweep.study_file import Axis, Study
 
 
 @dataclass(frozen=True)
 class Case:
-    """A point of a study, and what a worker needs to run it; ``key`` is the sha256 of that."""
+    """A point of a study, and what a worker computes it from; ``key`` is the sha256 of the latter."""
 
     key: str
     values: Mapping[str, float]
-    inputs: Mapping[str, Any]
+    inputs: CaseInputs
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Every combination of the values of all axes, the last axis the fastest."""
+    """Every combination of the values of all axes; the last axis varies fastest."""
 
     axes: tuple[Axis, ...]
 
@@ -42,7 +42,7 @@ class Grid:
         return math.prod(self.shape)
 
     def points(self) -> Iterator[dict[str, float]]:
-        """Values by name."""
+        """Give the points, values by name."""
         names = [axis.name for axis in self.axes]
         return (dict(zip(names, values, strict=True)) for values in product(*(axis.values for axis in self.axes)))
 
@@ -63,7 +63,7 @@ class Spread:
         return len(self.rows)
 
     def points(self) -> Iterator[dict[str, float]]:
-        """Values by name."""
+        """Give the points, values by name."""
         return (dict(zip(self.names, row.tolist(), strict=True)) for row in self.rows)
 
 
@@ -81,18 +81,18 @@ def plan_of(study: Study) -> Plan:
 def unit_points(sample: Sample, dimensions: int) -> Floats:
     """Draw points of the unit cube, shape (count, dimensions).
 
-    A Sobol sample of more points begins with the same points, so that a widened study keeps its cases; a Latin
-    hypercube of another count is another one.
+    A larger Sobol sample begins with the same points, so that an extended study keeps its cases; a Latin hypercube of
+    another count has other points.
     """
     if sample.method == "sobol":
-        with warnings.catch_warnings():  # of counts that are no power of two: said in the documentation
+        with warnings.catch_warnings():  # about counts that are no power of two: the documentation says it
             warnings.simplefilter("ignore", UserWarning)
             return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=sample.seed).random(sample.count))
     return np.asarray(qmc.LatinHypercube(dimensions, rng=sample.seed).random(sample.count))
 
 
 def on_axes(axes: Sequence[Axis], unit: Floats) -> Floats:
-    """Stretch points of the unit cube to the ranges of the axes; whole numbers come up equally often."""
+    """Scale points of the unit cube to the ranges of the axes; whole numbers are equally frequent."""
     columns = []
     for axis, u in zip(axes, unit.T, strict=True):
         if axis.whole:
@@ -104,12 +104,13 @@ def on_axes(axes: Sequence[Axis], unit: Floats) -> Floats:
 
 def cases(study: Study, points: Iterable[Mapping[str, float]]) -> Iterator[Case]:
     """Make the cases of points, one at a time."""
-    base = {"rig": dict(study.rig), "program": dict(study.program)}
     seed = study.seed if "bouc-wen" in study.groups else 0  # nothing else in a case is random
-    settings: dict[str, Any] = {"engine": study.engine, "groups": sorted(study.groups), "seed": seed}
+    groups = tuple(sorted(study.groups))
     for values in points:
+        tables, refused = study.tables, None
         try:
-            inputs: dict[str, Any] = with_values(base, values) | settings
-        except RigError:  # a derived number that cannot be: the worker meets the same and says so
-            inputs = {**base, "values": dict(values), **settings}
+            tables = with_values(study.tables, values)
+        except RigError:  # a derived number that is not possible: the worker meets the same error and reports it
+            refused = dict(values)
+        inputs = CaseInputs(tables.rig, tables.program, study.engine, groups, seed, refused)
         yield Case(key_of(inputs), values, inputs)

@@ -1,4 +1,4 @@
-"""Sobol indices of the quantities of a study: which varied number decides, alone and with the others.
+"""Sobol indices of the quantities of a study: the influence of each varied number, alone and with the others.
 
 First-order and total indices by Saltelli's sample and estimators (doi 10.1016/j.cpc.2009.09.018) as in SALib, with
 bootstrap intervals.
@@ -7,19 +7,28 @@ bootstrap intervals.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from SALib.analyze import sobol as analysis
 from SALib.sample import sobol as sampling
 
 from hysteresis.arrays import Floats
-from studies.sweep.cases import QUANTITIES
+from studies.results.study import AxisIndices, Index, QuantityIndices, Sensitivities
 from studies.sweep.plan import Spread, cases, on_axes
+from studies.sweep.quantities import QUANTITIES
 from studies.sweep.store import Store
 from studies.sweep.study_file import Axis, Sensitivity, Study
 
-CONSTANT = 1e-9  # of its size: a quantity that changes by less has no indices
+CONSTANT = 1e-9  # relative: a quantity that varies by less has no indices
+
+
+class Problem(TypedDict):
+    """What SALib calls a problem: the axes, here all from 0 to 1."""
+
+    num_vars: int
+    names: list[str]
+    bounds: list[list[float]]
 
 
 def saltelli_plan(axes: Sequence[Axis], asked: Sensitivity) -> Spread:
@@ -28,25 +37,26 @@ def saltelli_plan(axes: Sequence[Axis], asked: Sensitivity) -> Spread:
     return Spread(tuple(axis.name for axis in axes), on_axes(axes, unit))
 
 
-def _problem(axes: Sequence[Axis]) -> dict[str, Any]:
+def _problem(axes: Sequence[Axis]) -> Problem:
     return {"num_vars": len(axes), "names": [axis.name for axis in axes], "bounds": [[0.0, 1.0]] * len(axes)}
 
 
-def indices(axes: Sequence[Axis], values: Floats, asked: Sensitivity) -> dict[str, Any] | None:
-    """Sobol indices of one quantity.
+def indices(axes: Sequence[Axis], values: Floats, asked: Sensitivity, units: str = "") -> QuantityIndices | None:
+    """Compute the Sobol indices of one quantity.
 
-    A block with a case that failed is left out whole, which keeps the estimators unbiased where failures are few and
-    not so where they make up a corner of the ranges: ``blocks`` says how many are left.
+    A block with a failed case is left out. The estimators stay unbiased if few cases fail; they are biased if a whole
+    corner of the ranges fails. ``blocks`` of the result counts the complete blocks.
 
     Parameters
     ----------
     values
         Shape (count (axes + 2),), in the order of :func:`saltelli_plan`.
+    units
+        Of the quantity.
 
     Returns
     -------
-        By axis ``first`` and ``total``, each with ``value``, ``low``, ``high``; None for a quantity that does not
-        change, or with fewer than 4 whole blocks.
+        First-order and total index by axis; None for a constant quantity, or with fewer than 4 complete blocks.
     """
     blocks = values.reshape(asked.count, len(axes) + 2)
     good = blocks[np.isfinite(blocks).all(axis=1)]
@@ -57,20 +67,21 @@ def indices(axes: Sequence[Axis], values: Floats, asked: Sensitivity) -> dict[st
         conf_level=asked.confidence, seed=asked.seed,
     )  # fmt: skip
     rows = {
-        axis.name: {
-            word: {"value": float(v), "low": float(v - half), "high": float(v + half)}
-            for word, v, half in (
-                ("first", found["S1"][i], found["S1_conf"][i]),
-                ("total", found["ST"][i], found["ST_conf"][i]),
-            )
-        }
+        axis.name: AxisIndices(
+            _index(found["S1"][i], found["S1_conf"][i]),
+            _index(found["ST"][i], found["ST_conf"][i]),
+        )
         for i, axis in enumerate(axes)
     }
-    return {"indices": rows, "blocks": len(good), "variance": float(np.var(good[:, [0, -1]]))}
+    return QuantityIndices(units, rows, len(good), float(np.var(good[:, [0, -1]])))
 
 
-def sensitivity(study: Study, plan: Spread, store: Store) -> dict[str, Any]:
-    """Contents of ``sensitivity.json``: indices of each quantity that changes and is known."""
+def _index(value: float, half: float) -> Index:
+    return Index(float(value), float(value - half), float(value + half))
+
+
+def sensitivity(study: Study, plan: Spread, store: Store) -> Sensitivities:
+    """Compute the indices of every quantity that varies and is known."""
     assert study.sensitivity is not None
     asked = study.sensitivity
     table = np.full((len(asked.quantities), len(plan)), np.nan)
@@ -78,16 +89,20 @@ def sensitivity(study: Study, plan: Spread, store: Store) -> dict[str, Any]:
         found = store.find(case.key)
         if found is not None and found.status == "ok":
             table[:, i] = [found.quantities[name] for name in asked.quantities]
-    rows = {name: indices(study.axes, row, asked) for name, row in zip(asked.quantities, table, strict=True)}
-    return {
-        "schema": 1,
-        "engine": study.engine,
-        "count": asked.count,
-        "cases": len(plan),
-        "seed": asked.seed,
-        "confidence": asked.confidence,
-        "resamples": asked.resamples,
-        "ranges": {axis.name: [axis.low, axis.high] for axis in study.axes},
-        "quantities": {n: {"units": QUANTITIES[n].units} | found for n, found in rows.items() if found is not None},
-        "without_indices": [name for name, found in rows.items() if found is None],
+    rows = {
+        name: indices(study.axes, row, asked, QUANTITIES[name].units)
+        for name, row in zip(asked.quantities, table, strict=True)
     }
+    return Sensitivities(
+        engine=study.engine,
+        count=asked.count,
+        cases=len(plan),
+        seed=asked.seed,
+        confidence=asked.confidence,
+        resamples=asked.resamples,
+        ranges={axis.name: (axis.low, axis.high) for axis in study.axes},
+        quantities={name: found for name, found in rows.items() if found is not None},
+        without_indices=tuple(name for name, found in rows.items() if found is None),
+        computed=0,
+        from_store=0,
+    )

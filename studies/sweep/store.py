@@ -1,7 +1,7 @@
-"""Cases as they finish, in one SQLite file that outlives a kill, a crash of the machine and a full disk.
+"""Finished cases in one SQLite file, which survives a killed process, a crash of the machine and a full disk.
 
-Only the process that runs the study writes. Each answer of a worker is one transaction, with the cases that are handed
-out next: what is not yet there when the process dies is, at most, what was in flight.
+Only the process that runs the study writes. Each answer of a worker is one transaction, together with the cases that
+are handed out next: if the process dies, at most the cases in flight are lost.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ import math
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from studies.sweep.cases import Outcome, StudyError
+from studies.sweep.cases import Outcome
+from studies.sweep.errors import DiskFullError, StudyError
 
 FILE = "cases.sqlite"
 _TABLE = """
@@ -22,7 +23,7 @@ CREATE TABLE IF NOT EXISTS cases (
     key TEXT PRIMARY KEY,      -- sha256 of the inputs
     point TEXT NOT NULL,       -- JSON: what was varied
     status TEXT NOT NULL,      -- running, ok or failed; running after the end of a study: it was killed
-    attempts INTEGER NOT NULL, -- how often it was handed to a worker
+    attempts INTEGER NOT NULL, -- how often it was handed out
     message TEXT NOT NULL DEFAULT '',
     wall_s REAL,
     quantities TEXT            -- JSON; Python writes floats so that they read back to the last bit
@@ -30,14 +31,22 @@ CREATE TABLE IF NOT EXISTS cases (
 """
 
 
+@dataclass(frozen=True)
+class Counts:
+    """Number of cases by status, and how often cases were handed out in all."""
+
+    by_status: dict[str, int]
+    attempts: int
+
+
 class Store:
-    """The cases of a folder; one process at a time holds it. See :func:`open_store`."""
+    """The cases of a folder; one process at a time can open it. See :func:`open_store`."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / FILE
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            # a journal that is undone needs no room on the disk, unlike a write-ahead log that has to be merged
+            # unlike a write-ahead log, which has to be merged, a rollback journal needs no room on the disk
             self._db = sqlite3.connect(self.path, isolation_level=None, timeout=0.0)
             for setting in ("locking_mode = EXCLUSIVE", "journal_mode = TRUNCATE", "synchronous = FULL"):
                 self._db.execute(f"PRAGMA {setting}").fetchall()
@@ -49,17 +58,17 @@ class Store:
             raise StudyError(f"{folder}: {error.strerror}: expected a folder that can be written to") from None
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._db.close()
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """Keep all that the block writes, or nothing of it.
+        """Keep everything that the block writes, or nothing of it.
 
         Raises
         ------
         StudyError
-            A full disk, or another study that holds the file; what was stored before stays.
+            A full disk, or a file in use by another study; what was stored before is kept.
         """
         try:
             self._db.execute("BEGIN IMMEDIATE")
@@ -74,7 +83,7 @@ class Store:
             raise self._explain(error) from None
 
     def hand_out(self, cases: Iterable[tuple[str, Mapping[str, float]]]) -> None:
-        """Note cases that go to a worker, by key and point."""
+        """Record the cases that go to a worker, by key and point."""
         self._db.executemany(
             "INSERT INTO cases (key, point, status, attempts) VALUES (?, ?, 'running', 1) "
             "ON CONFLICT (key) DO UPDATE SET status = 'running', attempts = attempts + 1",
@@ -82,14 +91,14 @@ class Store:
         )
 
     def keep(self, outcomes: Iterable[Outcome]) -> None:
-        """Store what became of cases that were handed out."""
+        """Store the outcomes of cases that were handed out."""
         self._db.executemany(
             "UPDATE cases SET status = ?, message = ?, wall_s = ?, quantities = ? WHERE key = ?",
             [(o.status, o.message, o.wall_s, json.dumps(o.quantities), o.key) for o in outcomes],
         )
 
     def find(self, key: str) -> Outcome | None:
-        """Give a case that is finished, well or not; None where it is not there or was in flight."""
+        """Give a finished case, ok or failed; None if it is not there or was in flight."""
         try:
             row = self._db.execute(
                 "SELECT status, message, wall_s, quantities FROM cases WHERE key = ? AND status != 'running'", (key,)
@@ -102,11 +111,11 @@ class Store:
         # SQLite keeps no NaN: the time of a case whose worker died
         return Outcome(key, status, message, math.nan if wall_s is None else wall_s, json.loads(quantities))
 
-    def counts(self) -> dict[str, Any]:
-        """Count the cases by status, and how often cases were handed out, all together."""
+    def counts(self) -> Counts:
+        """Count the cases."""
         by_status = dict(self._db.execute("SELECT status, COUNT(*) FROM cases GROUP BY status").fetchall())
         (attempts,) = self._db.execute("SELECT COALESCE(SUM(attempts), 0) FROM cases").fetchone()
-        return {"by_status": by_status, "attempts": attempts}
+        return Counts(by_status, attempts)
 
     def _explain(self, error: sqlite3.Error) -> StudyError:
         name = getattr(error, "sqlite_errorname", "")
@@ -114,18 +123,14 @@ class Store:
             return StudyError(f"{self.path}: in use: expected no other study running in this folder")
         if name.startswith(("SQLITE_FULL", "SQLITE_IOERR")):
             return DiskFullError(
-                f"{self.path}: {error}: expected room; what is stored stays, run the study again to go on"
+                f"{self.path}: {error}: expected room; the stored cases are kept, run the study again to go on"
             )
         return StudyError(f"{self.path}: {error}: expected the store of a study")
 
 
-class DiskFullError(StudyError):
-    """No room for what was found; all that was stored before is there."""
-
-
 @contextmanager
 def open_store(folder: Path) -> Iterator[Store]:
-    """Open the store of a folder; it is made where it is missing."""
+    """Open the store of a folder; it is created if it is missing."""
     store = Store(folder)
     try:
         yield store

@@ -1,22 +1,24 @@
-"""STUDY.toml: what is varied, on which rig and program, by which engine, and what is asked for."""
+"""STUDY.toml: what is varied, on which rig and load program, with which engine, and what is computed."""
 
 from __future__ import annotations
 
 import hashlib
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from fem_models.rig.checks import RigError
 from fem_models.rig.presets import preset
 from fem_models.rig.rig_file import read_rig
 from hysteresis.record import RecordError
 from studies.engines import program_of_file
-from studies.sweep.cases import ENGINE_GROUPS, GROUPS, StudyError, quantity_names
-from studies.sweep.inputs import FIELDS, clash, with_values
+from studies.results.study import Goal, Sample
+from studies.sweep.errors import StudyError
+from studies.sweep.inputs import FIELDS, CaseTables, ProgramTable, clash, with_values
+from studies.sweep.quantities import ENGINE_GROUPS, GROUPS, quantity_names
 
 METHODS = ("sobol", "latin-hypercube")
 MAX_CASES = 1_000_000
@@ -25,22 +27,13 @@ _TOP = ("schema", "title", "engine", "seed", "rig", "program", "vary", "sample",
 
 @dataclass(frozen=True)
 class Axis:
-    """A field that is varied: its ``values`` in a grid, or its range alone (``values`` empty) where it is sampled."""
+    """A number that is varied: its ``values`` in a grid, or only its range (``values`` empty) in a sample."""
 
     name: str
     values: tuple[float, ...]
     low: float
     high: float
     whole: bool
-
-
-@dataclass(frozen=True)
-class Sample:
-    """Points spread over the ranges of all axes, in place of a grid."""
-
-    method: str
-    count: int
-    seed: int
 
 
 @dataclass(frozen=True)
@@ -56,7 +49,7 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Limit:
-    """A quantity that a design must keep within; None is no limit."""
+    """Bounds of a quantity that a design must keep; None is no bound."""
 
     quantity: str
     low: float | None
@@ -65,9 +58,9 @@ class Limit:
 
 @dataclass(frozen=True)
 class Pareto:
-    """Search of designs that no other beats: ``objectives`` are quantities with their goal, min or max."""
+    """Search for Pareto-optimal designs: ``objectives`` are quantities with their goal, min or max."""
 
-    objectives: tuple[tuple[str, str], ...]
+    objectives: tuple[tuple[str, Goal], ...]
     limits: tuple[Limit, ...]
     variables: tuple[str, ...]
     population: int
@@ -77,10 +70,10 @@ class Pareto:
 
 @dataclass(frozen=True)
 class Study:
-    """A study as its file asks for it.
+    """A study as its file describes it.
 
-    ``rig`` and ``program`` are the tables that every case starts from, plain values; ``inputs`` are the files that
-    were read, the study's own first.
+    Every case starts from ``tables``. ``inputs`` are the files that were read, with their sha256; the study file is the
+    first.
     """
 
     path: Path
@@ -88,8 +81,7 @@ class Study:
     title: str
     engine: str
     seed: int
-    rig: Mapping[str, Any]
-    program: Mapping[str, Any]
+    tables: CaseTables
     axes: tuple[Axis, ...]
     groups: tuple[str, ...]
     sample: Sample | None
@@ -99,12 +91,12 @@ class Study:
 
 
 def ready_studies() -> dict[str, Path]:
-    """Studies that ship with the package, by name."""
+    """Give the studies that ship with the package, by name."""
     return {path.stem: path for path in sorted((Path(__file__).parent / "ready").glob("*.toml"))}
 
 
 def read_study(name: Path, *, seed: int | None = None) -> Study:
-    """Read a study file, or a ready study by its name; ``seed`` stands in place of all seeds of the file.
+    """Read a study file, or a ready study by its name; ``seed`` replaces all seeds of the file.
 
     Raises
     ------
@@ -129,7 +121,7 @@ def read_study(name: Path, *, seed: int | None = None) -> Study:
 
 
 class _Table:
-    """A table of the file; what is taken from it is checked, and said with its dotted name where it is wrong."""
+    """A table of the file, with checked access to its values; errors name them by their dotted names."""
 
     def __init__(self, name: str, data: object, known: Sequence[str] | None) -> None:
         if not isinstance(data, Mapping):
@@ -178,6 +170,10 @@ class _Table:
         return value
 
 
+SeedOf = Callable[[_Table], int]
+"""The seed of a table: its own, that of the file, or the one given."""
+
+
 def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
     if top.data.get("schema") != 1:
         raise top.complain("schema", "1")
@@ -189,14 +185,13 @@ def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
         return own if given_seed is None else given_seed
 
     inputs: dict[Path, str] = {path: _sha256(path)}
-    rig = _rig(path, top.table("rig"), inputs)
-    program = _program(path, top.table("program", "amplitude_mm", "cycles", "step_mm", "rate_Hz", "file"), inputs)
+    tables = _tables(path, top, inputs)
     sample = _sample(top, seed)
     axes = _axes(top.table("vary"), sampled=sample is not None)
     names = [axis.name for axis in axes]
     if (found := clash(names)) is not None:
         raise StudyError(f"vary.{found[0]}: expected not beside {found[1]}, which it sets as well")
-    if "drive_mm" in program and any(name.startswith("program.") for name in names):
+    if tables.program.drive_mm is not None and any(name.startswith("program.") for name in names):
         raise StudyError(f"program.file = {top.data['program']['file']!r}: expected absent where the program is varied")
     _require_different_names(inputs)
     groups = top.table("quantities", "groups").texts("groups", ENGINE_GROUPS[engine][:2], tuple(GROUPS))
@@ -206,8 +201,8 @@ def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
                              + ", ".join(ENGINE_GROUPS[engine]))  # fmt: skip
     known = quantity_names(engine, groups)
     study = Study(
-        path=path, text=text, title=top.text("title", path.stem), engine=engine, seed=seed(top), rig=rig,
-        program=program, axes=axes, groups=groups, sample=sample,
+        path=path, text=text, title=top.text("title", path.stem), engine=engine, seed=seed(top),
+        tables=tables, axes=axes, groups=groups, sample=sample,
         sensitivity=_sensitivity(top, known, seed), pareto=_pareto(top, known, names, seed), inputs=inputs,
     )  # fmt: skip
     _require_few(study)
@@ -215,7 +210,7 @@ def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
 
 
 def _require_different_names(inputs: Mapping[Path, str]) -> None:
-    """Refuse two files of one name: their copies stand side by side in the study's folder."""
+    """Refuse two files of the same name: their copies stand in one folder of the study."""
     names = [path.name for path in inputs]
     for name in names:
         if names.count(name) > 1:
@@ -232,32 +227,35 @@ def _sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _rig(path: Path, table: _Table, inputs: dict[Path, str]) -> dict[str, Any]:
-    """Give the tables of the rig: a preset or a file (from the study file's folder), with single values changed."""
+def _tables(path: Path, top: _Table, inputs: dict[Path, str]) -> CaseTables:
+    """Read rig and load program; files of theirs, relative to the study file's folder, are added to ``inputs``."""
+    table = top.table("rig")
     if ("preset" in table.data) == ("file" in table.data):
         raise StudyError("[rig]: expected either preset or file")
     if "preset" in table.data:
-        base = preset(table.text("preset")).to_dict()
+        rig = preset(table.text("preset"))
     else:
         file = path.parent / table.text("file")
-        base = read_rig(file).to_dict()
+        rig = read_rig(file)
         inputs[file] = _sha256(file)
     changed = {}
-    for name, value in _dotted({k: v for k, v in table.data.items() if k not in ("preset", "file")}).items():
+    for name, value in _dotted({k: v for k, v in table.data.items() if k not in ("preset", "file")}):
         if name not in FIELDS or name.startswith("program."):
             raise StudyError(f"rig.{name} = {value!r}: expected preset, file or a number of a rig, {_some(name)}")
         changed[name] = _value(f"rig.{name}", value, FIELDS[name])
-    return with_values({"rig": base, "program": {}}, changed)["rig"]
+    program = _program(path, top.table("program", "amplitude_mm", "cycles", "step_mm", "rate_Hz", "file"), inputs)
+    return with_values(CaseTables(rig.to_dict(), program), changed)
 
 
-def _dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    out: dict[str, Any] = {}
+def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
     for key, value in table.items():
-        out |= _dotted(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
-    return out
+        if isinstance(value, Mapping):
+            yield from _dotted(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
 
 
-def _program(path: Path, table: _Table, inputs: dict[Path, str]) -> dict[str, Any]:
+def _program(path: Path, table: _Table, inputs: dict[Path, str]) -> ProgramTable:
     if "file" in table.data:
         if len(table.data) > 1:
             raise table.complain("file", "to stand alone: it has the whole program")
@@ -265,17 +263,18 @@ def _program(path: Path, table: _Table, inputs: dict[Path, str]) -> dict[str, An
         program = program_of_file(file)
         inputs[file] = _sha256(file)
         time = program.time_s
-        return {"drive_mm": program.drive_mm.tolist()} | ({} if time is None else {"time_s": time.tolist()})
-    cycles = table.whole("cycles", 1, 1, 10_000)
-    found: dict[str, Any] = {"amplitude_mm": table.number("amplitude_mm"), "cycles": cycles}
+        return ProgramTable(
+            drive_mm=tuple(program.drive_mm.tolist()), time_s=None if time is None else tuple(time.tolist())
+        )
+    cycles, amplitude = table.whole("cycles", 1, 1, 10_000), table.number("amplitude_mm")
     if "rate_Hz" in table.data:
         if "step_mm" in table.data:
             raise table.complain("step_mm", "absent beside rate_Hz, which makes a sine")
-        return found | {"rate_Hz": table.number("rate_Hz")}
-    return found | {"step_mm": table.number("step_mm", 0.1)}
+        return ProgramTable(amplitude, cycles, rate_Hz=table.number("rate_Hz"))
+    return ProgramTable(amplitude, cycles, step_mm=table.number("step_mm", 0.1))
 
 
-def _sample(top: _Table, seed: Any) -> Sample | None:
+def _sample(top: _Table, seed: SeedOf) -> Sample | None:
     if "sample" not in top.data:
         return None
     table = top.table("sample", "method", "count", "seed")
@@ -285,16 +284,16 @@ def _sample(top: _Table, seed: Any) -> Sample | None:
 def _axes(table: _Table, *, sampled: bool) -> tuple[Axis, ...]:
     if not table.data:
         raise StudyError("[vary]: missing, expected at least one field with its values")
-    return tuple(_axis(table, name, value, sampled) for name, value in _axes_dotted(table.data).items())
+    return tuple(_axis(table, name, value, sampled) for name, value in _axes_dotted(table.data))
 
 
-def _axes_dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Take ``notch.depth_mm = [..]`` without quotes, which TOML nests, as with them."""
-    out: dict[str, Any] = {}
+def _axes_dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Accept ``notch.depth_mm = [..]`` without quotes, which TOML reads as nested tables."""
     for key, value in table.items():
-        nested = isinstance(value, Mapping) and "from" not in value and "to" not in value
-        out |= _axes_dotted(value, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value}
-    return out
+        if isinstance(value, Mapping) and "from" not in value and "to" not in value:
+            yield from _axes_dotted(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
 
 
 def _axis(table: _Table, name: str, given: object, sampled: bool) -> Axis:
@@ -335,14 +334,14 @@ def _value(where: str, value: object, whole: bool) -> float:
 
 
 def _some(name: str) -> str:
-    """Name the fields of the same table, or the tables."""
+    """List the fields of the same table, or the tables if there is no such table."""
     table = name.partition(".")[0] + "."
     same = [field for field in FIELDS if "." in name and field.startswith(table)]
     tables = sorted({field.partition(".")[0] + (".*" if "." in field else "") for field in FIELDS})
     return "one of " + ", ".join(same or tables)
 
 
-def _sensitivity(top: _Table, known: Sequence[str], seed: Any) -> Sensitivity | None:
+def _sensitivity(top: _Table, known: Sequence[str], seed: SeedOf) -> Sensitivity | None:
     if "sensitivity" not in top.data:
         return None
     table = top.table("sensitivity", "count", "quantities", "confidence", "resamples", "seed")
@@ -356,7 +355,7 @@ def _sensitivity(top: _Table, known: Sequence[str], seed: Any) -> Sensitivity | 
     return Sensitivity(count, quantities, confidence, table.whole("resamples", 200, 10, 100_000), seed(table))
 
 
-def _pareto(top: _Table, known: Sequence[str], axes: Sequence[str], seed: Any) -> Pareto | None:
+def _pareto(top: _Table, known: Sequence[str], axes: Sequence[str], seed: SeedOf) -> Pareto | None:
     if "pareto" not in top.data:
         return None
     table = top.table("pareto", "objectives", "limits", "variables", "population", "generations", "seed")
@@ -374,7 +373,7 @@ def _pareto(top: _Table, known: Sequence[str], axes: Sequence[str], seed: Any) -
         low, high = (limit.number(key) if key in limit.data else None for key in ("min", "max"))
         limits.append(Limit(name, low, high))
     return Pareto(
-        objectives=tuple((name, goals.text(name, None, ("min", "max"))) for name in goals.data),
+        objectives=tuple((name, cast("Goal", goals.text(name, None, ("min", "max")))) for name in goals.data),
         limits=tuple(limits),
         variables=table.texts("variables", axes, axes),
         population=table.whole("population", 40, 4, 10_000),

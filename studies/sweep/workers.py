@@ -1,4 +1,4 @@
-"""Where a study runs: Dask workers that are processes of this machine, or those of a cluster that is there."""
+"""Where a study runs: Dask workers that are processes of this machine, or those of a running cluster."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from dask.system import CPU_COUNT
 from distributed import Client, LocalCluster
 from distributed.utils import get_mp_context
 
-from studies.sweep.cases import StudyError, code_of
-from studies.sweep.inputs import code_version
+from studies.sweep.code import code_of_worker, code_version
+from studies.sweep.errors import StudyError
 
 CONNECT_S = 10
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), 1)
 
-_SHORT_DIARIES = {
+_SHORT_LOGS = {
     "distributed.admin.low-level-log-length": 1,
     "distributed.admin.system-monitor.log-length": 60,
     "distributed.diagnostics.computations.max-history": 1,
 }
-"""Dask remembers its last 1000 messages and 100 graphs, with the inputs of all their cases: not a study's to hold."""
+"""By default Dask keeps its last 1000 messages and 100 graphs, with the inputs of all their cases."""
 
 
-class Team:
-    """Workers of a study: processes of this machine, or those of a Dask cluster. They are called when first needed."""
+class WorkerPool:
+    """Workers of a study: processes of this machine, or those of a Dask cluster. They start when first needed."""
 
     def __init__(self, engine: str, workers: int | None = None, scheduler: str | None = None) -> None:
         if scheduler is not None and workers is not None:
@@ -41,7 +41,7 @@ class Team:
         self._open = ExitStack()
         self._client: Client | None = None
 
-    def __enter__(self) -> Team:
+    def __enter__(self) -> WorkerPool:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -49,10 +49,10 @@ class Team:
         self._open.close()
 
     def client(self) -> Client:
-        """Give the client, connected."""
+        """Give the connected client."""
         if self._client is None:
             logging.getLogger("distributed").setLevel(logging.CRITICAL)
-            self._open.enter_context(dask.config.set(_SHORT_DIARIES))
+            self._open.enter_context(dask.config.set(_SHORT_LOGS))
             with interrupts_wait():
                 self._client = self._checked(
                     self._local() if self._scheduler is None else self._remote(self._scheduler)
@@ -61,26 +61,26 @@ class Team:
 
     @property
     def size(self) -> int:
-        """Threads that take cases."""
+        """Number of threads that run cases."""
         if self._scheduler is None:
             return self._count
         return max(1, sum(self.client().nthreads().values()))
 
     def _local(self) -> Client:
-        # a case is a thread's work: libraries that start their own would only wait for each other
+        # one thread runs a case: threads that a library starts besides would only compete
         settings = {
             "nanny.pre-spawn-environ": _ONE_THREAD,
             "worker.multiprocessing-method": "forkserver",
-            "scheduler.allowed-failures": 0,  # we look ourselves which case took a worker down
+            "scheduler.allowed-failures": 0,  # run_cases finds the case that ended a worker
         }
         self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
-        # one process reads the modules, and the workers are its copies: they start in no time, however many
+        # one process imports the modules and the workers are forked from it, which makes their start fast
         get_mp_context().set_forkserver_preload(["distributed", "studies.sweep.cases"])
-        with interrupts_wait(signal.SIG_IGN):  # what a process ignores, those that it starts ignore, too
+        with interrupts_wait(signal.SIG_IGN):  # child processes inherit ignored signals
             forkserver.ensure_running()
         cluster = LocalCluster(
             n_workers=self._count, threads_per_worker=1, processes=True, memory_limit=0, silence_logs=logging.CRITICAL,
-            dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},  # heard on this machine alone
+            dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},  # not reachable from other machines
         )  # fmt: skip
         self._open.enter_context(cluster)
         return self._open.enter_context(Client(cluster))
@@ -95,12 +95,12 @@ class Team:
         return client
 
     def _checked(self, client: Client) -> Client:
-        """Refuse workers that would run other code than ours, whose numbers would be stored as if of ours."""
+        """Refuse workers that run other code: their numbers would be stored under the key of this code."""
         where = "workers" if self._scheduler is None else f"--scheduler {self._scheduler}"
-        expected = "expected notchbend there, and the same versions of it and its libraries as here"
+        expected = "expected the same versions of notchbend and its libraries as here"
         try:
-            found = client.run(code_of, self._engine)
-        except Exception as error:  # Dask wraps what a worker cannot import in a plain one
+            found = client.run(code_of_worker, self._engine)
+        except Exception as error:  # Dask wraps an import error of a worker in a plain exception
             words = " ".join(str(error).split())
             raise StudyError(f"{where}: {words}: {expected}") from None
         for worker, code in found.items():
@@ -111,18 +111,18 @@ class Team:
 
 @contextmanager
 def interrupts_wait(handler: signal.Handlers | None = None) -> Iterator[None]:
-    """Let Ctrl-C, which a terminal sends to all processes of a command, wait till the block ends, or be ignored.
+    """Delay Ctrl-C until the block ends, or ignore it; a terminal sends it to all processes of a command.
 
-    Dask's processes complain at length where they are interrupted while they start.
+    Processes of Dask print long errors if they are interrupted while they start.
     """
-    if threading.current_thread() is not threading.main_thread():  # others hear of no signals
+    if threading.current_thread() is not threading.main_thread():  # only the main thread receives signals
         yield
         return
-    heard = []
-    before = signal.signal(signal.SIGINT, handler or (lambda *_: heard.append(True)))
+    received = []
+    before = signal.signal(signal.SIGINT, handler or (lambda *_: received.append(True)))
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-        if heard:
+        if received:
             raise KeyboardInterrupt

@@ -19,7 +19,7 @@ from fem_models.rig.rig import Material, Tendon, Wheel
 from fem_models.view import SceneError, render
 from fem_models.view import manipulator as scene
 from fem_models.view.manipulator import tendon_lines, tube_mesh, write_vtu
-from studies.report.tube import DETAIL, surface_to_turn
+from studies.report.tube import DETAIL, coarse_surface
 
 MATERIAL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.3)
 
@@ -136,7 +136,7 @@ def test_surface_has_no_holes(bent, detail):
 
 def test_surface_of_the_interactive_view_has_no_holes():
     """It is cut at its sharp edges, where each side has points of its own: with those put together, it is closed."""
-    mesh = surface_to_turn(V_PAIR, even(V_PAIR, 30.0))
+    mesh = coarse_surface(V_PAIR, even(V_PAIR, 30.0))
     assert mesh.n_open_edges > 0
     whole = mesh.clean()
     assert not whole.extract_feature_edges(

@@ -13,10 +13,11 @@ import pytest
 from rich.console import Console
 
 from hysteresis.bouc_wen import BoucWen, hysteresis
+from hysteresis.plain import from_plain
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
 from studies import engines
-from studies.commands import cli, first_report
+from studies.commands import comparison, tables
 from studies.commands.cli import call
 from studies.fetch import CATALOGUE
 from validation.joints import models
@@ -318,7 +319,7 @@ def test_errors_of_the_program_do_not_pass_for_bad_input(tmp_path, monkeypatch):
     def broken(rig, program):
         raise ValueError("a bug")
 
-    monkeypatch.setitem(cli.ENGINES, "chain", broken)
+    monkeypatch.setitem(engines.ENGINES, "chain", broken)
     with pytest.raises(ValueError, match="a bug"):
         call([*RATE, "--out", str(tmp_path / "loop.csv")])
 
@@ -327,7 +328,7 @@ def test_interruption_is_one_line(tmp_path, capsys, monkeypatch):
     def interrupted(rig, program):
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(cli.ENGINES, "chain", interrupted)
+    monkeypatch.setitem(engines.ENGINES, "chain", interrupted)
     assert call([*RATE, "--out", str(tmp_path / "loop.csv")]) == 130
     assert capsys.readouterr().err == "notchbend: interrupted\n"
     assert list(tmp_path.iterdir()) == []
@@ -343,8 +344,8 @@ def test_every_command_takes_seed_quiet_and_json(capsys):
 
 def test_validate_puts_models_side_by_side(tmp_path, capsys, monkeypatch):
     coarse = functools.partial(models.compare_models, angles_deg=(5.0, 10.0), refinement=0.4)
-    monkeypatch.setattr(models, "compare_models", coarse)
-    monkeypatch.setattr(first_report, "PRELOADS_N", (20.0,))
+    monkeypatch.setattr(comparison, "compare_models", coarse)
+    monkeypatch.setattr(comparison, "PRELOADS_N", (20.0,))
     assert call(["validate", "--out", str(tmp_path), "--json", "--seed", "1"]) == 0
     shown = json.loads(capsys.readouterr().out)
     assert shown == json.loads((tmp_path / "validate.json").read_text())
@@ -361,7 +362,7 @@ def test_validate_puts_models_side_by_side(tmp_path, capsys, monkeypatch):
 
 def capture_table(shown: dict) -> str:
     console = Console(file=io.StringIO(), width=250)
-    console.print(cli._models_table(shown))
+    console.print(tables.models_table(from_plain(comparison.Models, shown)))
     return console.file.getvalue()
 
 

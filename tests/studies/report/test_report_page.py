@@ -137,7 +137,7 @@ def test_of_many_samples_a_part_is_drawn(tmp_path):
     (plate,) = section.plates
     assert plate.charts[0].marks[0].x.tolist() == values[:1024].tolist()
     assert "the first 1,024 samples" in plate.caption
-    assert (section.cases, section.rows[0]["high"]) == (count, count - 1)
+    assert (section.cases, section.rows[0].high) == (count, count - 1)
 
 
 def test_of_a_fine_grid_a_part_is_drawn(tmp_path):
@@ -159,7 +159,7 @@ def test_of_a_fine_grid_a_part_is_drawn(tmp_path):
     assert np.array_equal(heat.z, angle[::3, :, 2].T)
     assert "notch count at 2" in section.plates[0].caption
     assert "at most 200 values of an axis" in section.plates[0].caption
-    assert section.rows[0]["high"] == angle.max()
+    assert section.rows[0].high == angle.max()
 
 
 def test_same_results_give_the_same_page(whole):
@@ -177,7 +177,7 @@ def test_same_results_give_the_same_page(whole):
         ("study", "sensitivity.json", '{"quantities": {"a": {}}}', "sensitivity.json"),
         ("study", "study.zarr/zarr.json", "{", "study.zarr"),
         ("run", "tube.json", '{"points_mm": 1}', "tube.json"),
-        ("run", "separate-du2018-20N.json", '{"schema": 1}', "contributions: missing"),
+        ("run", "separate-du2018-20N.json", '{"schema": 1}', "separate-du2018-20N.json: rig: missing"),
     ],
 )
 def test_a_broken_result_is_named_in_one_line(part, file, content, said, parts, tmp_path, capsys):

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.commands.cli import call
+from studies.commands import call
+from studies.results.study import Sample
+from studies.sweep import read_study, run_study
 from studies.sweep.cases import Outcome
 from studies.sweep.pareto import front, pareto
 from studies.sweep.plan import on_axes, unit_points
-from studies.sweep.run import run_study
 from studies.sweep.sensitivity import indices, saltelli_plan
-from studies.sweep.study_file import Axis, Sample, Sensitivity, read_study
+from studies.sweep.study_file import Axis, Sensitivity
 
 SEARCH = """schema = 1
 title = "t"
@@ -51,12 +52,12 @@ def test_indices_of_the_ishigami_function():
     v = v1 + v2 + v13
     first, total = {"x1": v1 / v, "x2": v2 / v, "x3": 0.0}, {"x1": (v1 + v13) / v, "x2": v2 / v, "x3": v13 / v}
     found = of_ishigami(1024)
-    assert found["variance"] == pytest.approx(v, rel=0.02)
-    for name, row in found["indices"].items():
-        assert row["first"]["value"] == pytest.approx(first[name], abs=0.02)
-        assert row["total"]["value"] == pytest.approx(total[name], abs=0.02)
-        assert row["first"]["low"] <= first[name] <= row["first"]["high"]
-        assert row["total"]["low"] <= total[name] <= row["total"]["high"]
+    assert found.variance == pytest.approx(v, rel=0.02)
+    for name, row in found.indices.items():
+        assert row.first.value == pytest.approx(first[name], abs=0.02)
+        assert row.total.value == pytest.approx(total[name], abs=0.02)
+        assert row.first.low <= first[name] <= row.first.high
+        assert row.total.low <= total[name] <= row.total.high
 
 
 def test_indices_again_with_the_same_seed():
@@ -68,7 +69,7 @@ def test_failed_cases_leave_out_their_block():
     asked = Sensitivity(64, ("y",), 0.95, 100, 0)
     values = ishigami(saltelli_plan(ISHIGAMI, asked).rows)
     values[[3, 4, 17]] = np.nan  # two blocks of 5
-    assert indices(ISHIGAMI, values, asked)["blocks"] == 62
+    assert indices(ISHIGAMI, values, asked).blocks == 62
     assert indices(ISHIGAMI, np.full_like(values, 2.0), asked) is None
 
 
@@ -91,7 +92,7 @@ def test_sensitivity_of_the_rig(tmp_path):
     assert abs(rows["material.poissons_ratio"]["total"]["value"]) < 0.01
     assert result["without_indices"] == ["slack_reached"]  # none of these preloads lets the tendon go
     again = run_study(read_study(tmp_path / "s.toml"), tmp_path / "out", workers=1)
-    assert again["computed"] == 0
+    assert again.computed == 0
     repeated = json.loads((tmp_path / "out" / "sensitivity.json").read_text())
     assert repeated["quantities"] == result["quantities"]
     assert (repeated["computed"], repeated["from_store"]) == (0, 160)
@@ -132,13 +133,13 @@ def test_front_of_a_known_problem(tmp_path):
     (tmp_path / "s.toml").write_text(PARETO)
     asked = read_study(tmp_path / "s.toml")
     result = pareto(asked, schaffer)
-    x = np.array([design["full_scale_angle_deg"] for design in result["front"]])
-    y = np.array([design["notch.depth_mm"] for design in result["front"]]) - 2.75
+    x = np.array([design["full_scale_angle_deg"] for design in result.front])
+    y = np.array([design["notch.depth_mm"] for design in result.front]) - 2.75
     assert len(x) >= 10
     assert x.min() >= 0.2
     assert x.max() <= 2.05
     assert np.median(y) < 0.01
-    assert result["fixed"] == {"material.poissons_ratio": pytest.approx(0.325)}
+    assert result.fixed == {"material.poissons_ratio": pytest.approx(0.325)}
     assert pareto(asked, schaffer) == result
 
 
@@ -153,7 +154,7 @@ def test_pareto_search_of_the_rig(tmp_path, capsys):
     goals = np.array([[d["tension_max_N"], d["loop_width_max_deg"]] for d in designs])
     assert front(goals).tolist() == list(range(len(goals)))
     assert all(d["full_scale_angle_deg"] >= 44.0 for d in designs)
-    assert run_study(read_study(file), tmp_path / "out", workers=1)["computed"] == 0
+    assert run_study(read_study(file), tmp_path / "out", workers=1).computed == 0
     assert (tmp_path / "out" / "pareto.json").read_text() == text
     # more tension, less width: the trade that the paper shows
     order = np.argsort(goals[:, 0])

@@ -1,0 +1,195 @@
+"""Groups of command line options as frozen dataclasses, and the decorator that makes Typer options of their fields.
+
+A command takes a group as one parameter; a user sees the options of its fields::
+
+    @dataclass(frozen=True)
+    class Output:
+        quiet: Annotated[bool, typer.Option("--quiet", help="...")] = False
+
+    @with_option_groups
+    def simulate(out: Annotated[Path, typer.Option("--out")], output: Output) -> None: ...
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import json
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, get_type_hints
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fem_models.load.program import LoadProgram, sine, triangle
+from fem_models.rig.checks import RigError
+from fem_models.rig.presets import PRESETS, preset
+from fem_models.rig.rig import Rig
+from fem_models.rig.rig_file import read_rig
+from hysteresis.plain import to_plain
+from studies.engines import program_of_file
+
+Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if it does not exist.")]
+Records = Annotated[list[Path], typer.Argument(help="The records, CSV.")]
+
+
+def with_option_groups(command: Callable[..., None]) -> Callable[..., None]:
+    """Replace each parameter whose type is a dataclass by an option for each of its fields.
+
+    Typer reads the signature that this sets. The fields' annotations say what the options are, and their defaults what
+    the options' defaults are. The command is called with the dataclasses, made of what the user gave.
+
+    Raises
+    ------
+    TypeError
+        Two options of the same name, when the command is declared.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    parameters = inspect.signature(command).parameters
+    groups = {name: hints[name] for name in parameters if is_dataclass(hints[name])}
+    shown: list[inspect.Parameter] = []
+    for name, parameter in parameters.items():
+        if name in groups:
+            shown += _options_of(groups[name])
+        else:
+            shown.append(parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[name]))
+    names = [one.name for one in shown]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise TypeError(f"{command.__name__}: option {twice} stands in two groups")
+
+    @functools.wraps(command)
+    def run(**given: Any) -> None:
+        made = {
+            name: group(**{field.name: given.pop(field.name) for field in fields(group)})
+            for name, group in groups.items()
+        }
+        command(**made, **given)
+
+    run.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: one.annotation for one in shown}
+    return run
+
+
+def _options_of(group: type) -> list[inspect.Parameter]:
+    """Give the parameters that stand for the fields of a group; a field without a default is a required option."""
+    hints = get_type_hints(group, include_extras=True)
+    return [
+        inspect.Parameter(
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=inspect.Parameter.empty if field.default is MISSING else field.default,
+            annotation=hints[field.name],
+        )
+        for field in fields(group)
+    ]
+
+
+@dataclass(frozen=True)
+class Seed:
+    """The seed, which every command takes."""
+
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all random numbers.")] = 0
+
+
+@dataclass(frozen=True)
+class Output:
+    """What is printed."""
+
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print no progress and no summary.")] = False
+    json: Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output.")] = False
+
+    @property
+    def shows_progress(self) -> bool:
+        """Whether progress is shown, on a terminal."""
+        return not self.quiet and not self.json
+
+    def show(self, result: object, *parts: str | Table) -> None:
+        """Print the result as JSON, or tables and lines for a reader, or nothing."""
+        if self.json:
+            typer.echo(json.dumps(to_plain(result, finite=False), indent=2))
+        elif not self.quiet:
+            console = Console()
+            for part in parts:
+                console.print(part, soft_wrap=isinstance(part, str), highlight=False, markup=False)
+
+
+@dataclass(frozen=True)
+class Common(Output, Seed):
+    """Options of every command: --seed, --quiet, --json."""
+
+
+@dataclass(frozen=True)
+class RigChoice:
+    """A rig: a preset or a file, with its own preload or another."""
+
+    preset: Annotated[str | None, typer.Option("--preset", help=f"One of {', '.join(PRESETS)}.")] = None
+    rig: Annotated[Path | None, typer.Option("--rig", help="A rig file, TOML.")] = None
+    preload: Annotated[
+        float | None, typer.Option("--preload", help="Preload of the tendons, N; by default that of the rig.")
+    ] = None
+
+    def read(self) -> Rig:
+        """Give the rig.
+
+        Raises
+        ------
+        RigError
+            Neither a preset nor a file, or both; a rig that cannot be read.
+        """
+        if (self.preset is None) == (self.rig is None):
+            raise RigError("expected either --preset or --rig")
+        if self.preset is not None:
+            return preset(self.preset, preload_N=self.preload)
+        assert self.rig is not None
+        rig = read_rig(self.rig)
+        return rig if self.preload is None else replace(rig, preload_N=self.preload)
+
+
+@dataclass(frozen=True)
+class ProgramChoice:
+    """A load program: from a file, or a triangle or a sine of a given amplitude."""
+
+    amplitude: Annotated[float | None, typer.Option("--amplitude", help="Amplitude of the drive, mm.")] = None
+    cycles: Annotated[
+        int | None, typer.Option("--cycles", help="Closed cycles after the first loading branch; by default 1.")
+    ] = None
+    step: Annotated[
+        float | None, typer.Option("--step", help="Step of a point-by-point program, mm; by default 0.1.")
+    ] = None
+    rate: Annotated[
+        float | None, typer.Option("--rate", help="Frequency of a sine, Hz, in place of a point-by-point program.")
+    ] = None
+    program: Annotated[
+        Path | None, typer.Option("--program", help="A load program, CSV: drive_mm and, optionally, time_s.")
+    ] = None
+
+    def read(self) -> LoadProgram:
+        """Read or make the program.
+
+        Raises
+        ------
+        RigError, RecordError
+            Options that exclude each other, or a file that cannot be read.
+        """
+        if self.program is not None:
+            for name in ("amplitude", "rate", "step", "cycles"):
+                if (value := getattr(self, name)) is not None:
+                    raise RigError(
+                        f"--{name} {value}: --program {self.program} has the whole program: expected one of the two"
+                    )
+            return program_of_file(self.program)
+        cycles = 1 if self.cycles is None else self.cycles
+        if self.amplitude is None:
+            raise RigError("expected either --amplitude or --program")
+        if self.rate is None:
+            return triangle(self.amplitude, step_mm=0.1 if self.step is None else self.step, cycles=cycles)
+        if self.step is not None:
+            raise RigError(
+                f"--step {self.step}: of a point-by-point program, --rate {self.rate} makes a sine: "
+                "expected one of the two"
+            )
+        return sine(self.amplitude, self.rate, cycles=cycles)

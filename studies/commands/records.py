@@ -1,0 +1,149 @@
+"""Commands on records: ``identify``, ``separate``, ``trace``, ``effects`` and ``compensate``."""
+# Imports inside a command are needed by it alone.
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from fem_models.rig.checks import RigError, require
+from hysteresis.optimizers import Method
+from hysteresis.record import RecordError
+from hysteresis.record_file import check_target, read_record
+from hysteresis.settings import IdentifySettings
+from studies.commands.identification import files_of_fit, identify_records, write_fit
+from studies.commands.options import Common, Out, RigChoice
+from studies.commands.tables import contributions_table, values_table
+from studies.progress import status
+from studies.results import write_result
+
+ELEMENTS = "Number of Bouc-Wen elements, 1 or 2; 0 chooses by validation within the training data."
+SEPARATION_MM = 2.2
+"""Amplitude of a separation, if none is given."""
+
+Elements = Annotated[int, typer.Option("--elements", min=0, max=2, help=ELEMENTS)]
+
+
+@dataclass(frozen=True)
+class SearchChoice:
+    """How the parameters of the hysteresis model are searched for, and what the model contains."""
+
+    method: Annotated[Method, typer.Option("--method", help="Method of the global search.")] = "genetic"
+    seeds: Annotated[int, typer.Option("--seeds", min=1, help="Number of searches, with seeds from --seed on.")] = 1
+    elements: Elements = 1
+    delay: Annotated[bool, typer.Option("--delay", help="Let the angle lag the drive by a time delay.")] = False
+
+
+def identify(
+    records: Annotated[list[Path], typer.Argument(help="The records to fit, CSV; several are fitted jointly.")],
+    out: Out,
+    search: SearchChoice,
+    common: Common,
+) -> None:
+    """Identify the Bouc-Wen model on records, with the error on held-out data."""
+    targets = {path.resolve() for path in files_of_fit(out, "identify", len(records))}
+    for path in records:
+        if path.resolve() in targets:
+            raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
+    loaded = [read_record(path) for path in records]
+    settings = IdentifySettings(
+        method=search.method,
+        seed=common.seed,
+        seeds=search.seeds,
+        elements=search.elements or None,
+        delay=search.delay,
+    )
+    fit = identify_records(loaded, settings=settings, progress=common.shows_progress)
+    write_fit(fit, loaded, out, "identify")
+    common.show(fit.to_dict(), str(fit), f"wrote {out / 'identify.json'}")
+
+
+def separate(
+    out: Out,
+    rig: RigChoice,
+    common: Common,
+    records: Annotated[list[Path] | None, typer.Argument(help="Records of a known rig, in place of --preset.")] = None,
+    amplitude: Annotated[
+        float | None, typer.Option("--amplitude", help=f"Amplitude of the drive, mm; by default {SEPARATION_MM:g}.")
+    ] = None,
+    engine: Annotated[
+        Literal["chain", "multibody"], typer.Option("--engine", help="Model; with records it is the chain.")
+    ] = "chain",
+) -> None:
+    """Divide the loop into friction, tendon elasticity and material, by switching each of them in the model."""
+    from studies.commands.separation import separate_records, separate_rig, summary
+
+    target = out / "separate.json"
+    with status(common.shows_progress, "separating"):
+        if records:
+            _require_records_alone(rig, amplitude, engine)
+            result = separate_records([read_record(path) for path in records], seed=common.seed)
+        else:
+            size = SEPARATION_MM if amplitude is None else amplitude
+            require(size > 0, "--amplitude", size, "above 0")
+            result = separate_rig(rig.read(), size, engine=engine, seed=common.seed)
+    write_result(target, result)
+    common.show(result, contributions_table(result), *summary(result), f"wrote {target}")
+
+
+def _require_records_alone(rig: RigChoice, amplitude: float | None, engine: str) -> None:
+    """Refuse options that the records decide: the rig, the amplitude and the engine."""
+    given = {"--preset": rig.preset, "--rig": rig.rig, "--preload": rig.preload, "--amplitude": amplitude}
+    clash = next((f"{name} {value}" for name, value in given.items() if value is not None), None)
+    if clash is not None or engine != "chain":
+        raise RigError(f"{clash or f'--engine {engine}'}: with records: expected one of the two")
+
+
+def trace(
+    records: Annotated[list[Path], typer.Argument(help="Records of one rig, CSV; they share its parameters.")],
+    out: Out,
+    common: Common,
+    threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for the derivatives.")] = 2,
+) -> None:
+    """Trace the residual of records to the effect that the model lacks, with the error before and after."""
+    from studies.commands.tracing import require_kept, summary, trace_files, write_trace
+
+    require_kept(out, records)
+    found = trace_files(records, seed=common.seed, threads=threads, progress=common.shows_progress)
+    write_trace(found, out)
+    common.show(found.report.to_dict(), *summary(found.report), f"report: {out / 'report.html'}")
+
+
+def effects(common: Common) -> None:
+    """List the effects that `trace` knows, and what distinguishes them; with --quiet the names alone."""
+    from validation.tracing.effect import catalogue
+
+    if common.quiet and not common.json:
+        typer.echo("\n".join(effect.name for effect in catalogue()))
+        return
+    table = Table("effect", "physics", "distinguished by", show_lines=True)
+    for effect in catalogue():
+        table.add_row(effect.name, escape(effect.physics), escape(effect.distinguished_by))
+    rows = [{"name": e.name, "physics": e.physics, "tell_apart": e.distinguished_by} for e in catalogue()]
+    common.show({"schema": 1, "effects": rows}, table)
+
+
+def compensate(
+    record: Annotated[Path, typer.Argument(help="The record to identify, CSV, or an identify.json.")],
+    reference: Annotated[
+        Path, typer.Option("--reference", help="Angles to follow, CSV: angle_deg and, optionally, time_s.")
+    ],
+    out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
+    common: Common,
+    elements: Elements = 0,
+) -> None:
+    """Find the drive that makes the angle follow a reference, from a record of the rig or its identify.json."""
+    from studies.commands.compensation import compensated, known_layer, read_reference, write_columns
+
+    check_target(out, [record, reference])
+    wanted = read_reference(reference)
+    settings = IdentifySettings(elements=elements or None, seed=common.seed)
+    layer = known_layer(record, settings=settings, progress=common.shows_progress)
+    columns, summary = compensated(layer, wanted, str(reference))
+    write_columns(columns, out)
+    common.show(summary, values_table(summary), f"drive: {out}")

@@ -1,0 +1,88 @@
+"""Commands that need no record: ``run``, ``simulate`` and ``validate``."""
+# Imports inside a command are needed by it alone: Exudyn loads the system's libGL, and figures take time to import.
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fem_models.load.program import LoadProgram
+from fem_models.rig.checks import RigError
+from fem_models.rig.presets import preset
+from hysteresis.record_file import check_target, write_record
+from studies.commands.options import Common, Out, ProgramChoice, RigChoice
+from studies.commands.tables import models_table, values_table
+from studies.engines import ENGINES, QUASI_STATIC, EngineName, require_exudyn, require_gmsh, simulate_in_time
+from studies.progress import status
+from studies.results import write_result
+from studies.results.run import loop_summary
+
+
+def run(common: Common, out: Out = Path("results/first-report")) -> None:
+    """Run the main job on the defaults: simulate at 10 and 20 N, cross-check, identify, and write the report."""
+    require_exudyn()
+    from studies.commands.first_report import first_report
+    from studies.report import write_report
+
+    summary = first_report(out, seed=common.seed, progress=common.shows_progress)
+    report = write_report(out)
+    common.show(summary, values_table(summary), f"report: {report}")
+
+
+def simulate(
+    out: Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")],
+    rig: RigChoice,
+    program: ProgramChoice,
+    common: Common,
+    engine: Annotated[EngineName, typer.Option("--engine", help="Model.")] = "multibody",
+    dynamic: Annotated[
+        bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")
+    ] = False,
+) -> None:
+    """Run one load program on one rig and write a record."""
+    check_target(out, [file for file in (rig.rig, program.program) if file is not None])
+    chosen, load = rig.read(), program.read()
+    if dynamic:
+        _require_dynamic(engine, load)
+    with status(common.shows_progress, f"simulating {chosen.name} with {engine}"):
+        record = (simulate_in_time if dynamic else ENGINES[engine])(chosen, load)
+    if rig.rig is not None:
+        record = replace(record, rig={"file": str(rig.rig.absolute()), "preload_N": chosen.preload_N})
+    write_record(record, out)
+    summary, lines = loop_summary(record), [f"record: {out}"]
+    rate_matters = dynamic or engine not in QUASI_STATIC or chosen.creep is not None or chosen.drag is not None
+    if load.time_s is not None and not rate_matters:
+        lines.append("quasi-static: the rate sets the times only")
+    common.show(summary, values_table(summary), *lines)
+
+
+def _require_dynamic(engine: str, program: LoadProgram) -> None:
+    if engine != "multibody":
+        raise RigError(f"--dynamic with --engine {engine}: expected --engine multibody, the one with inertia")
+    if program.time_s is None:
+        raise RigError("--dynamic without times: expected --rate, or a --program with time_s")
+
+
+def validate(
+    out: Out,
+    common: Common,
+    preset_name: Annotated[str, typer.Option("--preset", help="Rig to compare the models on.")] = "du2018",
+) -> None:
+    """Compare analytic model, solid, reduced bodies, beams, chain and multibody model side by side."""
+    rig = preset(preset_name)
+    require_exudyn()
+    require_gmsh()
+    from studies.commands.comparison import validate_rig
+
+    result = validate_rig(rig, progress=common.shows_progress)
+    target = out / "validate.json"
+    write_result(target, result)
+    common.show(
+        result,
+        models_table(result.models),
+        values_table({"schema": result.schema, "rigs": result.rigs}),
+        f"wrote {target}",
+    )

@@ -1,0 +1,107 @@
+"""Commands that show many cases and whole folders: ``study``, ``report`` and ``app``."""
+# Imports inside a command are needed by it alone.
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fem_models.rig.checks import require
+from studies.commands.options import Common, Out, Output, RigChoice
+from studies.commands.tables import study_table
+from studies.progress import status
+from studies.results.run import require_unchanged
+from studies.sweep import read_study
+
+PRESET = "du2018"
+
+
+@dataclass(frozen=True)
+class WorkerChoice:
+    """Where the cases of a study run."""
+
+    workers: Annotated[
+        int | None, typer.Option("--workers", help="Number of worker processes; by default one a core.")
+    ] = None
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, tcp://..., in place of --workers.")
+    ] = None
+    retry: Annotated[bool, typer.Option("--retry", help="Run the cases that failed again.")] = False
+
+
+def study(
+    file: Annotated[Path, typer.Argument(help="A study file, TOML, or the name of a ready study.")],
+    out: Out,
+    where: WorkerChoice,
+    output: Output,
+    seed: Annotated[
+        int | None, typer.Option("--seed", min=0, help="Seed in place of all seeds of the study file.")
+    ] = None,
+) -> None:
+    """Run a parametric study; a study that was stopped or extended runs only the cases that are missing."""
+    asked = read_study(file, seed=seed)
+    from studies.report import write_report
+    from studies.sweep import run_study
+
+    summary = run_study(
+        asked,
+        out,
+        workers=where.workers,
+        scheduler=where.scheduler,
+        retry=where.retry,
+        progress=output.shows_progress,
+    )
+    page = write_report(out)
+    output.show(summary, study_table(summary), f"wrote {out / summary.dataset}", f"report: {page}")
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="A folder of results: of run, study, separate or trace.")],
+    common: Common,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Also print it as PDF, with Chromium, else WeasyPrint.")] = False,
+) -> None:
+    """Write the report again from stored results."""
+    from studies.report import write_pdf, write_report
+    from studies.report.page import stands_alone
+
+    if not stands_alone(folder):
+        require_unchanged(folder)
+    written = {"report": write_report(folder)}
+    if pdf:
+        with status(common.shows_progress, "printing"):
+            written["pdf"] = write_pdf(written["report"])
+    result = {"schema": 1, **{name: str(path) for name, path in written.items()}}
+    common.show(result, *(f"{name}: {path}" for name, path in written.items()))
+
+
+@dataclass(frozen=True)
+class AppRig(RigChoice):
+    """A rig, by default the preset of the paper."""
+
+    preset: Annotated[str | None, typer.Option("--preset", help=f"Rig to start with; by default {PRESET}.")] = None
+
+
+def app(
+    rig: AppRig,
+    common: Common,
+    amplitude: Annotated[float, typer.Option("--amplitude", help="Amplitude of the drive to start with, mm.")] = 2.2,
+    port: Annotated[
+        int, typer.Option("--port", min=0, max=65535, help="Port on 127.0.0.1; 0 takes any free port.")
+    ] = 8765,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
+) -> None:
+    """Serve a local page with sliders; the chain computes loop and tube at once. Ctrl-C stops it."""
+    from studies.app import serve
+
+    require(amplitude > 0, "--amplitude", amplitude, "above 0")
+    chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read()
+
+    def ready(address: str) -> None:
+        common.show({"schema": 1, "address": address}, f"{chosen.name}: {address}")
+        sys.stdout.flush()
+
+    serve(chosen, amplitude, port=port, browser=not no_browser, ready=ready)

@@ -1,0 +1,103 @@
+"""Results as tables for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.markup import escape
+from rich.table import Table
+
+from hysteresis.plain import to_plain
+from studies.results.separation import Contribution, Separation
+from studies.results.study import StudySummary
+
+if TYPE_CHECKING:
+    from studies.commands.comparison import Models
+
+LEFT_OUT = ("rig", "versions", "fits", "sha256")
+"""Long texts and tables of sources, which a terminal has no room for."""
+
+
+def values_table(result: object) -> Table:
+    """Make one row for each number and text of a result, under its dotted name."""
+    table = Table(show_header=False)
+    for key, value in dotted(to_plain(result, finite=False)):
+        table.add_row(key, f"{value:.6g}" if isinstance(value, float | np.floating) else escape(str(value)))
+    return table
+
+
+def dotted(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Give nested values with their dotted names, such as ``loops[0].title``; without :data:`LEFT_OUT`."""
+    for key, value in data.items():
+        name = f"{prefix}{key}"
+        if name in LEFT_OUT:
+            continue
+        if isinstance(value, Mapping):
+            yield from dotted(value, name + ".")
+        elif isinstance(value, Sequence) and not isinstance(value, str) and value and isinstance(value[0], Mapping):
+            for i, item in enumerate(value):
+                yield from dotted(item, f"{name}[{i}].")
+        else:
+            yield name, value
+
+
+def models_table(models: Models) -> Table:
+    """Make one row for each model, with its difference from the reference model."""
+    reference = next(row for row in models.models if row.name == models.judge)
+    at = [f"deg at {bent.tendon_N:.3g} N" for bent in reference.bent]
+    table = Table("model", "bending, Nmm/rad", "axial, N/mm", "shear, N/mm", *at, "tip at the last, mm", "s")
+    for row in models.models:
+        x, y = row.bent[-1].tip_mm
+        table.add_row(
+            row.name,
+            _with_difference(row.bending_Nmm_per_rad, row.bending_percent),
+            _with_difference(row.axial_N_per_mm, row.axial_percent),
+            _with_difference(row.shear_N_per_mm, row.shear_percent),
+            *(_with_difference(bent.angle_deg, bent.angle_percent) for bent in row.bent),
+            f"{x:.2f}, {y:.2f}",
+            f"{row.seconds:.2g}",
+        )
+    return table
+
+
+def contributions_table(result: Separation) -> Table:
+    """Make one row for each part of the loop, with intervals if the rig is calibrated on records."""
+    table = Table("part", "share of energy", "mJ a cycle", "share of width", "deg")
+    for name, part in result.contributions.items():
+        table.add_row(
+            name,
+            _share(part, "share"),
+            f"{part.dissipated_mJ:.4g}",
+            _share(part, "width_share"),
+            f"{part.width_deg:.4g}",
+        )
+    return table
+
+
+def study_table(summary: StudySummary) -> Table:
+    """Make one row for each quantity: its minimum and its maximum, and where they are."""
+    title = f"{summary.title}: {summary.cases} cases, {summary.computed} computed now, {summary.failures.count} failed"
+    table = Table("quantity", "unit", "minimum", "at", "maximum", "at", title=title)
+    for name, row in summary.quantities.items():
+        ends = [(f"{end.value:.4g}", _point(end.at)) for end in (row.min, row.max)]
+        table.add_row(name, row.units, *(cell for pair in ends for cell in pair))
+    return table
+
+
+def _point(point: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {value:.4g}" for name, value in point.items())
+
+
+def _share(part: Contribution, quantity: str) -> str:
+    value, limits = part.share_of(quantity), part.interval(quantity)
+    if value is None:
+        return "-"
+    return f"{value:.3f}" + (f" ({limits[0]:.3f} to {limits[1]:.3f})" if limits else "")
+
+
+def _with_difference(value: float | None, percent: float | None) -> str:
+    if value is None or percent is None:
+        return "-"
+    return f"{value:.4g} ({percent:+.1f} %)"

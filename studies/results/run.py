@@ -1,0 +1,221 @@
+"""``run.json``: the summary of the main job, and whether its records are still the ones that it was made from."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hysteresis.metrics import dissipated_area, loop_width
+from hysteresis.plain import optional
+from hysteresis.record import Record, RecordError
+from studies.results.files import read_result
+
+WHAT = "the summary of `notchbend run`"
+
+
+@dataclass(frozen=True)
+class FullScale:
+    """Title of a record and its largest bending angle, in either direction."""
+
+    title: str
+    full_scale_deg: float
+
+
+@dataclass(frozen=True)
+class LoopSummary(FullScale):
+    """A record that closes a loop: largest width and where it is, width at zero drive, area."""
+
+    loop_width_deg: float
+    widest_at_drive_mm: float
+    loop_width_at_zero_deg: float | None
+    loop_area_deg_mm: float
+
+
+def loop_summary(record: Record) -> FullScale:
+    """Measure a record; the result is a :class:`LoopSummary` if the record closes a loop."""
+    full = float(np.abs(record.angle_deg).max())
+    try:
+        width = loop_width(record.drive, record.angle_deg, record.cycle)
+        area = dissipated_area(record.drive, record.angle_deg, record.cycle)
+    except ValueError:  # a program from a file need not close a loop
+        return FullScale(record.title, full)
+    return LoopSummary(record.title, full, width.max_deg, width.at_drive, width.at_zero_deg, area)
+
+
+@dataclass(frozen=True)
+class StrainLimit:
+    """A strain limit of Nitinol in a run; ``passed_at_mm`` is the drive at which it is exceeded, None if it is not."""
+
+    name: str
+    kind: str
+    limit_percent: float
+    largest_percent: float
+    passed_at_mm: float | None
+    joint: int | None
+    source: str
+
+
+@dataclass(frozen=True)
+class RunLoop:
+    """The loop of one preload: the files of the record and of the analytic curve, loop, energy balance and strain.
+
+    Energies are those of the last cycle, mJ; ``energy_gap_percent`` is the error of the energy balance.
+    """
+
+    record: str
+    theory: str
+    title: str
+    full_scale_deg: float
+    loop_width_deg: float
+    widest_at_drive_mm: float
+    loop_width_at_zero_deg: float | None
+    loop_area_deg_mm: float
+    wheel_work_mJ: float
+    friction_loss_mJ: float
+    material_loss_mJ: float
+    viscous_loss_mJ: float
+    energy_gap_percent: float
+    peak_strain_percent: float
+    strain_limits: tuple[StrainLimit, ...]
+
+
+@dataclass(frozen=True)
+class RigNumber:
+    """A number of the rig and its source: stated in the paper, taken from elsewhere, or assumed."""
+
+    name: str
+    value: float
+    source: str
+    note: str
+
+
+@dataclass(frozen=True)
+class CrossCheckRow:
+    """Differences between the models at one preload; fields as in :class:`validation.engines.agreement.CrossCheck`."""
+
+    rig: str
+    preload_N: float
+    amplitude_mm: float
+    bending_stiffness_Nmm_per_rad: float
+    element_error_percent: float
+    full_scale_analytic_deg: float
+    full_scale_frictionless_deg: float
+    full_scale_deg: float
+    frictionless_max_deg: float
+    frictionless_rmse_deg: float
+    frictionless_tension_max_N: float
+    tip_pose_max_mm: float
+    chain_max_deg: float
+    friction_shift_rmse_deg: float
+
+
+@dataclass(frozen=True)
+class FitEntry:
+    """An identification of the run: stem of its files after ``identify-``, its record, and the record's title."""
+
+    name: str
+    record: str
+    title: str
+
+
+@dataclass(frozen=True)
+class SeparationEntry:
+    """A separation of the run: its file, what it is of, and the command that makes it again."""
+
+    file: str
+    label: str
+    command: str
+
+
+@dataclass(frozen=True)
+class TraceEntry:
+    """The trace of the run: verdict and effects that it names."""
+
+    verdict: str
+    effects: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """The bent tube: its mesh, a caption, and a still image or the reason why there is none."""
+
+    tube: str | None = optional()
+    caption: str
+    missing: str | None = optional()
+    file: str | None = optional()
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSummary:
+    """What ``run.json`` holds; ``sha256`` has the checksums of the records by name."""
+
+    schema: int = 1
+    seed: int
+    versions: Mapping[str, str]
+    rig: tuple[RigNumber, ...]
+    peak_strain_percent: float
+    loops: tuple[RunLoop, ...]
+    crosscheck: tuple[CrossCheckRow, ...]
+    fits: tuple[FitEntry, ...]
+    separations: tuple[SeparationEntry, ...] = ()
+    trace: TraceEntry | None = optional()
+    picture: Picture
+    sha256: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class _Checksums:
+    """The one field of ``run.json`` that says which records it belongs to."""
+
+    sha256: Mapping[str, str]
+
+
+def checksums(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """Compute the sha256 of records in a folder of results, by name.
+
+    Raises
+    ------
+    RecordError
+        A record that cannot be read.
+    """
+    digests = {}
+    for name in names:
+        path = folder / "records" / f"{name}.csv"
+        try:
+            digests[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+        except OSError as error:
+            raise RecordError(f"{path}: {error.strerror}: expected a record of `notchbend run`") from None
+    return digests
+
+
+def read_run(folder: Path) -> RunSummary:
+    """Read the summary of a main run from its folder.
+
+    Raises
+    ------
+    RecordError
+        One line with the file, the field and what was expected.
+    """
+    return read_result(RunSummary, folder / "run.json", WHAT)
+
+
+def require_unchanged(folder: Path) -> None:
+    """Refuse a folder whose records are not the ones that its results were made from.
+
+    Raises
+    ------
+    RecordError
+        One line with the file: a record that is missing or has changed, or no ``run.json`` of a finished run.
+    """
+    expected = read_result(_Checksums, folder / "run.json", WHAT).sha256
+    for name, found in checksums(folder, expected).items():
+        if found != expected[name]:
+            file = folder / "records" / f"{name}.csv"
+            raise RecordError(
+                f"{file}: sha256 {found[:12]}...: expected {expected[name][:12]}... of the run; "
+                "run `notchbend run` again"
+            )

@@ -1,0 +1,140 @@
+"""``separate.json``: the loop of a rig divided among friction, elasticity of the tendons and material."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hysteresis.metrics import Errors
+from hysteresis.plain import named, optional, to_plain
+from hysteresis.uncertainty import Parameter
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class LoopSize:
+    """Largest width, area (deg mm) and energy that a cycle dissipates."""
+
+    width_deg: float
+    area: float
+    dissipated_mJ: float
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What a part contributes to the loop, and its shares of the whole: of width, area and energy (``share``).
+
+    Shares are None where there is no such loop. ``intervals`` are those of 95 % by the name of the number, for rigs
+    that are calibrated on records.
+    """
+
+    width_deg: float
+    width_share: float | None
+    area: float
+    area_share: float | None
+    dissipated_mJ: float
+    share: float | None
+    intervals: Mapping[str, Interval | None] | None = optional()
+
+    def share_of(self, quantity: str) -> float | None:
+        """Share of the energy (``share``), the width (``width_share``) or the area (``area_share``)."""
+        value: float | None = getattr(self, quantity)
+        return value
+
+    def interval(self, quantity: str) -> Interval | None:
+        """Interval of one of the numbers; None where there is none."""
+        return None if self.intervals is None else self.intervals.get(quantity)
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Work of the wheel and losses of a cycle; ``closure_percent`` is the difference of the parts from the losses."""
+
+    wheel_work_mJ: float
+    friction_loss_mJ: float
+    material_loss_mJ: float
+    closure_percent: float
+
+
+@dataclass(frozen=True)
+class Combination:
+    """The loop with only the sources in ``on`` switched on."""
+
+    on: tuple[str, ...]
+    width_deg: float
+    area: float
+    dissipated_mJ: float
+    friction_mJ: float
+    material_mJ: float
+
+
+@dataclass(frozen=True)
+class Law:
+    """Bouc-Wen parameters of a combination's loop, with f fitted to it, and the error on its held-out samples."""
+
+    parameters: Mapping[str, Parameter]
+    saturation_deg: Parameter
+    heldout: Errors
+
+
+@dataclass(frozen=True, kw_only=True)
+class NextExperiment:
+    """A further record and what it brings: see :class:`validation.separation.rig_calibration.Experiment`."""
+
+    what: str
+    preload_N: float
+    amplitude_mm: float
+    gain: float
+    parameter: str = named("constant")
+    narrower: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """Parameters of the rig fitted to the records; ``not_separated`` says which ones the records do not separate."""
+
+    parameters: Mapping[str, Parameter] = named("constants")
+    rmse_deg: float
+    condition: float
+    correlations: Mapping[str, float]
+    not_separated: tuple[str, ...]
+    next_experiments: tuple[NextExperiment, ...]
+
+
+@dataclass(frozen=True)
+class MeasuredLoop:
+    """Width and area (deg mm) of the record's own loop."""
+
+    width_deg: float
+    area: float
+
+
+@dataclass(frozen=True)
+class Separation:
+    """What ``separate.json`` holds.
+
+    ``rig`` has the tables of a rig file. ``drive_mm`` are the ends of the loop. ``contributions`` and ``shapley`` have
+    the parts by name; ``combinations`` the loops that they follow from. ``bouc_wen`` has a law for the loop of each
+    source, None where there is no loop.
+    """
+
+    schema: int
+    rig: Mapping[str, Any]
+    engine: str
+    drive_mm: tuple[float, float]
+    total: LoopSize
+    contributions: Mapping[str, Contribution]
+    shapley: Mapping[str, Mapping[str, float] | None]
+    energy: EnergyBalance
+    rigid_rope_residual_percent: float | None
+    combinations: tuple[Combination, ...]
+    bouc_wen: Mapping[str, Law | None]
+    calibration: Calibration | None
+    measured: MeasuredLoop | None
+    warnings: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, as in separate.json."""
+        return dict(to_plain(self, finite=False))

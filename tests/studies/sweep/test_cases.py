@@ -1,0 +1,108 @@
+"""One case: its key, its program, and its quantities by engine."""
+
+import math
+
+import pytest
+
+from fem_models.rig.checks import RigError
+from fem_models.rig.presets import preset
+from studies.sweep.cases import evaluate, program_of_table
+from studies.sweep.inputs import FIELDS, CaseInputs, CaseTables, ProgramTable, key_of, with_values
+
+
+def test_key_is_of_values_not_of_their_writing():
+    base = CaseTables(preset("du2018").to_dict(), ProgramTable(amplitude_mm=2))
+    same_numbers = with_values(base, {"preload_N": 20, "program.amplitude_mm": 2.0})
+    assert key_of(of(same_numbers)) == key_of(of(base))
+    other = with_values(base, {"preload_N": math.nextafter(20.0, 21.0)})
+    assert key_of(of(other)) != key_of(of(base))
+
+
+def test_key_is_of_the_other_inputs_too():
+    base = CaseTables(preset("du2018").to_dict(), ProgramTable(amplitude_mm=2))
+    different = [of(base), of(base, groups=("loop",)), of(base, seed=1), of(base, engine="analytic")]
+    assert len({key_of(inputs) for inputs in different}) == 4
+
+
+def of(tables: CaseTables, engine: str = "chain", groups: tuple[str, ...] = (), seed: int = 0) -> CaseInputs:
+    return CaseInputs(tables.rig, tables.program, engine, groups, seed)
+
+
+def test_derived_numbers():
+    """Wall: (outer - inner)/2. Angle of a V: each flank leans half of it; a sharp V of 90 deg: width 2 depth."""
+    base = CaseTables(preset("du2018").to_dict(), ProgramTable())
+    rig = with_values(base, {"tube.wall_mm": 0.3, "tube.outer_diameter_mm": 6.0}).rig
+    assert rig["tube"]["inner_diameter_mm"] == pytest.approx(5.4)
+    rig = with_values(base, {"notch.angle_deg": 90.0, "notch.depth_mm": 1.0, "notch.root_width_mm": 0.0}).rig
+    assert rig["notch"]["width_mm"] == pytest.approx(2.0)
+    with pytest.raises(RigError, match="v_pair"):
+        with_values(CaseTables(preset("notched-wrist-90").to_dict(), ProgramTable()), {"notch.angle_deg": 20.0})
+
+
+def test_tendon_stands_for_both():
+    rig = with_values(CaseTables(preset("du2018").to_dict(), ProgramTable()), {"tendon.EA_N": 1e4}).rig
+    assert rig["tendon_a"]["EA_N"] == rig["tendon_b"]["EA_N"] == 1e4
+    assert FIELDS["notch.count"]
+
+
+@pytest.mark.parametrize("rate", [None, 2.0])
+def test_program_of_one_tendon_pulls_only(rate):
+    table = ProgramTable(1.0, 2, rate_Hz=rate, step_mm=0.1 if rate is None else None)
+    program = program_of_table(table, one_way=True)
+    drive = program.drive_mm
+    assert drive.min() == pytest.approx(0, abs=1e-12)
+    assert drive.max() == 1.0
+    assert [drive[program.cycle == k][-1] for k in (0, 1, 2)] == pytest.approx([1.0, 1.0, 1.0])
+    if rate is not None:  # the way out is half a period
+        assert program.time_s[-1] == pytest.approx(2.5 / rate)
+
+
+def outcome(engine: str, values: dict[str, float], groups: tuple[str, ...], name: str = "du2018", **program):
+    table = ProgramTable(**{"amplitude_mm": 2.2, "cycles": 1, "step_mm": 0.2, **program})
+    tables = with_values(CaseTables(preset(name).to_dict(), table), values)
+    return evaluate("k", of(tables, engine, groups))
+
+
+def test_analytic_engine_has_no_loop():
+    found = outcome("analytic", {}, ("loop", "strain"))
+    assert found.status == "ok"
+    assert math.isnan(found.quantities["loop_width_max_deg"])
+    assert math.isnan(found.quantities["dissipated_mJ"])
+    chain = outcome("chain", {}, ("loop",))
+    # friction alone is between them
+    assert found.quantities["full_scale_angle_deg"] == pytest.approx(chain.quantities["full_scale_angle_deg"], rel=0.05)
+
+
+def test_slack_is_reached_at_little_preload():
+    assert outcome("chain", {"preload_N": 2.0}, ("loop",)).quantities["slack_reached"] == 1
+    assert outcome("chain", {"preload_N": 20.0}, ("loop",)).quantities["slack_reached"] == 0
+
+
+def test_one_tendon():
+    found = outcome("chain", {}, ("loop", "strain"), "notched-wrist-90", amplitude_mm=0.5, step_mm=0.05)
+    assert found.status == "ok"
+    assert found.quantities["tension_max_N"] > 0
+
+
+def test_optional_groups():
+    """Shares add up to 1; the law saturates at (A/(beta + gamma))^(1/n), Mech. Sci. 9, 2018, section 3."""
+    q = outcome("chain", {"preload_N": 10.0}, ("loop", "contributions", "bouc-wen"), step_mm=0.1).quantities
+    assert sum(
+        q[f"{part}_share"] for part in ("friction", "tendon_elasticity", "material", "interaction")
+    ) == pytest.approx(1)
+    level = abs(q["bouc_wen_A"]) / (q["bouc_wen_beta"] + q["bouc_wen_gamma"])
+    assert q["saturation_deg"] == pytest.approx(level ** (1 / q["bouc_wen_n"]), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_solid_engine():
+    """The solid against the joint of the analytic model, some per cent from it (docs/validation/notches.md)."""
+    pytest.importorskip("gmsh")
+    found = outcome("solid", {}, ("joint", "strain"))
+    assert found.status == "ok", found.message
+    from fem_models.joint.flexure import flexure
+
+    assert found.quantities["bending_Nmm_per_rad"] == pytest.approx(
+        flexure(preset("du2018")).bending_Nmm_per_rad, rel=0.15
+    )
+    assert found.quantities["peak_strain_percent"] > outcome("chain", {}, ("strain",)).quantities["peak_strain_percent"]

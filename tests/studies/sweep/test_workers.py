@@ -1,0 +1,96 @@
+"""Where a study runs: processes, a cluster, workers that die, and what is held in memory meanwhile."""
+
+import gc
+import os
+
+import pytest
+from dask._task_spec import Task
+from distributed import Client, LocalCluster
+from distributed.protocol import Serialize, Serialized, ToPickle
+from small_study import GRID, HEAD, PROGRAM, same, study_file
+
+from studies.commands import call
+from studies.sweep import StudyError, open_study, read_study, run_study, workers
+from studies.sweep import run as sweep
+from studies.sweep.cases import Outcome, evaluate
+from studies.sweep.plan import Case, cases, plan_of
+from studies.sweep.quantities import quantity_names
+from studies.sweep.store import open_store
+from studies.sweep.workers import WorkerPool
+
+
+def test_a_dask_cluster_gives_the_same_to_the_last_bit(finished, tmp_path):
+    folder, _ = finished
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
+        run_study(read_study(folder / "s.toml"), tmp_path / "out", scheduler=cluster.scheduler_address)
+        assert Client(cluster).run(os.getpid)  # the cluster of another is left running
+    same(open_study(tmp_path / "out"), open_study(folder / "out"))
+
+
+def test_workers_that_run_other_code_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "code_version", lambda _: "another")
+    with pytest.raises(StudyError, match="other code"):
+        run_study(read_study(study_file(tmp_path)), tmp_path / "out", workers=1)
+
+
+def test_no_scheduler_there(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(workers, "CONNECT_S", 0.2)
+    arguments = ["study", str(study_file(tmp_path)), "--out", str(tmp_path / "o"), "--scheduler", "tcp://127.0.0.1:9"]
+    assert call(arguments) == 2
+    error = capsys.readouterr().err
+    assert "tcp://127.0.0.1:9" in error
+    assert error.count("\n") == 1
+
+
+def test_a_case_that_takes_its_worker_down_is_alone_in_failing(tmp_path, monkeypatch):
+    """A worker that dies under one case: that case fails, and none of those that were out with it."""
+    asked = read_study(study_file(tmp_path, HEAD + PROGRAM + "[vary]\npreload_N = [10, 15, 20]\n"))
+    monkeypatch.setattr(sweep, "evaluate_all", dies_at_15)
+    run_study(asked, tmp_path / "out", workers=1)
+    data = open_study(tmp_path / "out")
+    assert data.status.values.tolist() == ["ok", "failed", "ok"]
+    assert "worker process died" in data.message.sel(preload_N=15.0).item()
+    monkeypatch.undo()
+    summary = run_study(asked, tmp_path / "out", workers=1, retry=True)
+    assert (summary.computed, summary.failures.count) == (1, 0)
+
+
+def dies_at_15(batch):
+    if any(inputs.rig["preload_N"] == 15.0 for _, inputs in batch):
+        os._exit(1)
+    return [evaluate(key, inputs) for key, inputs in batch]
+
+
+def at_once(batch):
+    """Cases without mechanics."""
+    return [
+        Outcome(key, "ok", "", 0.0, dict.fromkeys(quantity_names(inputs.engine, inputs.groups), 1.0))
+        for key, inputs in batch
+    ]
+
+
+def living(*kinds: type) -> int:
+    gc.collect()
+    return sum(type(thing) in kinds for thing in gc.get_objects())
+
+
+def test_what_is_held_does_not_grow_with_the_cases(tmp_path, monkeypatch):
+    """Cases, and the tasks that Dask makes of them: at the end of 20 batches no more than are out at a time."""
+    text = GRID.replace("[10, 15, 20, 30]", "{ from = 10, to = 40, count = 105 }")
+    asked = read_study(study_file(tmp_path, text))
+    held, through = [], 0
+
+    def look(count: int) -> None:
+        nonlocal through
+        through += count
+        if through >= 280:
+            held.append((living(Case), living(Task, Serialize, Serialized, ToPickle)))
+
+    monkeypatch.setattr(sweep, "evaluate_all", at_once)
+    with open_store(tmp_path / "out") as store, WorkerPool("chain", 1) as pool:
+        session = sweep.Session(asked, store, pool)
+        sweep.run_cases(session, cases(asked, plan_of(asked).points()), 315, sweep.Tally(), report=look)
+    assert through == 315
+    batches = sweep.IN_FLIGHT + 1  # and the one that has just come back
+    assert max(cases for cases, _ in held) <= batches * 16 + 1  # and the first of all
+    assert max(tasks for _, tasks in held) <= 10 * batches
