@@ -45,9 +45,9 @@ def _section(effect: Effect) -> str:
     ]
     rows += [_row("unknown", form.parameters, form.needs) for form in effect.curve_forms]
     table = "\n".join(["| geometry | constants | needs |", "|---|---|---|", *rows])
-    told = textwrap.fill(f"*Told apart by.* {effect.distinguished_by}", _WIDTH, break_long_words=False)
+    distinguished = textwrap.fill(f"*Distinguished by.* {effect.distinguished_by}", _WIDTH, break_long_words=False)
     physics = textwrap.fill(effect.physics, _WIDTH, break_long_words=False, break_on_hyphens=False)
-    return f"## {effect.name}\n\n{physics}\n\n{told}\n\n{table}\n"
+    return f"## {effect.name}\n\n{physics}\n\n{distinguished}\n\n{table}\n"
 
 
 def _row(geometry: str, parameters: Sequence[FreeParameter | RelativeParameter], needs: Collection[Need]) -> str:

@@ -1,7 +1,7 @@
 """What an effect is: a name, its physics, and how it changes a model that lacks it.
 
-An effect is a file in :mod:`validation.tracing.effects` with one value ``EFFECT``. It says what the effect does to a rig
-(:class:`RigForm`: the geometry is known) and to a curve (:class:`CurveForm`: it is not).
+An effect is a file in :mod:`validation.tracing.effects` with one value ``EFFECT``. It acts on a rig where the geometry
+is known (:class:`RigForm`), and on a curve where it is not (:class:`CurveForm`).
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from functools import cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fem_models.rig.effects import Closure
 from fem_models.rig.rig import Rig
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Ints
 
 Need = Literal["time", "cycles", "two tendons", "wheel", "force", "preloads"]
 Values = Mapping[str, float]
@@ -27,11 +27,11 @@ _SAME = 0.03  # amplitudes of cycles that repeat each other
 
 @dataclass(frozen=True)
 class FreeParameter:
-    """A number that is fitted.
+    """A number that is fitted, within bounds.
 
-    ``size`` is a change that matters, which makes constants comparable. A constant with ``log`` is positive and fitted
-    by its logarithm; its size is a part of it. A constant that is ``linear`` is nothing at 0 and acts in proportion to
-    its size, nearly.
+    ``scale`` is a change that matters; it makes parameters comparable. A parameter with ``log`` is positive and is
+    fitted by its logarithm; its scale is a relative change. A parameter that is ``linear`` has no action at 0 and acts
+    nearly in proportion to its value.
     """
 
     name: str
@@ -43,11 +43,11 @@ class FreeParameter:
     linear: bool = False
 
     def to_unit(self, value: float) -> float:
-        """Coordinate of the fit."""
+        """Coordinate of the fit, from a value."""
         return math.log(value) / self.scale if self.log else value / self.scale
 
     def from_unit(self, x: float) -> float:
-        """Value of a coordinate."""
+        """Value, from a coordinate of the fit."""
         return math.exp(x * self.scale) if self.log else x * self.scale
 
 
@@ -55,20 +55,24 @@ class FreeParameter:
 class SampleInputs:
     """What is known of every sample of a record besides its angle, shapes (m,).
 
-    ``time_s`` counts from the record's first sample; without times it counts samples. ``cycle`` is 0 on the approach.
+    ``time_s`` counts from the record's first sample; in a record without times it counts samples. ``cycle`` is 0 on the
+    approach.
     """
 
     drive: Floats
     time_s: Floats
-    cycle: NDArray[np.int64]
+    cycle: Ints
     timed: bool
 
 
 def cycles_repeat(inputs: Sequence[SampleInputs]) -> bool:
-    """Tell whether a record has cycles of one amplitude: where all shrink, what goes with the cycle goes with that."""
-    for record_inputs in inputs:
-        numbers = np.unique(record_inputs.cycle[record_inputs.cycle >= 1])
-        ranges = np.sort([float(np.ptp(record_inputs.drive[record_inputs.cycle == number])) for number in numbers])
+    """Tell whether a record has cycles of one amplitude.
+
+    Where all cycles shrink or grow, the cycle and the amplitude cannot be told from each other.
+    """
+    for one in inputs:
+        numbers = np.unique(one.cycle[one.cycle >= 1])
+        ranges = np.sort([float(np.ptp(one.drive[one.cycle == number])) for number in numbers])
         if (ranges[1:] * (1 - _SAME) <= ranges[:-1]).any():
             return True
     return False
@@ -76,13 +80,13 @@ def cycles_repeat(inputs: Sequence[SampleInputs]) -> bool:
 
 @dataclass(frozen=True)
 class Scale:
-    """Orders of magnitude of the records and of the declared model, which starting values are taken from."""
+    """Orders of magnitude of the records and of the baseline, from which starting values are derived."""
 
     drive: float  # half the largest range, in the drive's unit
     angle_deg: float  # half the largest range
     joint_deg: float  # largest angle of a joint
-    tip_mm: float  # largest way of the tip across
-    stress_MPa: float  # largest, at the root of a notch; of measured joints that of an assumed strip
+    tip_mm: float  # largest displacement of the tip across the tube
+    stress_MPa: float  # largest, at the root of a notch; for measured joints that of an assumed strip
     duration_s: float  # shortest record
     longest_s: float  # longest record
     speed: float  # largest of the drive, its unit per s
@@ -95,18 +99,30 @@ class RigForm:
 
     Parameters
     ----------
-    constants
+    parameters
         What is fitted.
     starts
-        Starting values, one mapping a start, from the scale of the problem.
+        Starting values, one mapping a start, from the orders of magnitude and the declared rig.
     rig
-        A rig with the effect.
+        A rig with the effect, from one without it. **An effect is what the declared rig lacks.** So what it brings
+        comes on top of what the rig declares, and no declared value is lost:
+
+        - Amounts add: widths, lengths, forces, dampers, toes; weights and run-outs of a wheel as vectors. Ratios
+          multiply. Parts that are lost compound (:func:`compound`).
+        - The model has one exponential for two: its rate is the mean of both (:func:`combined_time`). It has one
+          contact for two on one side: as stiff as both together, at the mean place weighted by stiffness.
+        - What cannot add raises RigError, and the effect is no candidate for that rig: a second superelastic plateau,
+          an obstacle on the other side, a run-out with another period.
+
+        On a rig that does not declare the effect, the effect alone remains. A parameter that the baseline fits is not
+        declared; see :meth:`validation.tracing.baseline.equivalent_rig.EquivalentRigProblem.rig`.
     observe
-        The angle that is observed, from the angle there is; shape (m,) -> (m,).
+        The angle that is read, from the angle of the rig; shape (m,) -> (m,).
     needs
         What the records or the rig must have.
     refines
-        Not looked for: what is named is fitted in it at the end, and left so on very strong evidence.
+        The search leaves this form out. An effect that was named is fitted in it at the end, and kept so on very strong
+        evidence.
     """
 
     parameters: tuple[FreeParameter, ...]
@@ -117,13 +133,38 @@ class RigForm:
     refines: bool = False
 
 
+OPEN_NOTCHES = Closure(stiffness_Nmm_per_rad=1.0, angle_deg=1e3)
+"""Closure in place of none: notches bend on through each other, and the data say whether they close."""
+
+
+def compound(declared: float, added: float) -> float:
+    """Part that is lost in all, where an effect takes its part of what the declared loss leaves."""
+    return 1.0 - (1.0 - declared) * (1.0 - added)
+
+
+def combined_time(declared: Sequence[float], time: float, added: Sequence[float], added_time: float) -> float:
+    """Time constant, or number of cycles, of one exponential in place of two.
+
+    The rates 1/time are averaged, weighted by the amounts that change with them. Then the sum of two amounts of one
+    sign has the right limit and the right rate at the start.
+
+    Parameters
+    ----------
+    declared, added
+        Amounts of each kind that change with the declared and with the added time.
+    """
+    parts = [abs(b) / (abs(a) + abs(b)) for a, b in zip(declared, added, strict=True) if a or b]
+    part = sum(parts) / len(parts) if parts else 0.0
+    return 1.0 / ((1.0 - part) / time + part / added_time)
+
+
 @dataclass(frozen=True)
 class RelativeParameter:
-    """A constant of a curve's operator, in units of the records: what fits a drive of mm fits one of motor steps.
+    """A parameter of an operator on a curve, in units of the records: what fits a drive in mm fits one in motor steps.
 
     ``unit`` is a product of ``drive`` and ``angle`` (half the largest range), ``time`` (duration of the shortest
-    record) and ``-``; bounds, and the size of one without ``log``, count in it. A constant in ``drive`` gets the unit's
-    name at its end.
+    record) and ``-``. The bounds count in it, and so does the scale of one without ``log``. A parameter in ``drive``
+    gets the unit's name at its end.
     """
 
     name: str
@@ -136,24 +177,25 @@ class RelativeParameter:
 
 @dataclass(frozen=True)
 class CurveContext:
-    """One record as operators see it.
+    """What operators know of one record.
 
-    ``drive`` is measured from the middle of the stroke, or from zero where the stroke goes both ways about it.
+    ``drive`` of an operator is measured from the middle of the stroke, or from zero where the stroke goes both ways
+    about it.
     """
 
     inputs: SampleInputs
     drive_middle: float  # the drive's value at the middle
     drive_half_range: float  # half the stroke of all records, the drive's unit
-    angle_half_range_deg: float  # half the largest range of the angle, deg
+    angle_half_range_deg: float  # half the largest range of the angle
     straight_deg: float  # f where the drive is zero; 0, as in the middle, where it never is
     initial_state: float  # where in its loop the record starts, -1..1; 0 is rest
     preload_ratio: float  # over the largest one; 1 where it is not known
-    loop_ratio: float  # size of the declared loop over that at the largest preload
-    toe_ratio: float  # T_toe of the ropes over the largest preload, as the loops at several preloads tell; else 0
-    slope_loss_per_loop: float  # what that costs the slope of f, per growth of the loop
+    loop_ratio: float  # size of the baseline's loop over that at the largest preload
+    toe_ratio: float  # T_toe of the tendons over the largest preload, from the loops at several preloads; else 0
+    slope_loss_per_loop: float  # part of the slope of f that the toe costs, per growth of the loop
 
     def softness(self, tension: Floats) -> Floats:
-        """Compliance of the ropes at tensions over the largest preload, over that at the record's preload."""
+        """Compliance of the tendons at tensions over the largest preload, relative to that at the record's preload."""
         return (1.0 + self.toe_ratio / tension) / (1.0 + self.toe_ratio / self.preload_ratio)
 
 
@@ -166,16 +208,16 @@ class CurveForm:
 
     Parameters
     ----------
-    constants, starts
+    parameters, starts
         What is fitted, and from where; relative to the scale of the records.
     drive
-        x in place of x, in the drive's unit from the middle of the stroke.
+        The drive x that acts, from x, in the drive's unit from the middle of the stroke.
     backbone
-        f in place of f, deg; h follows it.
+        The f that acts, from f, deg; h follows it.
     loop_size
-        From f, the factor on the size of h.
+        The factor on the size of h, from f.
     angle
-        theta in place of theta, deg from the middle of the stroke.
+        The angle that results, from f + h, deg from the middle of the stroke.
     observe
         As in :class:`RigForm`.
     needs
@@ -196,7 +238,8 @@ class CurveForm:
 class Effect:
     """An effect of the catalogue.
 
-    ``physics`` is one paragraph with its source; ``tell_apart`` says what it is taken for, and what record tells.
+    ``physics`` is one paragraph with its source. ``distinguished_by`` names the effects that look alike, and the record
+    that separates them.
     """
 
     name: str
@@ -208,7 +251,7 @@ class Effect:
 
 @cache
 def catalogue() -> tuple[Effect, ...]:
-    """All effects, one a file of :mod:`validation.tracing.effects`, by name."""
+    """All effects by name, one a file of :mod:`validation.tracing.effects`."""
     package = importlib.import_module("validation.tracing.effects")
     names = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
     return tuple(importlib.import_module(f"validation.tracing.effects.{name}").EFFECT for name in names)

@@ -19,7 +19,8 @@ from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from hysteresis.path import branches
-from validation.tracing.baseline.known_rig import RigProblem, Run, observed_angle_deg
+from validation.tracing.baseline.rig_problem import RigProblem, observed_angle_deg
+from validation.tracing.baseline.runs import Run
 from validation.tracing.effect import SampleInputs, Values
 from validation.tracing.fitting import holdout
 from validation.tracing.fitting.fitted import Fitted, rms

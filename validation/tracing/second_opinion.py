@@ -18,7 +18,9 @@ from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.metrics import Errors, errors
 from hysteresis.record import Record
-from validation.tracing.baseline.known_rig import RigProblem, Run, observed_angle_deg
+from validation.tracing.baseline.known_rig import KnownRigProblem
+from validation.tracing.baseline.rig_problem import observed_angle_deg
+from validation.tracing.baseline.runs import Run
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.outcome import Trace
 
@@ -47,7 +49,7 @@ def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
         Of drive, over all records that are run: whole records, the smallest first, at least one.
     """
     problem = trace.baseline.model.problem
-    if not trace.known or not isinstance(problem, RigProblem):
+    if not trace.known or not isinstance(problem, KnownRigProblem):
         return Confirmation(None, None, "not run: the geometry is unknown")
     try:
         from fem_models.multibody.quasi_static import solve_multibody, solve_pulled_multibody
@@ -71,7 +73,7 @@ def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
     return Confirmation(before, after, f"{len(chosen)} of {len(problem.runs)} records, with the chain's constants")
 
 
-def _chosen(problem: RigProblem, cycles: float) -> list[int]:
+def _chosen(problem: KnownRigProblem, cycles: float) -> list[int]:
     """Choose records, the smallest first."""
     cost = [max(float(s.cycle.max()), 1.0, s.drive.size / _OF_CYCLE) for s in problem.inputs]
     order = sorted(range(len(cost)), key=lambda i: cost[i])
@@ -79,7 +81,7 @@ def _chosen(problem: RigProblem, cycles: float) -> list[int]:
     return sorted(i for i, t in zip(order, total.tolist(), strict=True) if t <= cycles) or order[:1]
 
 
-def _errors(fitted: Fitted, problem: RigProblem, chosen: list[int], solver: Solver) -> Errors:
+def _errors(fitted: Fitted, problem: KnownRigProblem, chosen: list[int], solver: Solver) -> Errors:
     """Errors over the chosen records, the zero of each taken out as in the search."""
     baseline, more = fitted.model.values(fitted.x)
     added = [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]

@@ -16,8 +16,9 @@ from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.path import branches
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import read_record
-from validation.tracing.baseline.curve import curve_problem, thinned
-from validation.tracing.baseline.curve_kernels import lagged, loops, play, rope_tension, transformed, two_ropes
+from validation.tracing.baseline.curve import curve_problem
+from validation.tracing.baseline.curve_kernels import lagged, loops, play, tendon_tension, transformed, two_tendons
+from validation.tracing.baseline.samples import kept_samples
 from validation.tracing.effect import catalogue
 
 PLAN = ((20.0, 2.0, 0.1), (10.0, 2.0, 1.0), (20.0, 1.0, 1.0), (10.0, 1.0, 0.1))  # preload, amplitude, rate
@@ -102,15 +103,15 @@ def test_flag_comes_back_later():
 
 
 @given(st.floats(0.0, 20.0), st.floats(0.01, 50.0))
-def test_rope_tension_solves_its_equation(toe, tension):
+def test_tendon_tension_solves_its_equation(toe, tension):
     """From k(T) = k_inf T / (T + T_toe): stretch = t - 1 + toe ln t."""
-    assert rope_tension(tension - 1 + toe * math.log(tension), toe) == pytest.approx(tension, rel=1e-8)
+    assert tendon_tension(tension - 1 + toe * math.log(tension), toe) == pytest.approx(tension, rel=1e-8)
 
 
 def test_two_taut_ropes_are_two_springs():
     """Without toe: r theta = c (T_a - T_b) / k = 2 c (x - r theta), as long as neither is slack."""
     x = np.linspace(-1, 1, 21)
-    turn, soft = two_ropes(x, 1.0, 3.0, 0.0, 0.0, 0.0)
+    turn, soft = two_tendons(x, 1.0, 3.0, 0.0, 0.0, 0.0)
     assert np.allclose(turn, x * 6 / 7)
     assert np.allclose(soft, 1.0)
 
@@ -118,14 +119,14 @@ def test_two_taut_ropes_are_two_springs():
 def test_slack_ropes_leave_a_dead_zone():
     """Hardly any preload: no motion within the slack, one spring beyond it, c / (1 + c) of the rest."""
     x = np.linspace(-1, 1, 201)
-    turn, _ = two_ropes(x, 1e-9, 3.0, 0.0, 0.25, 0.25)
+    turn, _ = two_tendons(x, 1e-9, 3.0, 0.0, 0.25, 0.25)
     assert np.allclose(turn, 0.75 * (x - np.clip(x, -0.25, 0.25)), atol=1e-7)
 
 
 def test_toe_softens_by_tension():
     """At zero drive either rope has k_inf / (1 + toe): r theta / x = c' / (1 + c') with c' = 2 c / (1 + toe)."""
     x = np.linspace(0, 1e-4, 5)
-    turn, _ = two_ropes(x, 1.0, 3.0, 2.0, 0.0, 0.0)
+    turn, _ = two_tendons(x, 1.0, 3.0, 2.0, 0.0, 0.0)
     assert np.allclose(turn, x * 2 / 3, rtol=1e-4)
 
 
@@ -159,7 +160,7 @@ NOTHING = {
 
 
 def placed(problem, effect, i):
-    return problem.scale.form(effect.curve_forms[i])
+    return problem.scale.placed(effect.curve_forms[i])
 
 
 @pytest.mark.parametrize(("effect", "i"), FORMS, ids=lambda v: getattr(v, "name", v))
@@ -268,7 +269,7 @@ def test_units_may_not_be_mixed():
 
 def test_thinning_keeps_turning_points():
     drive = np.round(np.sin(np.linspace(0, 40, 9001)), 6)
-    kept = thinned(drive, 600)
+    kept = kept_samples(drive, 600)
     assert len(kept) < 620
     assert {branch.stop - 1 for branch in branches(drive)} <= set(kept.tolist())
 

@@ -1,4 +1,4 @@
-"""Compiled operators of the curve model: loops along a path, play, lag, flag, two ropes with a toe region."""
+"""Compiled operators of the curve model: loops along a path, play, lag, flag, two tendons with a toe region."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numba import njit
 from hysteresis.arrays import Floats
 from hysteresis.flow import FREE, advance, set_kappa, workspace
 
-_LEAST_STIFFNESS = 0.05  # of two slack ropes, in that of a stiff one: the loop of a dead zone stays finite
+_LEAST_STIFFNESS = 0.05  # of two slack tendons, over that of a taut one: the loop of a dead zone stays finite
 
 
 @njit(cache=True)
@@ -43,21 +43,21 @@ def loops(path: Floats, elements: Floats, state: float, weight: Floats) -> Float
         kappa = (1.0 - rho) / (1.0 + rho)
         work = workspace(n)
         set_kappa(work, n, kappa)
-        y, way, chart, place = state, 1.0, FREE, 0.0
+        y, direction, chart, place = state, 1.0, FREE, 0.0
         out[0] += saturation * y * weight[0]
         for j in range(1, m):
             df = path[j] - path[j - 1]
-            if df * way < 0.0:
-                y, way, chart = -y, -way, FREE
+            if df * direction < 0.0:
+                y, direction, chart = -y, -direction, FREE
             y, chart, place = advance(y, chart, place, abs(df) / (reach * weight[j]), n, kappa, work)
             y = min(1.0, y)
-            out[j] += way * saturation * y * weight[j]
+            out[j] += direction * saturation * y * weight[j]
     return out
 
 
 @njit(cache=True)
 def play(x: Floats, width: float, state: float) -> Floats:
-    """Play operator: what follows x within half a width, shape (m,); ``state`` -1..1 is where x sits in the gap."""
+    """Play operator: the output follows x within half a width, shape (m,); ``state`` -1..1 is where x is in the gap."""
     out = np.empty_like(x)
     half = 0.5 * width
     out[0] = x[0] - state * half
@@ -83,7 +83,7 @@ def lagged(x: Floats, time_s: Floats, lag_s: float) -> Floats:
 
 @njit(cache=True)
 def transformed(f: Floats, onset: float, loop: float) -> Floats:
-    """Follow what transforms beyond an onset on either side, shape (m,); it goes back ``loop`` later."""
+    """Part that is transformed beyond an onset on either side, shape (m,); it transforms back ``loop`` later."""
     out = np.empty_like(f)
     up = down = 0.0
     for j in range(f.shape[0]):
@@ -94,8 +94,8 @@ def transformed(f: Floats, onset: float, loop: float) -> Floats:
 
 
 @njit(cache=True)
-def rope_tension(stretch: float, toe: float) -> float:
-    """Tension over preload of a rope with a toe region, from its stretch over (preload / k_inf).
+def tendon_tension(stretch: float, toe: float) -> float:
+    """Tension over preload of a tendon with a toe region, from its stretch over (preload / k_inf).
 
     Solves t - 1 + toe ln t = stretch, which is k(T) = k_inf T / (T + T_toe) integrated; toe is T_toe over preload.
     """
@@ -113,10 +113,10 @@ def rope_tension(stretch: float, toe: float) -> float:
 
 
 @njit(cache=True)
-def two_ropes(
+def two_tendons(
     x: Floats, unit: float, stiffness: float, toe: float, slack_a: float, slack_b: float
 ) -> tuple[Floats, Floats]:
-    """One joint between two preloaded ropes with a toe region, driven by x.
+    """One joint between two preloaded tendons with a toe region, driven by x.
 
     Parameters
     ----------
@@ -129,28 +129,28 @@ def two_ropes(
     toe
         T_toe over preload.
     slack_a, slack_b
-        By how much either rope is longer than the preload asks for, in the drive's unit.
+        By how much either tendon is longer than the preload requires, in the drive's unit.
 
     Returns
     -------
     tuple
-        r theta, and the ropes' compliance over that at zero drive without slack; shapes (m,). Moments balance at
-        r theta = stiffness (T_a - T_b) / k_inf; the ropes are stretched by +-(x - r theta) less their slack. Derived.
+        r theta, and the tendons' compliance over that at zero drive without slack; shapes (m,). Moments balance at
+        r theta = stiffness (T_a - T_b) / k_inf; the tendons are stretched by +-(x - r theta) less their slack. Derived.
     """
-    turn, soft = np.empty_like(x), np.empty_like(x)
+    angle, soft = np.empty_like(x), np.empty_like(x)
     d, at_rest = 0.0, 0.5 * (1.0 + toe)
     for j in range(x.shape[0]):
         target = x[j] / unit
         low, high, slope = -math.inf, math.inf, 0.0
         for _ in range(80):
-            a, b = rope_tension(d - slack_a / unit, toe), rope_tension(-d - slack_b / unit, toe)
+            a, b = tendon_tension(d - slack_a / unit, toe), tendon_tension(-d - slack_b / unit, toe)
             slope = (a / (a + toe) if a > 0.0 else 0.0) + (b / (b + toe) if b > 0.0 else 0.0)
-            excess = d + stiffness * (a - b) - target  # rises with d, with kinks where a rope goes slack
+            excess = d + stiffness * (a - b) - target  # rises with d, with kinks where a tendon goes slack
             low, high = (d, high) if excess < 0.0 else (low, d)
             change = excess / (1.0 + stiffness * slope)
             if abs(change) < 1e-11 * (1.0 + abs(d)):
                 break
             d = d - change if low < d - change < high else 0.5 * (low + high)
-        turn[j] = x[j] - d * unit  # d starts the next sample: neighbours are near
+        angle[j] = x[j] - d * unit  # d starts the next sample: neighbours are near
         soft[j] = 1.0 / (max(slope, _LEAST_STIFFNESS) * at_rest)
-    return turn, soft
+    return angle, soft

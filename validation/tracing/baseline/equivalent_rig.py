@@ -1,11 +1,11 @@
-"""Records of unknown geometry as a problem for the tracer: the simplest rig that could have made them.
+"""Baseline of records of unknown geometry: the simplest rig that could have made them.
 
-Six measured joints between two equal ropes on the compiled chain (:mod:`fem_models.chain.solve`). Stiffness, moment arm,
-ropes with their toe region, friction of sheath, capstan and, a little, guides, and the loop of the material are free,
-and so is a monotone cubic between drive and wheel, f of the curve model. That is fewer constants than f and a Bouc-Wen
-loop of free size in every preload have, and the loops it can make are those of a rig: what play, slack or a damper add
-is not among them. Forces are in proportion to the preload, 20 N where no record tells one; lengths of rope are given in
-the drive's unit.
+Six measured joints between two equal tendons on the compiled chain (:mod:`fem_models.chain.solve`). Fitted are
+stiffness, moment arm, the tendons with their toe region, friction of sheath, capstan and (a little) guides, the loop of
+the material, and a monotone cubic between drive and wheel, which is f of the curve model. Those are fewer parameters
+than f and a Bouc-Wen loop of free size in every preload have, and the loops that they can make are those of a rig:
+play, slack and dampers are not among them. Forces are in proportion to the preload, 20 N where no record states one.
+Lengths of tendon are given in the drive's unit.
 """
 
 from __future__ import annotations
@@ -15,58 +15,52 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.load.program import LoadProgram
 from fem_models.rig.effects import Closure
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Ints
+from hysteresis.path import cycle_index
 from hysteresis.record import Record
-from validation.tracing.baseline.curve import mean_slope, middle_of
-from validation.tracing.baseline.known_rig import (
-    NEVER_DEG,
-    SOFT,
-    RigProblem,
-    Run,
-    has,
-    runs_of,
-    scale_of,
-    thinned,
-)
-from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Values
+from validation.tracing.baseline.rig_problem import Added, RigProblem
+from validation.tracing.baseline.runs import Run, drive_runs, run_setup
+from validation.tracing.baseline.samples import kept_samples, mean_slope, middle_of
+from validation.tracing.effect import OPEN_NOTCHES, Effect, FreeParameter, RigForm, Scale, Values
 from validation.tracing.prepared import prepare
 from validation.tracing.problem import Problem, require_one_unit
 
-JOINTS, PARTS_AT_LAST = 6, 2
-"""Joints, in the search, and parts of each in the last fit. Between slack ropes of a wrist of 14 joints, six are 0.2 of
-the noise off where they are fitted and 0.5 to 0.7 where not (score-6, ``tendon_slack`` 06, without its noise)."""
-SAMPLES, SAMPLES_AT_LAST = 300, 1200
-"""Of a record at most, about: for the search, and for the last fit."""
+JOINTS, PARTS_REFINED = 6, 2
+"""Joints, and parts of each in the refined problem. Between slack tendons of a wrist of 14 joints, six joints are off
+by
+0.2 of the noise where they are fitted and by 0.5 to 0.7 elsewhere (score-6, ``tendon_slack`` 06, without its noise)."""
+SAMPLES, SAMPLES_REFINED = 300, 1200
+"""Of a record at most, about; the same in the refined problem."""
 _ARM_MM, _PITCH_MM, _FREE_MM, _WHEEL_MM = 2.5, 6.0, 150.0, 10.0
-_FREE_BOUNDS_MM = (36.0, 600.0)  # 1 to 17 times the length that bends: with more, a dry rope stands still as play does
+_FREE_BOUNDS_MM = (36.0, 600.0)
+"""1 to 17 times the length that bends: a longer dry tendon stands still after a reversal, as play does."""
 _PRELOAD_N, _EA_N, _STIFFNESS = 20.0, 10_000.0, 120.0
-_TOE = 2.2  # of the largest preload: as soft as the paper's rope at 20 N; softer is an effect (stiffening)
+_TOE = 2.2  # of the largest preload: as soft as the paper's tendon at 20 N; a softer one is an effect (stiffening)
 _GUIDES = 0.02  # of the largest preload, all guides together: more is an effect
-_HOLD = 5e-4  # of half the largest range of the angle
+_PRIOR_WEIGHT = 5e-4  # of half the largest range of the angle
 _SHAPE = 0.45  # even and odd part of the cubic, as in the curve model
-_GAP = FreeParameter("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / PARTS_AT_LAST**2, 0.05)
-_ROOTS = 1 / 3
-"""Of the last fit alone: what of a notch does not bend, which shortens the paths of both ropes in a bend, and the part
-of the compliance in the roots of a flexure, that of the preset ``du2018``. A deep bend tells them; the search does
-without, whose effects are larger."""
+_GAP = FreeParameter("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / PARTS_REFINED**2, 0.05)
+_ROOTS_SHARE = 1 / 3
+"""Of the refined problem alone: the part of a notch that does not bend, which shortens the paths of both tendons in a
+bend, and the part of the compliance in the roots of a flexure, that of the preset ``du2018``. Both show in a deep
+bend; the search does without, since the effects are larger."""
 
 
 @dataclass(frozen=True, eq=False)
 class EquivalentRigProblem(RigProblem):
-    """A :class:`RigProblem` of a rig that is not known: its whole geometry is fitted.
+    """Records of a rig whose whole geometry is fitted; see :class:`validation.tracing.problem.Problem`.
 
-    ``middle`` and ``mm`` make rope of drive, (x - middle) mm; ``half_mm`` is the largest way of it, ``unit`` the
-    drive's; ``preload_N`` is the largest. Constants are those of six joints, each of which is run as ``parts``.
+    The wheel winds in (x - ``middle``) ``mm_per_unit`` of a drive x in ``unit``, at most ``half_mm`` either way.
+    ``preload_N`` is the largest. The parameters are those of six joints, each of which is run as ``parts``.
     """
 
     middle: float
-    mm: float
+    mm_per_unit: float
     half_mm: float
     unit: str
     preload_N: float
@@ -75,34 +69,53 @@ class EquivalentRigProblem(RigProblem):
     @property
     def prior_weight_deg(self) -> float:
         """See :class:`validation.tracing.problem.Problem`."""
-        return _HOLD * self.scale.angle_deg
+        return _PRIOR_WEIGHT * self.scale.angle_deg
 
     def forms(self, effect: Effect) -> tuple[RigForm, ...]:
-        """Forms whose needs are met, lengths of rope in the drive's unit."""
-        return tuple(_in_unit(form, self.unit, self.mm) for form in super().forms(effect))
+        """Forms whose needs are met, lengths of tendon in the drive's unit."""
+        return tuple(_in_unit(form, self.unit, self.mm_per_unit) for form in super().forms(effect))
 
-    def baseline(self, rig: Rig, values: Values) -> Rig:
-        """Give a rig the constants that were fitted."""
-        rope = replace(
+    def starts(self, form: RigForm) -> Sequence[Values]:
+        """Give starting values; those of a toe region are half of the softest one of the baseline, and beyond it."""
+        starts = super().starts(form)
+        if "toe_N" not in {p.name for p in form.parameters}:
+            return starts
+        softest = self.runs[0][0].rig.tendon_a.toe_N
+        return [{"toe_N": 0.5 * softest}, *({**start, "toe_N": softest + start["toe_N"]} for start in starts)]
+
+    def baseline_rig(self, rig: Rig, values: Values) -> Rig:
+        """Give a rig the parameters of the baseline."""
+        tendon = replace(
             rig.tendon_a,
             EA_N=values["EA_at_preload_N"],
             toe_N=values.get("toe_N", 0.0),
             moment_arm_mm=values["moment_arm_mm"],
             free_length_mm=values["free_length_mm"],
         )
-        dry = replace(rig.friction, **{name: values[name] for name in ("sheath_N", "capstan_coefficient", "guide_N")})
-        metal = replace(rig.material, loop_share=values["loop_share"], loop_angle_deg=values["loop_angle_deg"])
+        friction = replace(
+            rig.friction,
+            sheath_N=values["sheath_N"],
+            capstan_coefficient=values["capstan_coefficient"],
+            guide_N=values["guide_N"],
+        )
+        material = replace(rig.material, loop_share=values["loop_share"], loop_angle_deg=values["loop_angle_deg"])
         assert isinstance(rig.joint, MeasuredJoint)
         joint = replace(
             rig.joint,
             flexure_stiffness_Nmm_per_rad=values["flexure_stiffness_Nmm_per_rad"],
             rigid_gap_mm=values.get("rigid_gap_mm", 0.0),
         )
-        return replace(rig, tendon_a=rope, tendon_b=rope, friction=dry, material=metal, joint=joint)
+        return replace(rig, tendon_a=tendon, tendon_b=tendon, friction=friction, material=material, joint=joint)
 
-    def rig(self, run: Run, values: Values, added: Sequence[tuple[RigForm, Values]]) -> Rig:
-        """Rig of a run; ropes are as stiff at the largest preload as their constant says, however soft their toe is."""
-        rig = super().rig(run, values, added)
+    def rig(self, run: Run, values: Values, added: Added) -> Rig:
+        """Rig of a run with the parameters of the baseline, and with effects.
+
+        The tendons are as stiff at the largest preload as their parameter says, however soft their toe is. A parameter
+        that the baseline and an effect have in common is the effect's alone: it is not declared but fitted, and of a
+        sum neither part can be identified.
+        """
+        theirs = {p.name for form, _ in added for p in form.parameters} & values.keys()
+        rig = super().rig(run, {**values, **dict.fromkeys(theirs, 0.0)}, added)
         a, b = rig.tendon_a, rig.tendon_b
         assert b is not None
         by_a, by_b = 1.0 + a.toe_N / self.preload_N, 1.0 + b.toe_N / self.preload_N
@@ -121,9 +134,13 @@ class EquivalentRigProblem(RigProblem):
         assert isinstance(run.program, LoadProgram)
         return replace(run, program=bent(run.program), short=None if run.short is None else bent(run.short))
 
-    def program(self, drive: Floats, time_s: Floats | None, cycle: NDArray[np.int64]) -> LoadProgram:
+    def tendon_mm(self, drive: Floats) -> Floats:
+        """Tendon that the wheel winds in, from the drive; shapes (m,)."""
+        return (drive - self.middle) * self.mm_per_unit
+
+    def program(self, drive: Floats, time_s: Floats | None, cycle: Ints) -> LoadProgram:
         """Make a load program of a drive in the records' unit."""
-        return LoadProgram((drive - self.middle) * self.mm, time_s, cycle)
+        return LoadProgram(self.tendon_mm(drive), time_s, cycle)
 
 
 def equivalent_rig_problem(records: Sequence[Record], samples: int = SAMPLES) -> EquivalentRigProblem:
@@ -144,41 +161,36 @@ def equivalent_rig_problem(records: Sequence[Record], samples: int = SAMPLES) ->
         A drive that no such rig follows.
     """
     require_one_unit(records)
-    used = prepare(records, [thinned(record, samples) for record in records])
-    inputs, observed = [one.inputs for one in used], [one.angle_deg for one in used]
-    drives = [one.drive for one in used]
-    middle, slope = middle_of(drives), mean_slope(drives, observed)
-    mm = math.copysign(math.radians(abs(slope)) * _ARM_MM, slope)
-    told = all(record.rig.get("preload_N", 0.0) > 0 for record in records)
-    loads = [float(record.rig["preload_N"]) if told else _PRELOAD_N for record in records]
-    joint = 0.5 * max(float(np.ptp(angle)) for angle in observed) / JOINTS
-    rigs = [replace(_rig(max(loads), joint), preload_N=load) for load in loads]
-    runs = tuple(runs_of((one.drive - middle) * mm, one.inputs, rig) for one, rig in zip(used, rigs, strict=True))
-    largest, several = max(loads), max(loads) > 1.05 * min(loads)
-    roped = tuple(replace(record_inputs, drive=(record_inputs.drive - middle) * mm) for record_inputs in inputs)
+    used = prepare(records, [kept_samples(record.drive, samples, cycle_index(record)) for record in records])
+    drives, angles = [one.drive for one in used], [one.angle_deg for one in used]
+    middle, slope = middle_of(drives), mean_slope(drives, angles)
+    mm_per_unit = math.copysign(math.radians(abs(slope)) * _ARM_MM, slope)
+    stated = all(record.rig.get("preload_N", 0.0) > 0 for record in records)
+    preloads = [float(record.rig["preload_N"]) if stated else _PRELOAD_N for record in records]
+    largest, several = max(preloads), max(preloads) > 1.05 * min(preloads)
+    joint_deg = 0.5 * max(float(np.ptp(angle)) for angle in angles) / JOINTS
+    rigs = [replace(_rig(largest, joint_deg), preload_N=preload) for preload in preloads]
     return EquivalentRigProblem(
         records=used,
-        parameters=_constants(largest, joint, several=several),
-        start=_start(largest, joint, several=several),
-        runs=runs,
-        scale=scale_of(used, [(record.drive - middle) * mm for record in records], runs, roped),
-        has=has(rigs[0], inputs, pulled=False),
+        parameters=_parameters(largest, joint_deg, several=several),
+        start=_start(largest, joint_deg, several=several),
+        setup=run_setup(used, rigs, lambda drive: (drive - middle) * mm_per_unit),
         middle=middle,
-        mm=mm,
-        half_mm=max(float(np.abs(record_inputs.drive).max()) for record_inputs in roped),
+        mm_per_unit=mm_per_unit,
+        half_mm=max(float(np.abs((drive - middle) * mm_per_unit).max()) for drive in drives),
         unit=records[0].drive_unit,
         preload_N=largest,
     )
 
 
-def _rooted(rig: Rig) -> Rig:
+def _with_roots(rig: Rig) -> Rig:
     """Give the joints of a rig the roots of a notched flexure."""
     assert isinstance(rig.joint, MeasuredJoint)
-    return replace(rig, joint=replace(rig.joint, roots_share=_ROOTS))
+    return replace(rig, joint=replace(rig.joint, roots_share=_ROOTS_SHARE))
 
 
 def divided(rig: Rig, parts: int) -> Rig:
-    """Give a rig of measured joints with each of them made of as many in series: as long and as stiff together."""
+    """Give a rig whose measured joints are each made of ``parts`` in series, as long and as stiff together."""
     if parts == 1:
         return rig
     joint, shut, mass, drag, tired = rig.joint, rig.closure, rig.gravity, rig.drag, rig.fatigue
@@ -204,41 +216,44 @@ def divided(rig: Rig, parts: int) -> Rig:
 
 
 def refined_problem(problem: Problem) -> EquivalentRigProblem:
-    """Give the problem with :data:`SAMPLES_AT_LAST` a record, joints in :data:`PARTS_AT_LAST`, roots, a rigid gap."""
+    """Give a problem of finer samples and joints, for the last fit.
+
+    It has :data:`SAMPLES_REFINED` a record, joints in :data:`PARTS_REFINED`, roots, and a rigid gap as a parameter
+    more.
+    """
     assert isinstance(problem, EquivalentRigProblem)
     records = [one.record for one in problem.records]
-    used = prepare(records, [thinned(record, SAMPLES_AT_LAST) for record in records])
-    rigs = [_rooted(runs[0].rig) for runs in problem.runs]
+    used = prepare(records, [kept_samples(record.drive, SAMPLES_REFINED, cycle_index(record)) for record in records])
+    in_mm = [replace(one.inputs, drive=problem.tendon_mm(one.drive)) for one in used]
+    rigs = [_with_roots(runs[0].rig) for runs in problem.runs]
+    runs = tuple(drive_runs(rig, inputs) for rig, inputs in zip(rigs, in_mm, strict=True))
     return replace(
         problem,
         records=used,
-        runs=tuple(
-            runs_of((one.drive - problem.middle) * problem.mm, one.inputs, rig)
-            for one, rig in zip(used, rigs, strict=True)
-        ),
+        setup=replace(problem.setup, runs=runs),
         parameters=(*problem.parameters, _GAP),
         start={**problem.start, _GAP.name: 0.0},
-        parts=PARTS_AT_LAST,
+        parts=PARTS_REFINED,
     )
 
 
 def _rig(preload_N: float, joint_deg: float) -> Rig:
-    """Rig to start from; its toe is the softest that is declared, from where that of an effect starts."""
-    rope = Tendon(_EA_N, _ARM_MM, _FREE_MM, toe_N=_TOE * preload_N)
+    """Rig to start from; its toe region is the softest one of the baseline."""
+    tendon = Tendon(_EA_N, _ARM_MM, _FREE_MM, toe_N=_TOE * preload_N)
     return Rig(
         name="equivalent",
         material=Material(60.0, 0.33, loop_share=0.3, loop_angle_deg=0.6 * joint_deg),
-        tendon_a=rope,
-        tendon_b=rope,
+        tendon_a=tendon,
+        tendon_b=tendon,
         wheel=Wheel(_WHEEL_MM),
         preload_N=preload_N,
         friction=Friction(capstan_coefficient=0.05, sheath_N=0.05 * preload_N),
         joint=MeasuredJoint(JOINTS, _PITCH_MM, _STIFFNESS),
-        closure=Closure(SOFT, NEVER_DEG),
+        closure=OPEN_NOTCHES,
     )
 
 
-def _constants(preload_N: float, joint_deg: float, *, several: bool) -> tuple[FreeParameter, ...]:
+def _parameters(preload_N: float, joint_deg: float, *, several: bool) -> tuple[FreeParameter, ...]:
     unit = preload_N / _PRELOAD_N
     parameters = [
         FreeParameter("sheath_N", "N", 0.0, 0.5 * preload_N, unit),
@@ -253,7 +268,7 @@ def _constants(preload_N: float, joint_deg: float, *, several: bool) -> tuple[Fr
         FreeParameter("even", "-", -_SHAPE, _SHAPE, 0.01),
         FreeParameter("odd", "-", -_SHAPE, _SHAPE, 0.01),
     ]
-    if several:  # one preload does not tell a soft rope from a soft strand
+    if several:  # one preload does not separate a long toe region from a soft strand
         parameters.append(FreeParameter("toe_N", "N", 0.0, _TOE * preload_N, 5.0 * unit))
     return tuple(parameters)
 
@@ -276,41 +291,43 @@ def _start(preload_N: float, joint_deg: float, *, several: bool) -> Mapping[str,
     return {**start, "toe_N": 0.3 * preload_N} if several else start
 
 
-def _in_unit(form: RigForm, unit: str, mm: float) -> RigForm:
-    """Give a form's lengths of rope in the drive's unit; a tip's way stays in mm of the equivalent rig."""
-    size = abs(mm)
-    roped = {c.name for c in form.parameters if c.unit == "mm" and c.name in _ROPE}
+_TENDON_LENGTHS = frozenset(
+    {"width_mm", "slack_mm", "centre_mm", "rest_length_mm", "sine_mm", "cosine_mm", "radius_mm"}
+)
+"""Parameters of rig forms that are lengths of tendon at the wheel."""
+_SIGNED = frozenset({"centre_mm", "cosine_mm"})  # of those, what changes sign with the drive; its bounds are symmetric
+
+
+def _in_unit(form: RigForm, unit: str, mm_per_unit: float) -> RigForm:
+    """Give lengths of tendon in the drive's unit; the place of a tip stop stays in mm of the equivalent rig."""
+    size = abs(mm_per_unit)
     if unit == "mm" and math.isclose(size, 1.0):
         return form
-    named = {name: f"{name.removesuffix('_mm')}_{unit}" for name in roped}
+    lengths = {p.name for p in form.parameters if p.unit == "mm" and p.name in _TENDON_LENGTHS}
+    renamed = {name: f"{name.removesuffix('_mm')}_{unit}" for name in lengths}
 
-    def by(name: str) -> float:
-        return mm if name in _SIDED else size
+    def factor(name: str) -> float:
+        return mm_per_unit if name in _SIGNED else size
 
-    def back(values: Values) -> Values:
-        return {**values, **{name: values[there] * by(name) for name, there in named.items()}}
+    def to_mm(values: Values) -> Values:
+        return {**values, **{name: values[other] * factor(name) for name, other in renamed.items()}}
 
-    def there(values: Values) -> Values:
-        return {named.get(name, name): v / by(name) if name in named else v for name, v in values.items()}
+    def from_mm(values: Values) -> Values:
+        return {renamed.get(name, name): v / factor(name) if name in renamed else v for name, v in values.items()}
 
-    def scaled(c: FreeParameter) -> FreeParameter:
-        if c.name not in named:
-            return c
-        per = c.scale if c.log else c.scale / size
-        return replace(c, name=named[c.name], unit=unit, low=c.low / size, high=c.high / size, scale=per)
+    def converted(p: FreeParameter) -> FreeParameter:
+        if p.name not in renamed:
+            return p
+        scale = p.scale if p.log else p.scale / size
+        return replace(p, name=renamed[p.name], unit=unit, low=p.low / size, high=p.high / size, scale=scale)
 
     def starts(scale: Scale, rig: Rig) -> list[Values]:
-        return [there(values) for values in form.starts(scale, rig)]
+        return [from_mm(values) for values in form.starts(scale, rig)]
 
-    rig_of_form = form.rig
+    change = form.rig
     return replace(
         form,
-        parameters=tuple(map(scaled, form.parameters)),
+        parameters=tuple(map(converted, form.parameters)),
         starts=starts,
-        rig=None if rig_of_form is None else lambda rig, values: rig_of_form(rig, back(values)),
+        rig=None if change is None else lambda rig, values: change(rig, to_mm(values)),
     )
-
-
-_ROPE = frozenset({"width_mm", "slack_mm", "centre_mm", "rest_length_mm", "sine_mm", "cosine_mm", "radius_mm"})
-"""Constants of rig forms that are lengths of rope at the wheel."""
-_SIDED = frozenset({"centre_mm", "cosine_mm"})  # of those, what changes sign with the drive; its bounds are symmetric

@@ -23,7 +23,9 @@ WIDTH = FreeParameter("width_mm", "mm", 0.0, 5.0, 0.05, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    return replace(rig, backlash=Backlash(values["width_mm"]))
+    """Add the widths: two plays in series are one play of both widths."""
+    declared = 0.0 if rig.backlash is None else rig.backlash.width_mm
+    return replace(rig, backlash=Backlash(declared + values["width_mm"]))
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
@@ -40,10 +42,11 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="backlash",
-    physics="Clearance in the gears or couplings between motor and wheel: the wheel stands still for the width of the "
-    "play after every reversal, as a play operator does (Krasnosel'skii and Pokrovskii 1989, ISBN 978-3-642-64782-6).",
-    distinguished_by="A Bouc-Wen loop or friction with a soft rope also stands still after a reversal. Play has a sharp "
-    "corner and the same width at every amplitude and preload: record a second amplitude and a second preload.",
+    physics="Clearance in the gears or couplings between motor and wheel. After every reversal the wheel stands still "
+    "for the width of the play, as a play operator does (Krasnosel'skii and Pokrovskii 1989, ISBN 978-3-642-64782-6).",
+    distinguished_by="Record a second amplitude and a second preload. Play has a sharp corner and the same width at "
+    "every amplitude and preload. A Bouc-Wen loop, or friction with an elastic tendon, also stands still after a "
+    "reversal, but changes with both.",
     rig_forms=(RigForm((WIDTH,), _starts, rig=_rig, needs=frozenset({"wheel"})),),
     curve_forms=(_CURVE,),
 )

@@ -1,4 +1,4 @@
-"""A camera that does not look at right angles."""
+"""A camera that is tilted or not calibrated."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PERSPECTIVE = FreeParameter("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4, l
 
 
 def observe(angle_deg: Floats, inputs: SampleInputs, values: Values) -> Floats:
-    """Angle read: theta (1 + gain + perspective theta); the offset is a record's own zero, always free."""
+    """Angle that is read, theta (1 + gain + perspective theta); an offset is part of the free zero of a record."""
     return angle_deg * (1 + values.get("gain", 0.0) + values.get("perspective_per_deg", 0.0) * angle_deg)
 
 
@@ -33,23 +33,23 @@ def _perspective(scale: Scale, rig: Rig | None) -> list[Values]:
 
 
 def _both(scale: Scale, rig: Rig | None) -> list[Values]:
-    """Give sizes of both; the search finds their signs."""
+    """Give sizes of both parameters; the search finds their signs."""
     return [{"gain": 0.02, "perspective_per_deg": 0.02 / scale.angle_deg}]
 
 
 _CURVE = CurveForm(
     (RelativeParameter("perspective_per_deg", "1/angle", -0.5, 0.5, 0.005),),
     ({"perspective_per_deg": 0.02}, {"perspective_per_deg": -0.02}),
-    observe=observe,  # f takes the gain
+    observe=observe,  # a gain is part of f
 )
 
 EFFECT = Effect(
     name="camera_misalignment",
-    physics="A tilted or uncalibrated camera reads a wrong angle: gain, offset and, to first order of its tilt, a part "
-    "even in the angle. A function of the angle alone, without a loop (pinhole model; Hartley and Zisserman 2004, doi "
-    "10.1017/CBO9780511811685).",
-    distinguished_by="Gravity is a smooth function of the angle, too, and unequal tendons have an even part, which changes "
-    "with preload. Turn the camera, or read a known angle.",
+    physics="A tilted or uncalibrated camera reads a wrong angle: gain, offset and, to first order of its tilt, a "
+    "part that is even in the angle. The reading is a function of the angle alone, without a loop (pinhole model; "
+    "Hartley and Zisserman 2004, doi 10.1017/CBO9780511811685).",
+    distinguished_by="Turn the camera, or read a known angle. Gravity is also a smooth function of the angle. Unequal "
+    "tendons also have an even part, but theirs changes with preload.",
     rig_forms=(
         RigForm((GAIN,), _gain, observe=observe),
         RigForm((PERSPECTIVE,), _perspective, observe=observe),

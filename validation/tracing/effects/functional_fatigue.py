@@ -18,6 +18,8 @@ from validation.tracing.effect import (
     RigForm,
     Scale,
     Values,
+    combined_time,
+    compound,
 )
 
 LOSS = FreeParameter("loop_loss", "-", 0.0, 1.0, 0.05, linear=True)
@@ -26,30 +28,42 @@ CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    return replace(
-        rig, fatigue=Fatigue(values.get("loop_loss", 0.0), values.get("residual_deg", 0.0), values["cycles"])
+    """Compound the losses of the loop, add the residual angles, with one number of cycles for both."""
+    added = Fatigue(values.get("loop_loss", 0.0), values.get("residual_deg", 0.0), values["cycles"])
+    if (declared := rig.fatigue) is None:
+        return replace(rig, fatigue=added)
+    both = Fatigue(
+        compound(declared.loop_loss, added.loop_loss),
+        declared.residual_deg + added.residual_deg,
+        combined_time(
+            (declared.loop_loss, declared.residual_deg),
+            declared.cycles,
+            (added.loop_loss, added.residual_deg),
+            added.cycles,
+        ),
     )
+    return replace(rig, fatigue=both)
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
-    turn = 0.05 * scale.angle_deg / rig.joints
+    residual = 0.05 * scale.angle_deg / rig.joints
     return [
-        {"loop_loss": 0.3, "residual_deg": side * turn, "cycles": part * scale.cycles}
+        {"loop_loss": 0.3, "residual_deg": side * residual, "cycles": part * scale.cycles}
         for side in (-1, 1)
         for part in (0.3, 1.0)
     ]
 
 
-def _done(curve: CurveContext, values: Values) -> Floats:
+def _progress(curve: CurveContext, values: Values) -> Floats:
     return -np.expm1(-curve.inputs.cycle / values["cycles"])
 
 
-def _shrunk(f: Floats, curve: CurveContext, values: Values) -> Floats:
-    return 1.0 - values["loop_loss"] * _done(curve, values)
+def _loop_size(f: Floats, curve: CurveContext, values: Values) -> Floats:
+    return 1.0 - values["loop_loss"] * _progress(curve, values)
 
 
-def _left_over(theta: Floats, curve: CurveContext, values: Values) -> Floats:
-    return theta + values["residual_deg"] * _done(curve, values)
+def _with_residual(theta: Floats, curve: CurveContext, values: Values) -> Floats:
+    return theta + values["residual_deg"] * _progress(curve, values)
 
 
 _CURVE = CurveForm(
@@ -59,16 +73,17 @@ _CURVE = CurveForm(
         RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True),
     ),
     tuple({"loop_loss": 0.1, "residual_deg": side * 0.02, "cycles": c} for side in (-1, 1) for c in (1.0, 5.0)),
-    loop_size=_shrunk,
-    angle=_left_over,
+    loop_size=_loop_size,
+    angle=_with_residual,
     needs=frozenset({"cycles"}),
 )
 
 EFFECT = Effect(
     name="functional_fatigue",
-    physics="Cycling trains Nitinol: its loop shrinks and a residual strain grows, both exponential in the number of "
-    "cycles (Eggeler et al. 2004, doi 10.1016/j.msea.2003.10.327).",
-    distinguished_by="A loss of preload acts on tension and widens the loop; record tensions, or a second preload.",
+    physics="Cycling trains Nitinol: its loop shrinks and a residual strain grows. Both are exponential in the number "
+    "of cycles (Eggeler et al. 2004, doi 10.1016/j.msea.2003.10.327).",
+    distinguished_by="Record the tensions, or a second preload. A loss of preload also changes with the cycles, but "
+    "it acts on the tension and widens the loop.",
     rig_forms=(RigForm((LOSS, RESIDUAL, CYCLES), _starts, rig=_rig, needs=frozenset({"cycles"})),),
     curve_forms=(_CURVE,),
 )

@@ -26,7 +26,12 @@ ACROSS = FreeParameter("ring_mass_across_g", "g", -200.0, 200.0, 0.2, linear=Tru
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
+    """Add the weights as vectors."""
     along, across = values["ring_mass_along_g"], values["ring_mass_across_g"]
+    if rig.gravity is not None:
+        direction = math.radians(rig.gravity.direction_deg)
+        along += rig.gravity.ring_mass_g * math.cos(direction)
+        across += rig.gravity.ring_mass_g * math.sin(direction)
     return replace(rig, gravity=Gravity(math.hypot(along, across), math.degrees(math.atan2(across, along))))
 
 
@@ -38,9 +43,9 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
 
 
 def _weight(theta: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Moment of a weight at the heading: along the straight tube it goes with the sine, across with the cosine."""
-    turn = np.radians(theta - curve.straight_deg)
-    return theta + values["along_deg"] * np.sin(turn) + values["across_deg"] * (np.cos(turn) - 1.0)
+    """Add the moment of a weight: along the straight tube it follows the sine of the heading, across it the cosine."""
+    heading = np.radians(theta - curve.straight_deg)
+    return theta + values["along_deg"] * np.sin(heading) + values["across_deg"] * (np.cos(heading) - 1.0)
 
 
 _CURVE = CurveForm(
@@ -54,9 +59,11 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="gravity",
-    physics="Weight of rings and tool bends the tube: a moment that follows sine and cosine of the headings, given by "
-    "its parts along and across the straight tube. Smooth, no loop; odd or even by the way the rig is mounted.",
-    distinguished_by="A misaligned camera gives a function of the angle, too. Mount the rig turned by 90 or 180 degrees.",
+    physics="The weight of rings and tool bends the tube. The moment follows sine and cosine of the headings of the "
+    "rings; it is given by its parts along and across the straight tube. It is smooth and has no loop. It is odd or "
+    "even in the angle, depending on how the rig is mounted.",
+    distinguished_by="Mount the rig turned by 90 or 180 degrees. A misaligned camera is also a function of the angle "
+    "alone, but does not turn with the rig.",
     rig_forms=(RigForm((ALONG, ACROSS), _starts, rig=_rig),),
     curve_forms=(_CURVE,),
 )

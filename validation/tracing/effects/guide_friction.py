@@ -1,4 +1,4 @@
-"""Friction of the guides that bends and a constant force do not make."""
+"""Friction of the guides besides the capstan in the bends and a constant force at the base."""
 
 from __future__ import annotations
 
@@ -26,15 +26,16 @@ LEAST_MU = 1e-3
 
 
 def _at_base(rig: Rig, values: Values) -> Rig:
-    """Wrap at the base, given by mu phi, since only the product acts there."""
+    """Add to the wrap at the base, given by mu phi, since only the product acts there."""
     mu = max(rig.friction.capstan_coefficient, LEAST_MU)
-    wrap = math.degrees(values["base_capstan"] / mu)
+    declared = rig.friction.rest_wrap_deg * rig.friction.capstan_coefficient / mu
+    wrap = declared + math.degrees(values["base_capstan"] / mu)
     return replace(rig, friction=replace(rig.friction, capstan_coefficient=mu, rest_wrap_deg=wrap))
 
 
 def _at_guides(rig: Rig, values: Values) -> Rig:
-    """Set the friction of all guides, in place of what is declared: of a sum neither part could be told."""
-    return replace(rig, friction=replace(rig.friction, guide_N=values["guide_N"]))
+    """Add to the friction force of every guide."""
+    return replace(rig, friction=replace(rig.friction, guide_N=rig.friction.guide_N + values["guide_N"]))
 
 
 def _base_starts(scale: Scale, rig: Rig) -> list[Values]:
@@ -42,11 +43,11 @@ def _base_starts(scale: Scale, rig: Rig) -> list[Values]:
 
 
 def _guide_starts(scale: Scale, rig: Rig) -> list[Values]:
-    return [{"guide_N": rig.friction.guide_N + value} for value in (0.03, 0.15)]
+    return [{"guide_N": value} for value in (0.03, 0.15)]
 
 
 def _wrap(f: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Let the loop grow with the bend, by the capstan's law."""
+    """Let the loop grow with the bend, by the capstan equation."""
     return np.exp(values["capstan"] * np.radians(np.abs(f - curve.straight_deg)))
 
 
@@ -56,10 +57,12 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="guide_friction",
-    physics="Ropes rub where they are led round: T2 = T1 exp(mu phi) (Euler 1769). The declared model has the capstan "
-    "in the bends and a constant force at the base; this is what they lack: friction in proportion to tension on the "
-    "way to the base, which does not wait for the bend, or a constant force at every guide.",
-    distinguished_by="It grows with tension, a Bouc-Wen loop and a constant force do not: record a second preload.",
+    physics="Tendons rub where they are led round a bend: T2 = T1 exp(mu phi) (Euler 1769). The baseline has this "
+    "capstan friction in the bends of the tube, and a constant force at the base. The effect is what these lack: "
+    "friction in proportion to tension between wheel and base, which is there before the tube bends, or a constant "
+    "force at every guide.",
+    distinguished_by="Record a second preload. Guide friction grows with tension; a Bouc-Wen loop and a constant "
+    "force do not.",
     rig_forms=(
         RigForm((BASE,), _base_starts, rig=_at_base, needs=frozenset({"wheel"})),
         RigForm((GUIDE,), _guide_starts, rig=_at_guides),

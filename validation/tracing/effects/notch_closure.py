@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
+from fem_models.joint import joint_mechanics
 from fem_models.rig.effects import Closure
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.effect import (
+    OPEN_NOTCHES,
     CurveContext,
     CurveForm,
     Effect,
@@ -25,7 +28,14 @@ STIFFNESS = FreeParameter("stiffness_Nmm_per_rad", "Nmm/rad", 1.0, 1e6, 0.3, log
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    return replace(rig, closure=Closure(values["stiffness_Nmm_per_rad"], values["angle_deg"]))
+    """Join two contacts to one: as stiff as both together, from the mean angle weighted by stiffness."""
+    stiffness, angle_deg = values["stiffness_Nmm_per_rad"], values["angle_deg"]
+    if rig.closure is not None and rig.closure != OPEN_NOTCHES:
+        declared, at = rig.closure.stiffness_Nmm_per_rad, rig.closure.angle_deg
+        at = math.degrees(joint_mechanics(rig).contact_angle_rad) if at is None else at
+        angle_deg = (declared * at + stiffness * angle_deg) / (declared + stiffness)
+        stiffness += declared
+    return replace(rig, closure=Closure(stiffness, angle_deg))
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
@@ -33,22 +43,24 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"angle_deg": part * scale.joint_deg, "stiffness_Nmm_per_rad": k} for part in parts for k in (300.0, 3e3)]
 
 
-def _shut(theta: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Less slope past an angle on both sides."""
+def _stiffened(theta: Floats, curve: CurveContext, values: Values) -> Floats:
+    """Take slope from the angle beyond a limit on both sides."""
     return theta - values["slope_loss"] * (theta - np.clip(theta, -values["angle_deg"], values["angle_deg"]))
 
 
 _CURVE = CurveForm(
     (RelativeParameter("angle_deg", "angle", 0.05, 1.1, 0.01), RelativeParameter("slope_loss", "-", 0.0, 1.0, 0.02)),
     tuple({"angle_deg": part, "slope_loss": loss} for part in (0.6, 0.8, 0.93) for loss in (0.1, 0.5)),
-    angle=_shut,
+    angle=_stiffened,
 )
 
 EFFECT = Effect(
     name="notch_closure",
     physics="The edges of a notch meet at an angle of the joint (width over lever, York et al., ICRA 2015, doi "
-    "10.1109/ICRA.2015.7139414) and carry load from then on: the tube stiffens past it, on both sides for pairs.",
-    distinguished_by="A superelastic plateau curves the other way; an obstacle clips one end. Record a smaller amplitude.",
+    "10.1109/ICRA.2015.7139414) and carry load from there on: the tube stiffens beyond it, with pairs of notches on "
+    "both sides.",
+    distinguished_by="Record a smaller amplitude: without contact the effect is gone. A superelastic plateau curves "
+    "the other way. An obstacle clips one end of the stroke only.",
     rig_forms=(RigForm((ANGLE, STIFFNESS), _starts, rig=_rig),),
     curve_forms=(_CURVE,),
 )

@@ -18,6 +18,8 @@ from validation.tracing.effect import (
     RigForm,
     Scale,
     Values,
+    combined_time,
+    compound,
 )
 
 FRACTION = FreeParameter("fraction", "-", 0.0, 0.95, 0.05, linear=True)
@@ -25,25 +27,30 @@ CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    return replace(rig, preload_loss=PreloadLoss(values["fraction"], values["cycles"]))
+    """Compound the losses, with one number of cycles for both."""
+    added = PreloadLoss(values["fraction"], values["cycles"])
+    if (declared := rig.preload_loss) is None:
+        return replace(rig, preload_loss=added)
+    cycles = combined_time((declared.fraction,), declared.cycles, (added.fraction,), added.cycles)
+    return replace(rig, preload_loss=PreloadLoss(compound(declared.fraction, added.fraction), cycles))
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"fraction": f, "cycles": part * scale.cycles} for f in (0.15, 0.4) for part in (0.3, 1.0)]
 
 
-def _left(curve: CurveContext, values: Values) -> Floats:
-    """Preload over the largest one."""
+def _remaining(curve: CurveContext, values: Values) -> Floats:
+    """Preload that remains, over the largest one."""
     return curve.preload_ratio * (1.0 + values["fraction"] * np.expm1(-curve.inputs.cycle / values["cycles"]))
 
 
 def _slope_known(f: Floats, curve: CurveContext, values: Values) -> Floats:
     at_start = curve.slope_loss_per_loop * curve.loop_ratio
-    return f * (1.0 + at_start) / (1.0 + at_start * curve.softness(_left(curve, values)))
+    return f * (1.0 + at_start) / (1.0 + at_start * curve.softness(_remaining(curve, values)))
 
 
 def _loop_known(f: Floats, curve: CurveContext, values: Values) -> Floats:
-    return curve.softness(_left(curve, values))
+    return curve.softness(_remaining(curve, values))
 
 
 def _slope_free(f: Floats, curve: CurveContext, values: Values) -> Floats:
@@ -56,7 +63,7 @@ def _loop_free(f: Floats, curve: CurveContext, values: Values) -> Floats:
 
 _CYCLES = RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
 _CURVES = (
-    CurveForm(  # what preload does is known from the other records
+    CurveForm(  # records at other preloads show what a loss does
         (RelativeParameter("fraction", "-", 0.0, 0.95, 0.02), _CYCLES),
         tuple({"fraction": 0.2, "cycles": c} for c in (1.0, 5.0)),
         backbone=_slope_known,
@@ -78,10 +85,10 @@ _CURVES = (
 
 EFFECT = Effect(
     name="preload_loss",
-    physics="Knots, crimps and rope seats settle: the preload falls with the number of cycles, T0 (1 - a (1 - "
+    physics="Knots, crimps and tendon seats settle. The preload falls with the number of cycles c as T0 (1 - a (1 - "
     "exp(-c/c0))), so that loops widen, or shift, from cycle to cycle.",
-    distinguished_by="Functional fatigue changes with the cycles, too, but acts on the material's loop, not on tension; "
-    "record tensions, or a second preload.",
+    distinguished_by="Record the tensions, or a second preload. Functional fatigue also changes with the cycles, but "
+    "it acts on the loop of the material, not on the tension.",
     rig_forms=(RigForm((FRACTION, CYCLES), _starts, rig=_rig, needs=frozenset({"cycles", "two tendons"})),),
     curve_forms=(*_CURVES,),
 )

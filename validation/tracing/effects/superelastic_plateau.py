@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
@@ -25,11 +26,16 @@ UNLOADING = FreeParameter("unloading_ratio", "-", 0.05, 1.0, 0.05)
 STRAIN = FreeParameter("transformation_strain", "-", 5e-3, 0.5, 0.2, log=True)
 
 _UNSEEN = 0.5  # unloading plateau over the loading one, where nothing unloads
-_FLAT = 0.1  # GPa: a plateau that hardly climbs
-_SPAN = 0.06  # strain of the whole transformation, where no fibre shows its end
+_FLAT = 0.1  # GPa: a plateau that hardly rises
+_SPAN = 0.06  # strain of the whole transformation, where no fibre reaches its end
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
+    """Give the metal a plateau; a rig that declares one is refused, since a metal has one."""
+    if rig.superelastic is not None:
+        raise RigError(
+            f"superelastic.plateau_MPa = {rig.superelastic.plateau_MPa}: expected none: a metal has one plateau"
+        )
     plateau = values["plateau_MPa"]
     slope = min(values.get("plateau_modulus_GPa", 0.0), 0.9 * rig.material.youngs_modulus_GPa)
     ratio = values.get("unloading_ratio", _UNSEEN)
@@ -38,7 +44,7 @@ def _rig(rig: Rig, values: Values) -> Rig:
 
 
 def _loaded(scale: Scale, rig: Rig) -> list[Values]:
-    """Start from moduli below the declared one, too: a linear fit has lowered it, and says little of the metal's."""
+    """Start also from moduli below the declared one: a linear fit lowers it and says little about that of the metal."""
     return [
         {
             "plateau_MPa": strain * part * rig.material.youngs_modulus_GPa * 1e3,
@@ -50,7 +56,7 @@ def _loaded(scale: Scale, rig: Rig) -> list[Values]:
     ]
 
 
-def _climbing(scale: Scale, rig: Rig) -> list[Values]:
+def _sloped(scale: Scale, rig: Rig) -> list[Values]:
     slope = 0.08 * rig.material.youngs_modulus_GPa
     return [{**start, "plateau_modulus_GPa": slope} for start in (*_starts(scale, rig), *_early(scale))]
 
@@ -66,12 +72,12 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
 def _ending(scale: Scale, rig: Rig) -> list[Values]:
     """Start from an end of the transformation that a deep bend reaches early or late."""
     flat = [{**start, "plateau_modulus_GPa": _FLAT} for start in _starts(scale, rig)]
-    starts = (*flat, *_climbing(scale, rig))
+    starts = (*flat, *_sloped(scale, rig))
     return [{**start, "transformation_strain": span} for start in starts for span in (0.03, 0.06, 0.12)]
 
 
 def _flag(f: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Beyond an angle more or less slope, given back later than it was taken."""
+    """Change the slope beyond an onset; on the way back the change ends later than it began."""
     return f + values["part"] * transformed(f, values["onset_deg"], values["loop_deg"])
 
 
@@ -87,13 +93,13 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="superelastic_plateau",
-    physics="Beyond about 1 % of strain Nitinol transforms at a nearly constant stress and comes back at a lower one "
-    "(flag; Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7): the slope changes past a strain, "
-    "with a loop away from the centre.",
-    distinguished_by="Notches that close curve the other way; record a larger amplitude.",
+    physics="Beyond about 1 % of strain Nitinol transforms at a nearly constant stress, and comes back at a lower one "
+    "(flag-shaped law; Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7). The slope changes beyond "
+    "a strain, with a loop away from the centre.",
+    distinguished_by="Record a larger amplitude. Notches that close curve the other way.",
     rig_forms=(
         RigForm((PLATEAU, UNLOADING), _starts, rig=_rig, needs=frozenset({"wheel"})),
-        RigForm((PLATEAU, UNLOADING, SLOPE), _climbing, rig=_rig, needs=frozenset({"wheel"})),
+        RigForm((PLATEAU, UNLOADING, SLOPE), _sloped, rig=_rig, needs=frozenset({"wheel"})),
         RigForm((PLATEAU, UNLOADING, SLOPE, STRAIN), _ending, rig=_rig, needs=frozenset({"wheel"}), refines=True),
         RigForm((PLATEAU, SLOPE), _loaded, rig=_rig, needs=frozenset({"force"})),
     ),

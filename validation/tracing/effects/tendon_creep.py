@@ -1,4 +1,4 @@
-"""Ropes that stretch with time."""
+"""Tendons that stretch with time."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from validation.tracing.effect import (
     RigForm,
     Scale,
     Values,
+    combined_time,
 )
 
 FRACTION = FreeParameter("fraction", "-", 0.0, 5.0, 0.05, linear=True)
@@ -26,7 +27,12 @@ TIME = FreeParameter("time_s", "s", 1e-2, 1e5, 0.3, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    return replace(rig, creep=Creep(values["fraction"], values["time_s"]))
+    """Add the stretches of two Kelvin-Voigt elements in series, with one time constant for both."""
+    added = Creep(values["fraction"], values["time_s"])
+    if (declared := rig.creep) is None:
+        return replace(rig, creep=added)
+    time_s = combined_time((declared.fraction,), declared.time_s, (added.fraction,), added.time_s)
+    return replace(rig, creep=Creep(declared.fraction + added.fraction, time_s))
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
@@ -35,7 +41,7 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
 
 
 def _stretch(x: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Take from the drive a part that follows it with time; the tension goes as the drive."""
+    """Take from the drive a part that follows it with time; the tension is in proportion to the drive."""
     return x - values["fraction"] * lagged(x, curve.inputs.time_s, values["time_s"])
 
 
@@ -51,11 +57,11 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="tendon_creep",
-    physics="Polymer and laid ropes go on stretching under load and come back without it: Kelvin-Voigt creep of the "
-    "rope between wheel and base, exponential in time, in proportion to tension (Findley, Lai, Onaran 1976, ISBN "
-    "978-0-486-66016-5).",
-    distinguished_by="Thermal drift keeps its sign when the load turns round; drag has no memory. Record a dwell at full "
-    "drive on either side.",
+    physics="Polymer and laid tendons go on stretching under load and recover without it: Kelvin-Voigt creep of the "
+    "tendon between wheel and base, exponential in time and in proportion to the tension (Findley, Lai, Onaran 1976, "
+    "ISBN 978-0-486-66016-5).",
+    distinguished_by="Record a dwell at full drive on both sides. Creep changes its sign with the load; thermal drift "
+    "does not. Viscous drag has no memory.",
     rig_forms=(RigForm((FRACTION, TIME), _starts, rig=_rig, needs=frozenset({"time", "wheel"})),),
     curve_forms=(_CURVE,),
 )

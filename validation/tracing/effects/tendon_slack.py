@@ -1,4 +1,4 @@
-"""Ropes longer than the preload asks for."""
+"""Tendons longer than the preload requires."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from fem_models.rig.effects import Slack
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.baseline.curve_kernels import two_ropes
+from validation.tracing.baseline.curve_kernels import two_tendons
 from validation.tracing.effect import (
     CurveContext,
     CurveForm,
@@ -48,28 +48,28 @@ _TWO: frozenset[Need] = frozenset({"two tendons"})
 
 
 def _dead_zone(x: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Stand still within the slack about a place."""
+    """Stand still within the slack about a centre."""
     centre, slack = values.get("centre", 0.0), values["slack"]
     return x - np.clip(x - centre, -slack, slack)
 
 
-def _ropes(x: Floats, curve: CurveContext, values: Values) -> tuple[Floats, Floats]:
+def _tendons(x: Floats, curve: CurveContext, values: Values) -> tuple[Floats, Floats]:
     slack = values["slack"]
-    return two_ropes(x, values["give"] * curve.preload_ratio, values["stiffness_ratio"], 0.0, slack, slack)
+    return two_tendons(x, values["give"] * curve.preload_ratio, values["stiffness_ratio"], 0.0, slack, slack)
 
 
-def _turn(x: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Let the preload take some of the slack up, and either rope go slack as the other one pulls."""
-    return _ropes(x, curve, values)[0] * (1.0 + 0.5 / values["stiffness_ratio"])
+def _joint(x: Floats, curve: CurveContext, values: Values) -> Floats:
+    """Let the preload take up some of the slack, and one tendon go slack while the other one pulls."""
+    return _tendons(x, curve, values)[0] * (1.0 + 0.5 / values["stiffness_ratio"])
 
 
 def _soft(f: Floats, curve: CurveContext, values: Values) -> Floats:
-    return _ropes(f * (curve.drive_half_range / curve.angle_half_range_deg), curve, values)[1]
+    return _tendons(f * (curve.drive_half_range / curve.angle_half_range_deg), curve, values)[1]
 
 
 _SLACK = RelativeParameter("slack", "drive", 0.0, 0.9, 0.01)
 _CENTRE = RelativeParameter("centre", "drive", -1.0, 1.0, 0.01)
-_GIVE = RelativeParameter("give", "drive", 1e-3, 2.0, 0.2, log=True)  # of a rope by its preload
+_GIVE = RelativeParameter("give", "drive", 1e-3, 2.0, 0.2, log=True)  # stretch of a tendon by its preload
 _RATIO = RelativeParameter("stiffness_ratio", "-", 0.05, 50.0, 0.2, log=True)
 _CURVES = (
     CurveForm((_SLACK,), ({"slack": 0.02}, {"slack": 0.1}), drive=_dead_zone),
@@ -81,17 +81,18 @@ _CURVES = (
     CurveForm(
         (_SLACK, _GIVE, _RATIO),
         tuple({"slack": 0.1, "give": give, "stiffness_ratio": 5.0} for give in (0.05, 0.2)),
-        drive=_turn,
+        drive=_joint,
         loop_size=_soft,
     ),
 )
 
 EFFECT = Effect(
     name="tendon_slack",
-    physics="Ropes that are longer than the declared preload asks for carry nothing about the centre, where neither is "
-    "taut and the tube does not move: a dead zone at a position of the drive, the same on the way up and down. "
-    "A rope pulls and never pushes (unilateral tendon, as in fem_models.multibody.quasi_static).",
-    distinguished_by="Backlash comes after every reversal, slack at one position. A record with more preload has less of it.",
+    physics="Tendons that are longer than the declared preload requires carry no load about the centre. Neither is "
+    "taut there, and the tube does not move: a dead zone at one position of the drive, the same on the way up and "
+    "down. A tendon pulls and never pushes (unilateral tendon, as in fem_models.multibody.quasi_static).",
+    distinguished_by="Record more preload: the dead zone shrinks. Backlash comes after every reversal, slack at one "
+    "position of the drive.",
     rig_forms=(
         RigForm((SLACK,), _starts, rig=_rig, needs=_TWO),
         RigForm((SLACK, CENTRE), _off_centre, rig=_rig, needs=_TWO),

@@ -1,4 +1,4 @@
-"""Ropes that are soft at low tension."""
+"""Tendons that are soft at low tension."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from validation.tracing.baseline.curve_kernels import two_ropes
+from validation.tracing.baseline.curve_kernels import two_tendons
 from validation.tracing.effect import (
     CurveContext,
     CurveForm,
@@ -18,36 +18,38 @@ from validation.tracing.effect import (
     Values,
 )
 
+STARTS_N = (5.0, 20.0, 60.0)
 TOE = FreeParameter("toe_N", "N", 0.0, 500.0, 5.0)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    b = rig.tendon_b
-    toe = values["toe_N"]
+    """Add the toes, as the compliances (1 + toe / T) / k_inf of strands in series add."""
+    a, b, toe = rig.tendon_a, rig.tendon_b, values["toe_N"]
     return replace(
-        rig, tendon_a=replace(rig.tendon_a, toe_N=toe), tendon_b=None if b is None else replace(b, toe_N=toe)
+        rig,
+        tendon_a=replace(a, toe_N=a.toe_N + toe),
+        tendon_b=None if b is None else replace(b, toe_N=b.toe_N + toe),
     )
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
-    here = rig.tendon_a.toe_N
-    return [{"toe_N": here + more} for more in (-0.5 * here, 5.0, 20.0, 60.0) if here + more > 0 and more != 0]
+    return [{"toe_N": toe} for toe in STARTS_N]
 
 
 def _toe(curve: CurveContext, values: Values) -> tuple[float, float, float]:
-    """Preload over k_inf, stiffness of ropes to joint, toe over preload."""
+    """Preload over k_inf, stiffness of the tendons over that of the joint, toe over preload."""
     return values["give"] * curve.preload_ratio, values["stiffness_ratio"], values["toe"] / curve.preload_ratio
 
 
-def _turn(x: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Give what the ropes pass on, in units of what stiff strands would."""
-    turn, _ = two_ropes(x, *_toe(curve, values), 0.0, 0.0)
-    return turn * (1.0 + 0.5 / values["stiffness_ratio"])
+def _joint(x: Floats, curve: CurveContext, values: Values) -> Floats:
+    """Give the drive that reaches the joint, relative to that through stiff strands."""
+    angle, _ = two_tendons(x, *_toe(curve, values), 0.0, 0.0)
+    return angle * (1.0 + 0.5 / values["stiffness_ratio"])
 
 
 def _soft(f: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Friction of a given force moves the angle by the ropes' compliance."""
-    _, soft = two_ropes(f * (curve.drive_half_range / curve.angle_half_range_deg), *_toe(curve, values), 0.0, 0.0)
+    """Size the loop by the compliance of the tendons, through which a given friction force moves the angle."""
+    _, soft = two_tendons(f * (curve.drive_half_range / curve.angle_half_range_deg), *_toe(curve, values), 0.0, 0.0)
     return soft
 
 
@@ -58,16 +60,16 @@ _CURVE = CurveForm(
         RelativeParameter("stiffness_ratio", "-", 0.05, 50.0, 0.2, log=True),
     ),
     tuple({"toe": toe, "give": give, "stiffness_ratio": 4.0} for toe in (0.5, 3.0) for give in (0.05, 0.4)),
-    drive=_turn,
+    drive=_joint,
     loop_size=_soft,
 )
 
 EFFECT = Effect(
     name="tendon_stiffening",
-    physics="A laid rope is soft until its strands bed down: k(T) = k_inf T/(T + toe) (toe region; Costello, Theory of "
-    "Wire Rope, 1997, doi 10.1007/978-1-4612-1970-5). The sign is odd in the drive, strongest at low tension.",
-    distinguished_by="At one preload a wider loop passes for backlash or more friction; the effect falls with preload, they "
-    "do not. Record a second preload.",
+    physics="A laid tendon is soft until its strands bed down: k(T) = k_inf T/(T + toe) (toe region; Costello, Theory "
+    "of Wire Rope, 1997, doi 10.1007/978-1-4612-1970-5). The effect is odd in the drive and strongest at low tension.",
+    distinguished_by="Record a second preload. The effect falls with preload. At a single preload it looks like a "
+    "wider loop, and so do backlash and more friction, which do not fall.",
     rig_forms=(RigForm((TOE,), _starts, rig=_rig, needs=frozenset({"wheel", "two tendons"})),),
     curve_forms=(_CURVE,),
 )

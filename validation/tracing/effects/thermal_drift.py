@@ -1,4 +1,4 @@
-"""A zero that wanders."""
+"""A zero that drifts with time."""
 
 from __future__ import annotations
 
@@ -63,9 +63,10 @@ _CURVES = (
 
 EFFECT = Effect(
     name="thermal_drift",
-    physics="Sensor, motor and mounting warm up: a slow offset in time, steady or towards a limit, of one sign through "
-    "all cycles whatever the load.",
-    distinguished_by="Creep turns round with the load. Record a dwell at full drive on either side.",
+    physics="Sensor, motor and mounting warm up. The offset changes slowly with time, steadily or towards a limit, "
+    "with one sign through all cycles whatever the load.",
+    distinguished_by="Record a dwell at full drive on both sides. Thermal drift keeps its sign; creep changes it with "
+    "the load.",
     rig_forms=(
         RigForm((RATE,), _steady, observe=observe, needs=_TIME),
         RigForm((SIZE, TIME), _to_a_limit, observe=observe, needs=_TIME),

@@ -21,7 +21,7 @@ DELAY = FreeParameter("delay_s", "s", -1e3, 1e3, 0.001, linear=True)
 
 
 def observe(angle_deg: Floats, inputs: SampleInputs, values: Values) -> Floats:
-    """Angle that was there ``delay_s`` ago; before the first sample it was the first one."""
+    """Angle of ``delay_s`` ago; before the first sample the first one."""
     return np.interp(inputs.time_s - values["delay_s"], inputs.time_s, angle_deg)
 
 
@@ -39,9 +39,10 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="time_delay",
-    physics="Sensor filters, transmission and logging: the angle logged is that of a moment ago, theta(t - tau).",
-    distinguished_by="Viscous drag grows with the rate as well, but also at the ends of the stroke, where a delay shows "
-    "nothing. Record two rates, or a dwell.",
+    physics="Sensor filters, transmission and logging delay the reading: the angle that is logged is that of a moment "
+    "ago, theta(t - tau).",
+    distinguished_by="Record two rates, or a dwell. Viscous drag also grows with the rate, but it acts at the ends of "
+    "the stroke, too, where a delay vanishes.",
     rig_forms=(RigForm((DELAY,), _starts, observe=observe, needs=frozenset({"time"})),),
     curve_forms=(_CURVE,),
 )

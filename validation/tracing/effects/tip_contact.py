@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fem_models.rig.checks import RigError
 from fem_models.rig.effects import TipStop
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
@@ -26,7 +27,21 @@ STIFFNESS = FreeParameter("stiffness_N_per_mm", "N/mm", 1e-4, 1e5, 0.3, log=True
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    return replace(rig, tip_stop=TipStop(values["y_mm"], values["stiffness_N_per_mm"]))
+    """Join two obstacles on one side to one: as stiff as both together, at the mean place weighted by stiffness.
+
+    A rig has one obstacle. One on the other side than the declared one is refused.
+    """
+    y_mm, stiffness = values["y_mm"], values["stiffness_N_per_mm"]
+    if (declared := rig.tip_stop) is not None:
+        if declared.y_mm * y_mm < 0:
+            raise RigError(
+                f"tip_stop.y_mm = {declared.y_mm}: expected an obstacle on the side of y = {y_mm:g} mm alone"
+            )
+        y_mm = (declared.stiffness_N_per_mm * declared.y_mm + stiffness * y_mm) / (
+            declared.stiffness_N_per_mm + stiffness
+        )
+        stiffness += declared.stiffness_N_per_mm
+    return replace(rig, tip_stop=TipStop(y_mm, stiffness))
 
 
 def _starts(side: float, scale: Scale) -> list[Values]:
@@ -54,10 +69,10 @@ _CURVES = tuple(
 
 EFFECT = Effect(
     name="tip_contact",
-    physics="The tip meets an obstacle (a wall, a camera stand) on one side: past an angle the bending goes on with "
-    "less slope, with a kink where it touches.",
-    distinguished_by="Unequal tendons change the whole of one side, without a kink; notches clip both ends. Record a smaller "
-    "amplitude, or look.",
+    physics="The tip meets an obstacle (a wall, a camera stand) on one side. Beyond an angle the bending goes on with "
+    "less slope, with a kink at the contact.",
+    distinguished_by="Look for an obstacle, or record a smaller amplitude. Unequal tendons change the whole of one "
+    "side, without a kink. Notches that close clip both ends of the stroke.",
     rig_forms=(
         RigForm((ABOVE, STIFFNESS), lambda scale, rig: _starts(1.0, scale), rig=_rig),
         RigForm((BELOW, STIFFNESS), lambda scale, rig: _starts(-1.0, scale), rig=_rig),

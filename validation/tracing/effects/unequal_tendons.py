@@ -28,9 +28,9 @@ REST = FreeParameter("rest_length_mm", "mm", -3.0, 3.0, 0.02, linear=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    """Tendon b differs from tendon a: moment arm, stiffness of the free length or of all of it by factors, rest by mm.
+    """Let tendon b differ: moment arm and stiffness, of its free length or of all of it, by factors, rest length by mm.
 
-    The rope that is led through the rings is stretched as its friction has it, so that the two stiffnesses differ.
+    Friction shares out the stretch of the tendon within the rings, so that the two stiffnesses act differently.
     """
     b = rig.tendon_b
     assert b is not None  # the form needs two tendons
@@ -73,12 +73,12 @@ _TWO: frozenset[Need] = frozenset({"two tendons"})
 
 
 def _sides(x: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Slopes that differ from side to side."""
+    """Let the slopes differ from side to side."""
     return x + values.get("kink", 0.0) * np.abs(x)
 
 
 def _even(f: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Add an even part to f, which a low preload makes larger; f takes that of the largest preload."""
+    """Add an even part to f that grows as the preload falls; that at the largest preload is part of f."""
     return f + values.get("even_deg", 0.0) * (1.0 / curve.preload_ratio - 1.0) * (f / curve.angle_half_range_deg) ** 2
 
 
@@ -107,11 +107,11 @@ _CURVES = (
 
 EFFECT = Effect(
     name="unequal_tendons",
-    physics="Assembly leaves the two sides unequal: moment arm, stiffness or rest length of one tendon. The angle gets "
-    "a part that is even in the drive: an offset, and slopes and widths that differ from side to side. The reference "
-    "rig's authors put their residual down to it (Mechanical Sciences 9, 2018, section 4.4).",
-    distinguished_by="A misaligned camera gives an even part, too, but the same at every preload, and none in the loop's "
-    "width; one end stop clips one side only. Record a second preload.",
+    physics="Assembly leaves the two sides unequal: moment arm, stiffness or rest length of one tendon. The angle "
+    "gets a part that is even in the drive: an offset, and slopes and widths that differ from side to side. The "
+    "authors of the reference rig explain their residual by it (Mechanical Sciences 9, 2018, section 4.4).",
+    distinguished_by="Record a second preload. A misaligned camera also has an even part, but it is the same at every "
+    "preload and leaves the width of the loop alone. An obstacle clips one side only.",
     rig_forms=(
         RigForm((ARM,), _arm, rig=_rig, needs=_TWO),
         RigForm((STIFFNESS,), _stiffness, rig=_rig, needs=_TWO),

@@ -23,12 +23,11 @@ SHEATH = FreeParameter("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True, 
 JOINT = FreeParameter("joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True, linear=True)
 
 
-def _sheath(rig: Rig, values: Values) -> Rig:
-    return replace(rig, drag=Drag(sheath_N_s_per_mm=values["sheath_N_s_per_mm"]))
-
-
-def _joint(rig: Rig, values: Values) -> Rig:
-    return replace(rig, drag=Drag(joint_Nmm_s_per_rad=values["joint_Nmm_s_per_rad"]))
+def _rig(rig: Rig, values: Values) -> Rig:
+    """Add a damper to those of the rig; a form names one of the two kinds."""
+    declared = rig.drag or Drag()
+    sheath = declared.sheath_N_s_per_mm + values.get("sheath_N_s_per_mm", 0.0)
+    return replace(rig, drag=Drag(sheath, declared.joint_Nmm_s_per_rad + values.get("joint_Nmm_s_per_rad", 0.0)))
 
 
 def _sheath_starts(scale: Scale, rig: Rig) -> list[Values]:
@@ -36,17 +35,17 @@ def _sheath_starts(scale: Scale, rig: Rig) -> list[Values]:
 
 
 def _joint_starts(scale: Scale, rig: Rig) -> list[Values]:
-    turn = max(scale.speed / rig.tendon_a.moment_arm_mm / rig.joints, 1e-9)
-    return [{"joint_Nmm_s_per_rad": moment / turn} for moment in (1.0, 6.0)]  # Nmm, at the greatest speed
+    rate = max(scale.speed / rig.tendon_a.moment_arm_mm / rig.joints, 1e-9)
+    return [{"joint_Nmm_s_per_rad": moment / rate} for moment in (1.0, 6.0)]  # Nmm, at the greatest speed
 
 
 def _damped(theta: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Add a damper against the ropes' elasticity: a first-order lag."""
+    """Lag by first order: a damper against the elasticity of the tendons."""
     return lagged(theta, curve.inputs.time_s, values["lag_s"])
 
 
 def _damped_by_loop(theta: Floats, curve: CurveContext, values: Values) -> Floats:
-    """Add a damper in the sheath: it acts through the elasticity that dry friction acts through, so it goes as h."""
+    """Lag by first order, as large as h is: a damper in the sheath acts through the same elasticity as friction."""
     return lagged(theta, curve.inputs.time_s, values["lag_s"] * curve.loop_ratio)
 
 
@@ -59,12 +58,12 @@ _CURVES = (
 
 EFFECT = Effect(
     name="viscous_drag",
-    physics="Lubricant in the sheath, or a damper: a force in proportion to the rate. The loop is wider the faster it "
-    "is gone round, and there is nothing of it in static data.",
-    distinguished_by="A delay keeps the loop's shape and vanishes at turning points. Record two rates.",
+    physics="Lubricant in the sheath, or a damper, resists in proportion to the rate. The loop is wider the faster "
+    "the drive moves; static data do not show it.",
+    distinguished_by="Record two rates. A delay keeps the shape of the loop and vanishes at the ends of the stroke.",
     rig_forms=(
-        RigForm((SHEATH,), _sheath_starts, rig=_sheath, needs=frozenset({"time", "wheel"})),
-        RigForm((JOINT,), _joint_starts, rig=_joint, needs=frozenset({"time", "wheel"})),
+        RigForm((SHEATH,), _sheath_starts, rig=_rig, needs=frozenset({"time", "wheel"})),
+        RigForm((JOINT,), _joint_starts, rig=_rig, needs=frozenset({"time", "wheel"})),
     ),
     curve_forms=(*_CURVES,),
 )

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Eccentricity
 from fem_models.rig.rig import Rig, Wheel
 from hysteresis.arrays import Floats
@@ -27,20 +28,32 @@ RADIUS = FreeParameter("radius_mm", "mm", 0.02, 200.0, 0.02, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    """Give x + s sin(x/R) + c cos(x/R) as amplitude and phase."""
-    size = math.hypot(values["sine_mm"], values["cosine_mm"])
-    phase = math.degrees(math.atan2(values["cosine_mm"], values["sine_mm"]))
+    """Add x + s sin(x/R) + c cos(x/R) to the run-out of the wheel, as phasors.
+
+    A radius that is fitted replaces the declared one, which only the run-out depends on. Beside a declared run-out it
+    is refused: one wheel has one period.
+    """
+    sine, cosine = values["sine_mm"], values["cosine_mm"]
+    if (declared := rig.eccentricity) is not None:
+        if "radius_mm" in values:
+            raise RigError(
+                f"eccentricity.amplitude_mm = {declared.amplitude_mm}: expected none where the radius is free"
+            )
+        phase = math.radians(declared.phase_deg)
+        sine += declared.amplitude_mm * math.cos(phase)
+        cosine += declared.amplitude_mm * math.sin(phase)
     wheel = Wheel(values["radius_mm"]) if "radius_mm" in values else rig.wheel
-    return replace(rig, eccentricity=Eccentricity(size, phase), wheel=wheel)
+    eccentricity = Eccentricity(math.hypot(sine, cosine), math.degrees(math.atan2(cosine, sine)))
+    return replace(rig, eccentricity=eccentricity, wheel=wheel)
 
 
 def _declared_wheel(scale: Scale, rig: Rig) -> list[Values]:
-    """Give sizes of both; the search finds their signs."""
+    """Give sizes of both parameters; the search finds their signs."""
     return [{"sine_mm": 0.02 * scale.drive, "cosine_mm": 0.02 * scale.drive}]
 
 
 def _any_wheel(scale: Scale, rig: Rig) -> list[Values]:
-    """Try some numbers of waves over the stroke: a sine has many optima in its period."""
+    """Start from several numbers of waves over the stroke: a sine has many optima in its period."""
     waves = np.geomspace(0.5, 5.0, 16).tolist()
     return [{**v, "radius_mm": scale.drive / (math.pi * w)} for w in waves for v in _declared_wheel(scale, rig)]
 
@@ -66,10 +79,10 @@ _CURVE = CurveForm(
 
 EFFECT = Effect(
     name="wheel_eccentricity",
-    physics="A wheel whose bore is off its centre winds x + e sin(x/R + p) in place of x: an error that is periodic in "
+    physics="A wheel whose bore is off its centre winds x + e sin(x/R + p) in place of x. The error is periodic in "
     "the drive, the same on the way up and down.",
-    distinguished_by="Gravity and a misaligned camera are smooth over the whole stroke; this has the period of one turn. "
-    "Record a larger amplitude.",
+    distinguished_by="Record a larger amplitude: the error repeats with every turn of the wheel. Gravity and a "
+    "misaligned camera are smooth over the whole stroke.",
     rig_forms=(
         RigForm((SINE, COSINE), _declared_wheel, rig=_rig, needs=frozenset({"wheel"})),
         RigForm((SINE, COSINE, RADIUS), _any_wheel, rig=_rig, needs=frozenset({"wheel"})),

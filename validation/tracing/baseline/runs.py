@@ -1,0 +1,188 @@
+"""Records of a rig as runs from rest of the compiled chain, derived once for a fit of hundreds of runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, solve_pulled_chain
+from fem_models.joint.strain import strain_per_rad
+from fem_models.load.program import LoadProgram
+from fem_models.rig.rig import Rig
+from hysteresis.arrays import Floats, Ints
+from hysteresis.path import branches
+from hysteresis.record import Record
+from validation.tracing.effect import Need, SampleInputs, Scale, cycles_repeat
+from validation.tracing.prepared import PreparedRecord
+
+AT_REST = 0.05  # of the drive's range: a record that begins so near to zero begins from rest
+_APPROACH = 24  # samples from one end of the drive to the other, for a record that begins elsewhere
+_EXACTLY = 1e-9  # of the drive's range: cycles that repeat each other
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A piece of a record as a run of its rig from rest; the first ``skip`` samples of the run are its approach.
+
+    Cycles that repeat each other exactly need not be run again by a rig without a memory for time and cycles:
+    ``short`` ends after the second one, and ``where`` gives its sample that stands for each sample of the run.
+    """
+
+    rig: Rig
+    program: LoadProgram | Floats  # tendon forces, N, under load control
+    skip: int
+    short: LoadProgram | None = None
+    where: Ints | None = None
+
+    def solve(self, rig: Rig) -> ChainSolution:
+        """Run a rig through it."""
+        if isinstance(self.program, LoadProgram):
+            return solve_chain(rig, self.program)
+        return solve_pulled_chain(rig, self.program)
+
+    def angle_deg(self, rig: Rig) -> Floats:
+        """Angle of a rig along the record, shape (m,)."""
+        if not isinstance(self.program, LoadProgram):
+            return self.solve(rig).record.angle_deg[self.skip :]
+        forgets = rig.creep is None and rig.drag is None and rig.preload_loss is None and rig.fatigue is None
+        if self.short is None or not forgets:
+            return chain_angle_deg(rig, self.program)[self.skip :]
+        return chain_angle_deg(rig, self.short)[self.where][self.skip :]
+
+
+@dataclass(frozen=True, eq=False)
+class RunSetup:
+    """What is derived of records and their declared rigs, once for all runs of a fit.
+
+    ``runs`` are those of each record, ``scale`` the orders of magnitude of all, ``needs`` those of forms that are met.
+    """
+
+    runs: tuple[tuple[Run, ...], ...]
+    scale: Scale
+    needs: frozenset[Need]
+
+
+def _as_it_is(drive: Floats) -> Floats:
+    return drive
+
+
+def run_setup(
+    records: Sequence[PreparedRecord], rigs: Sequence[Rig], to_mm: Callable[[Floats], Floats] = _as_it_is
+) -> RunSetup:
+    """Derive the runs of records with a drive, or under a tendon force in N.
+
+    Parameters
+    ----------
+    to_mm
+        From a drive in the records' unit to the tendon that the wheel winds in.
+
+    Raises
+    ------
+    SolverError, RigError
+        A rig that does not follow its record.
+    """
+    load_control = records[0].record.drive_unit == "N"
+    inputs = [one.inputs for one in records]
+    in_mm = [replace(one, drive=to_mm(one.drive)) for one in inputs]
+    cut = _force_runs if load_control else drive_runs
+    runs = tuple(cut(rig, one) for rig, one in zip(rigs, in_mm, strict=True))
+    scale = _scale([one.record for one in records], runs, in_mm, to_mm)
+    return RunSetup(runs, scale, _met_needs(rigs[0], inputs, load_control=load_control))
+
+
+def _force_runs(rig: Rig, inputs: SampleInputs) -> tuple[Run, ...]:
+    """Make a run of every trial under a tendon force."""
+    force = np.maximum(inputs.drive, 0.0)  # the zero of a load cell wanders
+    starts = np.flatnonzero(np.append(True, np.diff(inputs.cycle) != 0))
+    return tuple(Run(rig, part, 0) for part in np.split(force, starts[1:]))
+
+
+def drive_runs(rig: Rig, inputs: SampleInputs) -> tuple[Run, ...]:
+    """Make one run of a record that is driven in mm, with an approach from rest where it begins elsewhere."""
+    approach = _approach(inputs.drive)
+    step = np.diff(inputs.time_s).mean()
+    time = np.concatenate([inputs.time_s[0] - step * np.arange(approach.size, 0, -1), inputs.time_s])
+    cycle = np.concatenate([np.zeros(approach.size, dtype=np.int64), np.maximum(inputs.cycle, 0)])
+    program = LoadProgram(np.concatenate([approach, inputs.drive]), time_s=time if inputs.timed else None, cycle=cycle)
+    repeats = _repeats(program.drive_mm)
+    if repeats is None:
+        return (Run(rig, program, approach.size),)
+    end, where = repeats
+    return (Run(rig, program, approach.size, LoadProgram(program.drive_mm[:end]), where),)
+
+
+def _repeats(drive: Floats) -> tuple[int, Ints] | None:
+    """Find cycles that repeat each other: where the second one ends, and the sample that each sample is like."""
+    ends = [branch.stop - 1 for branch in branches(drive)]
+    if len(ends) < 4:
+        return None
+    start, period = ends[0], ends[2] - ends[0]
+    if not np.allclose(drive[start + period :], drive[start:-period], rtol=0, atol=_EXACTLY * np.ptp(drive)):
+        return None
+    k = np.arange(drive.size)
+    return start + 2 * period + 1, np.where(k <= start + 2 * period, k, start + period + (k - start) % period)
+
+
+def _approach(drive: Floats) -> Floats:
+    """Guess the path from rest to the first sample of a record that begins elsewhere: once through its range."""
+    low, high, first = float(drive.min()), float(drive.max()), float(drive[0])
+    if abs(first) <= AT_REST * (high - low):
+        return np.empty(0)
+    ends = [0.0, high, low, first] if first < 0.5 * (low + high) else [0.0, low, high, first]
+    path = [
+        np.linspace(a, b, max(2, math.ceil(abs(b - a) / (high - low) * _APPROACH)))[:-1]
+        for a, b in pairwise(ends)
+        if a != b
+    ]
+    return np.concatenate(path)
+
+
+def _scale(
+    records: Sequence[Record],
+    runs: Sequence[Sequence[Run]],
+    inputs: Sequence[SampleInputs],
+    to_mm: Callable[[Floats], Floats],
+) -> Scale:
+    """Orders of magnitude, the mechanical ones from runs of the declared rigs."""
+    solved = [run.solve(run.rig).record for of_record in runs for run in of_record]
+    notches = [np.abs(r.notches_deg).max() for r in solved if r.notches_deg is not None]
+    tips = [np.abs(r.tip_mm[:, 1]).max() for r in solved if r.tip_mm is not None]
+    rig = runs[0][0].rig
+    young = rig.material.youngs_modulus_GPa * 1e3
+    measured = max(_reach_deg(r.angle_deg) for r in records) / rig.joints
+    joint = max(measured, float(max(notches)))
+    times = [s.time_s for s in inputs]
+    speeds = [np.abs(np.diff(s.drive) / np.diff(s.time_s)).max() for s in inputs]
+    return Scale(
+        drive=max(float(np.ptp(to_mm(r.drive))) for r in records) / 2,
+        angle_deg=max(float(np.ptp(r.angle_deg)) for r in records) / 2,
+        joint_deg=joint,
+        tip_mm=float(max(tips)),
+        stress_MPa=young * strain_per_rad(rig) * math.radians(joint),
+        duration_s=min(float(t[-1] - t[0]) for t in times),
+        longest_s=max(float(t[-1] - t[0]) for t in times),
+        speed=float(max(speeds)),
+        cycles=max(1.0, float(max(s.cycle.max() for s in inputs))),
+    )
+
+
+def _reach_deg(angle_deg: Floats) -> float:
+    """Largest bend that a record shows for sure: half its range where its zero may be anywhere."""
+    low, high = float(angle_deg.min()), float(angle_deg.max())
+    return max(-low, high) if abs(low + high) < 0.5 * (high - low) else 0.5 * (high - low)
+
+
+def _met_needs(rig: Rig, inputs: Sequence[SampleInputs], *, load_control: bool) -> frozenset[Need]:
+    """Needs of forms (:attr:`validation.tracing.effect.RigForm.needs`) that records and rig meet."""
+    needs: set[Need] = {"force" if load_control else "wheel"}
+    if all(s.timed for s in inputs):
+        needs.add("time")
+    if not load_control and cycles_repeat(inputs):
+        needs.add("cycles")
+    if rig.tendon_b is not None:
+        needs.add("two tendons")
+    return frozenset(needs)
