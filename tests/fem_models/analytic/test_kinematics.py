@@ -18,13 +18,14 @@ from fem_models.analytic.kinematics import (
     path_shortening_mm,
     tip_pose,
 )
+from fem_models.chain.solve import solve_chain
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.effects import Gravity
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
-from fem_models.rig.rig import Material, Tendon, Wheel
+from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 
 TENDON = Tendon(EA_N=9000.0, moment_arm_mm=2.62, free_length_mm=150.0)
 V = Rig(
@@ -327,3 +328,12 @@ def test_effects_that_the_analytic_model_lacks_are_refused():
     rig = replace(V, gravity=Gravity(ring_mass_g=1.0))
     with pytest.raises(RigError, match=r"\[gravity\]: not part of the analytic model"):
         simulate_analytic(rig, triangle(1.0))
+
+
+def test_theory_of_a_single_tendon_starts_at_rest_and_agrees_with_the_chain():
+    rig = replace(preset("notched-wrist-150"), superelastic=None, friction=Friction(), closure=None)
+    drive = np.linspace(0.0, 1.0, 6)
+    theory, engine = simulate_analytic(rig, LoadProgram(drive)), solve_chain(rig, LoadProgram(drive)).record
+    assert theory.angle_deg[0] == pytest.approx(rig.joints * rig.precurvature_deg)
+    np.testing.assert_allclose(theory.angle_deg, engine.angle_deg, rtol=0.02)
+    assert theory.tension_b_N is None

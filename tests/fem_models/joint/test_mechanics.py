@@ -9,6 +9,7 @@ from notched_rigs import PAIR, SHEAR, WRIST, YOUNG, V, planar
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.paper_elements import theta_sum
+from fem_models.joint.section import section
 from fem_models.rig import RigError, preset
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.joints import MeasuredJoint
@@ -142,3 +143,14 @@ def test_material_elements_add_up_to_the_bending_stiffness():
     assert joint.jenkins.elastic_Nmm_per_rad + joint.jenkins.stiffness.sum() == pytest.approx(bending)
     assert joint.fibres.stiffness.sum() == pytest.approx(bending, rel=1e-6)
     assert joint_mechanics(V).fibres.stiffness.size == joint_mechanics(V).jenkins.stiffness.size == 0
+
+
+def test_a_slot_closes_where_the_edges_at_the_chord_of_its_arc_meet():
+    rig = preset("notched-wrist-150")
+    angle = joint_mechanics(rig).closure_angle_rad
+    lever = rig.joint.tube.outer_diameter_mm / 2 + float(section(rig.joint, 0.0).neutral_offset_mm)
+    chord = 2 * rig.joint.notch.width_mm / angle * np.sin(angle / 2)
+    assert chord == pytest.approx(2 * lever * np.sin(angle / 2))
+    # measured: 30.7 and 19.1 deg, both tubes with the same lever
+    assert np.degrees(angle) == pytest.approx(30.7, abs=0.5)
+    assert np.degrees(joint_mechanics(preset("notched-wrist-90")).closure_angle_rad) == pytest.approx(19.1, abs=0.3)

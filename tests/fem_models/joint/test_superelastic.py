@@ -1,0 +1,49 @@
+"""Superelastic fibres of a section, and the plateau that they give a joint."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.chain.solve import solve_pulled_chain
+from fem_models.joint import joint_mechanics
+from fem_models.joint.flexure import flexure
+from fem_models.joint.section import section_fibres
+from fem_models.load_control import run_load_control
+from fem_models.rig.checks import RigError
+from fem_models.rig.effects import Closure, Superelastic
+from fem_models.rig.presets import preset
+from fem_models.rig.rig import Friction
+
+WRIST = preset("notched-wrist-150")
+NEVER = Closure(1000.0, angle_deg=1e3)
+LINEAR = replace(WRIST, superelastic=None, friction=Friction(), closure=NEVER)
+
+
+def test_fibres_of_a_one_sided_notch_have_the_moments_of_the_tube_cut_by_a_plane():
+    distance, area = section_fibres(WRIST.joint, 8)
+    outer, inner, cut = 0.81, 0.70, 1.40 - 0.81
+    x, y = np.meshgrid(np.linspace(0, 0.85, 3401), np.linspace(0, 0.85, 3401))
+    height = x[(np.hypot(x, y) < outer) & (np.hypot(x, y) > inner) & (x > cut)]
+    cell = 2 * 0.00025**2
+    offset = height.mean()
+    assert area.sum() * 1.0 <= cell * height.size  # classes merge fibres: the moments are kept, the area is not
+    assert (area * distance).sum() == pytest.approx(cell * np.abs(height - offset).sum(), rel=3e-3)
+    assert (area * distance**2).sum() == pytest.approx(cell * ((height - offset) ** 2).sum(), rel=3e-3)
+    assert 0.85 * (outer - offset) < distance.max() <= max(outer - offset, offset - cut)
+
+
+def test_a_sloped_plateau_has_its_slope():
+    law = Superelastic(200.0, 100.0, transformation_strain=0.5, plateau_modulus_GPa=4.0)
+    rig = replace(LINEAR, superelastic=law)
+    # far past the start every fibre is on its plateau: the joint has E2/E of its elastic stiffness
+    run = solve_pulled_chain(rig, np.array([0.0, 2.6, 2.61]))
+    angle = np.radians(run.record.notches_deg)
+    arm, half = joint_mechanics(rig).arms_mm.a, 0.5 * angle
+    lever = arm * np.cos(half) + rig.joint.notch.width_mm / 6 * np.sin(half)
+    moment = run.segment_tensions_N[:, 0, 1:] * lever
+    slope = (np.diff(moment, axis=0)[-1] / np.diff(angle, axis=0)[-1])[0]
+    expected = flexure(rig).bending_Nmm_per_rad * 4.0 / rig.material.youngs_modulus_GPa
+    assert slope == pytest.approx(expected, rel=0.03)
+    with pytest.raises(RigError, match=r"plateau_modulus_GPa = 90.0: expected below"):
+        run_load_control(replace(rig, superelastic=replace(law, plateau_modulus_GPa=90.0)), [0.1])
