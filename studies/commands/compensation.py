@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from hysteresis import Fit
 from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen
 from hysteresis.files import write_files
@@ -82,14 +83,18 @@ def known_layer(source: Path, *, settings: IdentifySettings, progress: bool) -> 
     if source.suffix.lower() == ".json":
         return read_layer(source)
     record = read_record(source)
-    fit = identify_records([record], settings=settings, use_rig=False, progress=progress)
+    return layer_of(identify_records([record], settings=settings, use_rig=False, progress=progress))
+
+
+def layer_of(fit: Fit) -> Layer:
+    """Make the layer of the first record of a fit."""
     return Layer(
-        source=f"the record {record.source}",
+        source=f"the record {fit.records[0]}",
         models=fit.models,
         f=fit.f,
         plain=fit.plain,
         drive_range=fit.drive_range,
-        drive_unit=record.drive_unit,
+        drive_unit=fit.drive_unit,
         first_drive=fit.first_drive,
         delay_s=fit.delay_s,
         heldout_rmse_deg=fit.heldout.rmse_deg,

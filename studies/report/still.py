@@ -37,26 +37,30 @@ def chart_svg(chart: Chart, width: float) -> str:
     """Draw a chart ``width`` inches wide."""
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(width, HEIGHT), layout="constrained")
-        axes = figure.subplots()
-        lines = [mark for mark in chart.marks if isinstance(mark, Line)]
-        bars = [mark for mark in chart.marks if isinstance(mark, Bars)]
-        for line in lines:
-            _line(axes, line)
-        for i, bar in enumerate(bars):
-            _bar(axes, bar, i, len(bars))
-        for mark in chart.marks:
-            if isinstance(mark, Heat):
-                _heat(figure, axes, mark)
-            elif isinstance(mark, Dots):
-                shown = axes.scatter(mark.x, mark.y, c=mark.value, cmap="cividis", s=14, lw=0)
-                figure.colorbar(shown, ax=axes, label=mark.label)
-        axes.set_xlabel(chart.x_label)
-        axes.set_ylabel(chart.y_label)
-        if len(bars) > 1:  # bars fill the axes: beside them there is no room
-            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(bars), fontsize=7.5, borderaxespad=0.2)
-        elif len(lines) > 1:
-            axes.legend(loc="best", fontsize=7.5)
+        draw_chart(figure, figure.subplots(), chart)
         return _text(figure)
+
+
+def draw_chart(figure: Figure, axes: Axes, chart: Chart) -> None:
+    """Draw the marks of a chart, its labels and its legend on axes of a figure; the title is left to the caller."""
+    lines = [mark for mark in chart.marks if isinstance(mark, Line)]
+    bars = [mark for mark in chart.marks if isinstance(mark, Bars)]
+    for line in lines:
+        _line(axes, line)
+    for i, bar in enumerate(bars):
+        _bar(axes, bar, i, len(bars))
+    for mark in chart.marks:
+        if isinstance(mark, Heat):
+            _heat(figure, axes, mark)
+        elif isinstance(mark, Dots):
+            shown = axes.scatter(mark.x, mark.y, c=mark.value, cmap="cividis", s=14, lw=0)
+            figure.colorbar(shown, ax=axes, label=mark.label)
+    axes.set_xlabel(chart.x_label)
+    axes.set_ylabel(chart.y_label)
+    if len(bars) > 1:  # bars fill the axes: beside them there is no room
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(bars), fontsize=7.5, borderaxespad=0.2)
+    elif len(lines) > 1:
+        axes.legend(loc="best", fontsize=7.5)
 
 
 def _line(axes: Axes, line: Line) -> None:

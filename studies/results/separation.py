@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hysteresis.display import html_table
 from hysteresis.metrics import Errors
 from hysteresis.plain import named, optional, to_plain
 from hysteresis.uncertainty import Parameter
@@ -111,7 +112,7 @@ class MeasuredLoop:
     area: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Separation:
     """What ``separate.json`` holds.
 
@@ -138,3 +139,22 @@ class Separation:
     def to_dict(self) -> dict[str, Any]:
         """Plain values, as in separate.json."""
         return dict(to_plain(self, finite=False))
+
+    def __repr__(self) -> str:
+        shares = ", ".join(f"{name.replace('_', ' ')} {_share(part)}" for name, part in self.contributions.items())
+        return f"Separation({self.rig['name']}: {self.total.width_deg:.3g} deg wide; energy: {shares})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name.replace("_", " "), _share(part), f"{part.dissipated_mJ:.4g}", f"{part.width_deg:.4g}")
+            for name, part in self.contributions.items()
+        ]
+        total = self.total
+        rows.append(("whole", "", f"{total.dissipated_mJ:.4g}", f"{total.width_deg:.4g}"))
+        head = ("part", "share of energy", "mJ a cycle", "width, deg")
+        notes = (f"warning: {text}" for text in self.warnings)
+        return html_table(f"loop of {self.rig['name']}, {self.engine}", rows, head, notes)
+
+
+def _share(part: Contribution) -> str:
+    return "-" if part.share is None else f"{100 * part.share:.3g} %"

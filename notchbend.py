@@ -1,0 +1,52 @@
+"""Notched, tendon-driven manipulators: simulate, identify, trace, separate, compensate, and study many cases.
+
+>>> import notchbend as nb
+>>> record = nb.simulate(nb.preset("du2018"), nb.triangle(2.2, cycles=3), engine="chain")
+>>> fit = nb.identify(record)
+>>> figure = nb.plot(fit)
+
+Units are part of the names (mm, N, s, deg). Results print in one line, show a table in a notebook, and convert:
+``to_dict``, ``to_dataframe``, ``to_xarray``.
+"""
+
+from importlib.metadata import version
+
+from fem_models.load import LoadProgram, sine, triangle
+from fem_models.rig import Rig, RigError, preset, read_rig
+from fem_models.rig.checks import SolverError
+from hysteresis import Fit, Record, read_record
+from hysteresis.record import RecordError
+from hysteresis.record_file import write_record
+from hysteresis.settings import IdentifySettings
+from studies.engines import MissingError
+from studies.notebook.calls import compensate, identify, plot, separate, simulate, study, trace
+from studies.sweep.errors import StudyError
+
+__version__ = version("notchbend")
+
+__all__ = [
+    "Fit",
+    "IdentifySettings",
+    "LoadProgram",
+    "MissingError",
+    "Record",
+    "RecordError",
+    "Rig",
+    "RigError",
+    "SolverError",
+    "StudyError",
+    "__version__",
+    "compensate",
+    "identify",
+    "plot",
+    "preset",
+    "read_record",
+    "read_rig",
+    "separate",
+    "simulate",
+    "sine",
+    "study",
+    "trace",
+    "triangle",
+    "write_record",
+]

@@ -1,0 +1,217 @@
+"""The work of the commands as functions of records and rigs.
+
+Imports inside a function are needed by it alone, so that ``import notchbend`` is quick and needs no OpenGL.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig
+from hysteresis import Fit, Record
+from hysteresis.settings import DEFAULTS, IdentifySettings
+from studies.notebook.results import Compensation, StudyResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from studies.engines import EngineName
+    from studies.results.separation import Separation
+    from validation.tracing.outcome import Trace
+
+_FOR_COMPENSATION = IdentifySettings(elements=None)
+
+
+def simulate(rig: Rig, program: LoadProgram, engine: EngineName = "multibody") -> Record:
+    """Run a load program on a rig.
+
+    Parameters
+    ----------
+    engine
+        ``"multibody"`` (Exudyn), ``"chain"`` (the same mechanics, compiled) or ``"analytic"`` (without friction).
+
+    Raises
+    ------
+    ValueError
+        An unknown engine.
+    SolverError, RigError, MissingError
+        A rig that cannot follow the program, or an engine that is not installed.
+    """
+    from studies.engines import ENGINES
+
+    if engine not in ENGINES:
+        raise ValueError(f"engine = {engine!r}: expected one of {', '.join(ENGINES)}")
+    return ENGINES[engine](rig, program)
+
+
+def identify(
+    records: Record | Sequence[Record],
+    *,
+    settings: IdentifySettings = DEFAULTS,
+    use_rig: bool = True,
+    progress: bool = False,
+) -> Fit:
+    """Identify the hysteresis of one record, or of several jointly; the same as ``notchbend identify``.
+
+    The kinematics are the record's own theory, the analytic model of its rig, or a curve that is fitted.
+
+    Parameters
+    ----------
+    settings
+        Of the search and of the model.
+    use_rig
+        False ignores the rig and fits the curve.
+    progress
+        Whether a terminal shows a progress bar.
+
+    Raises
+    ------
+    RecordError, RigError
+        A record without a loop, or a rig that is not possible or cannot follow the drive.
+    """
+    from studies.commands.identification import identify_records
+
+    return identify_records(_listed(records), settings=settings, use_rig=use_rig, progress=progress)
+
+
+def trace(records: Record | Sequence[Record], *, threads: int = 2) -> Trace:
+    """Trace the residual of records of one rig to the physical effect that the model lacks.
+
+    Parameters
+    ----------
+    threads
+        For derivatives.
+
+    Raises
+    ------
+    RecordError, RigError, SolverError
+        Records that cannot be used, or a rig that is not possible or cannot follow the drive.
+    """
+    from validation.tracing.trace import trace_records
+
+    return trace_records(_listed(records), threads=threads)
+
+
+def separate(
+    what: Rig | Record | Sequence[Record], *, amplitude_mm: float = 2.2, engine: EngineName = "chain", seed: int = 0
+) -> Separation:
+    """Divide a loop among friction, elasticity of the tendons and material.
+
+    Parameters
+    ----------
+    what
+        A rig, whose loop of ``amplitude_mm`` the ``engine`` simulates (chain or multibody); or records of a known rig,
+        which is calibrated on all of them, and whose first record's loop is divided.
+    seed
+        Of the Bouc-Wen parameters.
+
+    Raises
+    ------
+    RecordError, RigError, SolverError, MissingError
+        Records without a known rig or a loop; a rig that cannot be divided or cannot follow the drive.
+    """
+    from studies.commands.separation import separate_records, separate_rig
+
+    if isinstance(what, Rig):
+        return separate_rig(what, amplitude_mm, engine=engine, seed=seed)
+    return separate_records(_listed(what), seed=seed)
+
+
+def compensate(
+    model: Record | Fit,
+    reference_deg: ArrayLike,
+    *,
+    time_s: ArrayLike | None = None,
+    settings: IdentifySettings = _FOR_COMPENSATION,
+) -> Compensation:
+    """Find the drive that makes the angle follow a reference; the same as ``notchbend compensate``.
+
+    Parameters
+    ----------
+    model
+        A fit without delay, or a record, which is identified with a fitted curve.
+    reference_deg
+        Angles to follow, shape (m,), deg.
+    time_s
+        Their times, shape (m,), which the result repeats.
+    settings
+        For a record.
+
+    Raises
+    ------
+    RecordError
+        A record without a loop, or a reference beyond the range of the model.
+    """
+    from studies.commands.compensation import compensated, layer_of
+
+    fit = identify(model, settings=settings, use_rig=False) if isinstance(model, Record) else model
+    reference = {"angle_deg": np.asarray(reference_deg, dtype=float)}
+    if time_s is not None:
+        reference["time_s"] = np.asarray(time_s, dtype=float)
+    return Compensation(*compensated(layer_of(fit), reference, "reference"))
+
+
+def study(
+    file: Path | str, out: Path | str, *, workers: int | None = None, retry: bool = False, progress: bool = False
+) -> StudyResult:
+    """Run a parametric study and write its report; the same as ``notchbend study``.
+
+    Parameters
+    ----------
+    file
+        A study file, TOML, or the name of a ready study.
+    out
+        Folder of the results. A study that was stopped or extended runs only the cases that are missing.
+    workers
+        Number of worker processes; by default one a core.
+    retry
+        Whether failed cases run again.
+    progress
+        Whether a terminal shows a progress bar.
+
+    Raises
+    ------
+    StudyError, RigError, MissingError
+        A study that cannot be read or run.
+    """
+    from studies.report.page import write_report
+    from studies.sweep.run import run_study
+    from studies.sweep.study_file import read_study
+
+    folder = Path(out)
+    summary = run_study(read_study(Path(file)), folder, workers=workers, retry=retry, progress=progress)
+    return StudyResult(summary, folder, write_report(folder))
+
+
+def plot(what: object) -> Figure:
+    """Draw a record, a list of records, or a result.
+
+    Parameters
+    ----------
+    what
+        A record or records (loops), a fit (record, model and residual), a trace (residual before and after), a
+        separation (shares), a compensation (drive), a study, a load program, or a rig (side view).
+
+    Returns
+    -------
+    Figure
+        It shows itself in a notebook; ``savefig`` writes it to a file.
+
+    Raises
+    ------
+    TypeError
+        Something else.
+    """
+    from studies.notebook.figures import figure_of
+
+    return figure_of(what)
+
+
+def _listed(records: Record | Sequence[Record]) -> list[Record]:
+    return [records] if isinstance(records, Record) else list(records)

@@ -1,0 +1,193 @@
+"""Figures of records, rigs and results for a notebook, from the charts of the report."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig
+from fem_models.rig.joints import MeasuredJoint, NotchedTube
+from hysteresis import Fit, Record
+from hysteresis.arrays import Floats
+from studies.notebook.results import Compensation, StudyResult
+from studies.report.charts import TONES, Chart, Line
+from studies.report.plots import ANGLE, Series, fit_plate, parts_plate
+from studies.report.still import STYLE, draw_chart
+from studies.results.separation import Separation
+from validation.tracing.outcome import Trace
+
+_WIDTH_IN, _HEIGHT_IN = 4.7, 3.2  # of one chart
+
+
+class NotebookFigure(Figure):
+    """A figure that shows itself in a notebook without pyplot, which would show it a second time."""
+
+    def _repr_png_(self) -> bytes:
+        stream = io.BytesIO()
+        self.savefig(stream, format="png", dpi=110)
+        return stream.getvalue()
+
+
+def figure_of(what: object) -> Figure:
+    """Draw a record, records, a rig, a load program or a result; see :func:`studies.notebook.calls.plot`.
+
+    Raises
+    ------
+    TypeError
+        Something else.
+    """
+    match what:
+        case Rig():
+            return _side_view(what)
+        case Record():
+            return _drawn([_loops([what])])
+        case [Record(), *_]:
+            return _drawn([_loops([_record(one) for one in what])])
+        case Fit():
+            return _drawn([chart for i in range(len(what.observed)) for chart in _fit(what, i)])
+        case Trace():
+            return _drawn(_residuals(what))
+        case Separation():
+            plate = parts_plate(what)
+            if plate is None:
+                raise TypeError("separation without a loop: expected one with shares")
+            return _drawn(list(plate.charts))
+        case Compensation():
+            return _drawn(_compensation(what))
+        case LoadProgram():
+            return _drawn([_program(what)])
+        case StudyResult():
+            return _drawn(_study(what))
+    expected = "a record, records, a rig, a load program, or a result of identify, trace, separate, compensate or study"
+    raise TypeError(f"{type(what).__name__}: expected {expected}")
+
+
+def _record(what: object) -> Record:
+    if not isinstance(what, Record):
+        raise TypeError(f"{type(what).__name__} beside records: expected records only")
+    return what
+
+
+def _drawn(charts: Sequence[Chart]) -> Figure:
+    """Draw charts side by side, at most three in a row."""
+    columns = min(len(charts), 3 if len(charts) > 4 else 2)
+    rows = -(-len(charts) // columns)
+    with matplotlib.rc_context(STYLE):
+        figure = NotebookFigure(figsize=(_WIDTH_IN * columns, _HEIGHT_IN * rows), layout="constrained")
+        places = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes, chart in zip(places, charts, strict=False):
+            draw_chart(figure, axes, chart)
+            axes.set_title(chart.title, loc="left", fontsize=9.5)
+        for axes in places[len(charts) :]:
+            axes.set_visible(False)
+    return figure
+
+
+def _loops(records: Sequence[Record]) -> Chart:
+    """Chart the angle of records over the drive."""
+    units = list(dict.fromkeys(record.drive_unit for record in records))
+    if len(units) > 1:
+        raise TypeError(f"records with drives in {' and '.join(units)}: expected one unit")
+    lines = tuple(
+        Line(record.drive, record.angle_deg, record.title or f"record {i + 1}", TONES[i % len(TONES)])
+        for i, record in enumerate(records)
+    )
+    title = records[0].title if len(records) == 1 else "Loops"
+    return Chart(title, f"{'force' if units == ['N'] else 'drive'}, {units[0]}", ANGLE, lines, title)
+
+
+def _fit(fit: Fit, i: int) -> tuple[Chart, ...]:
+    """Chart measured and predicted loop of a record, and the residual."""
+    record = fit.observed[i]
+    base, predicted = fit.plain(record.drive, i), fit.predict(record.drive, record.time_s, i)
+    series = Series(record.drive, record.angle_deg, base, predicted, fit.heldout_masks[i])
+    return fit_plate(series, fit.drive_unit, fit.records[i]).charts
+
+
+def _residuals(trace: Trace) -> list[Chart]:
+    """Chart the residual of each record before and after, with twice the noise floor."""
+    drive = f"drive, {trace.records[0].drive_unit}"
+    inputs = trace.baseline.model.problem.inputs
+    names = " + ".join(trace.augmented.names)
+    charts = []
+    for i, (record, used) in enumerate(zip(trace.records, inputs, strict=True)):
+        lines = [Line(used.drive, trace.baseline.residuals[i], "baseline", "orange", "points")]
+        if trace.augmented is not trace.baseline:
+            lines.append(Line(used.drive, trace.augmented.residuals[i], f"with {names}", "blue", "points"))
+        ends = np.array([used.drive.min(), used.drive.max()])
+        noise: Floats = np.full(2, 2 * trace.floor.deg)
+        lines += [Line(ends, noise, "2 x noise floor", "grey", "dot"), Line(ends, -noise, "_", "grey", "dot")]
+        title = record.title or f"record {i + 1}"
+        charts.append(Chart(f"Residual: {title}", drive, "residual, deg", tuple(lines), title))
+    return charts
+
+
+def _compensation(found: Compensation) -> list[Chart]:
+    angle = found.columns["angle_deg"]
+    time = found.columns.get("time_s")
+    along, label = _along(time, angle.size), "sample" if time is None else "time, s"
+    unit = found.summary.drive_unit
+    return [
+        Chart("Reference", label, ANGLE, (Line(along, angle, "reference", "grey"),), "reference"),
+        Chart("Drive", label, f"drive, {unit}", (Line(along, found.drive, "with compensation"),), "drive"),
+    ]
+
+
+def _program(program: LoadProgram) -> Chart:
+    line = Line(_along(program.time_s, program.drive_mm.size), program.drive_mm, "drive")
+    label = "sample" if program.time_s is None else "time, s"
+    return Chart("Load program", label, "drive, mm", (line,), "load program")
+
+
+def _along(time_s: Floats | None, samples: int) -> Floats:
+    """Horizontal axis of a series: its times, else the numbers of its samples."""
+    return np.arange(samples, dtype=float) if time_s is None else time_s
+
+
+def _study(result: StudyResult) -> list[Chart]:
+    from studies.report.study import read_study  # xarray takes a second
+
+    section = read_study(result.folder)
+    charts = [chart for plate in section.plates for chart in plate.charts] if section else []
+    if not charts:
+        raise TypeError(f"study {result.folder}: no case has a result: expected one to draw")
+    return charts
+
+
+def _side_view(rig: Rig) -> Figure:
+    """Draw the straight manipulator in the bending plane: tube and notches, or measured joints, and the tendons."""
+    ends: Floats = np.array([0.0, rig.joints * rig.pitch_mm])
+    match rig.joint:
+        case NotchedTube() as joint:
+            outline = _outline(joint, rig.joints)
+            lines = [Line(*outline, "tube and notches", "grey")]
+        case MeasuredJoint():
+            at: Floats = rig.pitch_mm * np.linspace(0.5, rig.joints - 0.5, rig.joints)
+            lines = [Line(ends, 0 * ends, "axis", "grey"), Line(at, 0 * at, "joints", "grey", "points")]
+    for tendon, side, tone in zip(rig.tendons, (1.0, -1.0), (TONES[0], TONES[1]), strict=False):
+        name = "tendon a" if side > 0 else "tendon b"
+        lines.append(Line(ends, np.full(2, side * tendon.moment_arm_mm), name, tone, "dash"))
+    chart = Chart(repr(rig), "along the tube, mm", "across, mm", tuple(lines), "side view")
+    figure = _drawn([chart])
+    figure.set_size_inches(2 * _WIDTH_IN, _HEIGHT_IN)
+    figure.axes[0].set_aspect("equal", adjustable="datalim")
+    return figure
+
+
+def _outline(joint: NotchedTube, joints: int) -> tuple[Floats, Floats]:
+    """Outline of a notched tube in the bending plane, one closed polygon: x along the tube, y across, mm."""
+    tube, notch = joint.tube, joint.notch
+    radius, half = 0.5 * tube.outer_diameter_mm, 0.5 * notch.width_mm
+    root = half if notch.root_width_mm is None else 0.5 * notch.root_width_mm
+    bottom = radius - notch.depth_mm
+    middles = notch.pitch_mm * (np.arange(joints) + 0.5)
+    x = np.concatenate([[0.0], *(m + np.array([-half, -root, root, half]) for m in middles), [joints * notch.pitch_mm]])
+    upper = np.concatenate([[radius], np.tile([radius, bottom, bottom, radius], joints), [radius]])
+    cut_twice = notch.shape in ("v_pair", "rectangular_pair")
+    lower = -upper if cut_twice else np.full(x.size, -radius)
+    return np.concatenate([x, x[::-1], x[:1]]), np.concatenate([upper, lower[::-1], upper[:1]])
