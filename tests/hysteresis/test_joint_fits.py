@@ -14,9 +14,10 @@ from hysteresis.record_file import read_record
 from hysteresis.settings import IdentifySettings
 from hysteresis.uncertainty import _Blocks
 from validation.layer.comparators import fit_operator
-from validation.layer.identification import largest_amplitudes, nested
+from validation.layer.identification import largest_amplitudes
 from validation.layer.interpolation import between_fits, within_fit
-from validation.layer.trials import DRIVE, NAMES, PAPER, covered, kinematics, largest_error, loop
+from validation.layer.recovery import DRIVE, NAMES, PAPER, coverage, kinematics, largest_error, simulated_loop
+from validation.layer.simulated_loops import nested
 
 LAGGING = BoucWen(**PAPER | {"A": -PAPER["A"]})
 
@@ -30,7 +31,7 @@ def record_of(model, drive=DRIVE, gain=1.0, zero=0.0, noise=0.0, **fields):
 @pytest.mark.parametrize("method", METHODS)
 def test_every_search_method_recovers_the_parameters(method):
     for seed in range(3):
-        fit = identify(loop(LAGGING), kinematics, settings=IdentifySettings(method=method, seed=seed))
+        fit = identify(simulated_loop(LAGGING), kinematics, settings=IdentifySettings(method=method, seed=seed))
         assert largest_error(fit, LAGGING) < 1e-4
         assert fit.settings.method == method
 
@@ -38,7 +39,7 @@ def test_every_search_method_recovers_the_parameters(method):
 def test_twenty_seeds_recover_the_parameters():
     assert (
         max(
-            largest_error(identify(loop(LAGGING), kinematics, settings=IdentifySettings(seed=seed)), LAGGING)
+            largest_error(identify(simulated_loop(LAGGING), kinematics, settings=IdentifySettings(seed=seed)), LAGGING)
             for seed in range(20)
         )
         < 1e-4
@@ -47,7 +48,8 @@ def test_twenty_seeds_recover_the_parameters():
 
 def test_intervals_contain_the_true_parameters():
     """Of 40 trials at 95 %, fewer than 33 has a chance of 1 in 500 (binomial); validation runs 200."""
-    jacobian, blocks = covered(40)
+    found = coverage(40)
+    jacobian, blocks = found.jacobian, found.blocks
     for name in NAMES:
         assert jacobian[name] >= 33, name
         assert blocks[name] >= 30, name  # few blocks: a little narrow
@@ -90,7 +92,7 @@ def test_a_delay_is_found():
     with pytest.raises(ValueError, match="time_s: missing"):
         fit.predict(drive)
     with pytest.raises(RecordError, match="expected times, to fit a delay"):
-        identify(loop(LAGGING), kinematics, settings=IdentifySettings(delay=True))
+        identify(simulated_loop(LAGGING), kinematics, settings=IdentifySettings(delay=True))
 
 
 def test_two_elements_are_distinguished_from_one():
@@ -103,11 +105,12 @@ def test_two_elements_are_distinguished_from_one():
     assert fit.form.elements == 2
     assert fit.heldout.rmse_deg < 0.5 * identify(both, kinematics).heldout.rmse_deg
     assert {"A_2", "beta_2", "gamma_2", "n_2", "h0_deg_2"} <= set(fit.parameters)
-    assert identify(loop(LAGGING, 0.05), kinematics, settings=IdentifySettings(elements=None)).form.elements == 1
+    noisy = identify(simulated_loop(LAGGING, 0.05), kinematics, settings=IdentifySettings(elements=None))
+    assert noisy.form.elements == 1
 
 
 def test_warnings_name_what_the_data_determines():
-    fit = identify(loop(LAGGING, 0.05), kinematics, settings=IdentifySettings(seeds=2))
+    fit = identify(simulated_loop(LAGGING, 0.05), kinematics, settings=IdentifySettings(seeds=2))
     assert (fit.settings.seeds, fit.seeds_agreeing) == (2, 2)
     assert set(fit.bootstrap) >= set(PAPER)
     assert all(-1 <= value <= 1 for value in fit.correlations.values())
@@ -119,21 +122,21 @@ def test_warnings_name_what_the_data_determines():
 
 def test_records_of_different_drives_are_refused():
     with pytest.raises(RecordError, match="drive in deg: expected mm"):
-        identify([loop(LAGGING), record_of(LAGGING, drive_unit="deg")])
+        identify([simulated_loop(LAGGING), record_of(LAGGING, drive_unit="deg")])
     with pytest.raises(ValueError, match="1 labels: expected one for each of 2"):
-        identify([loop(LAGGING)] * 2, kinematics, amplitude_by=["a"])
+        identify([simulated_loop(LAGGING)] * 2, kinematics, amplitude_by=["a"])
     with pytest.raises(ValueError, match="method = 'best'"):
-        identify(loop(LAGGING), settings=IdentifySettings(method="best"))
+        identify(simulated_loop(LAGGING), settings=IdentifySettings(method="best"))
     with pytest.raises(ValueError, match="elements = 3"):
-        identify(loop(LAGGING), settings=IdentifySettings(elements=3))
+        identify(simulated_loop(LAGGING), settings=IdentifySettings(elements=3))
 
 
 def test_interpolation_between_fits_of_two_loads():
     """Saturations of 1 and 4 deg: the mean of their logarithms is that of 2 deg."""
     law = {1.0: BoucWen(-0.9, 0.6, 0.3, 1.5), 4.0: BoucWen(-0.9, 0.6 / 8, 0.3 / 8, 1.5), 2.0: None}
     law[2.0] = BoucWen(-0.9, 0.6 / 2**1.5, 0.3 / 2**1.5, 1.5)
-    low, high = (identify(loop(law[size]), kinematics) for size in (1.0, 4.0))
-    np.testing.assert_allclose(between_fits(low, high, 0.5)(DRIVE), loop(law[2.0]).angle_deg, atol=1e-3)
+    low, high = (identify(simulated_loop(law[size]), kinematics) for size in (1.0, 4.0))
+    np.testing.assert_allclose(between_fits(low, high, 0.5)(DRIVE), simulated_loop(law[2.0]).angle_deg, atol=1e-3)
 
 
 def test_interpolation_between_two_loads_of_one_fit():
@@ -142,10 +145,10 @@ def test_interpolation_between_two_loads_of_one_fit():
     def of_size(a):
         return BoucWen(-0.3 * a, 0.2 * a**-0.5, 0.1 * a**-0.5, 1.5)  # a z obeys eq. 7 with A a, beta a^(1 - n)
 
-    low, high = loop(of_size(1.0)), loop(of_size(4.0))
+    low, high = simulated_loop(of_size(1.0)), simulated_loop(of_size(4.0))
     fit = identify([low, replace(high, angle_deg=high.angle_deg + 2.0)], kinematics, amplitude_by=[1, 4])
     middle = within_fit(fit, 0.5)(DRIVE)
-    np.testing.assert_allclose(middle, loop(of_size(2.0)).angle_deg + 1.0, atol=1e-3)
+    np.testing.assert_allclose(middle, simulated_loop(of_size(2.0)).angle_deg + 1.0, atol=1e-3)
     with pytest.raises(ValueError, match="two of one size"):
         within_fit(identify(low, kinematics), 0.5)
 

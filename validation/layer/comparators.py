@@ -1,7 +1,7 @@
-"""Operators that a fit is held against: a curve, one play, and Prandtl-Ishlinskii with ten elements.
+"""Hysteresis operators to compare a Bouc-Wen fit with: a curve, one play, and Prandtl-Ishlinskii with ten elements.
 
-Each has the freedom of the fit beside it: a monotone f whose number of slopes is chosen by the same validation inside
-the training samples, a zero of the angle for each further record, a delay where the fit has one, and first states.
+Each operator has the same freedom as the fit: a monotone f whose number of slopes is chosen by validation within the
+training samples, a zero of the angle for each further record, a delay if the fit has one, and free initial states.
 """
 
 from __future__ import annotations
@@ -25,18 +25,19 @@ Kind = Literal["curve", "play", "pi", "pi-inside", "pi-leading"]
 
 KNOTS = (1, 2, 3, 5, 9, 17)
 ELEMENTS = 10
+INITIAL_STATES = (-1.0, 0.0, 1.0)
 _SAMPLES = 1500  # in a fit
-_RADII = 40  # tried for the one play
-_AS_GOOD = 1.05
+_RADII = 40  # candidates for the radius of the one play
+_AS_GOOD = 1.05  # the least number of slopes within this factor of the least error is chosen
 
 
 @dataclass(frozen=True, eq=False)
 class Operator:
     """A fitted operator.
 
-    ``curve`` f(x), ``play`` f(P[x]), ``pi`` f(x) + sum w P[x], ``pi-inside`` f(sum w P[x]), ``pi-leading``
-    f(x) - sum w P[x], w >= 0. ``start`` is the first state of all plays, from -1 to 1 of their radius above the first
-    drive.
+    ``curve`` is f(x), ``play`` f(P[x]), ``pi`` f(x) + sum w P[x], ``pi-inside`` f(sum w P[x]), and ``pi-leading``
+    f(x) - sum w P[x], with w >= 0. ``start`` is the initial state of all plays relative to the first drive, -1 to 1
+    times their radius. ``zeros_deg`` has one entry per record.
     """
 
     kind: Kind
@@ -44,12 +45,12 @@ class Operator:
     radii: Floats
     weights: Floats
     c: Floats
-    zeros_deg: Floats  # of all records
+    zeros_deg: Floats
     start: float
     delay_s: float
 
     def predict(self, record: Record, number: int = 0) -> Floats:
-        """Angle along the drive of a record, shape (m,), deg; ``number`` tells whose zero it has."""
+        """Predict the angle of a record, shape (m,), deg, with the zero of the training record ``number``."""
         drive = delayed(record, self.delay_s)
         outputs = plays(drive, self.radii, drive[0] + self.start * self.radii)
         inner = self.weights @ outputs
@@ -59,7 +60,7 @@ class Operator:
 
 
 def delayed(record: Record, delay_s: float) -> Floats:
-    """Drive of a record ``delay_s`` earlier, shape (m,)."""
+    """Drive of a record at times earlier by ``delay_s``, shape (m,)."""
     if delay_s == 0.0:
         return record.drive
     assert record.time_s is not None
@@ -69,7 +70,7 @@ def delayed(record: Record, delay_s: float) -> Floats:
 def fit_operator(
     kind: Kind, records: Sequence[Record], splits: Sequence[Split], *, longest_delay_s: float = 0.0
 ) -> Operator:
-    """Fit an operator to the training samples, its number of slopes and first state chosen inside them."""
+    """Fit an operator to the training samples; number of slopes and initial state are chosen within them."""
     inner = [validate_within(record, split) for record, split in zip(records, splits, strict=True)]
     tried = []
     for knots in KNOTS:
@@ -90,28 +91,28 @@ def fit_operator(
 
 
 def _thinned(masks: Sequence[NDArray[np.bool_]]) -> list[NDArray[np.bool_]]:
-    """Keep about _SAMPLES of the samples seen; plays follow the whole path all the same."""
+    """Keep about _SAMPLES of the training samples; the plays still follow the whole path."""
     every = max(1, sum(int(mask.sum()) for mask in masks) // _SAMPLES)
     return [mask & (np.cumsum(mask) % every == 0) for mask in masks]
 
 
 def _rmse(operator: Operator, records: Sequence[Record], masks: Sequence[NDArray[np.bool_]]) -> float:
     pairs = enumerate(zip(records, masks, strict=True))
-    missed = [(operator.predict(record, i) - record.angle_deg)[mask] for i, (record, mask) in pairs]
-    return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
+    residuals = [(operator.predict(record, i) - record.angle_deg)[mask] for i, (record, mask) in pairs]
+    return float(np.sqrt(np.mean(np.concatenate(residuals) ** 2)))
 
 
 def _fitted(
     kind: Kind, records: Sequence[Record], masks: Sequence[NDArray[np.bool_]], knots: int, delay_s: float
 ) -> Operator:
-    """Fit for one number of slopes and one delay; the first state that meets the training samples best."""
+    """Fit for one number of slopes and one delay, with the initial state of the least training error."""
     drives = [delayed(record, delay_s) for record in records]
-    seen = np.concatenate([drive[mask] for drive, mask in zip(drives, masks, strict=True)])
+    trained = np.concatenate([drive[mask] for drive, mask in zip(drives, masks, strict=True)])
     angle = np.concatenate([record.angle_deg[mask] for record, mask in zip(records, masks, strict=True)])
-    which = np.repeat(np.arange(len(records)), [int(mask.sum()) for mask in masks])
-    zeros = (which[:, np.newaxis] == np.arange(1, len(records))).astype(float)
-    backbone = fitted_backbone(seen, angle, knots)
-    half = 0.5 * float(np.ptp(seen))
+    record_of = np.repeat(np.arange(len(records)), [int(mask.sum()) for mask in masks])
+    zeros = (record_of[:, np.newaxis] == np.arange(1, len(records))).astype(float)
+    backbone = fitted_backbone(trained, angle, knots)
+    half = 0.5 * float(np.ptp(trained))
 
     def outputs(radii: Floats, start: float) -> Floats:
         rows = [plays(x, radii, x[0] + start * radii)[:, mask] for x, mask in zip(drives, masks, strict=True)]
@@ -125,21 +126,23 @@ def _fitted(
         "pi-leading": partial(_beside, sense=-1.0),
     }
     solve = solvers[kind]
-    found = [(*solve(backbone, seen, angle, zeros, half, partial(outputs, start=start)), start) for start in STARTS]
+    found = [
+        (*solve(backbone, trained, angle, zeros, half, partial(outputs, start=start)), start)
+        for start in INITIAL_STATES
+    ]
     _, radii, weights, c, shift, start = min(found, key=lambda entry: entry[0])
     return Operator(kind, backbone, radii, weights, c, np.concatenate([[0.0], shift]), start, delay_s)
 
 
-STARTS = (-1.0, 0.0, 1.0)
 Outputs = Callable[[Floats], Floats]
 Found = tuple[float, Floats, Floats, Floats, Floats]
 
 
 def _linear(backbone: Backbone, x: Floats, more: Floats, angle: Floats, least: Floats) -> tuple[float, Floats]:
-    """Least squares of f(x) and further columns with coefficients of at least ``least``."""
+    """Least squares of f(x) and further columns, whose coefficients have the lower bounds ``least``."""
     columns = np.column_stack([backbone.jacobian(x, backbone.start), more, angle])
     low = np.concatenate([backbone.low, least])
-    # The triangle of a QR has the same least squares, in as many rows as columns.
+    # the triangular factor has the same least squares in as many rows as columns
     triangle: Floats = np.asarray(np.linalg.qr(columns, mode="r"))
     solution = lsq_linear(triangle[:, :-1], triangle[:, -1], (low, np.full(len(low), np.inf)), "bvls")
     return float(solution.cost), solution.x
@@ -174,7 +177,7 @@ def _beside(
     backbone: Backbone, x: Floats, angle: Floats, zeros: Floats, half: float, outputs: Outputs, sense: float = 1.0
 ) -> Found:
     p, radii = len(backbone.start), _radii(half)
-    # Of an angle that falls with the drive the plays do, too.
+    # if the angle falls with the drive, so do the plays
     sign = sense if np.polyfit(x, angle, 1)[0] >= 0 else -sense
     least = np.concatenate([np.zeros(ELEMENTS), np.full(zeros.shape[1], -np.inf)])
     cost, solution = _linear(backbone, x, np.column_stack([sign * outputs(radii).T, zeros]), angle, least)
@@ -182,7 +185,7 @@ def _beside(
 
 
 def _inside(backbone: Backbone, x: Floats, angle: Floats, zeros: Floats, half: float, outputs: Outputs) -> Found:
-    """Weights of sum 1 and f together, from the nearest of a few single plays."""
+    """Fit weights of sum 1 and f together; the start is the single play with the least error."""
     p, radii = len(backbone.start), _radii(half)
     rows, free = outputs(radii), np.full(zeros.shape[1], -np.inf)
 
@@ -191,11 +194,11 @@ def _inside(backbone: Backbone, x: Floats, angle: Floats, zeros: Floats, half: f
         return backbone.at(weights @ rows)(v[ELEMENTS : ELEMENTS + p]) + zeros @ v[ELEMENTS + p :] - angle
 
     singles = [_linear(backbone, row, zeros, angle, free) for row in rows]
-    nearest = int(np.argmin([cost for cost, _ in singles]))
+    best = int(np.argmin([cost for cost, _ in singles]))
     weights = np.full(ELEMENTS, 0.02)
-    weights[nearest] = 1.0
+    weights[best] = 1.0
     low = np.concatenate([np.zeros(ELEMENTS), backbone.low, free])
-    start = np.maximum(np.concatenate([weights, singles[nearest][1]]), low + 1e-9)
+    start = np.maximum(np.concatenate([weights, singles[best][1]]), low + 1e-9)
     solution = least_squares(residual, start, bounds=(low, np.inf), x_scale="jac", max_nfev=60)
     weights = solution.x[:ELEMENTS] / solution.x[:ELEMENTS].sum()
     return float(solution.cost), radii, weights, solution.x[ELEMENTS : ELEMENTS + p], solution.x[ELEMENTS + p :]

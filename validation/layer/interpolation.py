@@ -1,4 +1,4 @@
-"""A model between two that were fitted at two loads: f at each drive and the parameters of h linear in load."""
+"""Interpolation between models fitted at two loads: f at each drive and the parameters of h are linear in the load."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from validation.layer.comparators import Operator
 
 
 def between_fits(low: Fit, high: Fit, share: float) -> Callable[..., Floats]:
-    """Give ``predict(drive, time_s, record)`` of the model at ``share`` of the way from one fit to the other.
+    """Interpolate between two fits: ``predict(drive, time_s, record)`` of the model at ``share`` from low to high.
 
-    In q, A, the saturation and n stand as logarithms. Of several elements those alike in saturation belong together.
+    The coordinates q hold A, the saturation and n as logarithms. Elements are paired by their saturation.
 
     Raises
     ------
     ValueError
-        Fits of different numbers of elements or records, or one that leads and one that lags.
+        The fits differ in their number of elements or records, or one leads and the other lags.
     """
     if (
         low.form.elements != high.form.elements
         or low.form.groups != high.form.groups
         or low.point.sign != high.point.sign
     ):
-        raise ValueError("fits to go between: expected the same elements, records and sign of A")
+        raise ValueError("fits to interpolate between: expected the same elements, records and sign of A")
     a, b = _sorted_q(low.form, low.point), _sorted_q(high.form, high.point)
     curves = tuple(
         _between(one, low.point.c, other, high.point.c, share)
@@ -41,15 +41,15 @@ def between_fits(low: Fit, high: Fit, share: float) -> Callable[..., Floats]:
 
 
 def within_fit(fit: Fit, share: float) -> Callable[..., Floats]:
-    """Give ``predict(drive, time_s, record)`` at ``share`` of the way from one load to another, both in one fit.
+    """Interpolate within one fit of two loads: ``predict(drive, time_s, record)`` at ``share`` from one to the other.
 
-    The first half of its records is of the first load, the second half of the other, in the same order; f is shared,
-    the amplitude of h goes by its logarithm, the zeros and first states of the records linearly.
+    The first half of the records has the first load, the second half the other, in the same order. f is shared, the
+    logarithm of the amplitude of h is linear in the load, and so are the zeros and initial states of the records.
 
     Raises
     ------
     ValueError
-        A fit whose records are not of two groups of one size.
+        The records are not two groups of one size.
     """
     form, half = fit.form, len(fit.form.groups) // 2
     if form.groups != (0,) * half + (1,) * half:
@@ -70,14 +70,14 @@ def within_fit(fit: Fit, share: float) -> Callable[..., Floats]:
 
 
 def within_operator(operator: Operator, share: float) -> Operator:
-    """Operator of records of two loads, one load after the other, at ``share`` of the way: its zeros are linear."""
+    """Interpolate within one operator of two loads, the records of one load first: the zeros are linear."""
     half = operator.zeros_deg.size // 2
     zeros = (1 - share) * operator.zeros_deg[:half] + share * operator.zeros_deg[half:]
     return replace(operator, zeros_deg=zeros)
 
 
 def between_operators(low: Operator, high: Operator, share: float) -> Operator:
-    """Operator at ``share`` of the way from one to the other: radii, weights, zeros, first state and f are linear."""
+    """Interpolate between two operators: radii, weights, zeros, initial state and f are linear."""
     fields = ("radii", "weights", "zeros_deg", "start", "delay_s")
     values = {name: (1 - share) * getattr(low, name) + share * getattr(high, name) for name in fields}
     curve = _between(low.backbone, low.c, high.backbone, high.c, share)

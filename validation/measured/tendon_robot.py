@@ -19,7 +19,7 @@ from hysteresis.holdout import Split
 from hysteresis.record import Record
 from hysteresis.record_file import read_record
 from validation.layer.comparators import Kind, fit_operator
-from validation.measured.wrists import measured_folder, write_page
+from validation.measured.folder import measured_folder
 from validation.separation.tendon_fit import (
     LIMITS,
     NAMES,

@@ -15,14 +15,14 @@ from hysteresis.inverse import compensating_drive, inverse_curve, inverse_hyster
 from hysteresis.record_file import read_columns, read_record, write_record
 from studies.commands.cli import call
 from studies.commands.identification import write_fit
-from validation.layer.compensation import layer, references, shrinking_loops, track
+from validation.layer.compensation import identify_layer, references, shrinking_loops, track
 
 RIG = preset("du2018", preload_N=20.0)
 
 
 @pytest.fixture(scope="module")
 def fit():
-    return layer(RIG, simulate_chain, elements=2)
+    return identify_layer(RIG, simulate_chain, elements=2)
 
 
 @settings(max_examples=60)
