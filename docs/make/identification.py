@@ -7,7 +7,6 @@ from pathlib import Path
 
 from docs.make.pages import DOCS, table, template
 from hysteresis.files import write_files
-from hysteresis.optimizers import METHODS
 from validation.layer.identification import (
     DAVINCI_RATES,
     RecordScores,
@@ -16,7 +15,7 @@ from validation.layer.identification import (
     davinci,
     single_records,
 )
-from validation.layer.recovery import NAMES, Coverage, MethodRecovery, coverage, recovery
+from validation.layer.recovery import NAMES, Coverage, MethodRecovery, coverage, recoveries
 from validation.layer.simulated_loops import LoopFit, minor_loops, paper_table
 from validation.measured import measured_folder
 
@@ -41,7 +40,7 @@ def score_table(scores: Sequence[Score]) -> str:
 def page(folder: Path) -> str:
     """Markdown of the page; ``folder`` has the measured records."""
     intervals = coverage()
-    recovered = [recovery(method) for method in METHODS]
+    recovered = recoveries()
     return template("identification-results").format(
         single="\n\n".join(_single(record) for record in single_records(folder)),
         catheter=score_table(catheter(folder)),
@@ -81,9 +80,7 @@ def _minor_table(fits: Sequence[LoopFit]) -> str:
 
 
 def _recovery_table(found: Sequence[MethodRecovery]) -> str:
-    rows = [
-        [r.method, f"{r.recovered} of {r.seeds}", f"{r.largest_error:.1e}", f"{r.seconds:.2f}"] for r in found
-    ]
+    rows = [[r.method, f"{r.recovered} of {r.seeds}", f"{r.largest_error:.1e}", f"{r.seconds:.2f}"] for r in found]
     return table(["method", "within 1e-4", "largest relative error", "seconds a fit"], rows)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from docs.make.pages import DOCS, IMAGES, png, put_after_heading, table
 from fem_models.joint.strain import limits_passed, strain_limits
-from fem_models.load_control import pull
+from fem_models.load_control import run_load_control
 from hysteresis.files import write_files
 from validation.measured import measured_folder
 from validation.measured.wrists import (
@@ -50,9 +50,7 @@ def tables(found: WristStudy) -> str:
 
 def error_table(fits: Sequence[Fit]) -> str:
     """Errors after each stage."""
-    rows = [
-        [f.stage.name, f"'{f.tube}'", *(_error(e) for e in (f.training, f.heldout, f.other_tube))] for f in fits
-    ]
+    rows = [[f.stage.name, f"'{f.tube}'", *(_error(e) for e in (f.training, f.heldout, f.other_tube))] for f in fits]
     head = ["training tip / notches", "held-out tip / notches", "other tube tip / notches"]
     return table(["stage", "fitted to", *head], rows)
 
@@ -126,10 +124,10 @@ def figure(data: Mapping[str, Trials], fits: Sequence[Fit]) -> bytes:
         top.plot(trials.force_N[training], trials.tip_deg[training], ".", color="0.6", label="training trials")
         top.plot(trials.force_N[~training], trials.tip_deg[~training], "x", color="k", ms=4, label="held out")
         for f, colour in zip((f for f in fits if f.tube == tube), _COLOURS, strict=True):
-            run = pull(wrist(tube, f.stage, f.values, rest), force)
+            run = run_load_control(wrist(tube, f.stage, f.values, rest), force)
             top.plot(force, run.angle_deg, color=colour, lw=1.2, label=f.stage.name)
         crossed = next(f for f in fits if f.tube != tube and f.stage is FULL)
-        run = pull(wrist(tube, FULL, crossed.values, rest), force)
+        run = run_load_control(wrist(tube, FULL, crossed.values, rest), force)
         top.plot(force, run.angle_deg, "--", color="C3", label=f"parameters of '{crossed.tube}'")
         for notch in range(trials.notches_deg.shape[1]):
             bottom.plot(trials.force_N, trials.notches_deg[:, notch], ".", ms=3, color=f"C{notch}")

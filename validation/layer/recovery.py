@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
@@ -74,6 +75,11 @@ def recovery(method: Method, seeds: int = 20) -> MethodRecovery:
     errors = [largest_error(fit, model) for fit in fits]
     recovered, seconds = sum(error <= RECOVERED for error in errors), float(np.median([fit.seconds for fit in fits]))
     return MethodRecovery(method, recovered, seeds, max(errors), seconds)
+
+
+def recoveries() -> list[MethodRecovery]:
+    """Compare all search methods."""
+    return [recovery(method) for method in get_args(Method)]
 
 
 def draws(count: int, seed: int = 0) -> Iterator[BoucWen]:

@@ -1,9 +1,9 @@
-"""Calibration of the preset du2018: unknown constants from the facts that the paper states.
+"""Calibration of the preset du2018: unknown parameters from the facts that the paper states.
 
-``python -m validation.measured.preset_du2018`` prints the table of docs/validation/calibration.md. Three facts are numbers: the bending at full
-drive, and the widths of the loop at 10 and 20 N. They fix three constants, the rest being held: stiffness of the taut
-rope, its toe region, and the friction of the sheath. The fourth fact (widest near zero drive, narrowest at full) is
-checked, not fitted. Holding the rest elsewhere shows what the facts cannot tell.
+Three facts are numbers: the bending at full drive, and the widths of the loop at 10 and 20 N. They determine three
+parameters while all others are fixed: the stiffness of the taut tendon, its toe region, and the friction of the sheath.
+The fourth fact is checked, not fitted: the loop is widest near zero drive and narrowest at full drive. Fits with other
+fixed values show what the facts do not determine.
 """
 
 from __future__ import annotations
@@ -22,14 +22,21 @@ from fem_models.rig.rig import Rig, notched_tube, with_notch
 from hysteresis.metrics import loop_width
 
 AMPLITUDE_MM = 2.2
-FULL_SCALE_DEG = 45.0  # at AMPLITUDE_MM, section 4.2; taken at 20 N, the preload of the paper's further study
-WIDTHS_DEG = {10.0: 3.52, 20.0: 2.21}  # section 3.1
-TOLERANCES_DEG = (0.5, 0.1, 0.1)  # of full scale and widths: what a misfit of 1 means
+FULL_SCALE_DEG = 45.0
+"""At AMPLITUDE_MM, section 4.2 of the paper; assumed for 20 N, the preload of the paper's further study."""
+WIDTHS_DEG = {10.0: 3.52, 20.0: 2.21}
+"""Loop width by preload, N; section 3.1 of the paper."""
+TOLERANCES_DEG = (0.5, 0.1, 0.1)
+"""Of full scale and widths; they scale the misfit."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Fitted constants of one way to hold the rest, and how well the facts are met."""
+    """Fitted parameters for one set of fixed values, and how well they meet the facts.
+
+    ``misfit`` is the root mean square of the differences over :data:`TOLERANCES_DEG`; widths and places of the largest
+    width are those at 10 and 20 N.
+    """
 
     EA_N: float
     toe_N: float
@@ -37,22 +44,22 @@ class Calibration:
     full_scale_deg: float
     widths_deg: tuple[float, float]
     widest_at_mm: tuple[float, float]
-    misfit: float  # root mean square of the misses over TOLERANCES_DEG
+    misfit: float
 
     @property
     def meets_the_facts(self) -> bool:
-        """Numbers within half of their tolerances, and the widest place within 0.5 mm of zero drive."""
+        """Whether the misfit is below 0.5 and the loop is widest within 0.5 mm of zero drive."""
         return self.misfit < 0.5 and all(abs(x) <= 0.5 for x in self.widest_at_mm)
 
 
-def with_constants(rig: Rig, EA_N: float, toe_N: float, sheath_N: float) -> Rig:
-    """Give both tendons and the sheath of a rig other constants."""
-    rope = replace(rig.tendon_a, EA_N=EA_N, toe_N=toe_N)
-    return replace(rig, tendon_a=rope, tendon_b=rope, friction=replace(rig.friction, sheath_N=sheath_N))
+def with_parameters(rig: Rig, EA_N: float, toe_N: float, sheath_N: float) -> Rig:
+    """Replace the parameters of both tendons and of the sheath."""
+    tendon = replace(rig.tendon_a, EA_N=EA_N, toe_N=toe_N)
+    return replace(rig, tendon_a=tendon, tendon_b=tendon, friction=replace(rig.friction, sheath_N=sheath_N))
 
 
 def calibrate(rig: Rig) -> Calibration:
-    """Fit the three constants of a rig, from its own values, to the paper's numbers.
+    """Fit the three parameters of a rig to the paper's numbers, starting from the rig's values.
 
     Raises
     ------
@@ -63,17 +70,17 @@ def calibrate(rig: Rig) -> Calibration:
     low, high = np.log([2e3, 0.1, 0.02]), np.log([2e5, 500.0, 10.0])
 
     def measure(x: np.ndarray) -> tuple[float, list[float], list[float]]:
-        tried = with_constants(rig, *np.exp(x).tolist())
+        tried = with_parameters(rig, *np.exp(x).tolist())
         records = [simulate_chain(replace(tried, preload_N=p), triangle(AMPLITUDE_MM)) for p in WIDTHS_DEG]
         loops = [loop_width(r.drive, r.angle_deg, r.cycle) for r in records]
         full = float(np.abs(records[-1].angle_deg).max())
         return full, [loop.max_deg for loop in loops], [loop.at_drive for loop in loops]
 
-    def misses(x: np.ndarray) -> np.ndarray:
+    def residual(x: np.ndarray) -> np.ndarray:
         full, widths, _ = measure(x)
         return (np.array([full, *widths]) - [FULL_SCALE_DEG, *WIDTHS_DEG.values()]) / TOLERANCES_DEG
 
-    fit = least_squares(misses, np.clip(start, low, high), bounds=(low, high), diff_step=1e-3, max_nfev=60)
+    fit = least_squares(residual, np.clip(start, low, high), bounds=(low, high), diff_step=1e-3, max_nfev=60)
     full, widths, places = measure(fit.x)
     EA_N, toe_N, sheath_N = np.exp(fit.x).tolist()
     return Calibration(
@@ -88,12 +95,12 @@ def calibrate(rig: Rig) -> Calibration:
 
 
 def alternatives() -> Mapping[str, Rig]:
-    """Take the preset, and the preset with one held constant elsewhere."""
+    """Preset as it is, and with one fixed quantity changed, by description."""
     rig = preset("du2018")
 
     def arm(value: float) -> Rig:
-        rope = replace(rig.tendon_a, moment_arm_mm=value)
-        return replace(rig, tendon_a=rope, tendon_b=rope)
+        tendon = replace(rig.tendon_a, moment_arm_mm=value)
+        return replace(rig, tendon_a=tendon, tendon_b=tendon)
 
     def mu(value: float) -> Rig:
         return replace(rig, friction=replace(rig.friction, capstan_coefficient=value))
@@ -117,23 +124,3 @@ def alternatives() -> Mapping[str, Rig]:
         "notch 0.05 mm less deep": with_notch(rig, replace(notch, depth_mm=notch.depth_mm - 0.05)),
         "backlash 0.05 mm": replace(rig, backlash=Backlash(0.05)),
     }
-
-
-def table() -> str:
-    """All alternatives as Markdown."""
-    lines = [
-        "| held | EA, N | toe, N | sheath, N | full scale, deg | width 10 / 20 N, deg | widest at, mm | facts met |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for name, rig in alternatives().items():
-        c = calibrate(rig)
-        lines.append(
-            f"| {name} | {c.EA_N:,.0f} | {c.toe_N:.1f} | {c.sheath_N:.2f} | {c.full_scale_deg:.2f} | "
-            f"{c.widths_deg[0]:.2f} / {c.widths_deg[1]:.2f} | {c.widest_at_mm[0]:.1f} / {c.widest_at_mm[1]:.1f} | "
-            f"{'yes' if c.meets_the_facts else 'no'} |"
-        )
-    return "\n".join(lines)
-
-
-if __name__ == "__main__":
-    print(table())  # noqa: T201

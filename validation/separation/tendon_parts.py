@@ -1,4 +1,4 @@
-"""Friction, tendon elasticity and material in the loop of a :class:`TendonRig`, by switching them."""
+"""Contributions of friction, tendon elasticity and material to the loop of a :class:`TendonRig`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from validation.separation.tendon_rig import TendonRig, run_of_stroke
 
 
 def switched(rig: TendonRig, on: frozenset[str]) -> TendonRig:
-    """Switch friction, elasticity of the tendon (its slack with it) and the material's loop off where not ``on``."""
+    """Switch off the sources that are not in ``on``; the slack belongs to the elasticity of the tendon."""
     off: dict[str, float] = {}
     if "friction" not in on:
         off |= {"entry": 0.0, "constant_N": 0.0, "capstan": 0.0}
@@ -24,28 +24,42 @@ def switched(rig: TendonRig, on: frozenset[str]) -> TendonRig:
 
 
 @dataclass(frozen=True)
-class Parts:
-    """Shares of friction, tendon elasticity, material and interaction; each adds up to 1."""
+class TendonContributions:
+    """Shares of friction, tendon elasticity, material and interaction, each set adding up to 1.
 
-    tension_width: dict[str, float]  # of the loop of bending over tension, largest width in deg
-    stroke_width: dict[str, float]  # of the loop of bending over stroke
+    Parameters
+    ----------
+    tension_width, stroke_width
+        Shares of the largest width of the loop of bending over tension, and of bending over stroke.
+    energy
+        Shares of the dissipated energy.
+    width_deg
+        Full width of the loop of bending over tension.
+    energy_mJ
+        Dissipated energy of the full loop.
+    closure_percent
+        Work in a cycle against the sum of the losses: relative error.
+    """
+
+    tension_width: dict[str, float]
+    stroke_width: dict[str, float]
     energy: dict[str, float]
-    width_deg: float  # of bending over tension, the whole
+    width_deg: float
     energy_mJ: float
-    closure_percent: float  # work in a cycle over the losses that were booked
+    closure_percent: float
 
 
-def parts(rig: TendonRig, top_deg: float, samples: int = 150) -> Parts:
-    """Divide the loop from rest to a bending and back; all combinations of sources go through the same bending."""
+def tendon_contributions(rig: TendonRig, top_deg: float, samples: int = 150) -> TendonContributions:
+    """Divide the loop from rest to a bending and back; all combinations of sources reach the same bending."""
     loops = {on: _closed(switched(rig, on), top_deg, samples) for on in SETS}
     values = [{on: loop[i] for on, loop in loops.items()} for i in range(3)]
     tension, stroke, energy = ({k: v / sum(d.values()) for k, v in d.items()} for d in map(divide, values))
     whole = loops[SETS[-1]]
-    return Parts(tension, stroke, energy, whole[0], whole[2], 100 * (whole[2] / whole[3] - 1))
+    return TendonContributions(tension, stroke, energy, whole[0], whole[2], 100 * (whole[2] / whole[3] - 1))
 
 
 def _closed(rig: TendonRig, top_deg: float, samples: int) -> tuple[float, float, float, float]:
-    """Widths of bending over tension and over stroke, deg, work and losses, mJ, of the second cycle from rest."""
+    """Widths over tension and over stroke, deg, and work and losses, mJ, of the second cycle from rest."""
     high = _stroke_to(rig, top_deg)
     up = np.linspace(rig.start_mm, high, samples)
     run = run_of_stroke(rig, np.concatenate([up, up[::-1][1:], up[1:], up[::-1][1:]]), rig.zero_N)
@@ -70,7 +84,7 @@ def _stroke_to(rig: TendonRig, top_deg: float) -> float:
 
 
 def _width(x: Floats, y: Floats, rising: slice, falling: slice) -> float:
-    """Largest distance of the two branches in y, over where both are."""
+    """Largest distance in y between the two branches, over their common range of x."""
     grid = np.linspace(max(x[rising].min(), x[falling].min()), min(x[rising].max(), x[falling].max()), 400)
     one, other = (np.interp(grid, np.maximum.accumulate(a), b) for a, b in
                   ((x[rising], y[rising]), (x[falling][::-1], y[falling][::-1])))  # fmt: skip

@@ -1,20 +1,20 @@
-"""Calibration of the preset: the script finds what the preset has, and sees what the facts exclude."""
+"""Calibration of the preset du2018 from the facts of the paper."""
 
 import pytest
 
 from fem_models.rig.presets import preset
-from validation.measured.preset_du2018 import alternatives, calibrate, with_constants
+from validation.measured.preset_du2018 import alternatives, calibrate, with_parameters
 
 
-def test_the_script_finds_the_preset_again_from_elsewhere():
+def test_calibration_recovers_the_preset_from_other_starting_values():
     rig = preset("du2018")
-    found = calibrate(with_constants(rig, EA_N=30_000.0, toe_N=20.0, sheath_N=2.5))
+    found = calibrate(with_parameters(rig, EA_N=30_000.0, toe_N=20.0, sheath_N=2.5))
     assert pytest.approx(rig.tendon_a.EA_N, rel=0.02) == found.EA_N
     assert found.toe_N == pytest.approx(rig.tendon_a.toe_N, rel=0.02)
     assert found.sheath_N == pytest.approx(rig.friction.sheath_N, rel=0.02)
     assert found.meets_the_facts
 
 
-@pytest.mark.parametrize(("held", "meets"), [("no material loop", False), ("moment arm 2.60 mm", True)])
-def test_what_the_facts_exclude_and_what_they_do_not(held, meets):
-    assert calibrate(alternatives()[held]).meets_the_facts == meets
+@pytest.mark.parametrize(("fixed", "meets"), [("no material loop", False), ("moment arm 2.60 mm", True)])
+def test_facts_exclude_some_alternatives(fixed, meets):
+    assert calibrate(alternatives()[fixed]).meets_the_facts == meets

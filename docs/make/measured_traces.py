@@ -1,0 +1,105 @@
+"""Writes the results and the figures of ``docs/validation/measured-traces.md``.
+
+``python -m docs.make.measured_traces --out DIR`` traces every group of records in one call, as the command does. It
+keeps the results in DIR, and does not trace again what DIR has.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.progress import track
+
+from docs.make.pages import DOCS, IMAGES, put_after_heading, table
+from hysteresis.files import write_files
+from hysteresis.uncertainty import Parameter
+from validation.measured import measured_folder
+from validation.measured.measured_traces import GROUPS, trace_group
+from validation.tracing.result import EffectReport, TraceReport, in_words
+
+PAGE = DOCS / "validation" / "measured-traces.md"
+HEADING = "## Results"
+
+
+def page(reports: Mapping[str, TraceReport]) -> str:
+    """Markdown of all groups: a table, then each with its verdict, parameters and figure."""
+    head = ["records", "model", "verdict", "noise, deg", "before, deg", "after, deg", "after / before", "s"]
+    parts = [table(head, [_row(name, report) for name, report in reports.items()])]
+    parts += [_section(name, report) for name, report in reports.items()]
+    return "\n\n".join(parts) + "\n"
+
+
+def _row(name: str, report: TraceReport) -> list[str]:
+    before, after = report.before.heldout.rmse_deg, report.after.heldout.rmse_deg
+    named = " + ".join(_alike(effect) for effect in report.effects)
+    numbers = [f"{value:.3g}" for value in (report.noise_floor_deg, before, after)]
+    nearest = [f"; nearest {_plus(c.name)}, {c.heldout_rmse_deg:.3g} deg" for c in report.candidates[:1]]
+    verdict = f"{report.verdict}: {named}" if named else report.verdict + "".join(nearest)
+    return [f"`{name}`", report.model, verdict, *numbers, f"{after / before:.2f}", f"{report.seconds:.0f}"]
+
+
+def _plus(names: str) -> str:
+    return " + ".join(f"`{name}`" for name in names.split(" + "))
+
+
+def _alike(effect: EffectReport) -> str:
+    return " or ".join(f"`{name}`" for name in (effect.name, *effect.confusable_with))
+
+
+def _section(name: str, report: TraceReport) -> str:
+    parameters = [
+        f"`{effect.name}`: {key} = {p.value:.3g} {p.unit}{_interval(p)}"
+        for effect in report.effects
+        for key, p in effect.parameters.items()
+    ]
+    lines = [
+        f"### {name}",
+        " ".join(in_words(report)),
+        f"Held out: {report.heldout_by}. Multibody: {_multibody(report)}.",
+        *(["Parameters: " + "; ".join(parameters) + "."] if parameters else []),
+        f"Measure next: {report.next_experiment}.",
+        f"![Residual of {name} over drive, time, cycle and angle](../images/trace-{name}.png)",
+    ]
+    return "\n\n".join(lines)
+
+
+def _multibody(report: TraceReport) -> str:
+    if (there := report.multibody) is None:
+        return report.multibody_words
+    return f"{there.before.rmse_deg:.3g} deg before, {there.after.rmse_deg:.3g} deg after"
+
+
+def _interval(parameter: Parameter) -> str:
+    low, high = parameter.low, parameter.high
+    return "" if low is None or high is None else f" ({low:.3g} to {high:.3g})"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Trace, keep the results, and write page and figures."""
+    parser = argparse.ArgumentParser(prog="python -m docs.make.measured_traces", description="Trace measured records.")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the results")
+    parser.add_argument("--threads", type=int, default=2, help="for derivatives")
+    options = parser.parse_args(arguments)
+    for name, pattern in track(GROUPS.items(), description="records"):
+        kept = options.out / f"{name}.json"
+        if not kept.exists():
+            report, figure = trace_group(sorted(measured_folder().glob(pattern)), options.threads)
+            files: dict[Path, str | bytes] = {
+                kept: json.dumps(report.to_dict(), indent=2) + "\n",
+                kept.with_name(f"trace-{name}.png"): figure,
+            }
+            write_files(files)
+    stored = {name: options.out / f"{name}.json" for name in GROUPS}
+    reports = {
+        name: TraceReport.from_dict(json.loads(path.read_text(encoding="utf-8")), str(path))
+        for name, path in stored.items()
+    }
+    put_after_heading(PAGE, HEADING, page(reports))
+    write_files({IMAGES / f"trace-{n}.png": (options.out / f"trace-{n}.png").read_bytes() for n in GROUPS})
+
+
+if __name__ == "__main__":
+    main()
