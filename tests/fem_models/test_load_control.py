@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from fem_models.chain.solve import ChainSettings, solve_chain, solve_pulled_chain
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
 from fem_models.load_control import run_load_control
 from fem_models.multibody.dynamic import solve_dynamic
 from fem_models.multibody.quasi_static import solve_multibody, solve_pulled_multibody
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import RigError, preset
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Creep, Drag
-from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction
 from hysteresis.record_file import read_record, write_record
 

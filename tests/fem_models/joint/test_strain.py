@@ -5,11 +5,10 @@ import pytest
 
 from fem_models.joint import joint_mechanics
 from fem_models.joint.strain import FATIGUE, StrainLimit, limits_passed, peak_strain, strain_limits
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
 from fem_models.load_control import run_load_control
 from fem_models.multibody.quasi_static import solve_multibody
-from fem_models.rig.checks import RigError
-from fem_models.rig.presets import preset
+from fem_models.rig import RigError, preset
 from studies.commands.first_report import strain_summary
 
 WRIST = preset("notched-wrist-150")

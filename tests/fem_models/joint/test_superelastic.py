@@ -10,9 +10,8 @@ from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
 from fem_models.joint.section import section_fibres
 from fem_models.load_control import run_load_control
-from fem_models.rig.checks import RigError
+from fem_models.rig import RigError, preset
 from fem_models.rig.effects import Closure, Superelastic
-from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction
 
 WRIST = preset("notched-wrist-150")

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fem_models.rig.checks import RigError
-from fem_models.rig.rig_file import read_rig
+from fem_models.rig import RigError, read_rig
 from fem_models.view.manipulator import tendon_lines
 
 RIG_FILE = """
