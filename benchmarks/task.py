@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_models.analytic.kinematics import theory_curve
+from fem_models.analytic import theory_curve
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
-from fem_models.load.program import LoadProgram, triangle
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Rig, notched_tube
+from fem_models.load import LoadProgram, triangle
+from fem_models.rig import Rig, preset
+from fem_models.rig.rig import Friction, notched_tube
 from hysteresis.arrays import Floats
 
 AMPLITUDE_MM = 2.2

@@ -18,10 +18,10 @@ from exudyn_cost import counted
 
 from fem_models.chain import solve as chain
 from fem_models.chain.solve import ChainSettings, solve_chain
-from fem_models.load.program import LoadProgram, triangle
+from fem_models.load import LoadProgram, triangle
 from fem_models.multibody.quasi_static import MultibodySettings, solve_multibody
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Rig, notched_tube, with_notch
+from fem_models.rig import Rig, preset
+from fem_models.rig.rig import Friction, notched_tube, with_notch
 
 JOINTS = 14
 SIZES = (7, 14, 28, 56, 112)

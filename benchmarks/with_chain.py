@@ -9,7 +9,7 @@ import numpy as np
 from task import HOLD_STEPS, Floats, Task
 
 from fem_models.chain.solve import ChainSettings, solve_chain
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
 from fem_models.rig.rig import Friction
 
 DIFFERENCE = "flexures also shorten under thrust, and bend over their length"

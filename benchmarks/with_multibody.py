@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from task import Floats, Task
 
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
 from fem_models.multibody.quasi_static import solve_multibody
 
 DIFFERENCE = "flexures also shear and shorten, rings bend"

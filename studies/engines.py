@@ -10,11 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from fem_models.analytic.kinematics import simulate_analytic
+from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import ChainSolution, simulate_chain, solve_chain
-from fem_models.load.program import LoadProgram
-from fem_models.rig.checks import RigError
-from fem_models.rig.rig import Rig
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig, RigError
 from hysteresis.record import Record
 from hysteresis.record_file import read_columns
 

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from fem_models.analytic.kinematics import simulate_analytic
+from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import solve_chain
-from fem_models.load.program import triangle
-from fem_models.rig.presets import PRESETS, preset
-from fem_models.view.manipulator import SceneError, render
+from fem_models.load import triangle
+from fem_models.rig import preset
+from fem_models.rig.presets import PRESETS
+from fem_models.view import SceneError, render
 from hysteresis.metrics import Errors
 from hysteresis.record_file import write_record
 from hysteresis.uncertainty import Parameter

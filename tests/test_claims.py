@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fem_models.analytic.kinematics import theory_curve
+from fem_models.analytic import theory_curve
 from fem_models.chain.solve import ChainSettings, simulate_chain, solve_chain
 from fem_models.joint.flexure import beam
 from fem_models.joint.paper_elements import element_rotations
-from fem_models.load.program import LoadProgram, triangle
+from fem_models.load import LoadProgram, triangle
 from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
+from fem_models.rig import preset
 from fem_models.rig.joints import Notch
-from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction, with_notch
 from hysteresis import Fit, identify
 from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis

@@ -13,10 +13,9 @@ import pytest
 import typer
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import triangle
-from fem_models.rig import presets
+from fem_models.load import triangle
+from fem_models.rig import presets, read_rig
 from fem_models.rig.rig import numeric_fields
-from fem_models.rig.rig_file import read_rig
 from studies.commands.cli import app, call
 from studies.engines import ENGINES
 from validation.practice.bench_record import SHIPPED

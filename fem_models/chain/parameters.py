@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fem_models.joint import JointMechanics
 from fem_models.joint.contact import ring_weight_N
-from fem_models.joint.mechanics import JointMechanics
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
 Pair = tuple[float, float]

@@ -23,15 +23,15 @@ import numpy as np
 
 from fem_models.chain.follow import Path, Run, follow
 from fem_models.chain.parameters import ChainSettings, Parameters, chain_parameters, memory_at_rest
+from fem_models.joint import JointMechanics, joint_mechanics
 from fem_models.joint.contact import require_open
-from fem_models.joint.mechanics import JointMechanics, joint_mechanics
 from fem_models.joint.strain import peak_strain
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, force_schedule, schedule
 from fem_models.load.stepping import StepControl, drive_control, force_control
-from fem_models.rig.checks import RigError, SolverError
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 

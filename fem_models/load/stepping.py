@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
 FINE = 0.5001  # of the longest step: half, but for rounding

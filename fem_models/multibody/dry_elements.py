@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from fem_models.joint.mechanics import JointMechanics
+from fem_models.joint import JointMechanics
 from fem_models.joint.superelastic import FlagFibres, flag_moment
 from fem_models.load.stepping import Load
 from fem_models.multibody.assembly import Model, bristle_N_per_mm
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
 FAR_N = 1e6  # no friction comes near: a bristle that may carry this sticks, one drawn this far out slides

@@ -15,19 +15,19 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from fem_models.joint import joint_mechanics
 from fem_models.joint.contact import require_open
-from fem_models.joint.mechanics import joint_mechanics
 from fem_models.joint.section import section
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, schedule
 from fem_models.load.stepping import Load, distance
 from fem_models.multibody.assembly import NITINOL_T_PER_MM3, RingInertia
 from fem_models.multibody.quasi_static import creep_goal_mm, load_of
 from fem_models.multibody.stepper import MultibodySettings, Stepper, quiet
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import NotchedTube
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 

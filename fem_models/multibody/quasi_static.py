@@ -16,16 +16,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_models.joint import joint_mechanics
 from fem_models.joint.contact import require_open
-from fem_models.joint.mechanics import joint_mechanics
 from fem_models.joint.strain import peak_strain
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, force_schedule, schedule
 from fem_models.load.stepping import Load
 from fem_models.multibody.stepper import MultibodySettings, Stepper
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 

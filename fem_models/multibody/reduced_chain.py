@@ -30,13 +30,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import Flexure
-from fem_models.joint.mechanics import joint_mechanics
 from fem_models.multibody.assembly import NITINOL_T_PER_MM3
 from fem_models.multibody.reduced_body import ReducedBody
 from fem_models.multibody.stepper import quiet
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.rig import Rig, notched_tube
+from fem_models.rig.rig import notched_tube
 from fem_models.solid.linear import Solid, as_flexure, mass_matrix, rigid_motions
 from hysteresis.arrays import Floats
 

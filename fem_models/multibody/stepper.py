@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import exudyn as exu
 import numpy as np
 
+from fem_models.joint import JointMechanics
 from fem_models.joint.friction import friction_limits_N, guide_wrap_rad
-from fem_models.joint.mechanics import JointMechanics
 from fem_models.load.stepping import (
     LEAST_LENGTH,
     Load,
@@ -30,8 +30,8 @@ from fem_models.load.stepping import (
 )
 from fem_models.multibody.assembly import MASSLESS, RingInertia, assemble, taut
 from fem_models.multibody.dry_elements import Dashpots, Guides, Losses, Material, set_each
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.rig import Rig
 from fem_models.rig.tendon_law import tendon_stretch_mm
 from hysteresis.arrays import Floats
 

@@ -17,7 +17,7 @@ from skfem import Basis, BilinearForm, ElementTetP2, MeshTet2
 from skfem.models.elasticity import lame_parameters
 
 from fem_models.joint.flexure import Flexure
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from fem_models.solid.mesh import snr_mesh
 from hysteresis.arrays import Floats, Ints
 

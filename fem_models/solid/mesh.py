@@ -19,8 +19,8 @@ import numpy as np
 from skfem import MeshTet2
 
 from fem_models.joint.section import cut_height_mm, section
-from fem_models.rig.checks import RigError
-from fem_models.rig.rig import Rig, notched_tube
+from fem_models.rig import Rig, RigError
+from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats, Ints
 
 # Vertices 0 and 1 swapped, with the middles of their edges: a mirror image turns a tetrahedron inside out.

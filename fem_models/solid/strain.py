@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import Basis, ElementTetP2
 
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from fem_models.solid.linear import QUADRATURE, Solid, cells, chain_stiffness
 from hysteresis.arrays import Floats
 

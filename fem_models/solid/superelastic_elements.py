@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
 from fem_models.joint.superelastic import FlagFibres, flag_moment
-from fem_models.rig.checks import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.effects import Superelastic
-from fem_models.rig.rig import Rig
 from fem_models.solid.large_bending import MomentAngle
 from hysteresis.arrays import Floats
 

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.rig.checks import RigError, SolverError
-from fem_models.rig.rig import Rig
-from fem_models.view.manipulator import SceneError
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
+from fem_models.view import SceneError
 from studies.app.loop_svg import loop_svg
 from studies.app.playground import Answer, Slider, answer, sliders
 from studies.engines import MissingError

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_models.chain.solve import solve_chain
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import NotchedTube
-from fem_models.rig.rig import Rig, with_number
+from fem_models.rig.rig import with_number
 from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
 from studies.report.tube import coarse_surface

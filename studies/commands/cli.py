@@ -8,7 +8,8 @@ from itertools import pairwise
 
 import typer
 
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.record import RecordError
 from studies.commands import data, records, simulation, study
 from studies.commands.options import with_option_groups

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from studies.progress import steps
 from validation.engines import EngineAgreement, compare_engines
 from validation.joints import compare_models

@@ -14,14 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_models.analytic.kinematics import simulate_analytic
+from fem_models.analytic import simulate_analytic
 from fem_models.joint import joint_mechanics
 from fem_models.joint.strain import limits_passed, strain_limits
-from fem_models.load.program import triangle
+from fem_models.load import triangle
 from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
-from fem_models.rig.presets import PRESETS, preset
-from fem_models.rig.rig import Rig, numeric_fields
-from fem_models.view.manipulator import SceneError, render
+from fem_models.rig import Rig, preset
+from fem_models.rig.presets import PRESETS
+from fem_models.rig.rig import numeric_fields
+from fem_models.view import SceneError, render
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.record import Record

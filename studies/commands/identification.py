@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_models.analytic.kinematics import theory_curve
-from fem_models.rig.checks import RigError
+from fem_models.analytic import theory_curve
+from fem_models.rig import RigError
 from fem_models.rig.of_record import rig_of
 from hysteresis import Fit, identify
 from hysteresis.arrays import Floats

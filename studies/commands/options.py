@@ -24,11 +24,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fem_models.load.program import LoadProgram, sine, triangle
-from fem_models.rig.checks import RigError
-from fem_models.rig.presets import PRESETS, preset
-from fem_models.rig.rig import Rig
-from fem_models.rig.rig_file import read_rig
+from fem_models.load import LoadProgram, sine, triangle
+from fem_models.rig import Rig, RigError, preset, read_rig
+from fem_models.rig.presets import PRESETS
 from hysteresis.plain import to_plain
 from studies.engines import program_of_file
 

@@ -11,7 +11,8 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fem_models.rig.checks import RigError, require
+from fem_models.rig import RigError
+from fem_models.rig.checks import require
 from hysteresis.optimizers import Method
 from hysteresis.record import RecordError
 from hysteresis.record_file import check_target, read_record

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.rig import Rig
 from hysteresis import identify
 from hysteresis.arrays import Floats
 from hysteresis.metrics import dissipated_area, loop_width

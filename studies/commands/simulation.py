@@ -9,9 +9,8 @@ from typing import Annotated
 
 import typer
 
-from fem_models.load.program import LoadProgram
-from fem_models.rig.checks import RigError
-from fem_models.rig.presets import preset
+from fem_models.load import LoadProgram
+from fem_models.rig import RigError, preset
 from hysteresis.record_file import check_target, write_record
 from studies.commands.options import Common, Out, ProgramChoice, RigChoice
 from studies.commands.tables import models_table, values_table

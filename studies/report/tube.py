@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from fem_models.view.manipulator import tendon_lines, tube_mesh
 from hysteresis.arrays import Floats, Ints
 from hysteresis.files import RecordError, write_files

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.analytic.kinematics import simulate_analytic
+from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import solve_chain
 from fem_models.joint import joint_mechanics
 from fem_models.joint.strain import SUPERELASTIC, limits_passed, peak_strain, strain_limits
-from fem_models.load.program import LoadProgram, sine, triangle
-from fem_models.rig.rig import Rig
+from fem_models.load import LoadProgram, sine, triangle
+from fem_models.rig import Rig
 from fem_models.rig.rig_file import rig_of_tables
 from hysteresis import identify
 from hysteresis.arrays import Floats

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from fem_models.rig.checks import RigError
+from fem_models.rig import RigError
 from fem_models.rig.rig_file import numbers_of_a_rig
 from hysteresis.plain import optional, to_plain
 from studies.sweep.code import code_version

@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 from scipy.stats import qmc
 
-from fem_models.rig.checks import RigError
+from fem_models.rig import RigError
 from hysteresis.arrays import Floats
 from studies.results.study import Sample
 from studies.sweep.inputs import CaseInputs, key_of, with_values

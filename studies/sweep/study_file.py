@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from fem_models.rig.checks import RigError
-from fem_models.rig.presets import preset
-from fem_models.rig.rig_file import read_rig
+from fem_models.rig import RigError, preset, read_rig
 from hysteresis.record import RecordError
 from studies.engines import program_of_file
 from studies.results.study import Goal, Sample

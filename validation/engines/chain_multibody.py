@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_models.chain.solve import solve_chain
-from fem_models.load.program import LoadProgram, triangle
+from fem_models.load import LoadProgram, triangle
 from fem_models.multibody.quasi_static import solve_multibody
+from fem_models.rig import Rig, preset
 from fem_models.rig.effects import (
     Backlash,
     Closure,
@@ -22,8 +23,7 @@ from fem_models.rig.effects import (
     Superelastic,
     TipStop,
 )
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Rig
+from fem_models.rig.rig import Friction
 from hysteresis.metrics import loop_width
 
 _LINEAR_TENDON = replace(preset("du2018").tendon_a, toe_N=0.0)

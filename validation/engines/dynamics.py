@@ -8,12 +8,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
-from fem_models.load.program import sine
+from fem_models.load import sine
 from fem_models.multibody.dynamic import DynamicSettings, DynamicSolution, solve_dynamic
 from fem_models.multibody.quasi_static import solve_multibody
+from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Drag
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
 from hysteresis.record import Record

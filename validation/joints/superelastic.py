@@ -13,10 +13,10 @@ import numpy as np
 
 from fem_models.joint import joint_mechanics
 from fem_models.joint.superelastic import flag_fibres
+from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.joints import Notch, NotchedTube, Tube
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Rig, notched_tube, with_notch
+from fem_models.rig.rig import notched_tube, with_notch
 from fem_models.solid.large_bending import MomentAngle, bend, measured, quarter_joint
 from fem_models.solid.mesh import snr_mesh
 from fem_models.solid.strain import superelastic_limit

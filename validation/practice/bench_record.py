@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_models.load.program import triangle
+from fem_models.load import triangle
 from fem_models.multibody.quasi_static import simulate_multibody
-from fem_models.rig.presets import preset
+from fem_models.rig import preset
 from hysteresis.record import Record
 from hysteresis.record_file import write_record
 

@@ -22,10 +22,10 @@ import numpy as np
 from rich.progress import track
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
 from fem_models.multibody.quasi_static import simulate_multibody
-from fem_models.rig.checks import RigError, SolverError
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from hysteresis.record_file import write_record

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig
 from fem_models.rig.effects import (
     Backlash,
     Closure,
@@ -26,7 +27,7 @@ from fem_models.rig.effects import (
     Superelastic,
     TipStop,
 )
-from fem_models.rig.rig import Rig, Wheel
+from fem_models.rig.rig import Wheel
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from validation.practice.protocols import Ground

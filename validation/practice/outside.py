@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from validation.practice.hidden import Draw, Family, Hidden, Rng, either_sign

@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 
 from fem_models.chain.solve import ChainSolution, solve_chain
-from fem_models.load.program import LoadProgram, sine
+from fem_models.load import LoadProgram, sine
+from fem_models.rig import Rig, preset
 from fem_models.rig.joints import MeasuredJoint
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
+from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.arrays import Floats
 
 Kind = Literal["known", "unknown"]

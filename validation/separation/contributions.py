@@ -25,9 +25,10 @@ from numpy.typing import NDArray
 
 from fem_models.chain.solve import solve_chain
 from fem_models.joint.flexure import flexure
-from fem_models.load.program import LoadProgram
-from fem_models.rig.checks import RigError, SolverError
-from fem_models.rig.rig import Friction, Rig, Tendon
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
+from fem_models.rig.rig import Friction, Tendon
 from hysteresis.metrics import dissipated_area, loop_width
 from hysteresis.record import Record
 

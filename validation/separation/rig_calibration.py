@@ -16,10 +16,10 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import LoadProgram
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.path import branches, require_reversal
 from hysteresis.record import Record, RecordError

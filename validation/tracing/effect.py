@@ -16,8 +16,8 @@ from typing import Literal
 
 import numpy as np
 
+from fem_models.rig import Rig
 from fem_models.rig.effects import Closure
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats, Ints
 
 Need = Literal["time", "cycles", "two tendons", "wheel", "force", "preloads"]

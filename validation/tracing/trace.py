@@ -19,7 +19,8 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
 from hysteresis.path import cycle_index, require_reversal
 from hysteresis.record import Record, RecordError

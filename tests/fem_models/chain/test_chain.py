@@ -10,13 +10,13 @@ from fem_models.chain.solve import ChainSettings, simulate_chain, solve_batch, s
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.strain import strain_per_rad
-from fem_models.load.program import LoadProgram, triangle
+from fem_models.load import LoadProgram, triangle
 from fem_models.multibody.quasi_static import simulate_multibody, solve_multibody
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import Rig, RigError, preset
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash, Closure, Creep, Drag, Gravity, Slack, Superelastic, TipStop
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel, with_notch
+from fem_models.rig.rig import Friction, Material, Tendon, Wheel, with_notch
 from hysteresis.metrics import loop_width
 from validation.engines.chain_multibody import EFFECTS, compare_chain, comparison_program, comparison_rigs
 

@@ -8,11 +8,11 @@ import pytest
 from fem_models.chain.equations import BAND, BAND_OF_JOINTS, assemble, work_space
 from fem_models.chain.parameters import ChainSettings, chain_parameters, memory_at_rest
 from fem_models.chain.solve import simulate_chain, solve_chain
-from fem_models.joint.mechanics import joint_mechanics
-from fem_models.load.program import triangle
+from fem_models.joint import joint_mechanics
+from fem_models.load import triangle
 from fem_models.load.stepping import Load
+from fem_models.rig import preset
 from fem_models.rig.effects import Gravity, TipStop
-from fem_models.rig.presets import preset
 
 SHORT = triangle(2.2, step_mm=0.1)
 OUTSIDE = {

@@ -7,16 +7,16 @@ import pytest
 from scipy.optimize import least_squares
 
 from fem_models.joint.flexure import flexure
-from fem_models.load.program import LoadProgram, sine, triangle
+from fem_models.load import LoadProgram, sine, triangle
 from fem_models.multibody.assembly import NITINOL_T_PER_MM3
 from fem_models.multibody.dynamic import DynamicSettings, ring_inertia, solve_dynamic
 from fem_models.multibody.quasi_static import solve_multibody
 from fem_models.multibody.stepper import MultibodySettings
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import Rig, RigError, preset
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Drag, Gravity
 from fem_models.rig.joints import MeasuredJoint
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Rig, with_notch
+from fem_models.rig.rig import Friction, with_notch
 from hysteresis.metrics import loop_width
 from studies.commands.cli import call
 from validation.engines.dynamics import Delay, compare_dynamic, delay, energy_gap

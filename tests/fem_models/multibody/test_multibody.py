@@ -5,17 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem_models.analytic.kinematics import drive_for_angle_mm, theory_curve, tip_pose
+from fem_models.analytic import theory_curve
+from fem_models.analytic.kinematics import drive_for_angle_mm, tip_pose
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
-from fem_models.load.program import LoadProgram, triangle
+from fem_models.load import LoadProgram, triangle
 from fem_models.multibody.quasi_static import simulate_multibody, solve_multibody
 from fem_models.multibody.stepper import MultibodySettings
+from fem_models.rig import Rig, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Gravity
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Rig, with_notch
+from fem_models.rig.rig import Friction, with_notch
 from hysteresis.metrics import loop_width
 
 LOSSLESS = replace(preset("du2018").material, loop_share=0.0)

@@ -17,9 +17,8 @@ from fem_models.multibody.reduced_chain import (
     solve_beam_chain,
     solve_reduced_chain,
 )
-from fem_models.rig.checks import RigError
+from fem_models.rig import RigError, preset
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
-from fem_models.rig.presets import preset
 from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import as_flexure, snr_stiffness, solid_snr
 from validation.joints.models import compare_models, joint_stiffness

@@ -15,9 +15,8 @@ from skfem import Basis, ElementTetP2, MeshTet1, MeshTet2
 
 from fem_models.joint.section import cut_height_mm
 from fem_models.multibody.reduced_body import NITINOL_T_PER_MM3, craig_bampton
-from fem_models.rig.checks import RigError
+from fem_models.rig import RigError, preset
 from fem_models.rig.joints import MeasuredJoint, Notch
-from fem_models.rig.presets import preset
 from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import (
     as_flexure,
@@ -33,7 +32,7 @@ from fem_models.solid.linear import (
 )
 from fem_models.solid.mesh import snr_mesh
 from fem_models.solid.strain import bent_chain, equivalent, nodal_strain, peak_strain, principal, strain
-from fem_models.view.manipulator import SceneError
+from fem_models.view import SceneError
 from fem_models.view.solid import draw_strain, write_vtu
 from validation.joints.richardson import richardson
 

@@ -12,8 +12,9 @@ from browser import chromium, ink, listen, require_browser, screenshots, tints
 
 from fem_models.chain.solve import solve_chain
 from fem_models.joint import joint_mechanics
-from fem_models.rig.checks import RigError, SolverError
-from fem_models.rig.presets import PRESETS, preset
+from fem_models.rig import RigError, preset
+from fem_models.rig.checks import SolverError
+from fem_models.rig.presets import PRESETS
 from hysteresis.metrics import loop_width
 from studies.app.loop_svg import loop_svg
 from studies.app.playground import AMPLITUDE, answer, sliders, with_values

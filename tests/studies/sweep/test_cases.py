@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from fem_models.rig.checks import RigError
-from fem_models.rig.presets import preset
+from fem_models.rig import RigError, preset
 from studies.sweep.cases import evaluate, program_of_table
 from studies.sweep.inputs import FIELDS, CaseInputs, CaseTables, ProgramTable, key_of, with_values
 

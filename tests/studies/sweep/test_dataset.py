@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from small_study import GRID, HEAD, PROGRAM, same, study_file
 
 from fem_models.chain.solve import solve_chain
-from fem_models.load.program import triangle
-from fem_models.rig.presets import preset
+from fem_models.load import triangle
+from fem_models.rig import preset
 from fem_models.rig.rig import with_notch
 from hysteresis.metrics import loop_width
 from studies.sweep import dataset, open_study, read_study

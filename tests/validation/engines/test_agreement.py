@@ -1,6 +1,6 @@
 """Analytic curve and chain against the multibody model."""
 
-from fem_models.rig.presets import preset
+from fem_models.rig import preset
 from validation.engines import compare_engines
 
 

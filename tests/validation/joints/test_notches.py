@@ -10,8 +10,8 @@ from skfem.models.elasticity import linear_elasticity, plane_stress
 from docs.make.notches import TABLE, figure, page
 from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.roots import HALF_PLANE, root_length
+from fem_models.rig import preset
 from fem_models.rig.joints import Notch
-from fem_models.rig.presets import preset
 from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import chain_stiffness, solid_snr
 from validation.joints.notches import (

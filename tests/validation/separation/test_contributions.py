@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import triangle
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.load import triangle
+from fem_models.rig import RigError, preset
+from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction
 from hysteresis.record import Record
 from hysteresis.record_file import write_record

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import sine
-from fem_models.rig.presets import preset
+from fem_models.load import sine
+from fem_models.rig import preset
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.path import branches
 from hysteresis.record import Record, RecordError

@@ -12,10 +12,9 @@ import pytest
 
 from fem_models.chain.solve import simulate_chain
 from fem_models.joint import joint_mechanics
-from fem_models.load.program import sine
-from fem_models.rig.checks import RigError
+from fem_models.load import sine
+from fem_models.rig import RigError, preset
 from fem_models.rig.effects import Backlash, Closure, Creep, Drag, Fatigue, PreloadLoss, Slack, TipStop
-from fem_models.rig.presets import preset
 from fem_models.rig.rig import Friction
 from validation.tracing.baseline.curve_kernels import play
 from validation.tracing.effect import OPEN_NOTCHES, Scale, catalogue

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import sine
+from fem_models.load import sine
+from fem_models.rig import Rig, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash, Closure, Drag, Fatigue, Gravity
 from fem_models.rig.joints import MeasuredJoint
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
+from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.equivalent_rig import JOINTS, divided, equivalent_rig_problem, refined_problem
 from validation.tracing.effect import catalogue

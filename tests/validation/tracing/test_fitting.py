@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import LoadProgram, sine, triangle
-from fem_models.rig.presets import preset
+from fem_models.load import LoadProgram, sine, triangle
+from fem_models.rig import preset
 from hysteresis.record import Record
 from validation.tracing.baseline.known_rig import RigProblem, known_rig_problem
 from validation.tracing.effect import FreeParameter

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem_models.load.program import sine
+from fem_models.load import sine
 from hysteresis.record import Record
 from validation.practice.cases import draw_case
 from validation.tracing.baseline.known_rig import thinned

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import sine
+from fem_models.load import sine
+from fem_models.rig import preset
 from fem_models.rig.effects import Drag
-from fem_models.rig.presets import preset
 from hysteresis.record import Record
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import sine, triangle
+from fem_models.load import sine, triangle
 from fem_models.multibody.quasi_static import simulate_multibody
+from fem_models.rig import preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Gravity, Superelastic, TipStop
-from fem_models.rig.presets import preset
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import read_record

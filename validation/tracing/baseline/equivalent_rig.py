@@ -16,10 +16,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig
 from fem_models.rig.effects import Closure
 from fem_models.rig.joints import MeasuredJoint
-from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
+from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.arrays import Floats, Ints
 from hysteresis.path import cycle_index
 from hysteresis.record import Record

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from fem_models.rig import Rig
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.of_record import notched_tube_of, rig_of
-from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
+from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.path import cycle_index
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.rig_problem import RigProblem

@@ -118,7 +118,9 @@ def _guessed_gain(records: Sequence[Record], rig: Rig) -> float:
     """Guess the gain, mm per unit: that at which the declared rig has the mean slope of the records."""
     drives, angles = [record.drive for record in records], [record.angle_deg for record in records]
     slope = mean_slope(drives, angles)
-    gain = math.copysign(math.radians(abs(slope)) * joint_mechanics(rig).arms_mm.a, slope)  # of tendons that do not stretch
+    gain = math.copysign(
+        math.radians(abs(slope)) * joint_mechanics(rig).arms_mm.a, slope
+    )  # of tendons that do not stretch
     half = max(float(np.ptp(drive)) for drive in drives) / 2
     path = np.concatenate([np.linspace(a, b, _SAMPLES) for a, b in pairwise((0.0, half, -half, half))])
     for _ in range(_CORRECTIONS):  # the stretch of the tendons takes some of the drive

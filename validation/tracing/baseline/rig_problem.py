@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.load.program import LoadProgram
-from fem_models.rig.rig import Rig
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats, Ints
 from validation.tracing.baseline.runs import Run, RunSetup
 from validation.tracing.effect import Effect, FreeParameter, RigForm, SampleInputs, Scale, Values

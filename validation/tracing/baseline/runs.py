@@ -11,8 +11,8 @@ import numpy as np
 
 from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, solve_pulled_chain
 from fem_models.joint.strain import strain_per_rad
-from fem_models.load.program import LoadProgram
-from fem_models.rig.rig import Rig
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats, Ints
 from hysteresis.path import branches
 from hysteresis.record import Record

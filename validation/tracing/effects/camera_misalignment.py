@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.effect import (
     CurveForm,

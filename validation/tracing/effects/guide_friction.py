@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.effect import (
     CurveContext,

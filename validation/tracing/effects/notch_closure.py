@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from fem_models.joint import joint_mechanics
+from fem_models.rig import Rig
 from fem_models.rig.effects import Closure
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.effect import (
     OPEN_NOTCHES,

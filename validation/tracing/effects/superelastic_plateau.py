@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fem_models.rig.checks import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.effects import Superelastic
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import transformed
 from validation.tracing.effect import (

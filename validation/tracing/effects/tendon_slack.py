@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from fem_models.rig import Rig
 from fem_models.rig.effects import Slack
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import two_tendons
 from validation.tracing.effect import (

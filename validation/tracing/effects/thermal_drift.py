@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fem_models.rig.rig import Rig
+from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.effect import (
     CurveForm,

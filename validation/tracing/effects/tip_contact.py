@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_models.rig.checks import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.effects import TipStop
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.effect import (
     CurveContext,

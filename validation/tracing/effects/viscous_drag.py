@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from fem_models.rig import Rig
 from fem_models.rig.effects import Drag
-from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve_kernels import lagged
 from validation.tracing.effect import (

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_models.rig.checks import RigError
+from fem_models.rig import Rig, RigError
 from fem_models.rig.effects import Eccentricity
-from fem_models.rig.rig import Rig, Wheel
+from fem_models.rig.rig import Wheel
 from hysteresis.arrays import Floats
 from validation.tracing.effect import (
     CurveContext,

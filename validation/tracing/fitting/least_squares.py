@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import least_squares
 
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.holdout import Holdout

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Ints
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.least_squares import fit

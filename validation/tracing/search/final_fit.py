@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.equivalent_rig import refined_problem
 from validation.tracing.fitting.fitted import Fitted

@@ -6,7 +6,8 @@ from contextlib import suppress
 
 import numpy as np
 
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.effect import RigForm
 from validation.tracing.fitting.fitted import Fitted

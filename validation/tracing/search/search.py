@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.effect import Effect
 from validation.tracing.fitting.fitted import Fitted

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from fem_models.rig.checks import RigError, SolverError
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.effect import Effect, Values
 from validation.tracing.fitting.fitted import Fitted
