@@ -14,9 +14,9 @@ import exudyn as exu
 import exudyn.itemInterface as items
 import numpy as np
 
+import fem_models.multibody.connector_laws as laws
 from fem_models.joint.contact import ring_weight_N
 from fem_models.joint.mechanics import JointMechanics
-from fem_models.multibody import connector_laws as laws
 from fem_models.rig.rig import Rig, Tendon
 from hysteresis.arrays import Floats, Ints
 

@@ -34,7 +34,6 @@ from fem_models.solid.superelastic import (
     straight,
     unknowns,
 )
-from fem_models.solid.superelastic_kernel import SPAN
 from hysteresis.arrays import Floats, Ints, Mask
 
 _HALVINGS = 7
@@ -220,11 +219,11 @@ def measured(joint: QuarterJoint, path: Sequence[BentJoint]) -> MomentAngle:
 
 def _transformed(joint: QuarterJoint, state: Equilibrium) -> float:
     solid = joint.solid
-    if solid.law[SPAN] == 0:
+    if solid.law.span == 0:
         return 0.0
     between = solid.points_mm[solid.cells, 2].mean(axis=1) < notched_tube(joint.rig).notch.width_mm / 2
     volumes = solid.volumes[between]
-    return float((volumes * state.transformation[between]).sum() / (volumes.sum() * solid.law[SPAN]))
+    return float((volumes * state.transformation[between]).sum() / (volumes.sum() * solid.law.span))
 
 
 def whole(joint: QuarterJoint, state: Equilibrium, points_mm: Floats) -> tuple[Floats, Floats, Floats]:

@@ -17,7 +17,7 @@ from scipy.sparse.linalg import splu
 from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Rig
 from fem_models.solid.linear import factorize
-from fem_models.solid.superelastic_kernel import LOWER, SHEAR, SPAN, UPPER, assemble, strains
+from fem_models.solid.superelastic_kernel import Assembled, Elements, Law, Numbering, Step, assemble, strains
 from hysteresis.arrays import Floats, Ints
 
 HARDENING_SHARE = 0.005
@@ -42,7 +42,7 @@ class FlagSolid:
 
     points_mm: Floats
     cells: Ints
-    law: Floats
+    law: Law
     gradients: Floats
     volumes: Floats
 
@@ -71,31 +71,30 @@ class Equilibrium:
     residuals: tuple[float, ...] = ()
 
 
-def flag_law(rig: Rig, *, hardening: float = HARDENING_SHARE) -> Floats:
-    """Law of a rig's metal, shape (6,), as :mod:`fem_models.solid.superelastic_kernel` takes it; elastic where it has no flag.
+def flag_law(rig: Rig, *, hardening: float = HARDENING_SHARE) -> Law:
+    """Law of a rig's metal; elastic where the rig is not superelastic.
 
     The plateaus of a rig are those in the middle of the transformation; with ``hardening``, the slope over Young's
     modulus, they start lower.
     """
     young, poisson = rig.material.youngs_modulus_GPa * 1e3, rig.material.poissons_ratio
-    elastic = young / (3 * (1 - 2 * poisson)), young / (2 * (1 + poisson))
+    bulk, shear = young / (3 * (1 - 2 * poisson)), young / (2 * (1 + poisson))
     flag = rig.superelastic
     if flag is None:
-        return np.array([*elastic, math.inf, math.inf, 0.0, 1.0])
+        return Law(bulk, shear, upper=math.inf, lower=math.inf, span=0.0, hardening=1.0)
     slope = hardening * young / (1 - hardening)  # over the transformation strain
     drop = slope * flag.transformation_strain / 2
-    return np.array(
-        [
-            *elastic,
-            flag.plateau_MPa - drop,
-            max(flag.unloading_plateau_MPa - drop, 1e-3 * flag.plateau_MPa),
-            flag.transformation_strain,
-            slope,
-        ]
+    return Law(
+        bulk=bulk,
+        shear=shear,
+        upper=float(flag.plateau_MPa - drop),
+        lower=float(max(flag.unloading_plateau_MPa - drop, 1e-3 * flag.plateau_MPa)),
+        span=float(flag.transformation_strain),
+        hardening=slope,
     )
 
 
-def flag_solid(points_mm: Floats, cells: Ints, law: Floats) -> FlagSolid:
+def flag_solid(points_mm: Floats, cells: Ints, law: Law) -> FlagSolid:
     """Prepare the elements, which may be of either orientation."""
     gradients, determinants = _gradients(points_mm, cells, _GAUSS)
     return FlagSolid(points_mm, np.ascontiguousarray(cells), law, gradients, np.abs(determinants) / 24)
@@ -157,31 +156,28 @@ def newton(
         No convergence.
     """
     place, lift, residuals = start.displacement_mm, lift_mm, []
+    elements = Elements(gradients=solid.gradients, volumes=solid.volumes, cells=solid.cells)
+    numbering = Numbering(
+        frames=frames,
+        numbers=sought.numbers,
+        places=sought.places,
+        entries=len(sought.indices),
+        count=sought.count,
+    )
     none = np.zeros_like(lift_mm)
-    least = 1e-5 * solid.law[SHEAR] * float(np.linalg.norm(solid.volumes.sum(axis=1) ** (2 / 3)))
+    least = 1e-5 * solid.law.shear * float(np.linalg.norm(solid.volumes.sum(axis=1) ** (2 / 3)))
     for iteration in range(_ITERATIONS):
         history = before if iteration == 0 and before is not None else start.transformation
-        data, load, force, now = assemble(
-            solid.gradients,
-            solid.volumes,
-            solid.cells,
-            solid.law,
-            place,
-            history,
-            lift,
-            frames,
-            sought.numbers,
-            sought.places,
-            len(sought.indices),
-            sought.count,
-        )
+        step = Step(displacement=place, transformation=history, lift=lift)
+        found: Assembled = assemble(elements, solid.law, step, numbering)
+        load, force = found.load, found.force
         if iteration:
-            residuals.append(float(np.linalg.norm(load) / max(np.linalg.norm(force), least)))
+            residuals.append(float(np.linalg.norm(load) / max(float(np.linalg.norm(force)), least)))
             if not residuals[-1] < 1e6:
                 break
             if residuals[-1] < TOLERANCE:
-                return Equilibrium(place, now, force, tuple(residuals))
-        data = data.copy()  # CHOLMOD reallocates it, which memory of the compiled function does not bear
+                return Equilibrium(place, found.transformation, force, tuple(residuals))
+        data = found.data.copy()  # CHOLMOD reallocates it, which memory of the compiled function does not bear
         matrix = sparse.csc_matrix((data, sought.indices, sought.pointers), shape=(sought.count, sought.count))
         change = np.append(_solver(matrix)(load[:, None])[:, 0], 0.0)[sought.numbers]  # -1 is the last: held
         place = place + lift + np.einsum("nij,ni->nj", frames, change)
@@ -212,7 +208,7 @@ def nodal_strain(solid: FlagSolid, state: Equilibrium) -> tuple[Floats, Floats]:
     weight = np.repeat(solid.volumes.sum(axis=1), 10)
     nodes = solid.cells.ravel()
     local = strains(at_nodes, solid.cells, state.displacement_mm).reshape(-1, 6)
-    grown = np.clip(state.transformation @ np.linalg.solve(_GAUSS, _NODES.T), 0.0, solid.law[SPAN]).ravel()
+    grown = np.clip(state.transformation @ np.linalg.solve(_GAUSS, _NODES.T), 0.0, solid.law.span).ravel()
     total = np.bincount(nodes, weight)
     mean = np.stack([np.bincount(nodes, weight * c) for c in local.T], axis=1) / total[:, None]
     transformed = np.bincount(nodes, weight * grown) / total
@@ -221,7 +217,7 @@ def nodal_strain(solid: FlagSolid, state: Equilibrium) -> tuple[Floats, Floats]:
     principal = np.where(-values[:, 0] > values[:, 2], values[:, 0], values[:, 2])
     deviator = values - values.mean(axis=1, keepdims=True)
     equivalent = np.sqrt(2 / 3 * (deviator**2).sum(axis=1))
-    bulk, shear = solid.law[:2]
+    bulk, shear = solid.law.bulk, solid.law.shear
     young = 9 * bulk * shear / (3 * bulk + shear)
     return principal, transformed + 3 * shear / young * (equivalent - transformed)
 
@@ -233,5 +229,5 @@ def dissipated(solid: FlagSolid, before: Equilibrium, after: Equilibrium) -> flo
     """
     change = after.transformation - before.transformation
     law = solid.law
-    rate = np.where(change > 0, law[UPPER], law[LOWER]) if law[SPAN] else 0.0
+    rate = np.where(change > 0, law.upper, law.lower) if law.span else 0.0
     return float((solid.volumes * rate * change).sum())

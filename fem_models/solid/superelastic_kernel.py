@@ -8,32 +8,79 @@ under rotation, and without eigenvectors. Symmetric tensors are 6-vectors (11, 2
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from fem_models.compiled import njit_of
 from hysteresis.arrays import Floats, Ints
+
+solid_njit = njit_of(Path(__file__))
 
 _ROOT2 = math.sqrt(2.0)
 _I = np.array([0, 1, 2, 1, 0, 0])
 _J = np.array([0, 1, 2, 2, 2, 1])
 _SCALE = np.array([1.0, 1.0, 1.0, _ROOT2, _ROOT2, _ROOT2])
 
-BULK, SHEAR, UPPER, LOWER, SPAN, HARDENING = range(6)
-"""Places in the array of a law: moduli and stresses in N/mm^2, the span a strain."""
+
+class Law(NamedTuple):
+    """Superelastic law of the metal; moduli and stresses in N/mm^2."""
+
+    bulk: float
+    shear: float
+    upper: float  # stress at which the metal transforms
+    lower: float  # stress at which it comes back
+    span: float  # transformation strain in all
+    hardening: float  # slope of the plateaus over the transformation strain
 
 
-@njit(cache=True)
-def flag(equivalent: float, rest: float, law: Floats) -> tuple[float, float, float]:
+class Elements(NamedTuple):
+    """Ten-node tetrahedra in the straight shape, with four points of quadrature each."""
+
+    gradients: Floats  # of the shape functions, (m, 4, 10, 3), 1/mm
+    volumes: Floats  # (m, 4), mm^3
+    cells: Ints  # nodes, (m, 10)
+
+
+class Step(NamedTuple):
+    """Where an iteration of Newton's method starts, and what it prescribes."""
+
+    displacement: Floats  # (n, 3)
+    transformation: Floats  # (m, 4), strains before the step
+    lift: Floats  # (n, 3), prescribed displacements that this iteration makes
+
+
+class Numbering(NamedTuple):
+    """Unknowns of the nodes, and where their pairs stand in the matrix."""
+
+    frames: Floats  # axes of every node's unknowns as rows, (n, 3, 3)
+    numbers: Ints  # (n, 3), below 0 where fixed
+    places: Ints  # of every pair of unknowns of an element in the matrix, (m, 900), below 0 for none
+    entries: int  # of the matrix
+    count: int  # of unknowns
+
+
+class Assembled(NamedTuple):
+    """Tangent and residual of one Newton iteration."""
+
+    data: Floats  # entries of the matrix
+    load: Floats  # right-hand side
+    force: Floats  # nodal forces along x, y, z, (n, 3)
+    transformation: Floats  # strains, (m, 4)
+
+
+@solid_njit()
+def flag(equivalent: float, rest: float, law: Law) -> tuple[float, float, float]:
     """Equivalent stress, its slope over the equivalent strain, and the transformation strain, from that before.
 
     q = 3 mu (e - g). The metal transforms where q reaches upper + h g, comes back where it falls to lower + h g, and
     g stays in [0, span]: the linear rule of Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7, in
     closed form. In a bar e - q/(3 mu) + q/E is the strain, q the stress.
     """
-    elastic, hardening, span = 3 * law[SHEAR], law[HARDENING], law[SPAN]
-    least = min(max((elastic * equivalent - law[UPPER]) / (elastic + hardening), 0.0), span)
-    most = min(max((elastic * equivalent - law[LOWER]) / (elastic + hardening), 0.0), span)
+    elastic, hardening, span = 3 * law.shear, law.hardening, law.span
+    least = min(max((elastic * equivalent - law.upper) / (elastic + hardening), 0.0), span)
+    most = min(max((elastic * equivalent - law.lower) / (elastic + hardening), 0.0), span)
     slope, now = elastic, rest
     if least > rest:
         now = least
@@ -46,8 +93,8 @@ def flag(equivalent: float, rest: float, law: Floats) -> tuple[float, float, flo
     return elastic * (equivalent - now), slope, now
 
 
-@njit(cache=True)
-def stress(strain: Floats, rest: float, law: Floats, out: Floats, tangent: Floats) -> float:
+@solid_njit()
+def stress(strain: Floats, rest: float, law: Law, out: Floats, tangent: Floats) -> float:
     """Stress (6,) conjugate to the strain (6,), its derivative (6, 6), and the new transformation strain.
 
     The transformation strain lies along the deviator of stress, and so of strain: 2/3 g dev(E)/e.
@@ -59,21 +106,21 @@ def stress(strain: Floats, rest: float, law: Floats, out: Floats, tangent: Float
         norm += d * d
     equivalent = math.sqrt(2 / 3 * norm)
     q, slope, now = flag(equivalent, rest, law)
-    secant = q / equivalent if equivalent > 1e-14 else 3 * law[SHEAR]
+    secant = q / equivalent if equivalent > 1e-14 else 3 * law.shear
     along = 4 / 9 * (slope - secant) / equivalent**2 if equivalent > 1e-14 else 0.0
     for i in range(6):
         d_i = strain[i] - (mean if i < 3 else 0.0)
-        out[i] = 2 / 3 * secant * d_i + (3 * law[BULK] * mean if i < 3 else 0.0)
+        out[i] = 2 / 3 * secant * d_i + (3 * law.bulk * mean if i < 3 else 0.0)
         for j in range(6):
             d_j = strain[j] - (mean if j < 3 else 0.0)
             tangent[i, j] = along * d_i * d_j
             if i < 3 and j < 3:
-                tangent[i, j] += law[BULK] - 2 / 9 * secant
+                tangent[i, j] += law.bulk - 2 / 9 * secant
         tangent[i, i] += 2 / 3 * secant
     return now
 
 
-@njit(cache=True)
+@solid_njit()
 def deformation(gradients: Floats, place: Floats, out: Floats) -> None:
     """Deformation gradient (3, 3) from gradients (10, 3) of the shape functions and displacements (10, 3)."""
     for i in range(3):
@@ -84,7 +131,7 @@ def deformation(gradients: Floats, place: Floats, out: Floats) -> None:
             out[i, j] = total
 
 
-@njit(cache=True)
+@solid_njit()
 def strain_of(f: Floats, inverse: Floats, strain: Floats) -> None:
     """Strain (6,) of a deformation gradient, and C^-1 (3, 3)."""
     c = f.T @ f
@@ -100,7 +147,7 @@ def strain_of(f: Floats, inverse: Floats, strain: Floats) -> None:
         strain[k] = _SCALE[k] * 0.25 * (c[i, j] - inverse[i, j])
 
 
-@njit(cache=True)
+@solid_njit()
 def _sandwich(p: Floats, q: Floats, factor: float, out: Floats) -> None:
     """Add factor (P X Q + Q X P)/2 as an operator (6, 6) on symmetric X; P and Q are symmetric."""
     for row in range(6):
@@ -113,8 +160,8 @@ def _sandwich(p: Floats, q: Floats, factor: float, out: Floats) -> None:
             out[row, column] += 0.5 * factor * value * _SCALE[row] * (2 / _SCALE[column] if k != m else 1.0)
 
 
-@njit(cache=True)
-def _second_piola(f: Floats, rest: float, law: Floats, second: Floats, tangent: Floats, work: Floats) -> float:
+@solid_njit()
+def _second_piola(f: Floats, rest: float, law: Law, second: Floats, tangent: Floats, work: Floats) -> float:
     """Second Piola stress (3, 3), its derivative (6, 6) by Green's strain, and the new transformation strain.
 
     S = (T + C^-1 T C^-1)/2 and dS = (G D G/4) dE_G - (C^-1 dE_G B + B dE_G C^-1), G = 1 + C^-1 . C^-1,
@@ -139,7 +186,7 @@ def _second_piola(f: Floats, rest: float, law: Floats, second: Floats, tangent: 
     return now
 
 
-@njit(cache=True)
+@solid_njit()
 def _add_point(
     gradients: Floats, f: Floats, second: Floats, tangent: Floats, weight: float, k: Floats, force: Floats
 ) -> None:
@@ -180,44 +227,12 @@ def _add_point(
                 k[3 * a + i, 3 * c + i] += weight * value
 
 
-@njit(cache=True)
-def assemble(
-    gradients: Floats,
-    weights: Floats,
-    cells: Ints,
-    law: Floats,
-    displacement: Floats,
-    rest: Floats,
-    lift: Floats,
-    frames: Floats,
-    numbers: Ints,
-    places: Ints,
-    entries: int,
-    unknowns: int,
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Assemble the tangent and the residual of one Newton iteration.
-
-    Parameters
-    ----------
-    gradients, weights
-        Of the shape functions (m, 4, 10, 3), 1/mm, and volumes (m, 4), mm^3, in the straight shape.
-    cells
-        Nodes of the elements, shape (m, 10).
-    law, displacement, rest
-        Law (6,), displacements (n, 3), transformation strains (m, 4) before the step.
-    lift
-        Prescribed displacements (n, 3) that this iteration makes.
-    frames, numbers
-        Axes of every node's unknowns as rows (n, 3, 3) and their numbers (n, 3), below 0 where held.
-    places, entries, unknowns
-        Place of every pair of unknowns of an element in the matrix, (m, 900), below 0 for none; sizes.
-
-    Returns
-    -------
-    data, load, force, now
-        Entries of the matrix; right-hand side; nodal forces (n, 3) along x, y, z; transformation strains (m, 4).
-    """
-    data, load = np.zeros(entries), np.zeros(unknowns)
+@solid_njit()
+def assemble(elements: Elements, law: Law, step: Step, numbering: Numbering) -> Assembled:
+    """Assemble the tangent and the residual of one Newton iteration."""
+    gradients, volumes, cells = elements.gradients, elements.volumes, elements.cells
+    displacement, rest, lift = step.displacement, step.transformation, step.lift
+    data, load = np.zeros(numbering.entries), np.zeros(numbering.count)
     force, now = np.zeros_like(displacement), np.empty_like(rest)
     place, moved = np.empty((10, 3)), np.empty(30)
     f, second, tangent, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((6, 6)), np.empty((3, 6, 6))
@@ -227,25 +242,24 @@ def assemble(
             for i in range(3):
                 place[a, i] = displacement[cells[e, a], i]
                 moved[3 * a + i] = lift[cells[e, a], i]
-        for g in range(weights.shape[1]):
+        for g in range(volumes.shape[1]):
             deformation(gradients[e, g], place, f)
             now[e, g] = _second_piola(f, rest[e, g], law, second, tangent, work)
-            _add_point(gradients[e, g], f, second, tangent, weights[e, g], k, own)
+            _add_point(gradients[e, g], f, second, tangent, volumes[e, g], k, own)
         for row in range(30):
             for column in range(row):
                 k[column, row] = k[row, column]
         total = own + k @ moved
         for a in range(10):
             force[cells[e, a]] += own[3 * a : 3 * a + 3]
-        _scatter(k, total, cells[e], frames, numbers, places[e], data, load)
-    return data, load, force, now
+        _scatter(e, k, total, cells[e], numbering, data, load)
+    return Assembled(data=data, load=load, force=force, transformation=now)
 
 
-@njit(cache=True)
-def _scatter(
-    k: Floats, total: Floats, nodes: Ints, frames: Floats, numbers: Ints, places: Ints, data: Floats, load: Floats
-) -> None:
-    """Turn an element into the axes of its unknowns and add it to the matrix and to the right-hand side."""
+@solid_njit()
+def _scatter(e: int, k: Floats, total: Floats, nodes: Ints, numbering: Numbering, data: Floats, load: Floats) -> None:
+    """Rotate element e into the axes of its unknowns and add it to the matrix and to the right-hand side."""
+    frames, numbers, places = numbering.frames, numbering.numbers, numbering.places[e]
     for a in range(10):
         frame = frames[nodes[a]]
         if frame[0, 0] != 1.0:
@@ -263,7 +277,7 @@ def _scatter(
                 data[where] += k[row, column]
 
 
-@njit(cache=True)
+@solid_njit()
 def strains(gradients: Floats, cells: Ints, displacement: Floats) -> Floats:
     """Strain E (m, q, 6) at the points of ``gradients`` (m, q, 10, 3)."""
     result = np.empty((*gradients.shape[:2], 6))

@@ -23,7 +23,7 @@ from fem_models.solid.large_bending import MomentAngle, bend, measured, moment_a
 from fem_models.solid.linear import cells, chain_stiffness, solid_snr
 from fem_models.solid.superelastic import dissipated, flag_law, flag_solid, newton, nodal_strain, straight, unknowns
 from fem_models.solid.superelastic_elements import fibres_of_curve, fit_error, flag_path
-from fem_models.solid.superelastic_kernel import HARDENING, LOWER, SHEAR, UPPER, assemble, stress
+from fem_models.solid.superelastic_kernel import Elements, Law, Numbering, Step, assemble, stress
 from fem_models.view.solid import bent_mesh, write_mesh
 
 LAW = Superelastic(450.0, 200.0, 0.04)
@@ -39,7 +39,7 @@ WRIST = replace(
 )
 
 
-def box(n: int, law: np.ndarray, *, distorted: bool = False):
+def box(n: int, law: Law, *, distorted: bool = False):
     """Unit cube; distorted: inner corners moved. Edges stay straight: four points are exact for such elements."""
     side = np.linspace(0, 1, n + 1)
     flat = MeshTet1.init_tensor(side, side, side)
@@ -58,8 +58,10 @@ def tangent_and_force(solid, displacement, rest):
     sought = unknowns(solid, np.arange(3 * n).reshape(n, 3))
     frames, none = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
     data, load, _, _ = assemble(
-        *(solid.gradients, solid.volumes, solid.cells, solid.law, displacement, rest, none, frames),
-        *(sought.numbers, sought.places, len(sought.indices), sought.count),
+        Elements(solid.gradients, solid.volumes, solid.cells),
+        solid.law,
+        Step(displacement, rest, none),
+        Numbering(frames, sought.numbers, sought.places, len(sought.indices), sought.count),
     )
     dense = np.zeros((3 * n, 3 * n))
     rows = np.repeat(np.arange(3 * n), np.diff(sought.pointers))
@@ -106,11 +108,11 @@ def test_bar_follows_the_flag_exactly():
     slope = 0.002 * YOUNG / 0.998
     stresses, rest = [], 0.0
     for strain in strains:
-        up, down = ((YOUNG * strain - s) / (YOUNG + slope) for s in (law[UPPER], law[LOWER]))
+        up, down = ((YOUNG * strain - s) / (YOUNG + slope) for s in (law.upper, law.lower))
         rest = min(max(rest, up, 0.0), max(down, 0.0), 0.04)
         stresses.append(YOUNG * (strain - rest))
     assert seen == pytest.approx(stresses, abs=1e-6)
-    assert law[UPPER] + 0.02 * slope == pytest.approx(450)  # the plateau of the rig is that of its middle
+    assert law.upper + 0.02 * slope == pytest.approx(450)  # the plateau of the rig is that of its middle
     assert max(state.transformation.ravel()) == 0
     assert loss == pytest.approx(0.04 * (450 - 200), rel=1e-9)
 
@@ -128,7 +130,7 @@ def test_law_is_symmetric_and_has_its_derivative():
                 ends.append(np.empty(6))
                 stress(strain + step, rest, law, ends[-1], other)
             numeric = (np.array(ends[:6]) - np.array(ends[6:])).T / 2e-7
-            assert numeric == pytest.approx(tangent, abs=2e-5 * law[SHEAR])
+            assert numeric == pytest.approx(tangent, abs=2e-5 * law.shear)
             back = np.empty(6)
             stress(-strain, rest, law, back, other)
             assert back == pytest.approx(-out)
@@ -334,7 +336,7 @@ def test_moment_is_that_of_calculix(rig, degrees):
     held[joint.end] = bent.state.displacement_mm[joint.end]
     rows = ()
     if rig.superelastic is not None:
-        ends = [(law[UPPER] + law[HARDENING] * strain, strain) for strain in (0.0, 0.04)]
+        ends = [(law.upper + law.hardening * strain, strain) for strain in (0.0, 0.04)]
         rows = (*ends, (6000.0, 0.049))  # then hardly any more: ten times as stiff as the metal
     forces = calculix_forces(solid.points_mm, solid.cells, YOUNG, POISSON, held, plateau_MPa=rows)
     nodes = np.flatnonzero(np.isfinite(held).any(axis=1))

@@ -1,0 +1,52 @@
+"""numba's cache on disk: compiled code is not used again once any file that it comes from has changed."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from fem_models.chain import compiled, equations, follow, laws, newton, parameters
+from fem_models.compiled import checksum_of
+from fem_models.load import stepping
+from fem_models.solid import superelastic_kernel
+
+CHAIN = (equations, follow, laws, newton)
+KERNEL = """
+import sys
+from pathlib import Path
+from fem_models.compiled import njit_of
+
+@njit_of(Path(sys.argv[1]))()
+def twice(x: float) -> float:
+    return 2.0 * x
+
+assert twice(1.5) == 3.0
+print(sum(twice.stats.cache_hits.values()))
+"""
+
+
+def test_checksum_of_the_chain_is_of_all_files_that_its_kernels_come_from():
+    named = {path.resolve() for path in compiled.SOURCES}
+    for module in (*CHAIN, parameters, stepping):
+        assert Path(module.__file__).resolve() in named
+
+
+def test_all_kernels_of_several_files_or_types_are_cached_by_checksum():
+    sums = {module: checksum_of(compiled.SOURCES) for module in CHAIN}
+    sums[superelastic_kernel] = checksum_of([Path(superelastic_kernel.__file__)])
+    for module, checksum in sums.items():
+        own = [one for one in vars(module).values() if getattr(one, "__module__", "") == module.__name__]
+        kernels = [one for one in own if hasattr(one, "py_func")]
+        assert len(kernels) > 1
+        assert all(checksum in one._cache._impl.filename_base for one in kernels)
+
+
+def test_a_change_of_another_file_compiles_again(tmp_path):
+    kernel, other = tmp_path / "kernel.py", tmp_path / "other.py"
+    kernel.write_text(KERNEL)
+
+    def hits(text: str) -> int:
+        other.write_text(text)
+        done = subprocess.run([sys.executable, kernel, other], check=True, capture_output=True, text=True)
+        return int(done.stdout)
+
+    assert [hits(text) for text in ("one", "one", "two")] == [0, 1, 0]
