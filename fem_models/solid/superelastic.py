@@ -162,7 +162,7 @@ def newton(
         numbers=sought.numbers,
         places=sought.places,
         entries=len(sought.indices),
-        count=sought.count,
+        unknowns=sought.count,
     )
     none = np.zeros_like(lift_mm)
     least = 1e-5 * solid.law.shear * float(np.linalg.norm(solid.volumes.sum(axis=1) ** (2 / 3)))

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fem_models.compiled import njit_of
 from hysteresis.arrays import Floats, Ints
@@ -56,9 +57,9 @@ class Numbering(NamedTuple):
 
     frames: Floats  # axes of every node's unknowns as rows, (n, 3, 3)
     numbers: Ints  # (n, 3), below 0 where fixed
-    places: Ints  # of every pair of unknowns of an element in the matrix, (m, 900), below 0 for none
+    places: NDArray[np.int32]  # of every pair of unknowns of an element in the matrix, (m, 900), below 0 for none
     entries: int  # of the matrix
-    count: int  # of unknowns
+    unknowns: int  # how many
 
 
 class Assembled(NamedTuple):
@@ -232,7 +233,7 @@ def assemble(elements: Elements, law: Law, step: Step, numbering: Numbering) -> 
     """Assemble the tangent and the residual of one Newton iteration."""
     gradients, volumes, cells = elements.gradients, elements.volumes, elements.cells
     displacement, rest, lift = step.displacement, step.transformation, step.lift
-    data, load = np.zeros(numbering.entries), np.zeros(numbering.count)
+    data, load = np.zeros(numbering.entries), np.zeros(numbering.unknowns)
     force, now = np.zeros_like(displacement), np.empty_like(rest)
     place, moved = np.empty((10, 3)), np.empty(30)
     f, second, tangent, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((6, 6)), np.empty((3, 6, 6))
