@@ -1,8 +1,8 @@
 """numba's cache on disk for kernels whose code, or whose types, stand in several files.
 
 numba finds compiled code again by the date and size of the file that holds the function. A change in another file, of a
-function that it calls or of a type that it takes, would then run old code. A type that was renamed would not load at
-all. Here the names of the cached files have a checksum of all files that the kernels come from.
+function that it calls or of a type that it takes, would then run old code, and the code for a type that was renamed
+would fail to load. Here a checksum of all files that the kernels come from takes the place of date and size.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from numba import njit
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 Kernel = Callable[..., Any]
 
@@ -23,6 +23,24 @@ def checksum_of(sources: list[Path]) -> str:
     return sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
 
 
+class _Index(IndexDataCacheFile):
+    """Index of the cached code of one kernel."""
+
+    def _load_index(self) -> dict[Any, str]:
+        try:
+            return dict(super()._load_index())
+        except (AttributeError, ImportError):  # it names a type that is no longer there
+            return {}
+
+
+class _Cache(FunctionCache):
+    """numba's cache of one kernel, valid for a checksum."""
+
+    def __init__(self, function: Kernel, checksum: str) -> None:
+        super().__init__(function)
+        self._cache_file = _Index(self._cache_path, self._impl.filename_base, checksum)
+
+
 def njit_of(*sources: Path) -> Callable[..., Callable[[Kernel], Any]]:
     """Give a decorator for kernels that come from these files; its options are those of ``numba.njit``.
 
@@ -30,17 +48,10 @@ def njit_of(*sources: Path) -> Callable[..., Callable[[Kernel], Any]]:
     """
     checksum = checksum_of(list(sources))
 
-    class NamedBySources(CompileResultCacheImpl):
-        def get_filename_base(self, fullname: str, abiflags: str) -> str:
-            return f"{super().get_filename_base(fullname, abiflags)}-{checksum}"
-
-    class Cache(FunctionCache):
-        _impl_class = NamedBySources
-
     def kernel_njit(*, error_model: str = "numpy", **options: Any) -> Callable[[Kernel], Any]:
         def compile_cached(function: Kernel) -> Any:
             dispatcher = njit(error_model=error_model, **options)(function)
-            dispatcher._cache = Cache(function)
+            dispatcher._cache = _Cache(function, checksum)
             return dispatcher
 
         return compile_cached
