@@ -224,3 +224,20 @@ def test_commands_and_their_options_exist(page):
         for word in left:
             if word.startswith("--"):
                 assert word.partition("=")[0] in options, f"notchbend {' '.join(words)}"
+
+
+FORMER_WORDS = (
+    r"\bropes?\b|\b(?:is|are) asked\b|for its own|what is left|told apart|\btells? (?:\w+ )?apart|goes with|\bfree rig|"
+    r"grown model|declared model|who is near|\blet pass"
+)
+"""Words of earlier versions; docs/develop/glossary.md has them beside the terms of the field."""
+
+
+@EACH_PAGE
+def test_pages_use_the_words_of_the_field(page):
+    text = page.read_text().replace("Theory of Wire Rope", "")  # a book
+    if page.name == "glossary.md":
+        text = text.partition("## Words of earlier versions")[0]
+    if page.name == "measured-traces.md":  # then come the sentences of the run that made the tables
+        text = text.partition("## What was found")[0]
+    assert re.findall(FORMER_WORDS, text, re.I) == []
