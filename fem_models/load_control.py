@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fem_models.chain.solve import ChainSolution, solve_pulled_chain
-from fem_models.multibody.quasi_static import MultibodySolution, solve_pulled_multibody
+from fem_models.chain.solve import ChainSolution, solve_chain_by_force
+from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody_by_force
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
@@ -64,7 +64,7 @@ def run_load_control(rig: Rig, force_N: ArrayLike, engine: Literal["chain", "mul
     """
     force = np.asarray(force_N, dtype=float)
     solution: ChainSolution | MultibodySolution
-    solution = solve_pulled_chain(rig, force) if engine == "chain" else solve_pulled_multibody(rig, force)
+    solution = solve_chain_by_force(rig, force) if engine == "chain" else solve_multibody_by_force(rig, force)
     record = solution.record
     assert record.notches_deg is not None
     assert record.tip_mm is not None

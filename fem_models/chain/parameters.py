@@ -25,14 +25,14 @@ class ChainSettings:
     """Numerical settings.
 
     ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``max_step_mm`` bounds a step of the drive,
-    ``max_pull`` that of a force, over the force scale of
+    ``max_force_step`` that of a force, over the force scale of
     :class:`fem_models.joint.mechanics.JointMechanics`. ``max_halvings`` is how often a
     step that fails is halved. ``tolerance`` is that of the residual, over the same force.
     """
 
     bristle_ratio: float = 0.02
     max_step_mm: float = 0.1
-    max_pull: float = 0.25
+    max_force_step: float = 0.25
     max_halvings: int = 20
     newton_iterations: int = 40
     tolerance: float = 1e-10

@@ -80,7 +80,7 @@ def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | No
     return np.degrees(np.cumsum(run.angles, axis=1)[:, -1])
 
 
-def solve_pulled_chain(rig: Rig, force_N: Floats, settings: ChainSettings | None = None) -> ChainSolution:
+def solve_chain_by_force(rig: Rig, force_N: Floats, settings: ChainSettings | None = None) -> ChainSolution:
     """Run a rig of one tendon under load control: tensions at the wheel, shape (m,), in order.
 
     The drive of the record is in N.
@@ -94,7 +94,7 @@ def solve_pulled_chain(rig: Rig, force_N: Floats, settings: ChainSettings | None
     """
     settings, plan, joint = settings or ChainSettings(), force_schedule(rig, force_N), joint_mechanics(rig)
     arm, bending = joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad
-    control = force_control(rig, arm, bending, settings.max_pull * joint.force_scale_N, settings.max_halvings)
+    control = force_control(rig, arm, bending, settings.max_force_step * joint.force_scale_N, settings.max_halvings)
     path = _path(plan, control, settings)
     run = _followed(rig, joint, path, chain_parameters(rig, joint, settings, load_control=True))
     return _solution(rig, joint, plan.drive_mm, run)

@@ -65,7 +65,7 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
     return _run(stepper, schedule(rig, program), program)
 
 
-def solve_pulled_multibody(rig: Rig, force_N: Floats, settings: MultibodySettings | None = None) -> MultibodySolution:
+def solve_multibody_by_force(rig: Rig, force_N: Floats, settings: MultibodySettings | None = None) -> MultibodySolution:
     """Run a rig of one tendon under load control: tensions at the wheel, shape (m,), in order.
 
     The drive of the record is in N.

@@ -42,7 +42,7 @@ class MultibodySettings:
 
     ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``friction_tolerance`` ends the fixed point
     between tensions and friction limits, over the force scale of :class:`fem_models.joint.mechanics.JointMechanics`.
-    ``max_step_mm`` bounds a step of the drive whatever the sampling, ``max_pull`` that of a force, over the same scale.
+    ``max_step_mm`` bounds a step of the drive whatever the sampling, ``max_force_step`` that of a force, over the same scale.
     ``max_halvings`` is how often a step that fails is halved. ``max_friction_iterations`` also bounds how often guides
     may change between sticking and sliding in a step.
     """
@@ -51,7 +51,7 @@ class MultibodySettings:
     friction_tolerance: float = 1e-6
     max_friction_iterations: int = 60
     max_step_mm: float = 0.1
-    max_pull: float = 0.25
+    max_force_step: float = 0.25
     max_halvings: int = 12
     newton_relative_tolerance: float = 1e-7
     newton_absolute_tolerance_N: float = 1e-7
@@ -293,7 +293,7 @@ class Stepper:
 def _step_control(rig: Rig, joint: JointMechanics, settings: MultibodySettings, *, load_control: bool) -> StepControl:
     if not load_control:
         return drive_control(rig, settings.max_step_mm, settings.max_halvings)
-    max_step = settings.max_pull * joint.force_scale_N
+    max_step = settings.max_force_step * joint.force_scale_N
     return force_control(rig, joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad, max_step, settings.max_halvings)
 
 

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem_models.chain.solve import ChainSettings, solve_chain, solve_pulled_chain
+from fem_models.chain.solve import ChainSettings, solve_chain, solve_chain_by_force
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
 from fem_models.load import LoadProgram
 from fem_models.load_control import run_load_control
 from fem_models.multibody.dynamic import solve_dynamic
-from fem_models.multibody.quasi_static import solve_multibody, solve_pulled_multibody
+from fem_models.multibody.quasi_static import solve_multibody, solve_multibody_by_force
 from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Creep, Drag
@@ -66,7 +66,7 @@ def test_without_load_the_rig_stands_at_its_precurvature():
 
 def test_tension_falls_along_the_notches_as_the_capstan_equation_says():
     rig = STAGES["friction"]
-    solution = solve_pulled_chain(rig, np.array([0.0, 0.8]))
+    solution = solve_chain_by_force(rig, np.array([0.0, 0.8]))
     angle = np.abs(np.radians(solution.record.notches_deg[-1]))
     wrap = 0.5 * (angle + np.concatenate([[0.0], angle[:-1]]))
     expected = 0.8 * np.exp(-rig.friction.capstan_coefficient * np.cumsum(wrap))
@@ -90,8 +90,8 @@ def test_drive_control_gives_the_same_angles_at_the_same_tensions(name):
 
 
 def test_a_smaller_step_of_the_force_hardly_changes_the_result():
-    coarse = solve_pulled_chain(WRIST, UP_AND_BACK).record.angle_deg
-    fine = solve_pulled_chain(WRIST, UP_AND_BACK, ChainSettings(max_pull=0.02)).record.angle_deg
+    coarse = solve_chain_by_force(WRIST, UP_AND_BACK).record.angle_deg
+    fine = solve_chain_by_force(WRIST, UP_AND_BACK, ChainSettings(max_force_step=0.02)).record.angle_deg
     assert np.abs(coarse - fine).max() < 0.02
 
 
@@ -106,7 +106,7 @@ def test_unloading_stays_above_loading_and_ends_at_rest():
 LOOP = np.concatenate([np.linspace(0.0, 1.9, 60), np.linspace(1.9, 0.0, 60)])
 
 
-@pytest.mark.parametrize("solve", [solve_pulled_chain, solve_pulled_multibody])
+@pytest.mark.parametrize("solve", [solve_chain_by_force, solve_multibody_by_force])
 def test_work_of_the_tendon_force_over_a_closed_loop_is_lost_to_friction_and_material(solve):
     solution = solve(WRIST, LOOP)
     lost = solution.friction_loss_mJ[-1] + solution.material_loss_mJ[-1]
@@ -117,7 +117,7 @@ def test_work_of_the_tendon_force_over_a_closed_loop_is_lost_to_friction_and_mat
 def test_the_gap_of_the_energies_closes_at_first_order_in_the_step_of_the_force():
     gaps = []
     for step in (0.04, 0.02, 0.01):
-        s = solve_pulled_chain(WRIST, LOOP, ChainSettings(max_pull=step))
+        s = solve_chain_by_force(WRIST, LOOP, ChainSettings(max_force_step=step))
         gaps.append(s.friction_loss_mJ[-1] + s.material_loss_mJ[-1] - s.wheel_work_mJ[-1])
     orders = np.log2(np.abs(np.array(gaps[:-1]) / np.array(gaps[1:])))
     assert (orders > 0.8).all()

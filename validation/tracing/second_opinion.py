@@ -52,14 +52,16 @@ def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
     if not trace.known or not isinstance(problem, KnownRigProblem):
         return Confirmation(None, None, "not run: the geometry is unknown")
     try:
-        from fem_models.multibody.quasi_static import solve_multibody, solve_pulled_multibody
+        from fem_models.multibody.quasi_static import solve_multibody, solve_multibody_by_force
         from fem_models.multibody.stepper import quiet
     except ImportError as error:  # also where the system lacks a library that Exudyn loads
         return Confirmation(None, None, f"not run: exudyn cannot be imported: {' '.join(str(error).split())}")
 
     def solver(rig: Rig, program: LoadProgram | Floats) -> Record:
         run = (
-            solve_multibody(rig, program) if isinstance(program, LoadProgram) else solve_pulled_multibody(rig, program)
+            solve_multibody(rig, program)
+            if isinstance(program, LoadProgram)
+            else solve_multibody_by_force(rig, program)
         )
         return run.record
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem_models.chain.solve import solve_pulled_chain
+from fem_models.chain.solve import solve_chain_by_force
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
 from fem_models.joint.section import section_fibres
@@ -36,7 +36,7 @@ def test_a_sloped_plateau_has_its_slope():
     law = Superelastic(200.0, 100.0, transformation_strain=0.5, plateau_modulus_GPa=4.0)
     rig = replace(LINEAR, superelastic=law)
     # far past the start every fibre is on its plateau: the joint has E2/E of its elastic stiffness
-    run = solve_pulled_chain(rig, np.array([0.0, 2.6, 2.61]))
+    run = solve_chain_by_force(rig, np.array([0.0, 2.6, 2.61]))
     angle = np.radians(run.record.notches_deg)
     arm, half = joint_mechanics(rig).arms_mm.a, 0.5 * angle
     lever = arm * np.cos(half) + rig.joint.notch.width_mm / 6 * np.sin(half)

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, solve_pulled_chain
+from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, solve_chain_by_force
 from fem_models.joint.strain import strain_per_rad
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
@@ -42,7 +42,7 @@ class Run:
         """Run a rig through it."""
         if isinstance(self.program, LoadProgram):
             return solve_chain(rig, self.program)
-        return solve_pulled_chain(rig, self.program)
+        return solve_chain_by_force(rig, self.program)
 
     def angle_deg(self, rig: Rig) -> Floats:
         """Angle of a rig along the record, shape (m,)."""
