@@ -20,7 +20,7 @@ from validation.tracing import trace_records
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import FigureFile, NextProgram, TraceReport, in_words, trace_report
-from validation.tracing.second_opinion import confirm
+from validation.tracing.second_opinion import second_opinion
 
 NEXT = "next-experiment.csv"
 FILES = ("trace.json", "report.html", NEXT, "trace-residual.png", "trace-loops.png", "trace-candidates.png")
@@ -81,11 +81,11 @@ def trace_loaded(records: Sequence[Record], *, seed: int = 0, threads: int = 2, 
         report("the next experiment")
         experiment = next_experiment(trace)
         report("the multibody model")
-        confirmation = confirm(trace)
+        opinion = second_opinion(trace)
         report("figures")
         drawn = figures(trace)
     seconds = time.perf_counter() - start
-    found = trace_report(trace, experiment=experiment, confirmation=confirmation, seconds=seconds, seed=seed)
+    found = trace_report(trace, experiment=experiment, opinion=opinion, seconds=seconds, seed=seed)
     program = experiment.csv()
     found = replace(
         found,

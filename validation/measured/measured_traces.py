@@ -10,7 +10,7 @@ from hysteresis.record_file import read_record
 from validation.tracing.figures import residual_figure
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import TraceReport, trace_report
-from validation.tracing.second_opinion import confirm
+from validation.tracing.second_opinion import second_opinion
 from validation.tracing.trace import trace_records
 
 GROUPS: Mapping[str, str] = {
@@ -33,5 +33,5 @@ def trace_group(paths: Sequence[Path], threads: int) -> tuple[TraceReport, bytes
     start = time.perf_counter()
     trace = trace_records([read_record(path) for path in paths], threads=threads)
     seconds = time.perf_counter() - start
-    report = trace_report(trace, experiment=next_experiment(trace), confirmation=confirm(trace), seconds=seconds)
+    report = trace_report(trace, experiment=next_experiment(trace), opinion=second_opinion(trace), seconds=seconds)
     return report, residual_figure(trace, dpi=_DPI)

@@ -1,4 +1,4 @@
-"""Figures of a trace, as PNG: what is left before and after, the loops, and the candidates ranked."""
+"""Figures of a trace, as PNG: the residual before and after, the loops, and the candidates ranked."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from validation.tracing.result import UNNAMED, ranked, record_name
 
 BEFORE, AFTER, MEASURED, BAND = "#d55e00", "#0072b2", "#7a7f87", "#e9ebee"
 RECORDS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
-"""Colours that the colour-blind tell apart (Okabe and Ito 2008); from the seventh record on all are grey."""
+"""Colours for colour-blind readers (Okabe and Ito 2008); with more than six records all are grey."""
 MARKERS = ("o", "s", "^", "D", "v", "P")
 STYLE: dict[Any, Any] = {
     "font.size": 9.0,
@@ -39,44 +39,44 @@ _DPI = 150
 _WIDTH_IN = 11.0
 _MOST_POINTS = 600  # of a record in a panel
 _MOST_BARS, _MOST_LOOPS = 10, 2
-_ROOM = 1.15  # above the largest residual
+_MARGIN = 1.15  # above the largest residual
 _Z = 1.96
-_ALIKE_LONG = 3.0  # longest record over the shortest one, up to which they share an axis of time
+_ONE_TIME_AXIS = 3.0  # longest record over the shortest one, up to which they share an axis of time
 
 
 def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
     """Draw all figures of a trace: file name -> PNG and caption."""
     named = trace.verdict not in UNNAMED
-    what = "the declared model and the grown one" if named else "the declared model"
+    what = "the baseline and the augmented model" if named else "the baseline model"
     out = {
         "trace-residual.png": (
             residual_figure(trace),
-            f"Measured less predicted angle of {what}, a zero of each record taken out. The band is two standard "
-            "deviations of the noise: where nothing is missing, 95 % of the points are inside, without a pattern. In "
-            "the third column a point is the mean of a cycle, its bar the spread.",
+            f"Residual of {what}: measured less predicted angle, without the offset of each record. The band is two "
+            "standard deviations of the noise: where no effect is missing, 95 % of the points are inside, without a "
+            "pattern. In the third column a point is the mean of a cycle, and its bar the standard deviation.",
         ),
         "trace-loops.png": (
             loop_figure(trace),
             f"Left: measured angle, and {what}. Right: the same less a {_curve(trace)[1]} fitted to the measurement, "
-            "which makes small differences visible.",
+            "to show small differences.",
         ),
     }
     if any(map(_followed, trace.candidates)):
         out["trace-candidates.png"] = (
             candidates_figure(trace),
-            "Left: error on data held out of the fit, with a 95 % interval. Right: how far the criterion (BIC) lies "
-            "behind the best; a small difference tells nothing apart (shaded).",
+            "Left: error on held-out data, with a 95 % interval. Right: how much higher the BIC is than the best one; "
+            "models in the shaded range are not distinguished.",
         )
     return out
 
 
 def residual_figure(trace: Trace, dpi: int = _DPI) -> bytes:
-    """Residual over drive, time, cycle and angle: the declared model above, the grown one below, on one scale."""
+    """Residual over drive, time, cycle and angle: the baseline above, the augmented model below, on one scale."""
     named = trace.verdict not in UNNAMED
-    rows = [(trace.baseline, "declared model")]
+    rows = [(trace.baseline, "baseline model")]
     if named:
         rows.append((trace.augmented, f"with {' + '.join(trace.augmented.names)}"))
-    reach = _ROOM * max(3 * trace.floor.deg, *(float(np.abs(r).max()) for r in trace.baseline.residuals))
+    reach = _MARGIN * max(3 * trace.floor.deg, *(float(np.abs(r).max()) for r in trace.baseline.residuals))
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH_IN, 2.5 * len(rows) + 0.9), layout="constrained")
         panels = figure.subplots(len(rows), 4, sharey=True, sharex="col", squeeze=False)
@@ -102,17 +102,15 @@ def _residual_row(axes: Sequence[Axes], trace: Trace, fitted: Fitted) -> None:
         axis.axhspan(-band, band, color=BAND, zorder=0)
         axis.axhline(0, color="#9aa0a8", lw=0.7)
     count, (_, lengths) = len(problem.inputs), _time_axis(problem.inputs)
-    for i, (record_inputs, angle, left) in enumerate(
-        zip(problem.inputs, problem.observed, fitted.residuals, strict=True)
-    ):
-        some = slice(None, None, max(1, math.ceil(left.size / _MOST_POINTS)))
+    for i, (inputs, angle, residual) in enumerate(zip(problem.inputs, problem.observed, fitted.residuals, strict=True)):
+        some = slice(None, None, max(1, math.ceil(residual.size / _MOST_POINTS)))
         style: dict[str, Any] = {"color": _colour(i, count), "alpha": 0.75, "ms": 1.8, "lw": 0, "marker": "o", "mew": 0}
-        axes[0].plot(record_inputs.drive[some], left[some], **style)
-        axes[1].plot(record_inputs.time_s[some] / lengths[i], left[some], **style)
-        axes[3].plot(angle[some], left[some], **style)
-        cycles = np.unique(record_inputs.cycle)
-        means = [left[record_inputs.cycle == c].mean() for c in cycles]
-        spread = [left[record_inputs.cycle == c].std() for c in cycles]
+        axes[0].plot(inputs.drive[some], residual[some], **style)
+        axes[1].plot(inputs.time_s[some] / lengths[i], residual[some], **style)
+        axes[3].plot(angle[some], residual[some], **style)
+        cycles = np.unique(inputs.cycle)
+        means = [residual[inputs.cycle == c].mean() for c in cycles]
+        spread = [residual[inputs.cycle == c].std() for c in cycles]
         at = cycles + 0.12 * (i - (count - 1) / 2)
         mark = MARKERS[i % len(MARKERS)]
         axes[2].errorbar(at, means, spread, color=_colour(i, count), fmt=mark, ms=4, lw=1, capsize=0)
@@ -122,10 +120,10 @@ def _residual_row(axes: Sequence[Axes], trace: Trace, fitted: Fitted) -> None:
 
 
 def _time_axis(inputs: Sequence[SampleInputs]) -> tuple[str, list[float]]:
-    """Name of the time axis, and what the times of each record are divided by: its length where they differ much."""
+    """Name of the time axis, and the divisor of the times of each record: its length where lengths differ much."""
     lengths = [float(s.time_s[-1]) for s in inputs]
-    if max(lengths) > _ALIKE_LONG * min(lengths):
-        return "time, part of the record", lengths
+    if max(lengths) > _ONE_TIME_AXIS * min(lengths):
+        return "time / length of the record", lengths
     return "time, s" if all(s.timed for s in inputs) else "sample", [1.0] * len(lengths)
 
 
@@ -141,7 +139,7 @@ def _record_legend(figure: Figure, axis: Axes, trace: Trace) -> None:
 
 
 def loop_figure(trace: Trace) -> bytes:
-    """Loops of two records, one of them held out: measured, declared and grown model, whole and less a curve."""
+    """Loops of two records, one of them held out: measured, baseline and augmented model, whole and less a curve."""
     shown = _loops_shown(trace)
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH_IN, 3.2 * len(shown)), layout="constrained")
@@ -155,12 +153,12 @@ def loop_figure(trace: Trace) -> bytes:
 
 
 def _curve(trace: Trace) -> tuple[int, str]:
-    """Degree and name of the curve that is taken off; records that only load have no loop to bring out."""
+    """Degree and name of the curve that is subtracted; records that only load have no loop, and keep theirs."""
     return (1, "straight line") if trace.records[0].drive_unit == "N" else (3, "cubic of the drive")
 
 
 def _loops_shown(trace: Trace) -> list[int]:
-    """Choose the record that is held out, and the one with the largest residual besides."""
+    """Choose the held-out record, and of the others the one with the largest residual."""
     count = len(trace.records)
     whole = [i for i in range(count) if trace.baseline.holdout.is_held_out(i)]
     rest = sorted((i for i in range(count) if i not in whole), key=lambda i: -rms(trace.baseline.residuals[i]))
@@ -168,18 +166,16 @@ def _loops_shown(trace: Trace) -> list[int]:
 
 
 def _loop_row(whole: Axes, less: Axes, trace: Trace, i: int) -> None:
-    record_inputs, angle = trace.baseline.model.problem.inputs[i], trace.baseline.model.problem.observed[i]
-    curve = np.polynomial.Polynomial.fit(record_inputs.drive, angle, _curve(trace)[0])(record_inputs.drive)
-    breaks = np.flatnonzero(
-        (np.diff(record_inputs.cycle) != 0) & (np.abs(np.diff(record_inputs.drive)) > 0.5 * np.ptp(record_inputs.drive))
-    )
-    lines = [(angle - trace.baseline.residuals[i], BEFORE, "declared model")]
+    inputs, angle = trace.baseline.model.problem.inputs[i], trace.baseline.model.problem.observed[i]
+    curve = np.polynomial.Polynomial.fit(inputs.drive, angle, _curve(trace)[0])(inputs.drive)
+    breaks = np.flatnonzero((np.diff(inputs.cycle) != 0) & (np.abs(np.diff(inputs.drive)) > 0.5 * np.ptp(inputs.drive)))
+    lines = [(angle - trace.baseline.residuals[i], BEFORE, "baseline model")]
     if trace.verdict not in UNNAMED:
         lines.append((angle - trace.augmented.residuals[i], AFTER, f"with {' + '.join(trace.augmented.names)}"))
     for axis, base in ((whole, np.zeros_like(angle)), (less, curve)):
-        axis.plot(record_inputs.drive, angle - base, "o", ms=2.4, mew=0, color=MEASURED, alpha=0.7, label="measured")
+        axis.plot(inputs.drive, angle - base, "o", ms=2.4, mew=0, color=MEASURED, alpha=0.7, label="measured")
         for predicted, colour, name in lines:
-            x, y = (np.insert(row, breaks + 1, np.nan) for row in (record_inputs.drive, predicted - base))
+            x, y = (np.insert(row, breaks + 1, np.nan) for row in (inputs.drive, predicted - base))
             axis.plot(x, y, color=colour, label=name)
     held = trace.baseline.holdout.is_held_out(i)
     title = _label(trace.records[i], i) + (", held out" if held else "")
@@ -189,12 +185,12 @@ def _loop_row(whole: Axes, less: Axes, trace: Trace, i: int) -> None:
 
 
 def _followed(candidate: Candidate) -> bool:
-    """Tell whether a candidate has an error on data held out: one may find no equilibrium there."""
+    """Tell whether a candidate has a held-out error: it may find no equilibrium on the held-out samples."""
     return math.isfinite(candidate.fitted.heldout_rmse_deg)
 
 
 def candidates_figure(trace: Trace) -> bytes:
-    """Candidates ranked: error held out with its interval, and how far the criterion lies behind the best."""
+    """Candidates ranked: held-out error with its interval, and BIC above the best one."""
     best = ranked([c for c in trace.candidates if _followed(c)])[:_MOST_BARS]
     names = [" + ".join(c.names) for c in best]
     with matplotlib.rc_context(STYLE):
@@ -213,15 +209,15 @@ def candidates_figure(trace: Trace) -> bytes:
         )  # fmt: skip
         left.set_xlim(left=0)
         left.set_xlabel("held-out error, deg rms")
-        behind = [best[0].delta_bic - c.delta_bic for c in best] + [best[0].delta_bic]
+        above = [best[0].delta_bic - c.delta_bic for c in best] + [best[0].delta_bic]
         colours = [AFTER if c.fitted is trace.augmented else MEASURED for c in best] + [BEFORE]
         right.axvspan(0, trace.alike, color=BAND, zorder=0)
-        right.hlines(places, 0, behind, color=colours, lw=1.2)
-        right.scatter(behind, places, color=colours, s=28, zorder=3)
+        right.hlines(places, 0, above, color=colours, lw=1.2)
+        right.scatter(above, places, color=colours, s=28, zorder=3)
         right.set_xscale("symlog", linthresh=10)
-        right.set_xlim(left=min(-0.4, 1.1 * min(behind)))
-        right.set_xlabel("BIC behind the best")
-        left.set_yticks(places, [*names, "declared model alone"])
+        right.set_xlim(left=min(-0.4, 1.1 * min(above)))
+        right.set_xlabel("BIC above the best")
+        left.set_yticks(places, [*names, "baseline model alone"])
         left.invert_yaxis()
         left.grid(axis="y", visible=False)
         right.grid(axis="y", visible=False)

@@ -1,8 +1,8 @@
-"""The record to take next: where the models that survived a trace differ most.
+"""The record to take next: where the models that remain after a trace differ most.
 
 The fitted candidates are simulated over a small set of programs: the measured one at other preloads, amplitudes and
-rates, with a dwell, and with more cycles. How far apart they are is the root mean square of the difference of their
-angles, less a free zero. It is an upper estimate: constants fitted again to the new record may bring them nearer.
+rates, with a dwell, and with more cycles. The difference of two models is the root mean square of the difference of
+their angles, less a free offset. It is an upper estimate: fitted again to the new record, they may be nearer.
 """
 
 from __future__ import annotations
@@ -10,16 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError, SolverError
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Ints
 from hysteresis.path import branches
-from validation.tracing.baseline.rig_problem import RigProblem, observed_angle_deg
+from validation.tracing.baseline.curve import CurveProblem
+from validation.tracing.baseline.rig_problem import Added, RigProblem, observed_angle_deg
 from validation.tracing.baseline.runs import Run
 from validation.tracing.effect import SampleInputs, Values
 from validation.tracing.fitting import holdout
@@ -27,6 +26,7 @@ from validation.tracing.fitting.fitted import Fitted, rms
 from validation.tracing.fitting.holdout import Protocol
 from validation.tracing.outcome import Trace, competitors_of
 from validation.tracing.prepared import PreparedRecord
+from validation.tracing.problem import Problem
 
 PRELOADS, AMPLITUDES, RATES = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)
 """Factors on the protocol of the record with the widest drive; the gentlest first."""
@@ -41,17 +41,17 @@ _DWELL_SAMPLES = 40
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A program that could be run: how it differs, from gentle to demanding in the order of a list."""
+    """A program that could be run, with words for its protocol; lists are in order from gentle to demanding."""
 
     words: str
     drive: Floats
     time_s: Floats | None
-    cycle: NDArray[np.int64]
+    cycle: Ints
     preload_N: float  # NaN: unknown
 
     @property
     def inputs(self) -> SampleInputs:
-        """What the observation forms take."""
+        """Drive, time and cycle, for effects that act on the reading."""
         time = np.arange(self.drive.size, dtype=float) if self.time_s is None else self.time_s
         return SampleInputs(self.drive, time, self.cycle, timed=self.time_s is not None)
 
@@ -72,7 +72,7 @@ class Experiment:
 
     @property
     def preload_N(self) -> float | None:
-        """Preload to measure at; None where the records do not tell theirs."""
+        """Preload to measure at; None where the records do not state theirs."""
         return None if self.trial is None or math.isnan(self.trial.preload_N) else self.trial.preload_N
 
     def csv(self) -> str | None:
@@ -86,27 +86,27 @@ class Experiment:
 
 
 def next_experiment(trace: Trace) -> Experiment:
-    """Propose the record that would tell most.
+    """Propose the record that distinguishes most.
 
-    Of an effect that is named: where it and the runner-up, or all that explain the records alike, differ most. Of
-    ``none`` and ``unexplained``: the protocol that the records lack.
+    Where an effect is named: the program at which the model with it differs most from those that explain the records as
+    well, or else from the runner-up. For ``none`` and ``unexplained``: the protocol that the records lack.
     """
     if trace.verdict in ("none", "unexplained"):
         return Experiment(_lacking(trace))
     competitors = competitors_of(trace)
     if len(competitors) < 2:
-        return Experiment(f"no other effect came near; {_lacking(trace)}")
+        return Experiment(f"{_lacking(trace)} (no other effect explains these records nearly as well)")
     found = _most_different(trace, competitors)
     if found is None:
         names = " and ".join(_name(fitted) for fitted in competitors)
-        return Experiment(f"{names} were not told apart by simulation; {_lacking(trace)}")
-    trial, apart = found
+        return Experiment(f"{_lacking(trace)} (no program that was simulated distinguishes {names})")
+    trial, differences = found
     floor = trace.floor.deg
-    noise = f", {apart[0] / floor:.2g} times the noise" if floor > 0 else ""
-    pairs = [f"{_name(competitors[0])} and {_name(competitors[1])} differ by {apart[0]:.2g} deg rms there{noise}"]
+    noise = f", {differences[0] / floor:.2g} times the noise" if floor > 0 else ""
+    pairs = [f"{_name(competitors[0])} and {_name(competitors[1])} differ by {differences[0]:.2g} deg rms there{noise}"]
     pairs += [
         f"{_name(competitors[0])} and {_name(other)} by {d:.2g} deg"
-        for other, d in zip(competitors[2:], apart[1:], strict=True)
+        for other, d in zip(competitors[2:], differences[1:], strict=True)
     ]
     words = f"a record {trial.words}: {'; '.join(pairs)}"
     return Experiment(words, trial, trace.records[0].drive_unit)
@@ -120,7 +120,7 @@ def _name(fitted: Fitted) -> str:
 
 
 def _most_different(trace: Trace, competitors: Sequence[Fitted]) -> tuple[Trial, list[float]] | None:
-    """Find the program at which the first rival is furthest from the nearest other, and by how much; None if none."""
+    """Find the program at which the first competitor differs most from the nearest other one, and the differences."""
     problem = trace.baseline.model.problem
     results = []
     for trial, angles in _simulated(trace, problem, competitors):
@@ -128,76 +128,78 @@ def _most_different(trace: Trace, competitors: Sequence[Fitted]) -> tuple[Trial,
         results.append((trial, [rms((a - first) - (a - first).mean()) for a in angles[1:]]))
     if not results:
         return None
-    most = max(min(apart) for _, apart in results)
+    most = max(min(differences) for _, differences in results)
     return next(r for r in results if min(r[1]) >= _NEARLY * most) if most > 0 else None
 
 
-def _simulated(trace: Trace, problem: Any, competitors: Sequence[Fitted]) -> Iterator[tuple[Trial, list[Floats]]]:
-    """Angles of all rivals at each program that all of them can follow."""
+def _simulated(trace: Trace, problem: Problem, competitors: Sequence[Fitted]) -> Iterator[tuple[Trial, list[Floats]]]:
+    """Angles of all competitors at each program that all of them can follow."""
     widest = max(range(len(trace.records)), key=lambda i: float(np.ptp(trace.records[i].drive)))
     known = isinstance(problem, RigProblem)
-    for trial in _trials(trace, widest) if known else _altered(trace, problem, widest):
+    for trial in _trials(trace, widest) if known else _altered(problem, widest):
         try:
-            yield trial, [_angle(rival.model.problem, widest, trial, rival) for rival in competitors]
+            yield trial, [_angle(fitted, widest, trial) for fitted in competitors]
         except (SolverError, RigError, ValueError):  # ValueError: a preload that a rig cannot have with an effect
             continue
 
 
-def _angle(problem: Any, widest: int, trial: Trial, rival: Fitted) -> Floats:
-    baseline, more = rival.model.values(rival.x)
-    added = [(a.form, values) for a, values in zip(rival.model.added, more, strict=True)]
+def _angle(fitted: Fitted, widest: int, trial: Trial) -> Floats:
+    """Angle of a fitted model at a program in place of the widest record, shape (m,)."""
+    baseline, more = fitted.model.values(fitted.x)
+    added = [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
+    problem = fitted.model.problem
     if isinstance(problem, RigProblem):
         return _angle_of_rig(problem, problem.runs[widest][0], trial, baseline, added)
+    assert isinstance(problem, CurveProblem)
     records = list(problem.records)
     records[widest] = replace(records[widest], inputs=trial.inputs)
     return np.asarray(replace(problem, records=tuple(records)).predict(baseline, added)[widest])
 
 
-def _angle_of_rig(
-    problem: RigProblem, run: Run, trial: Trial, baseline: Values, added: Sequence[tuple[Any, Values]]
-) -> Floats:
+def _angle_of_rig(problem: RigProblem, run: Run, trial: Trial, baseline: Values, added: Added) -> Floats:
     rig = run.rig if math.isnan(trial.preload_N) else replace(run.rig, preload_N=trial.preload_N)
-    pulled = not isinstance(run.program, LoadProgram)
-    program = np.maximum(trial.drive, 0.0) if pulled else problem.program(trial.drive, trial.time_s, trial.cycle)
-    moved = problem.driven(Run(rig, program, 0), baseline)
-    angle = moved.angle_deg(problem.rig(moved, baseline, added))
-    return observed_angle_deg(angle, trial.inputs, added)
+    load_control = not isinstance(run.program, LoadProgram)
+    program = np.maximum(trial.drive, 0.0) if load_control else problem.program(trial.drive, trial.time_s, trial.cycle)
+    driven = problem.driven(Run(rig, program, 0), baseline)
+    return observed_angle_deg(driven.angle_deg(problem.rig(driven, baseline, added)), trial.inputs, added)
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
 
 
 def _trials(trace: Trace, widest: int) -> list[Trial]:
-    """Programs about the protocol of one record: those measured already are left out."""
-    record = trace.records[widest]
-    base = protocol(trace.baseline.model.problem.records[widest])
-    pulled = record.drive_unit == "N"
-    if pulled:
+    """Programs about the protocol of one record; those that were measured already are left out."""
+    records = trace.baseline.model.problem.records
+    record, unit = records[widest].record, records[widest].record.drive_unit
+    base = protocol(records[widest])
+    load_control = unit == "N"
+    if load_control:
         base = Protocol(math.nan, base.amplitude, math.nan)
     low, high = float(record.drive.min()), float(record.drive.max())
     preloads = (1.0,) if math.isnan(base.preload_N) or base.preload_N == 0 else PRELOADS
     rates = (1.0,) if math.isnan(base.rate_Hz) else RATES
-    seen = [protocol(one) for one in trace.baseline.model.problem.records]
+    measured = [protocol(one) for one in records]
     plans = [(p, a, 1.0) for p in preloads for a in AMPLITUDES] + [(1.0, 1.0, r) for r in rates[1:]]
     out = []
     for p, a, r in plans:
         at = Protocol(base.preload_N * p, base.amplitude * a, base.rate_Hz * r)
-        if not any(_same(at, other) for other in seen):
-            out.append(_trial(at, low * a, high * a, record.drive_unit))
-    most = max(float(s.cycle.max()) for s in trace.baseline.model.problem.inputs)
-    if not pulled and most < MORE_CYCLES:
-        out.append(_trial(base, low, high, record.drive_unit, cycles=MORE_CYCLES))
+        if not any(_same(at, other) for other in measured):
+            out.append(_trial(at, low * a, high * a, unit))
+    most = max(float(one.inputs.cycle.max()) for one in records)
+    if not load_control and most < MORE_CYCLES:
+        out.append(_trial(base, low, high, unit, cycles=MORE_CYCLES))
     if len(rates) > 1:
-        out.append(_dwell(_trial(base, low, high, record.drive_unit), base))
+        out.append(_with_dwell(_trial(base, low, high, unit), base))
     return out
 
 
 def protocol(one: PreparedRecord) -> Protocol:
-    """Read the protocol off a record; the rate by the drive's way, parts of a cycle counted."""
-    whole, record_inputs, drive = holdout.protocol(one), one.inputs, one.inputs.drive
-    way = sum(abs(float(drive[b.stop - 1] - drive[b.start])) for b in branches(drive))
-    seconds = float(record_inputs.time_s[-1] - record_inputs.time_s[0])
-    return replace(whole, rate_Hz=way / (2 * float(np.ptp(drive))) / seconds if record_inputs.timed else math.nan)
+    """Protocol of a record; its rate is from the distance that the drive goes, parts of a cycle counted."""
+    inputs, drive = one.inputs, one.inputs.drive
+    distance = sum(abs(float(drive[b.stop - 1] - drive[b.start])) for b in branches(drive))
+    seconds = float(inputs.time_s[-1] - inputs.time_s[0])
+    rate = distance / (2 * float(np.ptp(drive))) / seconds if inputs.timed else math.nan
+    return replace(holdout.protocol(one), rate_Hz=rate)
 
 
 def _same(a: Protocol, b: Protocol) -> bool:
@@ -208,7 +210,7 @@ def _same(a: Protocol, b: Protocol) -> bool:
 def _trial(at: Protocol, low: float, high: float, unit: str, cycles: int = _CYCLES) -> Trial:
     """Make cycles between two ends of the drive, from rest; a sine where the rate is known, else point by point.
 
-    A force is put on once: what unloading does was not seen where records only load.
+    A force is applied once and not taken off: records under a force only load.
     """
     timed = not math.isnan(at.rate_Hz)
     if unit == "N":
@@ -227,14 +229,14 @@ def _trial(at: Protocol, low: float, high: float, unit: str, cycles: int = _CYCL
     return Trial(words, drive, phase / at.rate_Hz if timed else None, cycle, at.preload_N)
 
 
-def _dwell(trial: Trial, at: Protocol) -> Trial:
-    """Stop at the first full drive."""
+def _with_dwell(trial: Trial, at: Protocol) -> Trial:
+    """Hold the drive where it is full for the first time."""
     assert trial.time_s is not None
     top = int(np.argmax(trial.drive))
     length = DWELL / at.rate_Hz
     rest = trial.time_s[top] + length * np.arange(1, _DWELL_SAMPLES + 1) / _DWELL_SAMPLES
     return Trial(
-        f"{trial.words}, held for {length:.3g} s where it first turns",
+        f"{trial.words}, held for {length:.3g} s at the first reversal",
         np.insert(trial.drive, top + 1, np.full(_DWELL_SAMPLES, trial.drive[top])),
         np.concatenate([trial.time_s[: top + 1], rest, trial.time_s[top + 1 :] + length]),
         np.insert(trial.cycle, top + 1, np.full(_DWELL_SAMPLES, trial.cycle[top])),
@@ -242,22 +244,22 @@ def _dwell(trial: Trial, at: Protocol) -> Trial:
     )
 
 
-def _altered(trace: Trace, problem: Any, widest: int) -> list[Trial]:
-    """Programs where the geometry is unknown: one record's own path, at other amplitudes and rates."""
-    record, record_inputs = trace.records[widest], problem.inputs[widest]
+def _altered(problem: Problem, widest: int) -> list[Trial]:
+    """Programs where the geometry is unknown: the path of one record at other amplitudes and rates."""
+    record, inputs = problem.records[widest].record, problem.inputs[widest]
     base = protocol(problem.records[widest])
     middle = float(record.drive.min() + record.drive.max()) / 2
     if abs(middle) <= _ONE_SIDED * base.amplitude:
         middle = 0.0
-    seen = [protocol(one) for one in problem.records]
-    rates = RATES[1:] if record_inputs.timed else ()
+    measured = [protocol(one) for one in problem.records]
+    rates = RATES[1:] if inputs.timed else ()
     out = []
     for a, r in [(0.5, 1.0), (0.25, 1.0), *((1.0, rate) for rate in rates)]:
         at = Protocol(base.preload_N, base.amplitude * a, base.rate_Hz * r)
-        if not any(_same(at, other) for other in seen):
-            time = record_inputs.time_s / r if record_inputs.timed else None
-            drive = middle + a * (record_inputs.drive - middle)
-            out.append(Trial(_words(at, record.drive_unit), drive, time, record_inputs.cycle, at.preload_N))
+        if not any(_same(at, other) for other in measured):
+            time = inputs.time_s / r if inputs.timed else None
+            drive = middle + a * (inputs.drive - middle)
+            out.append(Trial(_words(at, record.drive_unit), drive, time, inputs.cycle, at.preload_N))
     return out
 
 
@@ -268,67 +270,68 @@ def _words(at: Protocol, unit: str) -> str:
 
 # --- what the records lack -----------------------------------------------------------------------------------------
 
-_TELLING: tuple[tuple[str, str, str], ...] = (
-    ("rate", "rate", "the residual goes with the rate"),
+_CAUSES: tuple[tuple[str, str, str], ...] = (
+    ("rate", "rate", "the residual depends on the rate"),
     ("cycle", "cycles", "the residual changes from cycle to cycle"),
-    ("time", "dwell", "the residual goes with time"),
-    ("even", "preload", "the residual is even in the drive, which unequal sides and a camera both make"),
-    ("last reversal", "amplitude", "the residual goes with the way since a reversal, as loops do"),
-    ("rising and falling", "amplitude", "the residual differs on the way up and down"),
+    ("time", "dwell", "the residual depends on time"),
+    ("even", "preload", "the residual is even in the drive, by unequal tendons or by the camera"),
+    ("last reversal", "amplitude", "the residual depends on the distance since a reversal, as loops do"),
+    ("rising and falling", "amplitude", "the residual differs between rising and falling drive"),
 )
-"""Part of a free function's name, the protocol that tells its causes apart, and why."""
+"""Part of a smooth function's name, the protocol that distinguishes its causes, and why."""
 
 
 def _lacking(trace: Trace) -> str:
-    """Say which protocol the records lack, by what the residual goes with."""
+    """Say which protocol the records lack, first of all one that the residual depends on."""
     lacks = _absent(trace)
     if trace.verdict == "unexplained":
         for name in trace.smooth.names:
-            for part, what, why in _TELLING:
+            for part, what, why in _CAUSES:
                 if what in lacks and part in name:
                     return f"{lacks[what][0]}: {why}"
     for measure, why in lacks.values():
         return f"{measure}: {why}"
     if trace.verdict == "unexplained":
-        return "the same records again, to see whether what is left repeats: if not, it is no property of the rig"
-    return "nothing: the records differ in preload, amplitude and rate, with many cycles and a dwell among them"
+        return "the same records again: a residual that does not repeat is no property of the rig"
+    return "nothing: the records differ in preload, amplitude and rate, and have many cycles and a dwell"
 
 
 def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
-    """Protocols that all records have alike: what to measure in their place, and what it would show."""
-    inputs = trace.baseline.model.problem.inputs
-    seen = [protocol(one) for one in trace.baseline.model.problem.records]
-    preload, amplitude, rate = seen[0].preload_N, seen[0].amplitude, seen[0].rate_Hz
-    unit, pulled = trace.records[0].drive_unit, trace.records[0].drive_unit == "N"
-    out = {}
-    if not pulled and _one([p.preload_N for p in seen]):
-        such = f", such as {preload / 2:.3g} N" if preload > 0 else ""
-        out["preload"] = f"a record at another preload{such}", "one preload does not show what acts on tension"
-    if _one([p.amplitude for p in seen]):
-        half = f"a record at half the amplitude, {amplitude / 2:.3g} {unit}"
-        out["amplitude"] = half, "at one amplitude, play, loops and stops at an angle are much alike"
-    if not pulled and _one([p.rate_Hz for p in seen]):
-        fast = (
-            "a record with times, at two rates"
-            if math.isnan(rate)
-            else f"a record at ten times the rate, {10 * rate:.3g} Hz"
+    """Protocols in which all records agree: what to measure, and what the records do not show."""
+    problem = trace.baseline.model.problem
+    protocols, unit = [protocol(one) for one in problem.records], trace.records[0].drive_unit
+    first, out = protocols[0], dict[str, tuple[str, str]]()
+    if _all_same([p.amplitude for p in protocols]):
+        half = f"a record at half the amplitude, {first.amplitude / 2:.3g} {unit}"
+        out["amplitude"] = half, "at one amplitude play, loops and end stops look alike"
+    if unit == "N":
+        return out
+    if _all_same([p.preload_N for p in protocols]):
+        such = f", such as {first.preload_N / 2:.3g} N" if first.preload_N > 0 else ""
+        preload = f"a record at another preload{such}", "at one preload effects of the tension do not show"
+        out = {"preload": preload, **out}
+    if _all_same([p.rate_Hz for p in protocols]):
+        fast = f"a record at ten times the rate, {10 * first.rate_Hz:.3g} Hz"
+        timed = "a record with times, at two rates" if math.isnan(first.rate_Hz) else fast
+        out["rate"] = timed, "at one rate drag and delay do not show"
+    if max(int(one.cycle.max()) for one in problem.inputs) < MORE_CYCLES:
+        out["cycles"] = (
+            f"a record of {MORE_CYCLES} cycles or more",
+            "few cycles do not show changes from cycle to cycle",
         )
-        out["rate"] = fast, "one rate does not show drag and delay"
-    if not pulled and max(int(s.cycle.max()) for s in inputs) < MORE_CYCLES:
-        out["cycles"] = f"a record of {MORE_CYCLES} cycles or more", "few cycles do not show what builds up over them"
-    if not pulled and not any(_has_dwell(s) for s in inputs):
-        out["dwell"] = "a record with a dwell at full drive", "without one, creep is hard to see"
+    if not any(map(_has_dwell, problem.inputs)):
+        out["dwell"] = "a record with a dwell at full drive", "without a dwell creep hardly shows"
     return out
 
 
-def _one(values: Sequence[float]) -> bool:
+def _all_same(values: Sequence[float]) -> bool:
     known = [v for v in values if not math.isnan(v)]
     return not known or max(known) - min(known) <= _SAME * max(abs(v) for v in known)
 
 
-def _has_dwell(record_inputs: SampleInputs) -> bool:
-    """Tell whether the drive stands still for the tenth part of a record with times."""
-    if not record_inputs.timed or record_inputs.drive.size < 3:
+def _has_dwell(inputs: SampleInputs) -> bool:
+    """Tell whether the drive stands still for a tenth of a record with times."""
+    if not inputs.timed or inputs.drive.size < 3:
         return False
-    still = np.abs(np.diff(record_inputs.drive)) <= 1e-6 * np.ptp(record_inputs.drive)
-    return bool(np.diff(record_inputs.time_s)[still].sum() > 0.1 * (record_inputs.time_s[-1] - record_inputs.time_s[0]))
+    still = np.abs(np.diff(inputs.drive)) <= 1e-6 * np.ptp(inputs.drive)
+    return bool(np.diff(inputs.time_s)[still].sum() > 0.1 * (inputs.time_s[-1] - inputs.time_s[0]))

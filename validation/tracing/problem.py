@@ -1,4 +1,4 @@
-"""What the tracer fits: records, the declared model of them, and the forms in which effects are added to it."""
+"""What the tracer fits: records, their baseline model, and the forms in which effects are added to it."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class AddedEffect:
 
 
 class Problem(Protocol):
-    """Records and the declared model.
+    """Records and their baseline model.
 
-    Every record has a zero of its angle that is free: errors are those of angles less their mean error.
+    The angle of every record has an unknown offset, so that errors count less their mean.
     """
 
     @property
@@ -48,37 +48,37 @@ class Problem(Protocol):
 
     @property
     def inputs(self) -> tuple[SampleInputs, ...]:
-        """What else is known of their samples."""
+        """Drive, time and cycle of their samples."""
 
     @property
     def prior_weight_deg(self) -> float:
-        """Error that a declared constant counts as that is one size away from where a fit began; 0 leaves all free.
+        """Weight of the prior mean: the error that a baseline parameter counts as, one scale from it; 0 for none.
 
-        Constants that make good for each other, as all forces of a rig in proportion nearly do, then stay near,
-        in place of wandering (Tikhonov's regularisation).
+        It keeps parameters near that compensate each other, as all forces of a rig in proportion nearly do (Tikhonov's
+        regularisation).
         """
 
     @property
     def parameters(self) -> tuple[FreeParameter, ...]:
-        """Those of the declared model."""
+        """Parameters of the baseline."""
 
     @property
     def start(self) -> Values:
-        """Values of those to start from."""
+        """Starting values of these."""
 
     def forms(self, effect: Effect) -> tuple[Any, ...]:
-        """Forms of an effect that these records can have."""
+        """Forms of an effect whose needs these records meet."""
 
     def starts(self, form: Any) -> Sequence[Values]:
-        """Values to start the constants of a form from."""
+        """Give starting values of a form's parameters."""
 
     def predict(self, values: Values, added: Sequence[tuple[Any, Values]]) -> list[Floats]:
-        """Angles of all records by the declared model with forms added, shapes (m_i,).
+        """Angles of all records by the baseline with forms added, shapes (m_i,).
 
         Raises
         ------
         SolverError, RigError
-            Constants that no rig can have, or that it cannot follow.
+            Parameters that no rig can have, or with which it cannot follow the records.
         """
 
 

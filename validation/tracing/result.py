@@ -20,7 +20,7 @@ from validation.tracing.fitting.fitted import Fitted
 if TYPE_CHECKING:  # a trace makes its own report
     from validation.tracing.next_experiment import Experiment
     from validation.tracing.outcome import Candidate, Trace
-    from validation.tracing.second_opinion import Confirmation
+    from validation.tracing.second_opinion import SecondOpinion
 
 UNNAMED = ("none", "unexplained")
 """Verdicts that name no effect."""
@@ -167,7 +167,7 @@ def trace_report(
     trace: Trace,
     *,
     experiment: Experiment | None = None,
-    confirmation: Confirmation | None = None,
+    opinion: SecondOpinion | None = None,
     seconds: float | None = None,
     seed: int = 0,
 ) -> TraceReport:
@@ -183,7 +183,7 @@ def trace_report(
         verdict=trace.verdict,
         effects=_effects(trace, parameters) if named else (),
         after=errors_of(trace.augmented) if named else before,
-        multibody=_multibody(confirmation),
+        multibody=_multibody(opinion),
         candidates=tuple(_candidate(candidate) for candidate in ranked(trace.candidates)),
         next_experiment=experiment.words if experiment else "",
         rig_known=trace.known,
@@ -197,7 +197,7 @@ def trace_report(
             dependences(trace.augmented) if named else None,
         ),
         samples=SampleCount(int(trace.baseline.error_deg.size), trace.augmented.samples),
-        multibody_words=confirmation.words if confirmation else "not run",
+        multibody_words=opinion.words if opinion else "not run",
         alike=trace.alike,
         seconds=seconds,
         seed=seed,
@@ -246,10 +246,10 @@ def in_words(report: TraceReport) -> list[str]:
     ]
 
 
-def _multibody(confirmation: Confirmation | None) -> MultibodyErrors | None:
-    if confirmation is None or confirmation.before is None or confirmation.after is None:
+def _multibody(opinion: SecondOpinion | None) -> MultibodyErrors | None:
+    if opinion is None or opinion.before is None or opinion.after is None:
         return None
-    return MultibodyErrors(confirmation.before, confirmation.after)
+    return MultibodyErrors(opinion.before, opinion.after)
 
 
 def _effects(trace: Trace, parameters: Sequence[Mapping[str, Parameter]]) -> tuple[EffectReport, ...]:

@@ -1,8 +1,9 @@
 """The multibody model as a second opinion on a trace.
 
-The search runs on the compiled chain. Its constants, of the declared model and of the grown one, are put into the
-multibody model as they are, without another fit; errors are taken as in the search. Both models follow the same laws,
-but the multibody model has shear and the rings' compliance besides: a few hundredths of a degree are between them.
+The search runs on the compiled chain. The parameters of its baseline and of its augmented model are put into the
+multibody model as they are, without another fit; errors are calculated as in the search. Both engines follow the same
+laws, but the multibody model also has shear and the compliance of the rings: they differ by a few hundredths of a
+degree.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ from validation.tracing.outcome import Trace
 Solver = Callable[[Rig, LoadProgram | Floats], Record]
 
 CYCLES = 12.0
-"""Of drive in all, about: the multibody model takes a third of a second for each."""
-_OF_CYCLE = 100  # samples that count as a cycle, where there are more of them
+"""Of the drive in all, about; the multibody model takes a third of a second for one."""
+_OF_CYCLE = 100  # samples that count as one cycle, in records with more samples
 
 
 @dataclass(frozen=True)
-class Confirmation:
+class SecondOpinion:
     """Errors of the multibody model before and after; None where it could not be run, which ``words`` says."""
 
     before: Errors | None
@@ -40,22 +41,22 @@ class Confirmation:
     words: str
 
 
-def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
-    """Run the declared and the grown model of a trace in the multibody engine.
+def second_opinion(trace: Trace, cycles: float = CYCLES) -> SecondOpinion:
+    """Run the baseline and the augmented model of a trace in the multibody engine.
 
     Parameters
     ----------
     cycles
-        Of drive, over all records that are run: whole records, the smallest first, at least one.
+        Of the drive, over all records that are run: whole records, the shortest first, at least one.
     """
     problem = trace.baseline.model.problem
     if not trace.known or not isinstance(problem, KnownRigProblem):
-        return Confirmation(None, None, "not run: the geometry is unknown")
+        return SecondOpinion(None, None, "not run: the geometry is unknown")
     try:
         from fem_models.multibody.quasi_static import solve_multibody, solve_multibody_by_force
         from fem_models.multibody.stepper import quiet
     except ImportError as error:  # also where the system lacks a library that Exudyn loads
-        return Confirmation(None, None, f"not run: exudyn cannot be imported: {' '.join(str(error).split())}")
+        return SecondOpinion(None, None, f"not run: exudyn cannot be imported: {' '.join(str(error).split())}")
 
     def solver(rig: Rig, program: LoadProgram | Floats) -> Record:
         run = (
@@ -71,12 +72,13 @@ def confirm(trace: Trace, cycles: float = CYCLES) -> Confirmation:
             before = _errors(trace.baseline, problem, chosen, solver)
             after = before if trace.augmented is trace.baseline else _errors(trace.augmented, problem, chosen, solver)
     except (SolverError, RigError) as error:
-        return Confirmation(None, None, f"not run to the end: {error}")
-    return Confirmation(before, after, f"{len(chosen)} of {len(problem.runs)} records, with the chain's constants")
+        return SecondOpinion(None, None, f"stopped before the end: {error}")
+    ran = f"{len(chosen)} of {len(problem.runs)} records, with the parameters fitted on the chain"
+    return SecondOpinion(before, after, ran)
 
 
 def _chosen(problem: KnownRigProblem, cycles: float) -> list[int]:
-    """Choose records, the smallest first."""
+    """Choose records, the shortest first."""
     cost = [max(float(s.cycle.max()), 1.0, s.drive.size / _OF_CYCLE) for s in problem.inputs]
     order = sorted(range(len(cost)), key=lambda i: cost[i])
     total = np.cumsum([cost[i] for i in order])
@@ -84,7 +86,7 @@ def _chosen(problem: KnownRigProblem, cycles: float) -> list[int]:
 
 
 def _errors(fitted: Fitted, problem: KnownRigProblem, chosen: list[int], solver: Solver) -> Errors:
-    """Errors over the chosen records, the zero of each taken out as in the search."""
+    """Errors over the chosen records, the offset of each taken out as in the search."""
     baseline, more = fitted.model.values(fitted.x)
     added = [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
     predicted = []

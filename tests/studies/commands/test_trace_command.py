@@ -28,7 +28,7 @@ from validation.tracing.effect import catalogue
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import Experiment, Trial, next_experiment
 from validation.tracing.result import FigureFile, TraceReport, errors_of, in_words, trace_report
-from validation.tracing.second_opinion import confirm
+from validation.tracing.second_opinion import second_opinion
 from validation.tracing.trace import trace_records
 
 MEASURED = {
@@ -190,12 +190,12 @@ def test_a_trace_prints_in_one_line_shows_itself_in_a_notebook_and_converts():
 
 def test_an_unexplained_trace_names_no_effect_and_proposes_a_measurement():
     found = traced(WIDTH_MM)
-    words = ("the residual goes with the rate",)
+    words = ("the residual depends on the rate",)
     smooth = replace(found.smooth, names=("the rate",))
     lost = replace(found, verdict="unexplained", augmented=found.baseline, confusable=(), words=words, smooth=smooth)
     experiment = next_experiment(lost)
     assert experiment.program is None
-    assert "ten times the rate, 1 Hz: the residual goes with the rate" in experiment.words
+    assert "ten times the rate, 1 Hz: the residual depends on the rate" in experiment.words
     result = trace_report(lost, experiment=experiment)
     assert result.effects == ()
     assert result.after == result.before
@@ -205,7 +205,7 @@ def test_an_unexplained_trace_names_no_effect_and_proposes_a_measurement():
         {name: png for name, (png, _) in drawn.items()},
     )
     assert "no effect of the catalogue explains" in html
-    assert "The residual goes with the rate." in in_words(result)
+    assert "The residual depends on the rate." in in_words(result)
 
 
 def test_candidates_that_are_not_distinguished_are_named_together():
@@ -251,7 +251,7 @@ def test_competitors_of_unknown_geometry_are_simulated_on_the_record_s_own_path(
     assert f"{best.names[0]} and {second.names[0]} differ by" in experiment.words
     assert experiment.program is not None
     assert experiment.preload_N == 20.0  # a preload that was measured: nothing is known of others
-    assert confirm(named).words == "not run: the geometry is unknown"
+    assert second_opinion(named).words == "not run: the geometry is unknown"
     assert set(trace_report(named).effects[0].parameters)
     assert len(figures(named)) == 3
 
@@ -259,12 +259,12 @@ def test_competitors_of_unknown_geometry_are_simulated_on_the_record_s_own_path(
 def test_multibody_errors_are_those_of_the_same_runs():
     """Both engines follow the same laws; measured joints have no shear and no soft rings."""
     found = traced(WIDTH_MM)
-    opinion = confirm(found)
+    opinion = second_opinion(found)
     for errors, fitted in ((opinion.before, found.baseline), (opinion.after, found.augmented)):
         whole = np.sqrt(fitted.mean_square)
         assert errors.rmse_deg == pytest.approx(whole, rel=0.2)
     assert "2 of 2 records" in opinion.words
-    assert "1 of 2 records" in confirm(found, cycles=2.0).words  # whole records, at least one
+    assert "1 of 2 records" in second_opinion(found, cycles=2.0).words  # whole records, at least one
 
 
 def test_a_failed_multibody_run_is_reported_in_words(monkeypatch):
@@ -274,15 +274,15 @@ def test_a_failed_multibody_run_is_reported_in_words(monkeypatch):
         raise SolverError("sample 3")
 
     monkeypatch.setattr(multibody, "solve_multibody", fail)
-    opinion = confirm(found)
+    opinion = second_opinion(found)
     assert (opinion.before, opinion.after) == (None, None)
     assert "sample 3" in opinion.words
     monkeypatch.setitem(
         sys.modules, "fem_models.multibody.quasi_static", None
     )  # as where Exudyn's libraries are missing
-    opinion = confirm(found)
+    opinion = second_opinion(found)
     assert "cannot be imported" in opinion.words
-    assert trace_report(found, confirmation=opinion).multibody is None
+    assert trace_report(found, opinion=opinion).multibody is None
 
 
 def test_a_report_alone_has_the_errors_of_the_trace():

@@ -1,4 +1,4 @@
-"""Curves of unknown geometry: operators against limits worked out by hand, and fits that recover what was put in."""
+"""The curve model: operators against limits worked out by hand, and fits that recover the parameters put in."""
 
 import math
 from dataclasses import replace
@@ -41,7 +41,7 @@ FORMS = [(effect, i) for effect in catalogue() for i in range(len(effect.curve_f
 
 
 def bare_records(unit="mm", scale=1.0):
-    """Four records without an angle worth the name: the protocol alone."""
+    """Four records for their protocol alone: the angle is in proportion to the drive."""
     out = []
     for preload, amplitude, rate in PLAN:
         program = sine(amplitude, rate, cycles=3, samples_per_cycle=60)
@@ -85,7 +85,7 @@ def test_play_stands_still_for_its_width_and_lags_by_half():
     x = np.concatenate([np.linspace(0, 1, 101), np.linspace(1, -1, 201)[1:]])
     y = play(x, 0.2, 0.0)
     assert y[100] == pytest.approx(0.9)  # half a width behind
-    assert np.all(y[101:121] == y[100])  # 0.2 of way back at 0.01 a sample
+    assert np.all(y[101:121] == y[100])  # back by 0.2 at 0.01 a sample
     assert y[-1] == pytest.approx(-0.9)
 
 
@@ -97,7 +97,7 @@ def test_lag_of_a_ramp():
     assert np.allclose(lagged(2.0 * t, t, 0.7), expected, atol=1e-12)
 
 
-def test_flag_comes_back_later():
+def test_the_flag_transforms_back_later():
     f = np.array([0.0, 5.0, 8.0, 7.0, 6.0, 5.0, 3.0, -6.0, 0.0])
     assert transformed(f, 4.0, 2.0).tolist() == [0.0, 1.0, 4.0, 4.0, 4.0, 3.0, 1.0, -2.0, 0.0]
 
@@ -108,26 +108,26 @@ def test_tendon_tension_solves_its_equation(toe, tension):
     assert tendon_tension(tension - 1 + toe * math.log(tension), toe) == pytest.approx(tension, rel=1e-8)
 
 
-def test_two_taut_ropes_are_two_springs():
+def test_two_taut_tendons_are_two_springs():
     """Without toe: r theta = c (T_a - T_b) / k = 2 c (x - r theta), as long as neither is slack."""
     x = np.linspace(-1, 1, 21)
-    turn, soft = two_tendons(x, 1.0, 3.0, 0.0, 0.0, 0.0)
-    assert np.allclose(turn, x * 6 / 7)
+    angle, soft = two_tendons(x, 1.0, 3.0, 0.0, 0.0, 0.0)
+    assert np.allclose(angle, x * 6 / 7)
     assert np.allclose(soft, 1.0)
 
 
-def test_slack_ropes_leave_a_dead_zone():
+def test_slack_tendons_leave_a_dead_zone():
     """Hardly any preload: no motion within the slack, one spring beyond it, c / (1 + c) of the rest."""
     x = np.linspace(-1, 1, 201)
-    turn, _ = two_tendons(x, 1e-9, 3.0, 0.0, 0.25, 0.25)
-    assert np.allclose(turn, 0.75 * (x - np.clip(x, -0.25, 0.25)), atol=1e-7)
+    angle, _ = two_tendons(x, 1e-9, 3.0, 0.0, 0.25, 0.25)
+    assert np.allclose(angle, 0.75 * (x - np.clip(x, -0.25, 0.25)), atol=1e-7)
 
 
 def test_toe_softens_by_tension():
-    """At zero drive either rope has k_inf / (1 + toe): r theta / x = c' / (1 + c') with c' = 2 c / (1 + toe)."""
+    """At zero drive either tendon has k_inf / (1 + toe): r theta / x = c' / (1 + c') with c' = 2 c / (1 + toe)."""
     x = np.linspace(0, 1e-4, 5)
-    turn, _ = two_tendons(x, 1.0, 3.0, 2.0, 0.0, 0.0)
-    assert np.allclose(turn, x * 2 / 3, rtol=1e-4)
+    angle, _ = two_tendons(x, 1.0, 3.0, 2.0, 0.0, 0.0)
+    assert np.allclose(angle, x * 2 / 3, rtol=1e-4)
 
 
 # --- forms -------------------------------------------------------------------------------------------------------
@@ -155,7 +155,7 @@ NOTHING = {
     "deg_per_s": 0.0,
     "size_deg": 0.0,
     "delay_s": 0.0,
-    "give": 1e3,  # ropes whose preload has stretched them far never go slack
+    "give": 1e3,  # tendons that the preload has stretched far never go slack
 }
 
 
@@ -164,7 +164,7 @@ def placed(problem, effect, i):
 
 
 @pytest.mark.parametrize(("effect", "i"), FORMS, ids=lambda v: getattr(v, "name", v))
-def test_no_size_no_effect(problem, effect, i):
+def test_an_effect_without_size_does_nothing(problem, effect, i):
     form = placed(problem, effect, i)
     names = [
         (relative.name, constant.name) for relative, constant in zip(form.form.parameters, form.parameters, strict=True)
@@ -186,7 +186,7 @@ def test_starts_lie_within_bounds_and_act(problem, effect, i):
 
 
 def recovered(problem, form):
-    """Constants of a form, and the root mean square left, deg, from a fit of all constants together."""
+    """Parameters of a form, and the rms residual, deg, from a fit of all parameters together."""
     cs = (*problem.parameters, *form.parameters)
     low, high = np.array([[c.to_unit(c.low) for c in cs], [c.to_unit(c.high) for c in cs]])
     start = problem.starts(form)[0]
@@ -216,18 +216,18 @@ def recovered(problem, form):
         ("unequal_tendons", 2, {"skew": 0.1, "even_deg": 0.4}),
     ],
 )
-def test_a_fit_finds_what_was_put_in(problem, name, i, truth):
+def test_a_fit_recovers_the_parameters(problem, name, i, truth):
     effect = next(effect for effect in catalogue() if effect.name == name)
     form = placed(problem, effect, i)
     observed = problem.predict(baseline(problem), [(form, truth)])
     records = [replace(record, angle_deg=angle) for record, angle in zip(bare_records(), observed, strict=True)]
-    found, left = recovered(curve_problem(records), form)
-    assert left < 0.02  # half of what noise there is in records such as the paper's
+    found, residual = recovered(curve_problem(records), form)
+    assert residual < 0.02  # half of the noise of records such as the paper's
     for key, value in truth.items():
         assert found[key] == pytest.approx(value, rel=0.1), key
 
 
-def test_constants_come_in_the_drive_s_unit():
+def test_parameters_are_in_the_unit_of_the_drive():
     """A drive in steps of 1 um is a thousand times as many: bounds and starts follow."""
     effect = next(effect for effect in catalogue() if effect.name == "backlash")
     mm, step = curve_problem(bare_records()), curve_problem(bare_records("step", 1e3))
@@ -239,8 +239,8 @@ def test_constants_come_in_the_drive_s_unit():
 # --- records -----------------------------------------------------------------------------------------------------
 
 
-def test_clean_chain_records_are_explained():
-    """The preset with its toe region, 2 preloads, rates and amplitudes: what is left is at most 1.5 times the noise."""
+def test_records_of_the_chain_without_an_effect_are_explained():
+    """The preset with its toe region, 2 preloads, rates and amplitudes: the residual is at most 1.5 times the noise."""
     rng, noise, records = np.random.default_rng(3), 0.04, []
     for preload, amplitude, rate in ((20, 2.2, 0.1), (10, 2.2, 1.0), (20, 1.1, 1.0), (10, 1.1, 0.1)):
         program = sine(amplitude, rate, cycles=2, samples_per_cycle=88)
@@ -249,8 +249,8 @@ def test_clean_chain_records_are_explained():
         records.append(replace(record, angle_deg=angle, rig={"preload_N": float(preload)}))
     problem = curve_problem(records)
     pairs = zip(problem.predict(problem.start, ()), problem.observed, strict=True)
-    left = np.concatenate([(a - b) - (a - b).mean() for a, b in pairs])
-    assert np.sqrt(np.mean(left**2)) < 1.5 * noise
+    residual = np.concatenate([(a - b) - (a - b).mean() for a, b in pairs])
+    assert np.sqrt(np.mean(residual**2)) < 1.5 * noise
 
 
 def test_records_without_time_or_cycles_have_no_forms_that_need_them():
@@ -286,19 +286,19 @@ def test_thinning_keeps_turning_points():
     ],
 )
 def test_measured_records_are_represented(measured, pattern, limit):
-    """The declared model follows each to a few percent of its range, before any effect is added."""
+    """The baseline follows each to a few percent of its range, before any effect is added."""
     problem = curve_problem([read_record(path) for path in sorted(measured.glob(f"{pattern}.csv"))], 300)
     pairs = zip(problem.predict(problem.start, ()), problem.observed, strict=True)
-    left = np.concatenate([(a - b) - (a - b).mean() for a, b in pairs])
-    assert np.sqrt(np.mean(left**2)) < limit * 2 * problem.scale.angle
+    residual = np.concatenate([(a - b) - (a - b).mean() for a, b in pairs])
+    assert np.sqrt(np.mean(residual**2)) < limit * 2 * problem.scale.angle
 
 
-def test_starts_bring_the_declared_constants_that_go_with_them(problem):
-    """Names of both stand in one mapping, so they must differ."""
-    own = {constant.name for constant in problem.parameters}
+def test_starts_have_the_parameters_of_the_baseline_with_them(problem):
+    """Both are in one mapping, so their names must differ."""
+    own = {p.name for p in problem.parameters}
     for effect in catalogue():
         for form in problem.forms(effect):
-            names = {constant.name for constant in form.parameters}
+            names = {p.name for p in form.parameters}
             assert own.isdisjoint(names), effect.name
     form = placed(problem, next(e for e in catalogue() if e.name == "backlash"), 0)
     assert all(set(start) == own | {"width_mm"} for start in problem.starts(form))

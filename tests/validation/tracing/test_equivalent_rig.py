@@ -1,4 +1,4 @@
-"""The simplest rig that could have made records of unknown geometry: what it explains, and what it finds hidden."""
+"""The equivalent rig of records of unknown geometry: what it explains, and which effects are found beside it."""
 
 from dataclasses import replace
 
@@ -25,12 +25,12 @@ from validation.tracing.trace import trace_records
 
 PLAN = ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 0.5, 1.0))  # preload, part of the amplitude, rate
 NOISE_DEG = 0.03
-ROPE = Tendon(EA_N=11_000.0, moment_arm_mm=1.9, free_length_mm=140.0)
-BENCH = Rig(
-    name="bench",
+TENDON = Tendon(EA_N=11_000.0, moment_arm_mm=1.9, free_length_mm=140.0)
+MEASURED = Rig(
+    name="measured",
     material=Material(60.0, 0.33, loop_share=0.3, loop_angle_deg=1.0),
-    tendon_a=ROPE,
-    tendon_b=ROPE,
+    tendon_a=TENDON,
+    tendon_b=TENDON,
     wheel=Wheel(10.0),
     preload_N=20.0,
     friction=Friction(capstan_coefficient=0.04, sheath_N=0.9),
@@ -39,7 +39,7 @@ BENCH = Rig(
 
 
 def records_of(rig, amplitude_mm, *, unit="mm", per_mm=1.0, seed=0):
-    """Records that tell nothing of the rig but the preload."""
+    """Records that state nothing of the rig but the preload."""
     rng, out = np.random.default_rng(seed), []
     for preload, part, rate in PLAN:
         program = sine(part * amplitude_mm, rate, cycles=2, samples_per_cycle=60)
@@ -65,36 +65,38 @@ def fitted(records, added=()):
     return fit(model, everything, model.coordinates(problem.start, []), threads=1)
 
 
-LED = replace(BENCH, friction=replace(BENCH.friction, guide_N=0.02))
+WITH_GUIDES = replace(MEASURED, friction=replace(MEASURED.friction, guide_N=0.02))
 
 
-@pytest.mark.parametrize(("rig", "amplitude"), [(BENCH, 1.2), (preset("du2018", preload_N=20.0), 2.0), (LED, 1.2)])
+@pytest.mark.parametrize(
+    ("rig", "amplitude"), [(MEASURED, 1.2), (preset("du2018", preload_N=20.0), 2.0), (WITH_GUIDES, 1.2)]
+)
 def test_rigs_with_more_joints_are_explained_to_the_noise(rig, amplitude):
-    """14 and 17 joints, a soft and a linear rope, guides with some friction, by six joints."""
+    """14 and 17 joints, a soft and a linear tendon, guides with some friction, by six joints."""
     assert rig.joints > JOINTS
     found = fitted(records_of(rig, amplitude))
     assert found.train_rmse_deg < 1.08 * NOISE_DEG
 
 
-def test_toe_of_the_rope_is_told_by_two_preloads():
-    """The preset's rope has a toe region of 39.7 N, the bench's has none."""
+def test_two_preloads_identify_the_toe_of_the_tendon():
+    """The tendon of the preset has a toe region of 40 N, the other one has none."""
     soft = fitted(records_of(preset("du2018", preload_N=20.0), 2.0))
-    linear = fitted(records_of(BENCH, 1.2))
+    linear = fitted(records_of(MEASURED, 1.2))
     assert soft.model.values(soft.x)[0]["toe_N"] == pytest.approx(preset("du2018").tendon_a.toe_N, rel=0.15)
     assert linear.model.values(linear.x)[0]["toe_N"] < 1.0
 
 
-def test_ropes_are_as_stiff_at_the_preload_whatever_their_toe():
-    """k(T) = k_inf T / (T + toe): at the largest preload it is the constant over the length."""
-    problem = equivalent_rig_problem(records_of(BENCH, 1.2))
+def test_tendons_are_as_stiff_at_the_preload_whatever_their_toe():
+    """k(T) = k_inf T / (T + toe): at the largest preload it is the parameter over the length."""
+    problem = equivalent_rig_problem(records_of(MEASURED, 1.2))
     for toe in (0.0, 13.0, 44.0):
-        rope = problem.rig(problem.runs[0][0], {**problem.start, "toe_N": toe}, ()).tendon_a
-        assert rope.EA_N * 20.0 / (20.0 + rope.toe_N) == pytest.approx(problem.start["EA_at_preload_N"])
+        tendon = problem.rig(problem.runs[0][0], {**problem.start, "toe_N": toe}, ()).tendon_a
+        assert tendon.EA_N * 20.0 / (20.0 + tendon.toe_N) == pytest.approx(problem.start["EA_at_preload_N"])
 
 
 def test_play_is_named_with_its_width_in_the_drive_s_unit():
-    """In steps of 1 um of rope, on a wheel that turns the other way."""
-    rig = replace(BENCH, backlash=Backlash(width_mm=0.09))
+    """In steps of 1 um of tendon, on a wheel that turns in the other direction."""
+    rig = replace(MEASURED, backlash=Backlash(width_mm=0.09))
     trace = trace_records(records_of(rig, 1.2, unit="step", per_mm=-1000.0))
     assert (trace.verdict, trace.model, trace.known) == ("effect", EQUIVALENT_RIG.name, False)
     assert [added.effect.name for added in trace.effects] == ["backlash"]
@@ -105,39 +107,43 @@ def test_play_is_named_with_its_width_in_the_drive_s_unit():
 
 
 def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkeypatch):
-    """A case of a retired set broke on one: what was found stays, and what cannot be followed has no number."""
-    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.SAMPLES_AT_LAST", 100)
-    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.PARTS_AT_LAST", 1)
+    """The effect that was found stays; the candidate has no number (a case of a retired set broke on one)."""
+    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.SAMPLES_REFINED", 100)
+    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.PARTS_REFINED", 1)
 
     def failing(model, *given, **more):
-        if more.get("most_steps") == 3:  # the few steps of what was not named
+        if more.get("most_steps") == 3:  # the few steps of candidates that are not named
             raise SolverError("no equilibrium")
         return fit(model, *given, **more)
 
     monkeypatch.setattr("validation.tracing.search.final_fit.fit", failing)
     shown = {"backlash", "time_delay", "guide_friction"}
-    records = records_of(replace(BENCH, backlash=Backlash(width_mm=0.09)), 1.2)
+    records = records_of(replace(MEASURED, backlash=Backlash(width_mm=0.09)), 1.2)
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.augmented.names == ("backlash",)
     result = trace_report(trace)
     assert result.verdict == "effect"
     errors = {c.name: c.heldout_rmse_deg for c in result.candidates}
     assert set(errors) == shown
-    assert sorted(error is None for error in errors.values()) == [False, False, True]  # one rival is fitted in full
+    assert sorted(error is None for error in errors.values()) == [
+        False,
+        False,
+        True,
+    ]  # one competitor is fitted in full
     assert candidates_figure(trace)[:4] == b"\x89PNG"
     assert in_words(replace(result, verdict="unexplained", candidates=(CandidateReport("x", None, 0.0),)))
 
 
-def test_clean_records_have_nothing_missing():
-    trace = trace_records(records_of(BENCH, 1.2, seed=1))
+def test_records_without_an_effect_have_the_verdict_none():
+    trace = trace_records(records_of(MEASURED, 1.2, seed=1))
     assert (trace.verdict, trace.model) == ("none", EQUIVALENT_RIG.name)
 
 
 @pytest.mark.parametrize("unit", ["deg", "step"])
-def test_forms_act_alike_in_any_unit(unit):
-    """Every form at its first start adds the same to the angle, whatever a mm of rope is called."""
-    mm = equivalent_rig_problem(records_of(BENCH, 1.2))
-    other = equivalent_rig_problem(records_of(BENCH, 1.2, unit=unit, per_mm=57.3))
+def test_forms_act_the_same_in_any_unit(unit):
+    """Every form at its first start adds the same to the angle, in mm of tendon or in another unit."""
+    mm = equivalent_rig_problem(records_of(MEASURED, 1.2))
+    other = equivalent_rig_problem(records_of(MEASURED, 1.2, unit=unit, per_mm=57.3))
     assert np.allclose(mm.predict(mm.start, ())[0], other.predict(other.start, ())[0], atol=1e-6)
     for effect in catalogue():
         for here, there in zip(mm.forms(effect), other.forms(effect), strict=True):
@@ -148,15 +154,15 @@ def test_forms_act_alike_in_any_unit(unit):
 
 
 def test_records_without_preload_have_one_group_and_no_toe():
-    bare = [replace(record, rig={}) for record in records_of(BENCH, 1.2)]
+    bare = [replace(record, rig={}) for record in records_of(MEASURED, 1.2)]
     problem = equivalent_rig_problem(bare)
-    assert "toe_N" not in {constant.name for constant in problem.parameters}
+    assert "toe_N" not in {p.name for p in problem.parameters}
     assert {run.rig.preload_N for runs in problem.runs for run in runs} == {20.0}
 
 
-def test_held_constants_stay_where_data_do_not_tell():
-    """All forces in proportion, with linear ropes and no capstan, leave the angle as it is: the fit must not wander."""
-    found = fitted([replace(record, rig={}) for record in records_of(BENCH, 1.2)])
+def test_the_prior_keeps_parameters_that_the_records_do_not_identify():
+    """All forces in proportion, with linear ropes and no capstan, leave the angle unchanged: the fit must not drift."""
+    found = fitted([replace(record, rig={}) for record in records_of(MEASURED, 1.2)])
     start, end = found.model.problem.start, found.model.values(found.x)[0]
     free = [c for c in found.model.problem.parameters if c.unit in ("N", "Nmm/rad") and c.log]
     assert free
@@ -164,14 +170,14 @@ def test_held_constants_stay_where_data_do_not_tell():
 
 
 def test_units_may_not_be_mixed():
-    records = records_of(BENCH, 1.2)
+    records = records_of(MEASURED, 1.2)
     with pytest.raises(RecordError, match=r"drive.unit = deg: expected mm, as of the first record"):
         equivalent_rig_problem([records[0], replace(records[1], drive_unit="deg")])
 
 
-def test_friction_of_the_guides_is_that_of_the_effect():
-    """In place of the declared one: of a sum neither part could be told."""
-    problem = equivalent_rig_problem(records_of(BENCH, 1.2))
+def test_friction_of_the_guides_is_that_of_the_effect_alone():
+    """It stands in place of the parameter of the baseline: of a sum neither part can be identified."""
+    problem = equivalent_rig_problem(records_of(MEASURED, 1.2))
     effect = next(e for e in catalogue() if e.name == "guide_friction")
     form = next(form for form in problem.forms(effect) if form.parameters[0].name == "guide_N")
     values = {**problem.start, "guide_N": 0.02}
@@ -179,9 +185,9 @@ def test_friction_of_the_guides_is_that_of_the_effect():
     assert problem.rig(problem.runs[0][0], values, [(form, {"guide_N": 0.05})]).friction.guide_N == 0.05
 
 
-def test_an_effect_may_be_softer_than_what_is_declared():
-    """The form of tendon_stiffening sets the rope's toe in place of the declared one."""
-    problem = equivalent_rig_problem(records_of(BENCH, 1.2))
+def test_an_effect_may_be_softer_than_the_baseline():
+    """The toe of tendon_stiffening stands in place of that of the baseline, and has wider bounds."""
+    problem = equivalent_rig_problem(records_of(MEASURED, 1.2))
     effect = next(e for e in catalogue() if e.name == "tendon_stiffening")
     (form,) = problem.forms(effect)
     model = Model(problem, (AddedEffect(effect, form),))
@@ -192,21 +198,21 @@ def test_an_effect_may_be_softer_than_what_is_declared():
 
 
 def test_a_divided_rig_moves_as_the_whole_one_does():
-    """Joints in series share the angle where nothing rubs; drag, loop, closure and fatigue are shared with it."""
-    gapped = replace(BENCH.joint, rigid_gap_mm=0.3)
-    smooth = replace(BENCH, friction=Friction(), precurvature_deg=0.1, joint=gapped)
+    """Joints in series share the angle without friction, and with it drag, loop, closure and fatigue."""
+    gapped = replace(MEASURED.joint, rigid_gap_mm=0.3)
+    smooth = replace(MEASURED, friction=Friction(), precurvature_deg=0.1, joint=gapped)
     odd = replace(smooth, closure=Closure(2e3, 0.9), drag=Drag(0.1, 20.0), fatigue=Fatigue(0.3, 0.2, 1.0))
     program = sine(1.2, 0.2, cycles=2, samples_per_cycle=60)
     whole, parted = (simulate_chain(divided(odd, parts), program).angle_deg for parts in (1, 2))
     assert np.abs(parted - whole).max() < 3e-4 * np.abs(whole).max()  # arcs of more joints are rounder
     assert np.abs(whole - simulate_chain(smooth, program).angle_deg).max() > 2.0
-    heavy = divided(replace(LED, gravity=Gravity(3.0)), 2)
-    assert heavy.joints * heavy.gravity.ring_mass_g == pytest.approx(LED.joints * 3.0)
-    assert heavy.joints * heavy.friction.guide_N == pytest.approx(LED.joints * LED.friction.guide_N)
+    heavy = divided(replace(WITH_GUIDES, gravity=Gravity(3.0)), 2)
+    assert heavy.joints * heavy.gravity.ring_mass_g == pytest.approx(WITH_GUIDES.joints * 3.0)
+    assert heavy.joints * heavy.friction.guide_N == pytest.approx(WITH_GUIDES.joints * WITH_GUIDES.friction.guide_N)
 
 
-def test_the_last_fit_has_more_samples_and_joints_and_one_constant_more():
-    records = records_of(BENCH, 1.2)
+def test_the_refined_problem_has_more_samples_and_joints_and_one_parameter_more():
+    records = records_of(MEASURED, 1.2)
     problem = equivalent_rig_problem(records, samples=60)
     finer = refined_problem(problem)
     assert finer.parameters[:-1] == problem.parameters

@@ -14,7 +14,7 @@ from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.motor_drive import motor_drive_problem
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import trace_report
-from validation.tracing.second_opinion import confirm
+from validation.tracing.second_opinion import second_opinion
 from validation.tracing.trace import trace_records
 
 MM_PER_DEG = 0.035  # a wheel of 2 mm radius
@@ -31,7 +31,7 @@ def measured(rig, seed, unit="deg", mm=MM_PER_DEG):
 
 
 def test_gain_and_effect_are_found_together():
-    mm = -MM_PER_DEG  # a motor that turns the other way
+    mm = -MM_PER_DEG  # a motor that turns in the other direction
     rigs = [preset("du2018", preload_N=T) for T in (20.0, 10.0)]
     records = [measured(replace(rig, slack=Slack(0.2, 0.2)), i, mm=mm) for i, rig in enumerate(rigs)]
     trace = trace_records(records)
@@ -41,7 +41,7 @@ def test_gain_and_effect_are_found_together():
     assert baseline["drive_mm_per_deg"] == pytest.approx(mm, rel=0.02)
     assert slack["slack_mm"] == pytest.approx(0.2, rel=0.1)
     assert trace.augmented.heldout_rmse_deg < 1.3 * NOISE_DEG
-    result = trace_report(trace, experiment=next_experiment(trace), confirmation=(confirmed := confirm(trace)))
+    result = trace_report(trace, experiment=next_experiment(trace), opinion=(confirmed := second_opinion(trace)))
     assert result.rig_known
     assert confirmed.after.rmse_deg < min(1.3 * NOISE_DEG, 0.7 * confirmed.before.rmse_deg)
 
@@ -52,22 +52,22 @@ def test_the_next_record_is_in_turns_of_the_motor():
     experiment = next_experiment(trace)
     assert experiment.csv().startswith("drive_deg,time_s\n")
     assert experiment.program is None  # which is in mm
-    assert 0.2 < np.abs(experiment.trial.drive).max() * MM_PER_DEG / 2.2 < 1.5  # no mm, which would be 0.035
+    assert 0.2 < np.abs(experiment.trial.drive).max() * MM_PER_DEG / 2.2 < 1.5  # in mm it would be 0.035
 
 
-def test_nothing_is_missing_where_nothing_is():
+def test_records_without_an_effect_have_the_verdict_none():
     trace = trace_records([measured(preset("du2018", preload_N=T), i) for i, T in enumerate((20.0, 10.0))])
     assert trace.verdict == "none"
     assert trace.augmented.model.values(trace.augmented.x)[0]["drive_mm_per_deg"] == pytest.approx(MM_PER_DEG, rel=0.01)
 
 
 @pytest.mark.parametrize(("arm_mm", "EA_N"), [(1.0, 3000.0), (0.6, 9000.0), (2.6, 1000.0)])
-def test_the_gain_starts_from_the_stretch_of_the_declared_ropes(arm_mm, EA_N):
-    """Most of the rope that is wound in is stretch: the moment arm alone would say a third of the gain."""
-    bench = {"joints": 5, "moment_arm_mm": arm_mm, "flexure_stiffness_Nmm_per_rad": 600.0, "tendon_EA_N": EA_N}
-    bench |= {"tendon_free_length_mm": 200.0, "pitch_mm": 2.6, "preload_N": 20.0}
+def test_the_gain_starts_from_the_stretch_of_the_declared_tendons(arm_mm, EA_N):
+    """Most of what the wheel winds in is stretch: the moment arm alone would give a third of the gain."""
+    measured_rig = {"joints": 5, "moment_arm_mm": arm_mm, "flexure_stiffness_Nmm_per_rad": 600.0, "tendon_EA_N": EA_N}
+    measured_rig |= {"tendon_free_length_mm": 200.0, "pitch_mm": 2.6, "preload_N": 20.0}
     steps = sine(1.0, 0.1, cycles=2, samples_per_cycle=60)
-    empty = Record(drive=steps.drive_mm, angle_deg=np.zeros(steps.drive_mm.size), rig=bench)
+    empty = Record(drive=steps.drive_mm, angle_deg=np.zeros(steps.drive_mm.size), rig=measured_rig)
     run = simulate_chain(rig_of(empty), steps)
     noise = np.random.default_rng(3).normal(0, NOISE_DEG, run.angle_deg.size)
     record = replace(
