@@ -68,7 +68,7 @@ class SampleInputs:
 def cycles_repeat(inputs: Sequence[SampleInputs]) -> bool:
     """Tell whether a record has cycles of one amplitude.
 
-    Where all cycles shrink or grow, the cycle and the amplitude cannot be told from each other.
+    Where all cycles shrink or grow, the records do not separate the cycle from the amplitude.
     """
     for one in inputs:
         numbers = np.unique(one.cycle[one.cycle >= 1])

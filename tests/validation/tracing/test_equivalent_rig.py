@@ -161,7 +161,7 @@ def test_records_without_preload_have_one_group_and_no_toe():
 
 
 def test_the_prior_keeps_parameters_that_the_records_do_not_identify():
-    """All forces in proportion, with linear ropes and no capstan, leave the angle unchanged: the fit must not drift."""
+    """All forces in proportion, with linear tendons and no capstan, leave the angle unchanged: the fit must not drift."""
     found = fitted([replace(record, rig={}) for record in records_of(MEASURED, 1.2)])
     start, end = found.model.problem.start, found.model.values(found.x)[0]
     free = [c for c in found.model.problem.parameters if c.unit in ("N", "Nmm/rad") and c.log]
