@@ -111,7 +111,7 @@ class FigureFile:
 
 @dataclass(frozen=True)
 class TraceReport:
-    """What trace.json holds, field by field; see ``docs`` for the format.
+    """What trace.json holds, field by field in its order.
 
     ``declared`` has the parameters of the baseline as fitted together with the effects. ``alike`` is the difference of
     the criterion below which candidates are not distinguished. ``words`` are reasons for the verdict.

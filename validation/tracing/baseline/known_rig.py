@@ -1,7 +1,7 @@
 """Baseline of a known rig: kinematics, elastic tendons, friction of the guides and the loop of the material.
 
-The parameters of friction, tendons and loop are identified from the records (``docs/guide``); the rest of the rig is as
-declared.
+The parameters of friction, tendons and loop are identified from the records (``docs/guide/trace.md``); the rest of the
+rig is as declared.
 """
 
 from __future__ import annotations
