@@ -239,5 +239,5 @@ def test_pages_use_the_words_of_the_field(page):
     if page.name == "glossary.md":
         text = text.partition("## Words of earlier versions")[0]
     if page.name == "measured-traces.md":  # then come the sentences of the run that made the tables
-        text = text.partition("## What was found")[0]
+        text = text.partition("## Results")[0]
     assert re.findall(FORMER_WORDS, text, re.I) == []
