@@ -104,6 +104,17 @@ def test_modules_that_are_run_exist(page):
         assert find_spec(module) is not None, module
 
 
+def test_every_room_is_in_the_plan():
+    plan = re.findall(r"^\| `([\w/]+)/` \|", (DOCS / "develop" / "index.md").read_text(), re.M)
+    rooms = {
+        str(file.parent.relative_to(ROOT))
+        for package in ("hysteresis", "fem_models", "validation", "studies")
+        for file in (ROOT / package).rglob("*.py")
+        if file.name != "__init__.py" and file.parent not in [ROOT / p for p in ("fem_models", "studies")]
+    }
+    assert rooms | {"docs/make"} == set(plan)
+
+
 def code_of(page: str, language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", (DOCS / "develop" / page).read_text(), re.S)
 
