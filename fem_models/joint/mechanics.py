@@ -101,7 +101,7 @@ class JointMechanics:
 
 
 class _Elastic(NamedTuple):
-    """The part that depends on the notched tube and the elastic constants alone; fields as of JointMechanics."""
+    """Fields of :class:`JointMechanics` that depend on the joint and its elastic constants alone."""
 
     flexure: Flexure
     ring: RingStiffness
@@ -119,7 +119,7 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
     Raises
     ------
     RigError
-        A one-sided notch that leaves nothing of the tube; a superelastic plateau steeper than the elastic law.
+        A one-sided notch that leaves nothing of the tube; a superelastic plateau as steep as the elastic law.
     """
     match rig.joint:
         case NotchedTube() as tube:
@@ -154,10 +154,9 @@ def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
     tube, notch = joint.tube, joint.notch
     flexure, between, root = flexure_of_notch(joint, metal), beam_of_notch(joint, metal), section(joint, 0.0)
     rigidity, offset = metal.young * float(root.second_moment_mm4), float(root.neutral_offset_mm)
+    v_shaped, lever = notch.shape == "v_pair", tube.outer_diameter_mm / 2 + offset
     bending_length = min(rigidity / between.bending_Nmm_per_rad, notch.width_mm)
-    turning_length = bending_length if notch.shape == "v_pair" else 2 / 3 * bending_length
-    lever = tube.outer_diameter_mm / 2 + offset
-    v_shaped = notch.shape == "v_pair"
+    turning_length = bending_length if v_shaped else 2 / 3 * bending_length
     fibre = float(cut_height_mm(joint, 0.0)) + offset
     if joint.one_sided:
         fibre = max(fibre, tube.outer_diameter_mm / 2 - offset)

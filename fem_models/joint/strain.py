@@ -90,7 +90,7 @@ def limits_passed(drive: ArrayLike, strain: ArrayLike, limits: tuple[StrainLimit
     Parameters
     ----------
     drive
-        Shape (m,): drives (mm) or forces (N) in the order they were visited, from rest.
+        Shape (m,): drives (mm) or forces (N) in the order of the run, from rest.
     strain
         Shape (m, N), of :func:`peak_strain`. The run starts from zero strain, which need not be a sample.
 

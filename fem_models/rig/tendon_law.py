@@ -15,7 +15,7 @@ from hysteresis.arrays import Floats
 
 def _compliances(tendon: Tendon, length_in_tube_mm: float) -> tuple[float, float]:
     """Compliances a, mm/N, and b, mm, of the elongation a (T - T0) + b ln(T/T0)."""
-    toe = tendon.toe_N if tendon.toe_N > 1e-9 else 0.0  # a toe that no tension can feel would overflow c/b below
+    toe = tendon.toe_N if tendon.toe_N > 1e-9 else 0.0  # a toe far below any tension would overflow c/b below
     return (length_in_tube_mm + tendon.free_length_mm) / tendon.EA_N, tendon.free_length_mm * toe / tendon.EA_N
 
 
@@ -23,7 +23,7 @@ def tendon_stretch_mm(tendon: Tendon, tension_N: ArrayLike, preload_N: float, le
     """Elongation of a tendon against its preloaded state, mm, the shape of ``tension_N``.
 
     Linear in the tube; between wheel and base k(T) = k_inf T/(T + toe), which integrates to
-    L_free/EA [(T - T0) + toe ln(T/T0)]. At zero tension it is the elongation at which a linear tendon falls slack, and
+    L_free/EA [(T - T0) + toe ln(T/T0)]. At zero tension it is the elongation at which a linear tendon becomes slack, and
     -inf for a tendon with a toe.
 
     Raises
