@@ -11,8 +11,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import notchbend as nb
+from fem_models.rig import Rig
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.rig import Rig
 from studies.commands.cli import call
 from studies.engines import ENGINES
 from validation.practice.bench_record import SHIPPED

@@ -15,9 +15,10 @@ import exudyn.itemInterface as items
 import numpy as np
 
 import fem_models.multibody.connector_laws as laws
+from fem_models.joint import JointMechanics
 from fem_models.joint.contact import ring_weight_N
-from fem_models.joint.mechanics import JointMechanics
-from fem_models.rig.rig import Rig, Tendon
+from fem_models.rig import Rig
+from fem_models.rig.rig import Tendon
 from hysteresis.arrays import Floats, Ints
 
 COMPRESSION = 0.00025  # of the preload: a slack segment pushes with no more, which keeps the tangent regular

@@ -9,9 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import LoadProgram
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Rig
+from fem_models.load import LoadProgram
+from fem_models.rig import Rig, preset
 from hysteresis import identify
 from hysteresis.arrays import Floats
 from hysteresis.fit import Fit

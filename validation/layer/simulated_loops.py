@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.analytic.kinematics import theory_curve
+from fem_models.analytic import theory_curve
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import LoadProgram, triangle
-from fem_models.rig.presets import preset
+from fem_models.load import LoadProgram, triangle
+from fem_models.rig import preset
 from hysteresis import identify
 from hysteresis.arrays import Floats, Mask
 from hysteresis.holdout import Split

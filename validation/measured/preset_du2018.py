@@ -15,10 +15,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import triangle
+from fem_models.load import triangle
+from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Backlash
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Rig, notched_tube, with_notch
+from fem_models.rig.rig import notched_tube, with_notch
 from hysteresis.metrics import loop_width
 
 AMPLITUDE_MM = 2.2

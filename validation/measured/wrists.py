@@ -12,10 +12,10 @@ from scipy.optimize import least_squares
 
 from fem_models.joint import joint_mechanics
 from fem_models.load_control import LoadControlRun, run_load_control
+from fem_models.rig import Rig, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Superelastic
-from fem_models.rig.presets import preset
-from fem_models.rig.rig import Friction, Rig, notched_tube
+from fem_models.rig.rig import Friction, notched_tube
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from hysteresis.record_file import read_record

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from docs.make.effects import PAGE, page
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import sine
+from fem_models.load import sine
 from fem_models.multibody import quasi_static as multibody
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.rig.presets import preset
+from fem_models.rig import preset
 from hysteresis import identify
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.inverse import compensating_drive, inverse_curve, inverse_hysteresis, uncompensated_drive

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fem_models.rig.presets import preset
+from fem_models.rig import preset
 from validation.measured.preset_du2018 import alternatives, calibrate, with_parameters
 
 

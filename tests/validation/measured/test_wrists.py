@@ -9,7 +9,7 @@ import pytest
 
 from docs.make.wrists import figure
 from fem_models.load_control import run_load_control
-from fem_models.rig.presets import preset
+from fem_models.rig import preset
 from validation.measured.wrists import (
     FULL,
     STAGES,

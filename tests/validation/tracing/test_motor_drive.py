@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fem_models.chain.solve import simulate_chain
-from fem_models.load.program import sine
+from fem_models.load import sine
+from fem_models.rig import preset
 from fem_models.rig.effects import Slack
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.presets import preset
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.motor_drive import motor_drive_problem
 from validation.tracing.next_experiment import next_experiment
