@@ -19,10 +19,10 @@ import numpy as np
 from fem_models.rig import Rig
 from fem_models.rig.effects import Closure
 from hysteresis.arrays import Floats, Ints
+from validation.tracing.settings import SAME_CYCLES
 
 Need = Literal["time", "cycles", "two tendons", "wheel", "force", "preloads"]
 Values = Mapping[str, float]
-_SAME = 0.03  # amplitudes of cycles that repeat each other
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def cycles_repeat(inputs: Sequence[SampleInputs]) -> bool:
     for one in inputs:
         numbers = np.unique(one.cycle[one.cycle >= 1])
         ranges = np.sort([float(np.ptp(one.drive[one.cycle == number])) for number in numbers])
-        if (ranges[1:] * (1 - _SAME) <= ranges[:-1]).any():
+        if (ranges[1:] * (1 - SAME_CYCLES) <= ranges[:-1]).any():
             return True
     return False
 

@@ -27,16 +27,19 @@ from validation.tracing.fitting.holdout import Protocol
 from validation.tracing.outcome import Trace, competitors_of
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.problem import Problem
-
-PRELOADS, AMPLITUDES, RATES = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)
-"""Factors on the protocol of the record with the widest drive; the gentlest first."""
-MORE_CYCLES, DWELL = 10, 10.0
-"""Cycles of a long record; periods that a dwell at full drive lasts."""
-_CYCLES, _OF_CYCLE = 2, 88
-_SAME = 0.1  # relative difference below which a protocol is one that was measured
-_NEARLY = 0.9  # of the largest difference: the gentlest program that reaches it is proposed
-_ONE_SIDED = 0.25  # of half the range: a drive whose middle is further off than this is not about zero
-_DWELL_SAMPLES = 40
+from validation.tracing.settings import (
+    AMPLITUDE_FACTORS,
+    CYCLE_SAMPLES,
+    DWELL_PERIODS,
+    DWELL_SAMPLES,
+    FEW_CYCLES,
+    MANY_CYCLES,
+    NEARLY_MOST,
+    ONE_SIDED,
+    PRELOAD_FACTORS,
+    RATE_FACTORS,
+    SAME_PROTOCOL,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +132,7 @@ def _most_different(trace: Trace, competitors: Sequence[Fitted]) -> tuple[Trial,
     if not results:
         return None
     most = max(min(differences) for _, differences in results)
-    return next(r for r in results if min(r[1]) >= _NEARLY * most) if most > 0 else None
+    return next(r for r in results if min(r[1]) >= NEARLY_MOST * most) if most > 0 else None
 
 
 def _simulated(trace: Trace, problem: Problem, competitors: Sequence[Fitted]) -> Iterator[tuple[Trial, list[Floats]]]:
@@ -176,18 +179,18 @@ def _trials(trace: Trace, widest: int) -> list[Trial]:
     if load_control:
         base = Protocol(math.nan, base.amplitude, math.nan)
     low, high = float(record.drive.min()), float(record.drive.max())
-    preloads = (1.0,) if math.isnan(base.preload_N) or base.preload_N == 0 else PRELOADS
-    rates = (1.0,) if math.isnan(base.rate_Hz) else RATES
+    preloads = (1.0,) if math.isnan(base.preload_N) or base.preload_N == 0 else PRELOAD_FACTORS
+    rates = (1.0,) if math.isnan(base.rate_Hz) else RATE_FACTORS
     measured = [protocol(one) for one in records]
-    plans = [(p, a, 1.0) for p in preloads for a in AMPLITUDES] + [(1.0, 1.0, r) for r in rates[1:]]
+    plans = [(p, a, 1.0) for p in preloads for a in AMPLITUDE_FACTORS] + [(1.0, 1.0, r) for r in rates[1:]]
     out = []
     for p, a, r in plans:
         at = Protocol(base.preload_N * p, base.amplitude * a, base.rate_Hz * r)
         if not any(_same(at, other) for other in measured):
             out.append(_trial(at, low * a, high * a, unit))
     most = max(float(one.inputs.cycle.max()) for one in records)
-    if not load_control and most < MORE_CYCLES:
-        out.append(_trial(base, low, high, unit, cycles=MORE_CYCLES))
+    if not load_control and most < MANY_CYCLES:
+        out.append(_trial(base, low, high, unit, cycles=MANY_CYCLES))
     if len(rates) > 1:
         out.append(_with_dwell(_trial(base, low, high, unit), base))
     return out
@@ -204,20 +207,20 @@ def protocol(one: PreparedRecord) -> Protocol:
 
 def _same(a: Protocol, b: Protocol) -> bool:
     pairs = ((a.preload_N, b.preload_N), (a.amplitude, b.amplitude), (a.rate_Hz, b.rate_Hz))
-    return all(math.isnan(x) or math.isnan(y) or abs(x - y) <= _SAME * max(abs(x), abs(y)) for x, y in pairs)
+    return all(math.isnan(x) or math.isnan(y) or abs(x - y) <= SAME_PROTOCOL * max(abs(x), abs(y)) for x, y in pairs)
 
 
-def _trial(at: Protocol, low: float, high: float, unit: str, cycles: int = _CYCLES) -> Trial:
+def _trial(at: Protocol, low: float, high: float, unit: str, cycles: int = FEW_CYCLES) -> Trial:
     """Make cycles between two ends of the drive, from rest; a sine where the rate is known, else point by point.
 
     A force is applied once and not taken off: records under a force only load.
     """
     timed = not math.isnan(at.rate_Hz)
     if unit == "N":
-        force = high * np.arange(_OF_CYCLE + 1) / _OF_CYCLE
+        force = high * np.arange(CYCLE_SAMPLES + 1) / CYCLE_SAMPLES
         return Trial(f"of a force up to {high:.3g} N", force, None, np.ones(force.size, dtype=np.int64), at.preload_N)
-    about_zero = abs(low + high) <= _ONE_SIDED * (high - low)
-    phase = np.arange((_OF_CYCLE // 4 if about_zero else 0) + cycles * _OF_CYCLE + 1) / _OF_CYCLE
+    about_zero = abs(low + high) <= ONE_SIDED * (high - low)
+    phase = np.arange((CYCLE_SAMPLES // 4 if about_zero else 0) + cycles * CYCLE_SAMPLES + 1) / CYCLE_SAMPLES
     if about_zero:
         drive = (high - low) / 2 * (np.sin(2 * np.pi * phase) if timed else 1 - np.abs((4 * phase + 1) % 4 - 2))
         cycle = np.where(phase <= 0.25, 0, np.ceil(phase - 0.25 - 1e-9)).astype(np.int64)
@@ -225,7 +228,7 @@ def _trial(at: Protocol, low: float, high: float, unit: str, cycles: int = _CYCL
         rise = (1 - np.cos(2 * np.pi * phase)) / 2 if timed else 1 - np.abs(2 * (phase % 1) - 1)
         drive = low + (high - low) * rise
         cycle = np.maximum(1, np.ceil(phase - 1e-9)).astype(np.int64)
-    words = _words(at, unit) + (f", {cycles} cycles" if cycles > _CYCLES else "")
+    words = _words(at, unit) + (f", {cycles} cycles" if cycles > FEW_CYCLES else "")
     return Trial(words, drive, phase / at.rate_Hz if timed else None, cycle, at.preload_N)
 
 
@@ -233,13 +236,13 @@ def _with_dwell(trial: Trial, at: Protocol) -> Trial:
     """Hold the drive where it is full for the first time."""
     assert trial.time_s is not None
     top = int(np.argmax(trial.drive))
-    length = DWELL / at.rate_Hz
-    rest = trial.time_s[top] + length * np.arange(1, _DWELL_SAMPLES + 1) / _DWELL_SAMPLES
+    length = DWELL_PERIODS / at.rate_Hz
+    rest = trial.time_s[top] + length * np.arange(1, DWELL_SAMPLES + 1) / DWELL_SAMPLES
     return Trial(
         f"{trial.words}, held for {length:.3g} s at the first reversal",
-        np.insert(trial.drive, top + 1, np.full(_DWELL_SAMPLES, trial.drive[top])),
+        np.insert(trial.drive, top + 1, np.full(DWELL_SAMPLES, trial.drive[top])),
         np.concatenate([trial.time_s[: top + 1], rest, trial.time_s[top + 1 :] + length]),
-        np.insert(trial.cycle, top + 1, np.full(_DWELL_SAMPLES, trial.cycle[top])),
+        np.insert(trial.cycle, top + 1, np.full(DWELL_SAMPLES, trial.cycle[top])),
         trial.preload_N,
     )
 
@@ -249,10 +252,10 @@ def _altered(problem: Problem, widest: int) -> list[Trial]:
     record, inputs = problem.records[widest].record, problem.inputs[widest]
     base = protocol(problem.records[widest])
     middle = float(record.drive.min() + record.drive.max()) / 2
-    if abs(middle) <= _ONE_SIDED * base.amplitude:
+    if abs(middle) <= ONE_SIDED * base.amplitude:
         middle = 0.0
     measured = [protocol(one) for one in problem.records]
-    rates = RATES[1:] if inputs.timed else ()
+    rates = RATE_FACTORS[1:] if inputs.timed else ()
     out = []
     for a, r in [(0.5, 1.0), (0.25, 1.0), *((1.0, rate) for rate in rates)]:
         at = Protocol(base.preload_N, base.amplitude * a, base.rate_Hz * r)
@@ -314,9 +317,9 @@ def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
         fast = f"a record at ten times the rate, {10 * first.rate_Hz:.3g} Hz"
         timed = "a record with times, at two rates" if math.isnan(first.rate_Hz) else fast
         out["rate"] = timed, "at one rate drag and delay do not show"
-    if max(int(one.cycle.max()) for one in problem.inputs) < MORE_CYCLES:
+    if max(int(one.cycle.max()) for one in problem.inputs) < MANY_CYCLES:
         out["cycles"] = (
-            f"a record of {MORE_CYCLES} cycles or more",
+            f"a record of {MANY_CYCLES} cycles or more",
             "few cycles do not show changes from cycle to cycle",
         )
     if not any(map(_has_dwell, problem.inputs)):
@@ -326,7 +329,7 @@ def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
 
 def _all_same(values: Sequence[float]) -> bool:
     known = [v for v in values if not math.isnan(v)]
-    return not known or max(known) - min(known) <= _SAME * max(abs(v) for v in known)
+    return not known or max(known) - min(known) <= SAME_PROTOCOL * max(abs(v) for v in known)
 
 
 def _has_dwell(inputs: SampleInputs) -> bool:

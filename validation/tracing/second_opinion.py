@@ -24,12 +24,9 @@ from validation.tracing.baseline.rig_problem import observed_angle_deg
 from validation.tracing.baseline.runs import Run
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.outcome import Trace
+from validation.tracing.settings import MULTIBODY_CYCLE_SAMPLES, MULTIBODY_CYCLES
 
 Solver = Callable[[Rig, LoadProgram | Floats], Record]
-
-CYCLES = 12.0
-"""Of the drive in all, about; the multibody model takes a third of a second for one."""
-_OF_CYCLE = 100  # samples that count as one cycle, in records with more samples
 
 
 @dataclass(frozen=True)
@@ -41,7 +38,7 @@ class SecondOpinion:
     words: str
 
 
-def second_opinion(trace: Trace, cycles: float = CYCLES) -> SecondOpinion:
+def second_opinion(trace: Trace, cycles: float = MULTIBODY_CYCLES) -> SecondOpinion:
     """Run the baseline and the augmented model of a trace in the multibody engine.
 
     Parameters
@@ -79,7 +76,7 @@ def second_opinion(trace: Trace, cycles: float = CYCLES) -> SecondOpinion:
 
 def _chosen(problem: KnownRigProblem, cycles: float) -> list[int]:
     """Choose records, the shortest first."""
-    cost = [max(float(s.cycle.max()), 1.0, s.drive.size / _OF_CYCLE) for s in problem.inputs]
+    cost = [max(float(s.cycle.max()), 1.0, s.drive.size / MULTIBODY_CYCLE_SAMPLES) for s in problem.inputs]
     order = sorted(range(len(cost)), key=lambda i: cost[i])
     total = np.cumsum([cost[i] for i in order])
     return sorted(i for i, t in zip(order, total.tolist(), strict=True) if t <= cycles) or order[:1]

@@ -137,11 +137,59 @@ class SearchPolicy:
     refit_from_jacobian: bool
 
 
-# --- least squares -----------------------------------------------------------------------------------------------------
+# --- records and baseline models -------------------------------------------------------------------------------------
+
+SAME_CYCLES = 0.03
+"""Relative difference up to which cycles have the same amplitude, so that what changes from one to the next is an
+effect of the cycle."""
+FROM_REST = 0.05
+"""Part of the drive's range: a record that begins as near to zero begins from rest."""
+APPROACH_SAMPLES = 24
+"""Samples over the drive's range on the way from rest to the first sample of a record that begins elsewhere."""
+EXACT_REPEAT = 1e-9
+"""Part of the drive's range up to which cycles repeat each other exactly and need not be run again."""
+KNOWN_RIG_SAMPLES, LEAST_RECORD_SAMPLES = 4000, 200
+"""Samples that a known rig is fitted to, of all records together, and of one record at least."""
+EQUIVALENT_RIG_SAMPLES, REFINED_SAMPLES = 300, 1200
+"""Samples of a record that an equivalent rig is fitted to at most, about: in the search, and in the final fit."""
+EQUIVALENT_JOINTS, REFINED_PARTS = 6, 2
+"""Joints of an equivalent rig in the search, and parts of each in the final fit. Between slack tendons of a wrist of 14
+joints, six joints are off by 0.2 of the noise where they are fitted and by 0.5 to 0.7 elsewhere (score-6,
+``tendon_slack`` 06, without its noise)."""
+CURVE_SAMPLES = 600
+"""Samples of a record that the curve is fitted to at most, about; turning points are never left out."""
+PRIOR_WEIGHT = 5e-4
+"""Weight of the prior of an equivalent rig, and of a known rig behind a motor: the error, over half the largest range
+of the angle, that a parameter counts as which is one scale away from its prior mean."""
+LARGEST_TOE = 2.2
+"""Toe region of the tendons of an equivalent rig at most, over the largest preload: as soft as the paper's tendon at
+20 N. A softer one is an effect (stiffening)."""
+LARGEST_GUIDE_FRICTION = 0.02
+"""Friction of all guides of an equivalent rig at most, over the largest preload: more is an effect."""
+LARGEST_CUBIC = 0.45
+"""Even and odd part of the cubic between drive and angle at most, which keep it monotone."""
+LARGEST_LOOP_CHANGE = 0.3
+"""Change of the curve's loop with the angle at most: friction and tendons of any rig make as much."""
+LEAST_LOOP = -0.85
+"""Least Bouc-Wen parameter A of the curve: at -1 the angle stands still after a reversal, as with backlash."""
+SAME_PRELOAD = 0.1
+"""Relative difference up to which records belong to one preload group of the curve."""
+NO_LOOP_GROWTH = 1e-3
+"""Growth of the curve's loop between preloads below which the tendons have no toe region."""
+LARGEST_TOE_OF_CURVE = 100.0
+"""Toe region over the largest preload that is used where the loop grows as much as any toe region allows."""
+CURVE_START_STEPS, CURVE_STARTS = 12, 3
+"""Least-squares steps of the curve towards a start of an effect, and starts of a form that are then fitted."""
+GAIN_FACTOR, GAIN_SCALE = 3.0, 0.01
+"""Bounds of a motor's gain as a factor either way, and its scale, relative to the gain that is started from."""
+GAIN_BRANCH_SAMPLES, GAIN_CORRECTIONS = 20, 4
+"""Samples of a branch of the path with which that gain is found, and corrections of it for the tendons' stretch."""
+
+# --- least squares ---------------------------------------------------------------------------------------------------
 
 STEPS, MOST_STEPS, FEW_STEPS = 30, 40, 4
-"""Least-squares steps of a fit at most: by default, of a fit that has to converge, and of one that is only to show which
-candidates are worth the rest."""
+"""Least-squares steps of a fit at most: by default, of a fit that has to converge, and of one that is only to show
+which candidates are worth the rest."""
 EARLY_STEPS = 4
 """Steps of an equivalent rig's baseline that do not yet let it absorb an effect."""
 DIFFERENCE_STEP = 1e-3
@@ -153,7 +201,7 @@ INFEASIBLE_DEG = 1e3
 INSIDE_BOUNDS = 1e-6
 """Distance from a bound, in coordinates, to which a start at the bound is moved."""
 
-# --- starting points ---------------------------------------------------------------------------------------------------
+# --- starting points -------------------------------------------------------------------------------------------------
 
 NO_CHANGE_DEG = 1e-9
 """Largest change of the angle below which an effect counts as absent."""
@@ -169,12 +217,12 @@ optimum for each of them at the ends of the smaller records."""
 LOOP_FACTORS, LOOP_FACTORS_FINAL = (0.5, 2.0), (0.5, 1.6)
 """Factors on it, in the search and at its end."""
 PROMISING = 1.2
-"""Rms training error over that of the fit so far: a fit from another starting point that is as near after a few steps is
-continued."""
+"""Rms training error over that of the fit so far: a fit from another starting point that is as near after a few steps
+is continued."""
 NO_SLOPE = 1e-6
 """Norm of a parameter's derivatives over the largest one below which the parameter does nothing."""
 
-# --- noise floor and independent samples -------------------------------------------------------------------------------
+# --- noise floor and independent samples -----------------------------------------------------------------------------
 
 NOISE_BRANCH_SAMPLES = 8
 """Fewest samples of a branch from which the local noise is estimated."""
@@ -187,7 +235,7 @@ SAMPLES_OF_BRANCH = 8.0
 MOST_CORRELATION = 0.99
 """Largest autocorrelation of neighbouring errors that is used."""
 
-# --- smooth functions of the residual, and tests of dependence ---------------------------------------------------------
+# --- smooth functions of the residual, and tests of dependence -------------------------------------------------------
 
 SMOOTH_FUNCTION_BIC = 6.0
 """BIC that a further smooth function must gain (strong evidence; Kass, Raftery 1995)."""
@@ -196,7 +244,7 @@ DEPENDENCE_COLUMNS = 6
 PORTMANTEAU_LAGS = 10
 """Lags of the test for whiteness."""
 
-# --- held-out data -----------------------------------------------------------------------------------------------------
+# --- held-out data ---------------------------------------------------------------------------------------------------
 
 KNOWN_BEGINNING = 0.05
 """Part of a held-out record that is fitted, at its beginning: the state that a record starts in cannot be predicted."""
@@ -204,6 +252,22 @@ HELD_OUT_RECORD = 0.3
 """Part of a record that is fitted: with less, the record as a whole counts as held out."""
 SAME_PROTOCOL = 0.1
 """Relative difference up to which preloads, amplitudes and rates are the same."""
+
+# --- next experiment and second opinion ------------------------------------------------------------------------------
+
+PRELOAD_FACTORS, AMPLITUDE_FACTORS, RATE_FACTORS = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)
+"""Factors on the protocol of the record with the widest drive, the gentlest first."""
+MANY_CYCLES, DWELL_PERIODS, DWELL_SAMPLES = 10, 10.0, 40
+"""Cycles of a long record; periods that a dwell at full drive lasts, and its samples."""
+FEW_CYCLES, CYCLE_SAMPLES = 2, 88
+"""Cycles of the other programs, and samples of a cycle."""
+NEARLY_MOST = 0.9
+"""Part of the largest difference between competitors: the gentlest program that reaches it is proposed."""
+ONE_SIDED = 0.25
+"""Part of half the drive's range: a drive whose middle is further away is not about zero."""
+MULTIBODY_CYCLES, MULTIBODY_CYCLE_SAMPLES = 12.0, 100
+"""Cycles of drive that the multibody model runs in all, about: it takes a third of a second for each. Samples that
+count as a cycle, where a record has more of them."""
 
 
 KNOWN_RIG = SearchPolicy(

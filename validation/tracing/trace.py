@@ -1,8 +1,9 @@
 """Trace the residual of measured data to the physical effect that the model lacks.
 
-1. A baseline model is fitted to all records together: the known rig, or an equivalent rig where the geometry is unknown.
-2. Where its residual is above the noise, every effect of the catalogue is added in turn and fitted with it. The best one
-   stays if it pays for its parameters, then a second and a third one (:mod:`validation.tracing.search`).
+1. A baseline model is fitted to all records together: the known rig, or an equivalent rig where the geometry is
+   unknown.
+2. Where its residual is above the noise, every effect of the catalogue is added in turn and fitted with it. The best
+   one stays if it pays for its parameters, then a second and a third one (:mod:`validation.tracing.search`).
 3. Effects are named if they explain most of the residual, and better than smooth functions of the same quantities
    (:mod:`validation.tracing.verdict`). Models are compared by the BIC over all samples.
 4. Effects that leave the error on held-out data where it was are taken back.

@@ -111,8 +111,8 @@ def ended_above_noise(trace: Trace, policy: SearchPolicy) -> bool:
 def best_of(traces: list[Trace]) -> Trace:
     """Choose the trace with the lowest BIC; one that names nothing has the BIC of its smooth functions.
 
-    A named effect must be better than smooth functions of any baseline, and a baseline does not win by needing an effect
-    less.
+    A named effect must be better than smooth functions beside any baseline. A baseline does not win by needing one
+    effect less.
     """
     samples = min((trace.augmented for trace in traces), key=lambda g: g.mean_square).samples
 

@@ -13,14 +13,14 @@ from fem_models.rig.effects import Backlash, Closure, Drag, Fatigue, Gravity
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.record import Record, RecordError
-from validation.tracing.baseline.equivalent_rig import JOINTS, divided, equivalent_rig_problem, refined_problem
+from validation.tracing.baseline.equivalent_rig import divided, equivalent_rig_problem, refined_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.figures import candidates_figure
 from validation.tracing.fitting import Holdout, Model, fit
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import CandidateReport, in_words, trace_report
-from validation.tracing.settings import EQUIVALENT_RIG
+from validation.tracing.settings import EQUIVALENT_JOINTS, EQUIVALENT_RIG
 from validation.tracing.trace import trace_records
 
 PLAN = ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 0.5, 1.0))  # preload, part of the amplitude, rate
@@ -73,7 +73,7 @@ WITH_GUIDES = replace(MEASURED, friction=replace(MEASURED.friction, guide_N=0.02
 )
 def test_rigs_with_more_joints_are_explained_to_the_noise(rig, amplitude):
     """14 and 17 joints, a soft and a linear tendon, guides with some friction, by six joints."""
-    assert rig.joints > JOINTS
+    assert rig.joints > EQUIVALENT_JOINTS
     found = fitted(records_of(rig, amplitude))
     assert found.train_rmse_deg < 1.08 * NOISE_DEG
 
@@ -108,8 +108,8 @@ def test_play_is_named_with_its_width_in_the_drive_s_unit():
 
 def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkeypatch):
     """The effect that was found stays; the candidate has no number (a case of a retired set broke on one)."""
-    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.SAMPLES_REFINED", 100)
-    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.PARTS_REFINED", 1)
+    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_SAMPLES", 100)
+    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_PARTS", 1)
 
     def failing(model, *given, **more):
         if more.get("most_steps") == 3:  # the few steps of candidates that are not named
@@ -161,7 +161,7 @@ def test_records_without_preload_have_one_group_and_no_toe():
 
 
 def test_the_prior_keeps_parameters_that_the_records_do_not_identify():
-    """All forces in proportion, with linear tendons and no capstan, leave the angle unchanged: the fit must not drift."""
+    """All forces in proportion, with linear tendons and no capstan, leave the angle as it is: it must not drift."""
     found = fitted([replace(record, rig={}) for record in records_of(MEASURED, 1.2)])
     start, end = found.model.problem.start, found.model.values(found.x)[0]
     free = [c for c in found.model.problem.parameters if c.unit in ("N", "Nmm/rad") and c.log]

@@ -138,8 +138,8 @@ def test_an_equivalent_rig_does_not_hide_a_second_effect():
 
 def with_a_short_final_fit(monkeypatch):
     """For tests of what the search names."""
-    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.SAMPLES_REFINED", 100)
-    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.PARTS_REFINED", 1)
+    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_SAMPLES", 100)
+    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_PARTS", 1)
 
 
 def test_competitors_beside_an_equivalent_rig_are_fitted_from_other_loops(monkeypatch):

@@ -25,18 +25,19 @@ from validation.tracing.baseline.samples import kept_samples, mean_slope, middle
 from validation.tracing.effect import CurveContext, CurveForm, Effect, FreeParameter, Need, Values, cycles_repeat
 from validation.tracing.prepared import RecordSet, prepare
 from validation.tracing.problem import require_one_unit
+from validation.tracing.settings import (
+    CURVE_SAMPLES,
+    CURVE_START_STEPS,
+    CURVE_STARTS,
+    LARGEST_CUBIC,
+    LARGEST_LOOP_CHANGE,
+    LARGEST_TOE_OF_CURVE,
+    LEAST_LOOP,
+    NO_LOOP_GROWTH,
+    SAME_PRELOAD,
+)
 
-SAMPLES = 600
-"""Of a record at most, about; turning points are never left out."""
-_SHAPE = 0.45  # largest even and odd part of f, which keeps f monotone
-_BEND_LOOP = 0.3  # change of the loop with the bend, by friction and tendons, that any rig may have
-_STANDSTILL = -0.85  # least A: at -1 the angle stands still after a reversal, which is play
 _ONE_ELEMENT = {"far_A": 0.0, "far_reach": 10.0, "bend_loop": 0.0}
-_NO_TOE = 1e-3
-_ONE_PRELOAD = 0.1  # preloads are the same within this part
-_START_STEPS = 12  # of a fit of the baseline to a start of an effect
-_STARTS = 3  # of a form that are worth a fit
-_LONGEST_TOE = 100.0
 
 Added = Sequence[tuple[PlacedForm, Values]]
 """Forms of effects with the values of their parameters, in the order in which they are added."""
@@ -79,9 +80,9 @@ class CurveProblem(RecordSet):
         A baseline that has absorbed an effect returns from it in a least-squares fit only by many small steps.
         Therefore the baseline alone is fitted to each start of the form.
         """
-        fits = [(*_fit(self, self.start, [(form, start)], _START_STEPS), start) for start in form.starts]
+        fits = [(*_fit(self, self.start, [(form, start)], CURVE_START_STEPS), start) for start in form.starts]
         fits.sort(key=lambda fit: fit[0])
-        return [{**baseline, **start} for _, baseline, start in fits[:_STARTS]]
+        return [{**baseline, **start} for _, baseline, start in fits[:CURVE_STARTS]]
 
     @cached_property
     def _strokes(self) -> tuple[Floats, ...]:
@@ -163,11 +164,11 @@ class CurveProblem(RecordSet):
         if (last := len(self.preloads) - 1) == 0:
             return 0.0, 0.0
         loop, rise = values[f"loop_{last}"], 1.0 / self.preloads[last]
-        toe = (loop - 1.0) / (rise - loop) if 1.0 < loop < 0.99 * rise else 0.0 if loop <= 1.0 else _LONGEST_TOE
-        return toe, (1.0 / values[f"slope_{last}"] - 1.0) / (loop - 1.0) if loop > 1.0 + _NO_TOE else 0.0
+        toe = (loop - 1.0) / (rise - loop) if 1.0 < loop < 0.99 * rise else 0.0 if loop <= 1.0 else LARGEST_TOE_OF_CURVE
+        return toe, (1.0 / values[f"slope_{last}"] - 1.0) / (loop - 1.0) if loop > 1.0 + NO_LOOP_GROWTH else 0.0
 
 
-def curve_problem(records: Sequence[Record], samples: int = SAMPLES, *, elements: int = 2) -> CurveProblem:
+def curve_problem(records: Sequence[Record], samples: int = CURVE_SAMPLES, *, elements: int = 2) -> CurveProblem:
     """Make a problem of records of one rig, with the baseline's parameters from a fit of them.
 
     Parameters
@@ -217,7 +218,7 @@ def _preload_groups(preloads: Sequence[float]) -> tuple[list[float], tuple[int, 
         return [], (0,) * len(preloads)
     known = list[float]()
     for preload in sorted(preloads, reverse=True):
-        if not known or preload < (1 - _ONE_PRELOAD) * known[-1]:
+        if not known or preload < (1 - SAME_PRELOAD) * known[-1]:
             known.append(preload)
     return known, tuple(int(np.argmin(np.abs(np.array(known) - preload))) for preload in preloads)
 
@@ -226,14 +227,14 @@ def _parameters(scale: CurveScale, slope: float, groups: int, records: int) -> t
     angle, (low, high) = scale.angle, sorted((0.2 * slope, 5.0 * slope))
     parameters = [
         FreeParameter("slope", f"deg/{scale.unit}", low, high, 0.01 * abs(slope)),
-        FreeParameter("even", "-", -_SHAPE, _SHAPE, 0.01),
-        FreeParameter("odd", "-", -_SHAPE, _SHAPE, 0.01),
-        FreeParameter("A", "-", _STANDSTILL, 3.0, 0.02),
+        FreeParameter("even", "-", -LARGEST_CUBIC, LARGEST_CUBIC, 0.01),
+        FreeParameter("odd", "-", -LARGEST_CUBIC, LARGEST_CUBIC, 0.01),
+        FreeParameter("A", "-", LEAST_LOOP, 3.0, 0.02),
         FreeParameter("reach", "deg", 2e-3 * angle, 2.0 * angle, 0.1, log=True),
         FreeParameter("n", "-", 1.0, 10.0, 0.1, log=True),
         FreeParameter("gamma_beta", "-", -0.95, 1.0, 0.1),
-        FreeParameter("far_A", "-", -1.0 - _STANDSTILL, 0.5, 0.01),
-        FreeParameter("bend_loop", "-", -_BEND_LOOP, _BEND_LOOP, 0.05),
+        FreeParameter("far_A", "-", -1.0 - LEAST_LOOP, 0.5, 0.01),
+        FreeParameter("bend_loop", "-", -LARGEST_LOOP_CHANGE, LARGEST_LOOP_CHANGE, 0.05),
         FreeParameter("far_reach", "-", 3.0, 200.0, 0.2, log=True),
     ]
     for group in range(1, groups):

@@ -30,22 +30,22 @@ from validation.tracing.baseline.samples import kept_samples, mean_slope, middle
 from validation.tracing.effect import OPEN_NOTCHES, Effect, FreeParameter, RigForm, Scale, Values
 from validation.tracing.prepared import prepare
 from validation.tracing.problem import Problem, require_one_unit
+from validation.tracing.settings import (
+    EQUIVALENT_JOINTS,
+    EQUIVALENT_RIG_SAMPLES,
+    LARGEST_CUBIC,
+    LARGEST_GUIDE_FRICTION,
+    LARGEST_TOE,
+    PRIOR_WEIGHT,
+    REFINED_PARTS,
+    REFINED_SAMPLES,
+)
 
-JOINTS, PARTS_REFINED = 6, 2
-"""Joints, and parts of each in the refined problem. Between slack tendons of a wrist of 14 joints, six joints are off
-by
-0.2 of the noise where they are fitted and by 0.5 to 0.7 elsewhere (score-6, ``tendon_slack`` 06, without its noise)."""
-SAMPLES, SAMPLES_REFINED = 300, 1200
-"""Of a record at most, about; the same in the refined problem."""
 _ARM_MM, _PITCH_MM, _FREE_MM, _WHEEL_MM = 2.5, 6.0, 150.0, 10.0
 _FREE_BOUNDS_MM = (36.0, 600.0)
 """1 to 17 times the length that bends: a longer dry tendon stands still after a reversal, as play does."""
 _PRELOAD_N, _EA_N, _STIFFNESS = 20.0, 10_000.0, 120.0
-_TOE = 2.2  # of the largest preload: as soft as the paper's tendon at 20 N; a softer one is an effect (stiffening)
-_GUIDES = 0.02  # of the largest preload, all guides together: more is an effect
-_PRIOR_WEIGHT = 5e-4  # of half the largest range of the angle
-_SHAPE = 0.45  # even and odd part of the cubic, as in the curve model
-_GAP = FreeParameter("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / PARTS_REFINED**2, 0.05)
+_GAP = FreeParameter("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / REFINED_PARTS**2, 0.05)
 _ROOTS_SHARE = 1 / 3
 """Of the refined problem alone: the part of a notch that does not bend, which shortens the paths of both tendons in a
 bend, and the part of the compliance in the roots of a flexure, that of the preset ``du2018``. Both show in a deep
@@ -70,7 +70,7 @@ class EquivalentRigProblem(RigProblem):
     @property
     def prior_weight_deg(self) -> float:
         """See :class:`validation.tracing.problem.Problem`."""
-        return _PRIOR_WEIGHT * self.scale.angle_deg
+        return PRIOR_WEIGHT * self.scale.angle_deg
 
     def forms(self, effect: Effect) -> tuple[RigForm, ...]:
         """Forms whose needs are met, lengths of tendon in the drive's unit."""
@@ -144,7 +144,7 @@ class EquivalentRigProblem(RigProblem):
         return LoadProgram(self.tendon_mm(drive), time_s, cycle)
 
 
-def equivalent_rig_problem(records: Sequence[Record], samples: int = SAMPLES) -> EquivalentRigProblem:
+def equivalent_rig_problem(records: Sequence[Record], samples: int = EQUIVALENT_RIG_SAMPLES) -> EquivalentRigProblem:
     """Make the problem of records of one rig that is not known.
 
     Parameters
@@ -169,7 +169,7 @@ def equivalent_rig_problem(records: Sequence[Record], samples: int = SAMPLES) ->
     stated = all(record.rig.get("preload_N", 0.0) > 0 for record in records)
     preloads = [float(record.rig["preload_N"]) if stated else _PRELOAD_N for record in records]
     largest, several = max(preloads), max(preloads) > 1.05 * min(preloads)
-    joint_deg = 0.5 * max(float(np.ptp(angle)) for angle in angles) / JOINTS
+    joint_deg = 0.5 * max(float(np.ptp(angle)) for angle in angles) / EQUIVALENT_JOINTS
     rigs = [replace(_rig(largest, joint_deg), preload_N=preload) for preload in preloads]
     return EquivalentRigProblem(
         records=used,
@@ -219,12 +219,12 @@ def divided(rig: Rig, parts: int) -> Rig:
 def refined_problem(problem: Problem) -> EquivalentRigProblem:
     """Give a problem of finer samples and joints, for the last fit.
 
-    It has :data:`SAMPLES_REFINED` a record, joints in :data:`PARTS_REFINED`, roots, and a rigid gap as a parameter
+    It has :data:`REFINED_SAMPLES` a record, joints in :data:`REFINED_PARTS`, roots, and a rigid gap as a parameter
     more.
     """
     assert isinstance(problem, EquivalentRigProblem)
     records = [one.record for one in problem.records]
-    used = prepare(records, [kept_samples(record.drive, SAMPLES_REFINED, cycle_index(record)) for record in records])
+    used = prepare(records, [kept_samples(record.drive, REFINED_SAMPLES, cycle_index(record)) for record in records])
     in_mm = [replace(one.inputs, drive=problem.tendon_mm(one.drive)) for one in used]
     rigs = [_with_roots(runs[0].rig) for runs in problem.runs]
     runs = tuple(drive_runs(rig, inputs) for rig, inputs in zip(rigs, in_mm, strict=True))
@@ -234,13 +234,13 @@ def refined_problem(problem: Problem) -> EquivalentRigProblem:
         setup=replace(problem.setup, runs=runs),
         parameters=(*problem.parameters, _GAP),
         start={**problem.start, _GAP.name: 0.0},
-        parts=PARTS_REFINED,
+        parts=REFINED_PARTS,
     )
 
 
 def _rig(preload_N: float, joint_deg: float) -> Rig:
     """Rig to start from; its toe region is the softest one of the baseline."""
-    tendon = Tendon(_EA_N, _ARM_MM, _FREE_MM, toe_N=_TOE * preload_N)
+    tendon = Tendon(_EA_N, _ARM_MM, _FREE_MM, toe_N=LARGEST_TOE * preload_N)
     return Rig(
         name="equivalent",
         material=Material(60.0, 0.33, loop_share=0.3, loop_angle_deg=0.6 * joint_deg),
@@ -249,7 +249,7 @@ def _rig(preload_N: float, joint_deg: float) -> Rig:
         wheel=Wheel(_WHEEL_MM),
         preload_N=preload_N,
         friction=Friction(capstan_coefficient=0.05, sheath_N=0.05 * preload_N),
-        joint=MeasuredJoint(JOINTS, _PITCH_MM, _STIFFNESS),
+        joint=MeasuredJoint(EQUIVALENT_JOINTS, _PITCH_MM, _STIFFNESS),
         closure=OPEN_NOTCHES,
     )
 
@@ -259,18 +259,24 @@ def _parameters(preload_N: float, joint_deg: float, *, several: bool) -> tuple[F
     parameters = [
         FreeParameter("sheath_N", "N", 0.0, 0.5 * preload_N, unit),
         FreeParameter("capstan_coefficient", "-", 0.0, 0.5, 0.05),
-        FreeParameter("guide_N", "N", 0.0, _GUIDES * preload_N / JOINTS, 0.1 * _GUIDES * preload_N / JOINTS),
+        FreeParameter(
+            "guide_N",
+            "N",
+            0.0,
+            LARGEST_GUIDE_FRICTION * preload_N / EQUIVALENT_JOINTS,
+            0.1 * LARGEST_GUIDE_FRICTION * preload_N / EQUIVALENT_JOINTS,
+        ),
         FreeParameter("loop_share", "-", 0.0, 0.9, 0.2),
         FreeParameter("loop_angle_deg", "deg", joint_deg / 10, 4 * joint_deg, 0.4, log=True),
         FreeParameter("EA_at_preload_N", "N", _EA_N * unit / 20, _EA_N * unit * 10, 0.2, log=True),
         FreeParameter("moment_arm_mm", "mm", 0.4 * _ARM_MM, 2.5 * _ARM_MM, 0.01, log=True),
         FreeParameter("flexure_stiffness_Nmm_per_rad", "Nmm/rad", 10.0 * unit, 5_000.0 * unit, 0.2, log=True),
         FreeParameter("free_length_mm", "mm", *_FREE_BOUNDS_MM, 0.2, log=True),
-        FreeParameter("even", "-", -_SHAPE, _SHAPE, 0.01),
-        FreeParameter("odd", "-", -_SHAPE, _SHAPE, 0.01),
+        FreeParameter("even", "-", -LARGEST_CUBIC, LARGEST_CUBIC, 0.01),
+        FreeParameter("odd", "-", -LARGEST_CUBIC, LARGEST_CUBIC, 0.01),
     ]
     if several:  # one preload does not separate a long toe region from a soft strand
-        parameters.append(FreeParameter("toe_N", "N", 0.0, _TOE * preload_N, 5.0 * unit))
+        parameters.append(FreeParameter("toe_N", "N", 0.0, LARGEST_TOE * preload_N, 5.0 * unit))
     return tuple(parameters)
 
 
@@ -279,7 +285,7 @@ def _start(preload_N: float, joint_deg: float, *, several: bool) -> Mapping[str,
     start = {
         "sheath_N": unit,
         "capstan_coefficient": 0.05,
-        "guide_N": 0.1 * _GUIDES * preload_N / JOINTS,
+        "guide_N": 0.1 * LARGEST_GUIDE_FRICTION * preload_N / EQUIVALENT_JOINTS,
         "loop_share": 0.3,
         "loop_angle_deg": 0.6 * joint_deg,
         "EA_at_preload_N": 0.4 * _EA_N * unit,

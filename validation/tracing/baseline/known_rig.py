@@ -20,14 +20,13 @@ from validation.tracing.baseline.runs import run_setup
 from validation.tracing.baseline.samples import kept_samples
 from validation.tracing.effect import OPEN_NOTCHES, FreeParameter, Values
 from validation.tracing.prepared import prepare
+from validation.tracing.settings import KNOWN_RIG_SAMPLES, LEAST_RECORD_SAMPLES
 
 LOAD_CONTROL = (
     FreeParameter("youngs_modulus_GPa", "GPa", 1.0, 200.0, 0.1, log=True),
     FreeParameter("capstan_coefficient", "-", 0.0, 1.5, 0.05),
 )
 """Parameters under tendon forces that only load: a material's loop does not show."""
-SAMPLES, LEAST_OF_RECORD = 4000, 200
-"""Of all records together, and of one that is thinned."""
 _YOUNG_GPA, _TENDON_TO_WALL_MM = 50.0, 0.1
 
 
@@ -76,7 +75,7 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
     load_control = units == {"N"}
     if not load_control:
         _require_the_rigs_sense(records)
-    most = max(LEAST_OF_RECORD, SAMPLES // len(records))
+    most = max(LEAST_RECORD_SAMPLES, KNOWN_RIG_SAMPLES // len(records))
     used = prepare(records, [kept_samples(record.drive, most, cycle_index(record)) for record in records])
     return KnownRigProblem(
         records=used,

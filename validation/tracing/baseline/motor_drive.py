@@ -24,11 +24,7 @@ from validation.tracing.baseline.runs import Run
 from validation.tracing.baseline.samples import mean_slope
 from validation.tracing.effect import FreeParameter, Values
 from validation.tracing.problem import require_one_unit
-
-_BOUND = 3.0  # of the gain, as a factor either way
-_GAIN_SCALE = 0.01  # of the gain that is started from
-_PRIOR_WEIGHT = 5e-4  # of half the largest range of the angle, as of an equivalent rig
-_SAMPLES, _CORRECTIONS = 20, 4  # of a branch of the guess's path, and of the guess
+from validation.tracing.settings import GAIN_BRANCH_SAMPLES, GAIN_CORRECTIONS, GAIN_FACTOR, GAIN_SCALE, PRIOR_WEIGHT
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +41,7 @@ class MotorDriveProblem(KnownRigProblem):
     @property
     def prior_weight_deg(self) -> float:
         """See :class:`validation.tracing.problem.Problem`: one preload does not separate gain and tendon stretch."""
-        return _PRIOR_WEIGHT * self.scale.angle_deg
+        return PRIOR_WEIGHT * self.scale.angle_deg
 
     @property
     def gain(self) -> str:
@@ -88,8 +84,8 @@ def motor_drive_problem(records: Sequence[Record]) -> MotorDriveProblem | None:
     in_mm = known_rig_problem([replace(r, drive=r.drive * gain, drive_unit="mm") for r in records])
     assert in_mm is not None  # all rigs are known
     unit = records[0].drive_unit
-    low, high = sorted((gain / _BOUND, gain * _BOUND))
-    parameter = FreeParameter(f"drive_mm_per_{unit}", f"mm/{unit}", low, high, _GAIN_SCALE * abs(gain))
+    low, high = sorted((gain / GAIN_FACTOR, gain * GAIN_FACTOR))
+    parameter = FreeParameter(f"drive_mm_per_{unit}", f"mm/{unit}", low, high, GAIN_SCALE * abs(gain))
     return MotorDriveProblem(
         records=tuple(
             replace(one, record=record, inputs=replace(one.inputs, drive=one.inputs.drive / gain))
@@ -122,8 +118,8 @@ def _guessed_gain(records: Sequence[Record], rig: Rig) -> float:
         math.radians(abs(slope)) * joint_mechanics(rig).arms_mm.a, slope
     )  # of tendons that do not stretch
     half = max(float(np.ptp(drive)) for drive in drives) / 2
-    path = np.concatenate([np.linspace(a, b, _SAMPLES) for a, b in pairwise((0.0, half, -half, half))])
-    for _ in range(_CORRECTIONS):  # the stretch of the tendons takes some of the drive
-        bent = chain_angle_deg(rig, LoadProgram(path * gain))[_SAMPLES:]
-        gain *= slope / mean_slope([path[_SAMPLES:]], [bent])
+    path = np.concatenate([np.linspace(a, b, GAIN_BRANCH_SAMPLES) for a, b in pairwise((0.0, half, -half, half))])
+    for _ in range(GAIN_CORRECTIONS):  # the stretch of the tendons takes some of the drive
+        bent = chain_angle_deg(rig, LoadProgram(path * gain))[GAIN_BRANCH_SAMPLES:]
+        gain *= slope / mean_slope([path[GAIN_BRANCH_SAMPLES:]], [bent])
     return gain

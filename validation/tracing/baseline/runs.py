@@ -18,10 +18,7 @@ from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing.effect import Need, SampleInputs, Scale, cycles_repeat
 from validation.tracing.prepared import PreparedRecord
-
-AT_REST = 0.05  # of the drive's range: a record that begins so near to zero begins from rest
-_APPROACH = 24  # samples from one end of the drive to the other, for a record that begins elsewhere
-_EXACTLY = 1e-9  # of the drive's range: cycles that repeat each other
+from validation.tracing.settings import APPROACH_SAMPLES, EXACT_REPEAT, FROM_REST
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +118,7 @@ def _repeats(drive: Floats) -> tuple[int, Ints] | None:
     if len(ends) < 4:
         return None
     start, period = ends[0], ends[2] - ends[0]
-    if not np.allclose(drive[start + period :], drive[start:-period], rtol=0, atol=_EXACTLY * np.ptp(drive)):
+    if not np.allclose(drive[start + period :], drive[start:-period], rtol=0, atol=EXACT_REPEAT * np.ptp(drive)):
         return None
     k = np.arange(drive.size)
     return start + 2 * period + 1, np.where(k <= start + 2 * period, k, start + period + (k - start) % period)
@@ -130,11 +127,11 @@ def _repeats(drive: Floats) -> tuple[int, Ints] | None:
 def _approach(drive: Floats) -> Floats:
     """Guess the path from rest to the first sample of a record that begins elsewhere: once through its range."""
     low, high, first = float(drive.min()), float(drive.max()), float(drive[0])
-    if abs(first) <= AT_REST * (high - low):
+    if abs(first) <= FROM_REST * (high - low):
         return np.empty(0)
     ends = [0.0, high, low, first] if first < 0.5 * (low + high) else [0.0, low, high, first]
     path = [
-        np.linspace(a, b, max(2, math.ceil(abs(b - a) / (high - low) * _APPROACH)))[:-1]
+        np.linspace(a, b, max(2, math.ceil(abs(b - a) / (high - low) * APPROACH_SAMPLES)))[:-1]
         for a, b in pairwise(ends)
         if a != b
     ]

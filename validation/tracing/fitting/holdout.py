@@ -35,7 +35,7 @@ class Holdout:
         return bool(self.train[i].mean() <= HELD_OUT_RECORD)
 
     def offset_deg(self, i: int, error_deg: Floats) -> float:
-        """Offset of a record: the mean error of its training samples, or of all samples where the record is held out."""
+        """Offset of a record: the mean error of its training samples, or of all samples of a held-out record."""
         return float(error_deg[slice(None) if self.is_held_out(i) else self.train[i]].mean())
 
     def without_offsets(self, errors: Sequence[Floats]) -> list[Floats]:

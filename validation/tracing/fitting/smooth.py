@@ -1,7 +1,7 @@
 """Smooth functions fitted to a residual: what an effect must do better than to be named.
 
-Functions of the drive, its direction, the rate, time, the cycle, the distance since the last reversal and the preload fit
-much of any residual and name no cause.
+Functions of the drive, its direction, the rate, time, the cycle, the distance since the last reversal and the preload
+fit much of any residual and name no cause.
 """
 
 from __future__ import annotations

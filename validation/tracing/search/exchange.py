@@ -41,8 +41,8 @@ def pruned(search: Search, fitted: Fitted) -> Fitted:
 def exchanged(search: Search, fitted: Fitted, most: int | None) -> list[Fitted]:
     """Models in which one named effect is exchanged for another one.
 
-    A competitor of the first effect may have fallen behind before the second effect was added, and so may never have been
-    fitted beside it.
+    A competitor of the first effect may have fallen behind before the second effect was added, and so may never have
+    been fitted beside it.
 
     Parameters
     ----------
