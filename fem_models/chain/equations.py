@@ -155,16 +155,16 @@ def guide_row(side: int, x: Floats, rig: Parameters, memory: Memory, work: Work,
     joint = 3 * i  # place of the joint before the guide; the one beyond is at joint + 3
     row, other = joint + 1 + side, joint + 2 - side
     bristle, stiffness = rig.bristle[side], rig.segment[side]
-    total, pull = near.tension[side] + far.tension[side], bristle * (x[row] - memory.guides[side, i])
+    total, force = near.tension[side] + far.tension[side], bristle * (x[row] - memory.guides[side, i])
     limit = guide.constant + total * guide.ratio
     if rig.capstan == 0.0 and guide.constant == 0.0:  # without friction it neither sticks nor slides
-        bristle = pull = 0.0
+        bristle = force = 0.0
     state = work.state[side, i]
     if settle:
-        state = next_state(state, pull, limit, rig.tolerance)
+        state = next_state(state, force, limit, rig.tolerance)
         work.state[side, i] = state
     work.limit[side, i] = limit
-    dry = friction(state, pull, bristle, total, guide)
+    dry = friction(state, force, bristle, total, guide)
     work.residual[row] = near.tension[side] - far.tension[side] - dry.force - guide.drag * (x[row] - work.x_before[row])
     band, into, out = work.tangent, 1.0 - dry.by_tension, 1.0 + dry.by_tension
     if i > 0:
@@ -180,7 +180,7 @@ def guide_row(side: int, x: Floats, rig: Parameters, memory: Memory, work: Work,
     add(band, row, other + 3, out * far.cross)
     add(band, row, joint, -dry.by_wrap * guide.wrap_by_angle[0])
     add(band, row, joint + 3, -(out * far.by_angle[side] + dry.by_wrap * guide.wrap_by_angle[1]))
-    if next_state(state, pull, limit, rig.tolerance) != state:
+    if next_state(state, force, limit, rig.tolerance) != state:
         return max(abs(residual[row]), 2.0 * rig.tolerance)
     return abs(residual[row])
 

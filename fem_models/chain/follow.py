@@ -253,7 +253,7 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run) -> Failure:
         return Failure(sample=0, start=0.0, end=0.0)
     motion.limit[:] = work.limit
     motion.state[:] = work.state
-    pull, wound = work.tension[0, 0] - work.tension[1, 0], 0.0
+    wheel_force, wound = work.tension[0, 0] - work.tension[1, 0], 0.0
     if rig.load_control:
         wound = wound_in(motion.x, rig, work)
     reach, last_direction = control.max_step, 0.0
@@ -281,8 +281,8 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run) -> Failure:
             accept(rig, memory, work, motion, load, rate)
             now = work.tension[0, 0] - work.tension[1, 0]
             winding = wound_in(motion.x, rig, work) if rig.load_control else load.drive
-            motion.energy[WHEEL] += 0.5 * (pull + now) * (winding - wound)
-            pull, wound, at, done, last_direction = now, winding, load, step.part, direction
+            motion.energy[WHEEL] += 0.5 * (wheel_force + now) * (winding - wound)
+            wheel_force, wound, at, done, last_direction = now, winding, load, step.part, direction
             reach = reach_after_success(reach, control)
         here = goal
         note(k, path, rig, work, motion, run)

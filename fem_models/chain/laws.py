@@ -92,7 +92,7 @@ def free_tension(stretch: float, side: int, rig: Parameters, guess: float) -> tu
 
 @chain_njit(forceinline=True)
 def crossing(theta: float, rig: Parameters) -> Crossing:
-    """Paths over a notch that is bent by theta: the rigid gap turns with the rings, the tendon takes the chord."""
+    """Paths over a notch that is bent by theta: the rigid gap moves with the rings, and the tendon takes the chord."""
     sn, cs = math.sin(0.5 * theta), math.cos(0.5 * theta)
     gap, a, b = rig.half_gap, rig.arm[0], rig.arm[1]
     return Crossing(
@@ -138,8 +138,8 @@ def segment(stretch_a: float, stretch_b: float, lever: Pair, rig: Parameters) ->
 def next_state(state: float, force: float, limit: float, tolerance: float) -> float:
     """State of a guide whose bristle would carry a force: 0 sticks, 1 or -1 slides.
 
-    A guide that slides sticks before it slides the other way. Otherwise a guide would alternate between both signs, and
-    the front of sliding guides that runs along a tendon after a reversal would be lost.
+    A guide that slides sticks before it slides in the other direction. Otherwise a guide would alternate between both
+    signs, and the front of sliding guides that runs along a tendon after a reversal would be lost.
     """
     if state == 0.0:
         return math.copysign(1.0, force) if abs(force) > limit + tolerance else 0.0
@@ -169,10 +169,10 @@ def guide_at(i: int, before: float, theta: float, near: Span, far: Span, rig: Pa
 
 
 @chain_njit(forceinline=True)
-def friction(state: float, pull: float, bristle: float, total: float, guide: Guide) -> GuideForce:
-    """Friction of a guide in a state; ``pull`` is the force of its bristle, ``total`` the sum of both tensions."""
+def friction(state: float, force: float, bristle: float, total: float, guide: Guide) -> GuideForce:
+    """Friction of a guide in a state; ``force`` is that of its bristle, ``total`` the sum of both tensions."""
     if state == 0.0:
-        return GuideForce(force=pull, by_slip=bristle, by_tension=0.0, by_wrap=0.0)
+        return GuideForce(force=force, by_slip=bristle, by_tension=0.0, by_wrap=0.0)
     limit = guide.constant + total * guide.ratio
     return GuideForce(
         force=state * limit,

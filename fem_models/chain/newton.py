@@ -17,7 +17,7 @@ from fem_models.chain.parameters import Memory, Parameters
 from fem_models.load.stepping import Load
 from hysteresis.arrays import Floats
 
-LARGEST_ROTATION = 0.02  # rad of a joint in a step of Newton's method, lest tendons go slack on the way
+LARGEST_ROTATION = 0.02  # rad of a joint in a step of Newton's method, lest tendons fall slack meanwhile
 
 
 class Attempt(NamedTuple):

@@ -126,7 +126,7 @@ def _followed(rig: Rig, joint: JointMechanics, path: Path, parameters: Parameter
     try:
         failed = follow(path, parameters, memory_at_rest(rig, joint), run)
     except ZeroDivisionError:
-        raise SolverError(f"rig {rig.name}: a tangent without stiffness on the way through {m} samples") from None
+        raise SolverError(f"rig {rig.name}: a tangent without stiffness in the path of {m} samples") from None
     if failed.sample >= 0:
         between = f"between drives {failed.start:.6g} and {failed.end:.6g} {unit}"
         raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}")

@@ -63,7 +63,7 @@ def closed_in_one_direction(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d:
 
 def stop_above(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, offset: Any) -> Any:
     """Stop that the tip meets moving towards tendon a."""
-    # u comes with the offset already taken off (seen in Exudyn 1.13.6; its documentation says otherwise)
+    # the offset is already subtracted from u (as of Exudyn 1.13.6; its documentation says otherwise)
     return [0.0 * u[0], k[1] * exu.symbolic.max(u[1], 0.0), 0.0 * u[2]]
 
 

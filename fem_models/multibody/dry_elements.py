@@ -19,7 +19,7 @@ from fem_models.multibody.assembly import Model, bristle_N_per_mm
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
-FAR_N = 1e6  # no friction comes near: a bristle that may carry this sticks, one drawn this far out slides
+FAR_N = 1e6  # far above any friction: a bristle with this limit sticks, one with this force slides
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Guides:
         self.bound(np.where(sliding == 0, FAR_N, limit))
 
     def next_states(self, q: Floats, sliding: Floats, limit: Floats) -> Floats:
-        """States by the forces of the bristles; a guide that slides sticks before it slides the other way."""
+        """States by the forces of the bristles; a guide that slides sticks before it slides in the other direction."""
         force = self.bristle * (q[self.model.slip] - self.rest)
         tolerance = 1e-9 * self.scale
         loose = np.where(np.abs(force) > limit + tolerance, np.sign(force), 0.0)

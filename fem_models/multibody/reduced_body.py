@@ -26,7 +26,7 @@ class ReducedBody:
         Shape (12 + m, 12 + m). Plates count their six motions about the middle of the notch, proximal first; modes are
         scaled to unit mass, so their part of the stiffness is the square of the angular frequency.
     frequencies_Hz
-        Shape (m,): of the modes, both plates held, ascending.
+        Shape (m,): of the modes, both plates fixed, ascending.
     fields_mm
         Shape (3 n, 12 + m): displacements of the nodes for a unit of each coordinate.
     """
@@ -51,16 +51,16 @@ def craig_bampton(solid: Solid, modes: int, *, density_t_per_mm3: float = NITINO
         raise ValueError(f"density_t_per_mm3 = {density_t_per_mm3}: expected above 0")
     plates, static = plates_stiffness(solid)
     mass = mass_matrix(solid.mesh, density_t_per_mm3)
-    squares, shapes = _held_modes(solid, mass, modes)
+    squares, shapes = _fixed_interface_modes(solid, mass, modes)
     fields = np.column_stack([static, shapes])
-    stiffness = np.zeros((12 + modes, 12 + modes))  # static fields and held modes do no work on each other
+    stiffness = np.zeros((12 + modes, 12 + modes))  # static fields and fixed-interface modes do no work on each other
     stiffness[:12, :12] = plates
     stiffness[12:, 12:] = np.diag(squares)
     return ReducedBody(stiffness, fields.T @ (mass @ fields), np.sqrt(squares) / (2 * np.pi), fields)
 
 
-def _held_modes(solid: Solid, mass: object, count: int) -> tuple[Floats, Floats]:
-    """Squares of the lowest angular frequencies with both plates held, and their fields (3 n, count), of unit mass."""
+def _fixed_interface_modes(solid: Solid, mass: object, count: int) -> tuple[Floats, Floats]:
+    """Squares of the lowest angular frequencies with both plates fixed, and their fields (3 n, count), of unit mass."""
     nodes = len(solid.points_mm)
     ends = np.concatenate(end_nodes(solid))
     size = 3 * nodes
@@ -76,9 +76,9 @@ def _held_modes(solid: Solid, mass: object, count: int) -> tuple[Floats, Floats]
 
 
 def free_frequencies_Hz(body: ReducedBody) -> Floats:
-    """Frequencies of a body that nothing holds, the six rigid motions left out, ascending, shape (6 + m,).
+    """Frequencies of a free body without the six rigid motions, ascending, shape (6 + m,).
 
-    They lie above those of the mesh, the lower the closer.
+    They are above those of the mesh; the lower ones are closer.
     """
     squares = eigh(body.stiffness, body.mass, eigvals_only=True)
     return np.sqrt(squares[6:]) / (2 * np.pi)

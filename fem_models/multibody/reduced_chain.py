@@ -1,16 +1,16 @@
 """Chains of single notched rings (SNR) loaded in the bending plane: reduced flexible bodies, and beams beside them.
 
 A reduced body is one SNR from plate to plate as Exudyn's ``ObjectFFRFreducedOrder`` (Zwoelfer and Gerstmayr, Acta
-Mechanica 232(3), 2021, p. 835) with the Hurty-Craig-Bampton modes of
-:mod:`fem_models.multibody.reduced_body`. Its floating frame goes midway between the plates, each of which makes half of their
-relative motion. Rigid rings stand between the bodies and carry the holes of the tendon. The beam chain is what the
-multibody model is made of: one geometrically exact beam a joint, with given mid-point stiffnesses.
+Mechanica 232(3), 2021, p. 835) with the Hurty-Craig-Bampton modes of :mod:`fem_models.multibody.reduced_body`. Its
+floating frame moves midway between the plates, each of which makes half of their relative motion. Rigid rings stand
+between the bodies and have the holes of the tendon. The beam chain has the joints of the multibody model: one
+geometrically exact beam a joint, with given mid-point stiffnesses.
 
-A floating frame carries the rotation from body to body exactly; within a body everything is linear. A plate that turns
-by t/2 about the middle of the notch would then not come nearer by the P t^2/16 that its arm of half a pitch P takes it,
-which costs 0.9 % of a tendon's moment at 45 degrees over 14 joints. So a ring is tied where the flexure ends, to points
-that move with its plate: what is left is the straight chord of a flexure, as in a beam of one element. Superelasticity,
-closure and friction are in neither chain.
+The rotation from body to body is exact, by the floating frames; within a body everything is linear. A plate that
+rotates by t/2 about the middle of the notch on an arm of half a pitch P should come nearer by P t^2/16, which a linear
+body leaves out: 0.9 % of a tendon's moment at 45 degrees over 14 joints. A ring is therefore tied where the flexure
+ends, to points that move with its plate. Then only the chord of a flexure is taken as straight, as in a beam of one
+element. Neither chain has superelasticity, closure or friction.
 
 Axes as in :mod:`fem_models.analytic.kinematics`: x along the straight tube from its base, y across towards tendon a.
 """
@@ -42,26 +42,26 @@ from fem_models.solid.linear import Solid, as_flexure, mass_matrix, rigid_motion
 from hysteresis.arrays import Floats
 
 LARGEST_STEP_RAD = 0.1
-"""By which a chain may bend in all in one load step, as the linear chain has it."""
+"""Largest bending of the whole chain in one load step, as the linear chain predicts it."""
 LEAST_STEP = 1e-3
-"""Of the way from load to load: where a step that fails is halved no more."""
+"""Smallest step, as a part of the path from load to load: a step that fails is not halved further."""
 
-HELD, HELD_IN_PLANE = (1, 1, 1, 1, 1, 1), (1, 1, 0, 0, 0, 1)
-"""Axes that a joint holds: of bodies in space, and in the plane."""
+FIXED, FIXED_IN_PLANE = (1, 1, 1, 1, 1, 1), (1, 1, 0, 0, 0, 1)
+"""Axes that a joint constrains: of bodies in space, and in the plane."""
 
 TIES = 4
 """Points that stand for a plate."""
 
 NEWTON_ITERATIONS = 15
 DIFFERENCE = 1e-7
-"""Of a coordinate, mm or of a rotation: rounding and curvature cost the tangent about as much."""
+"""Step of a coordinate, mm or of a rotation: rounding and curvature then cost the tangent about the same."""
 NEAR = 1e-4
-"""Change of a coordinate below which the tangent is kept."""
+"""Change of a coordinate below which the tangent is used again."""
 TOLERANCE = 1e-8
 """Last change of a coordinate, mm or of a rotation."""
 
 TO_RIG = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""Axes of the solid (z along the tube, x in the bending plane) seen in those of the rig."""
+"""Axes of the solid (z along the tube, x in the bending plane) in those of the rig."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def solve_reduced_chain(rig: Rig, solid: Solid, body: ReducedBody, loads: Sequen
     for i, (near, far) in enumerate(pairwise(rings)):
         plates = _add_floating(mbs, one, (i + 0.5) * rig.pitch_mm, len(solid.points_mm))
         for plate, ring, x in zip(plates, (near, far), (reach, -reach), strict=True):
-            _tie(mbs, ring, (x, -joint.neutral_offset_mm), plate, TO_RIG, HELD)
+            _tie(mbs, ring, (x, -joint.neutral_offset_mm), plate, TO_RIG, FIXED)
     chain = _Chain(mbs, rings, 0.0)
     return _follow(chain, rig, loads, bending_Nmm_per_rad=joint.bending_Nmm_per_rad)
 
@@ -152,7 +152,7 @@ def solve_beam_chain(rig: Rig, joint: Flexure, loads: Sequence[PlaneLoad]) -> li
         (near, near_body), (far, far_body) = end(i * pitch + reach), end((i + 1) * pitch - reach)
         rings.append(end((i + 1) * pitch)[1])
         for ring, x, body in ((rings[-2], reach, near_body), (rings[-1], -reach, far_body)):
-            _tie(mbs, ring, (x, 0.0), mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body)), np.eye(3), HELD_IN_PLANE)
+            _tie(mbs, ring, (x, 0.0), mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body)), np.eye(3), FIXED_IN_PLANE)
         beam = items.ObjectBeamGeometricallyExact2D(
             nodeNumbers=[near, far],
             length=length,
@@ -166,10 +166,10 @@ def solve_beam_chain(rig: Rig, joint: Flexure, loads: Sequence[PlaneLoad]) -> li
 
 
 def relative_motion(body: ReducedBody) -> tuple[Floats, Floats]:
-    """Stiffness (6 + m, 6 + m) of the plates' relative motion and the held modes, and the change of coordinates.
+    """Stiffness (6 + m, 6 + m) of the plates' relative motion and the modes, and the change of coordinates.
 
-    The change has the shape (12 + m, 6 + m). Its columns and the six rigid motions span all coordinates of the body,
-    so that a frame that moves freely leaves nothing out.
+    The change has the shape (12 + m, 6 + m). Its columns and the six rigid motions span all coordinates of the body, so
+    that nothing is lost with a frame that moves freely.
     """
     modes = len(body.frequencies_Hz)
     change = np.zeros((12 + modes, 6 + modes))
@@ -185,7 +185,7 @@ def floating_body(
     rotation: str = "NodeType.RotationEulerParameters",
     density_t_per_mm3: float = NITINOL_T_PER_MM3,
 ) -> ObjectFFRFreducedOrderInterface:
-    """Hand mesh, matrices and modes of one SNR to Exudyn, which adds what inertia a moving frame has.
+    """Hand mesh, matrices and modes of one SNR to Exudyn, which adds the inertia of a moving frame.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def floating_body(
     rotation
         Exudyn's node type of the floating frame.
     density_t_per_mm3
-        That which ``body`` was reduced with.
+        The density with which ``body`` was reduced.
     """
     change = relative_motion(body)[1]
     fields, places = body.fields_mm @ change, solid.points_mm
@@ -247,9 +247,11 @@ def _rigid_ring(mbs: Any, x_mm: float) -> int:
     return int(mbs.AddObject(items.ObjectRigidBody(nodeNumber=node, mass=0.0, inertia=[0.0] * 6)))
 
 
-def _tie(mbs: Any, ring: int, place_mm: tuple[float, float], marker: int, turned: Floats, axes: Sequence[int]) -> None:
-    """Hold a marker to a place on a ring, where its axes stand ``turned``."""
-    frame = exu.HT(rotation=turned, translation=[*place_mm, 0])
+def _tie(
+    mbs: Any, ring: int, place_mm: tuple[float, float], marker: int, rotation: Floats, axes: Sequence[int]
+) -> None:
+    """Tie a marker to a place on a ring, where its axes have the given rotation."""
+    frame = exu.HT(rotation=rotation, translation=[*place_mm, 0])
     on_ring = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=ring, localHT=frame))
     mbs.AddObject(items.ObjectJointGeneric(markerNumbers=[on_ring, marker], constrainedAxes=list(axes)))
 
@@ -294,7 +296,7 @@ def _follow(chain: _Chain, rig: Rig, loads: Sequence[PlaneLoad], *, bending_Nmm_
     for load in loads:
         goal = np.array([load.moment_Nmm, load.lateral_N, load.axial_N, load.tendon_N])
         done, rate = 0.0, np.zeros_like(state)
-        step = min(1.0, LARGEST_STEP_RAD / max(_turn_rad(goal - last, rig, bending_Nmm_per_rad), 1e-12))
+        step = min(1.0, LARGEST_STEP_RAD / max(_linear_bending_rad(goal - last, rig, bending_Nmm_per_rad), 1e-12))
         while done < 1:
             part = min(done + step, 1.0)
             _put(chain.mbs, loading, last + part * (goal - last))
@@ -311,7 +313,7 @@ def _follow(chain: _Chain, rig: Rig, loads: Sequence[PlaneLoad], *, bending_Nmm_
     return out
 
 
-def _turn_rad(change: Floats, rig: Rig, bending_Nmm_per_rad: float) -> float:
+def _linear_bending_rad(change: Floats, rig: Rig, bending_Nmm_per_rad: float) -> float:
     """Angle by which a change of the loads bends the linear chain."""
     moment, lateral, _, tendon = np.abs(change)
     arm = lateral * rig.joints * rig.pitch_mm / 2 + tendon * rig.tendon_a.moment_arm_mm
@@ -327,7 +329,7 @@ def _put(mbs: Any, loading: _Loading, values: Floats) -> None:
 
 
 def _residual(mbs: Any) -> tuple[Callable[[Floats], Floats], Floats, int]:
-    """Exudyn's static residual of an assembled system, where it stands, and how many coordinates come first."""
+    """Exudyn's static residual of an assembled system, its present state, and how many coordinates come first."""
     settings, solver, data = exu.SimulationSettings(), exu.MainSolverStatic(), mbs.systemData
     settings.solution.file.write = False
     settings.staticSolver.verboseMode = 0
@@ -347,8 +349,9 @@ def _residual(mbs: Any) -> tuple[Callable[[Floats], Floats], Floats, int]:
 def _balance(residual: Callable[[Floats], Floats], guess: Floats, count: int) -> Floats | None:
     """State of equilibrium from a guess; None where Newton's method finds none.
 
-    The tangent is taken by differences because Exudyn's leaves out how the reactions of a joint turn with its bodies:
-    an iteration with that one over 14 joints gains a quarter a step under 1 N at the tip and fails under 2 N.
+    The tangent is taken by differences, because Exudyn's leaves out how the reactions of a joint rotate with its
+    bodies: over 14 joints an iteration with that tangent gains a quarter a step under 1 N at the tip and fails under
+    2 N.
     """
     state, at = guess, residual(guess)
     factor, before = _tangent(residual, state, at), np.inf
@@ -356,15 +359,15 @@ def _balance(residual: Callable[[Floats], Floats], guess: Floats, count: int) ->
         if factor is None:
             return None
         change = factor.solve(at)
-        state, way = state - change, float(np.abs(change[:count]).max())
+        state, moved = state - change, float(np.abs(change[:count]).max())
         at = residual(state)
-        if way < TOLERANCE:  # of coordinates, not the residual, which mixes N, Nmm and mm
+        if moved < TOLERANCE:  # of coordinates, not the residual, which mixes N, Nmm and mm
             return state
-        if not way < 10 * before or not np.isfinite(at).all():
+        if not moved < 10 * before or not np.isfinite(at).all():
             return None
-        if way > NEAR:
+        if moved > NEAR:
             factor = _tangent(residual, state, at)
-        before = way
+        before = moved
     return None
 
 
@@ -379,9 +382,9 @@ def _tangent(residual: Callable[[Floats], Floats], state: Floats, at: Floats) ->
 
 def _pose(chain: _Chain) -> ChainPose:
     kind, read = exu.OutputVariableType, chain.mbs.GetObjectOutputBody
-    turns = [0.0]
+    rotation = [0.0]
     for body in chain.bodies[1:]:
         matrix = np.reshape(read(body, kind.RotationMatrix, localPosition=[0, 0, 0]), (3, 3))
-        turns.append(float(np.arctan2(matrix[1, 0], matrix[0, 0])))
+        rotation.append(float(np.arctan2(matrix[1, 0], matrix[0, 0])))
     tip = read(chain.bodies[-1], kind.Position, localPosition=[0, chain.axis_mm, 0])
-    return ChainPose(np.unwrap(turns), np.asarray(tip)[:2].astype(float))
+    return ChainPose(np.unwrap(rotation), np.asarray(tip)[:2].astype(float))

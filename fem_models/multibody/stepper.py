@@ -42,9 +42,9 @@ class MultibodySettings:
 
     ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``friction_tolerance`` ends the fixed point
     between tensions and friction limits, over the force scale of :class:`fem_models.joint.mechanics.JointMechanics`.
-    ``max_step_mm`` bounds a step of the drive whatever the sampling, ``max_force_step`` that of a force, over the same scale.
-    ``max_halvings`` is how often a step that fails is halved. ``max_friction_iterations`` also bounds how often guides
-    may change between sticking and sliding in a step.
+    ``max_step_mm`` bounds a step of the drive whatever the sampling, ``max_force_step`` that of a force, over the same
+    scale. ``max_halvings`` is how often a step that fails is halved. ``max_friction_iterations`` also bounds how often
+    guides may change between sticking and sliding in a step.
     """
 
     bristle_ratio: float = 0.02
@@ -77,7 +77,7 @@ def quiet() -> Iterator[None]:
 
 
 class Stepper:
-    """Moves an assembled rig along its load program; holds the history of the dry elements."""
+    """Moves an assembled rig along its load program, with the history of its dry elements."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""CalculiX as a referee: stiffness and large bending of one SNR from an independent code on the same mesh.
+"""CalculiX, an independent code, on the same mesh: stiffness and large bending of one single notched ring (SNR).
 
 CalculiX (``ccx``) is a separate program, free software, https://www.calculix.de; Debian has it as ``calculix-ccx``.
 """
@@ -24,11 +24,11 @@ _NUMBER = ".12e"  # CalculiX reads the first 20 characters of a number
 
 
 class CalculixError(RuntimeError):
-    """CalculiX is not there or gave no result; one line with the reason."""
+    """CalculiX is not installed or gave no result; the message is one line with the reason."""
 
 
 def calculix_stiffness(solid: Solid, *, program: str = "ccx") -> Floats:
-    """Stiffness (6, 6) between rigid end plates, N, mm, rad, as :func:`fem_models.solid.linear.snr_stiffness` defines it.
+    """Stiffness (6, 6) between rigid end plates, N, mm, rad; see :class:`fem_models.solid.linear.SnrStiffness`.
 
     Six linear steps prescribe the displacements of all nodes of both end faces; the stiffness is the work of their
     reaction forces. Elements are C3D10, which CalculiX integrates with four points.
@@ -50,27 +50,27 @@ def calculix_forces(
     tetrahedra: Ints,
     young_MPa: float,
     poisson: float,
-    held_mm: Floats,
+    prescribed_mm: Floats,
     *,
     plateau_MPa: tuple[tuple[float, float], ...] = (),
     program: str = "ccx",
 ) -> Floats:
-    """Nodal forces (k, 3), N, on the k nodes that a large displacement is prescribed to (NLGEOM).
+    """Nodal forces (k, 3), N, on the k nodes with a prescribed large displacement (NLGEOM).
 
-    Elastic metal is that of Saint Venant and Kirchhoff; with ``plateau_MPa``, pairs of stress and plastic strain, it
-    yields as von Mises has it, with isotropic hardening.
+    The metal is elastic after Saint Venant and Kirchhoff. With ``plateau_MPa``, pairs of stress and plastic strain, it
+    yields after von Mises, with isotropic hardening.
 
     Parameters
     ----------
-    held_mm
-        Prescribed displacements (n, 3), nan where free.
+    prescribed_mm
+        Displacements (n, 3), nan where free.
 
     Raises
     ------
     CalculixError
         As :func:`calculix_stiffness`.
     """
-    nodes = np.flatnonzero(np.isfinite(held_mm).any(axis=1))
+    nodes = np.flatnonzero(np.isfinite(prescribed_mm).any(axis=1))
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder) / "large.inp"
         lines = _head(points_mm, tetrahedra, nodes, young_MPa, poisson, job)
@@ -79,7 +79,7 @@ def calculix_forces(
             lines[-1:-1] = ["*PLASTIC", *rows]
         lines += ["*STEP, NLGEOM, INC=400", "*STATIC", "0.1, 1.0, 1e-5, 0.1", "*BOUNDARY"]
         for node in nodes:
-            values = enumerate(held_mm[node], start=1)
+            values = enumerate(prescribed_mm[node], start=1)
             lines += [f"{node + 1}, {axis}, {axis}, {value:{_NUMBER}}" for axis, value in values if np.isfinite(value)]
         lines += ["*NODE PRINT, NSET=ENDS, FREQUENCY=400", "RF", "*END STEP"]
         job.write_text("\n".join(lines) + "\n")
@@ -101,13 +101,13 @@ def _reactions(job: Path, program: str, *, steps: int) -> Floats:
         raise CalculixError(f"{program} did not end within {TIME_LIMIT_S:g} s") from None
     results = job.with_suffix(".dat")
     if done.returncode or not results.exists():
-        said = [line for line in done.stdout.splitlines() if "ERROR" in line] or ["no results"]
-        raise CalculixError(f"{program} failed with exit code {done.returncode}: {said[0].strip()[:200]}")
+        errors = [line for line in done.stdout.splitlines() if "ERROR" in line] or ["no results"]
+        raise CalculixError(f"{program} failed with exit code {done.returncode}: {errors[0].strip()[:200]}")
     return read_reactions(results, steps=steps)
 
 
 def _head(points: Floats, tetrahedra: Ints, nodes: Ints, young_MPa: float, poisson: float, path: Path) -> list[str]:
-    """Lines before the steps; writes the mesh into a file of its own beside ``path``. ``nodes`` count from 0."""
+    """Lines before the steps; writes the mesh into a second file beside ``path``. ``nodes`` count from 0."""
     mesh_file = path.with_name(f"{path.stem}-mesh.inp")
     sets = {"METAL": [np.arange(len(tetrahedra), dtype=np.int64)]}
     mesh = meshio.Mesh(points, [("tetra10", tetrahedra)], cell_sets=sets)
@@ -126,7 +126,7 @@ def _head(points: Floats, tetrahedra: Ints, nodes: Ints, young_MPa: float, poiss
 
 
 def write_input(solid: Solid, path: Path) -> None:
-    """Write the input of :func:`calculix_stiffness` at ``path``, the mesh in a file of its own beside it."""
+    """Write the input of :func:`calculix_stiffness` at ``path``, and the mesh in a second file beside it."""
     ends = np.concatenate(end_nodes(solid))
     lines = _head(solid.points_mm, cells(solid.mesh), ends, solid.young_MPa, solid.poisson, path)
     nodes = ends + 1

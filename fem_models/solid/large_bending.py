@@ -1,9 +1,9 @@
 """Large bending of one superelastic notched ring (SNR) as a solid: its moment over its angle, and its strain.
 
-One quarter is solved with :mod:`fem_models.solid.superelastic`: the bending plane y = 0 and the middle of the notch z = 0 are
-planes of symmetry. The middle of the ring stays plane and turns by half the angle of the joint, free to change its
-shape in plane and free of axial force, as in an endless chain in pure bending
-(:func:`fem_models.solid.linear.chain_stiffness` is its slope at rest). Edges of a notch that meet are not noticed.
+One quarter is solved with :mod:`fem_models.solid.superelastic`: the bending plane y = 0 and the middle of the notch
+z = 0 are planes of symmetry. The middle of the ring stays plane and rotates by half the angle of the joint, free to
+change its shape in plane and free of axial force, as in an endless chain in pure bending
+(:func:`fem_models.solid.linear.chain_stiffness` is its slope at rest). Contact of the edges of a notch is left out.
 Units are mm, N, rad.
 """
 
@@ -61,7 +61,7 @@ class QuarterJoint:
 
 @dataclass(frozen=True)
 class MomentAngle:
-    """Moment of one joint over a path of angles, and what the metal bears there; arrays of shape (k,).
+    """Moment of one joint over a path of angles, and the strain of its metal; arrays of shape (k,).
 
     Parameters
     ----------
@@ -72,11 +72,12 @@ class MomentAngle:
     principal_strain
         Largest principal logarithmic strain by magnitude, at the nodes. At a sharp corner it grows with the mesh.
     equivalent_strain
-        Largest strain of a bar that is equally far in the law: transformation strain plus stress over E.
+        Largest equivalent strain: that of a bar with the same transformation strain and stress, the sum of the
+        transformation strain and of stress over E.
     transformed
-        Martensite in the metal between the two rings (|z| below half the width of the notch), of its volume.
+        Volume share of martensite in the metal between the two rings (|z| below half the width of the notch).
     neutral_offset_mm
-        Where the extended ring meets the other one, from the tube axis towards -x; nan at angle 0.
+        Where the two rings, extended, intersect, from the tube axis towards -x; nan at angle 0.
     """
 
     rig: Rig
@@ -105,54 +106,56 @@ def quarter_of(mesh: MeshTet2) -> tuple[Floats, Ints]:
 
 
 def joint_of(rig: Rig, solid: FlagSolid) -> QuarterJoint:
-    """Give a quarter its unknowns; all nodes of the ring's middle share their displacement along its normal."""
+    """Assign the unknowns of a quarter; all nodes of the ring's middle share their displacement along its normal."""
     x, y, z = solid.points_mm.T
     tolerance = 1e-6 * float(np.ptp(z))
     middle, end = np.abs(z) < tolerance, z > z.max() - tolerance
-    held = np.zeros((len(x), 3), dtype=bool)
-    held[:, 1] = np.abs(y) < tolerance
-    held[:, 2] = middle
-    held[np.flatnonzero(middle)[0], 0] = True  # the plane z = 0 holds no shift along x
-    shared = np.zeros_like(held)
+    fixed = np.zeros((len(x), 3), dtype=bool)
+    fixed[:, 1] = np.abs(y) < tolerance
+    fixed[:, 2] = middle
+    fixed[np.flatnonzero(middle)[0], 0] = True  # the plane z = 0 does not fix the shift along x
+    shared = np.zeros_like(fixed)
     shared[end, 2] = True
-    numbers = np.full(held.shape, -1)
-    own = ~held & ~shared
+    numbers = np.full(fixed.shape, -1)
+    own = ~fixed & ~shared
     numbers[own] = np.arange(own.sum())
     numbers[shared] = own.sum()
     return QuarterJoint(rig, solid, unknowns(solid, numbers), end)
 
 
 def bend(joint: QuarterJoint, angles_rad: ArrayLike, *, step_rad: float = math.radians(2.0)) -> Iterator[BentJoint]:
-    """Bend a straight joint along a path of angles (k,) and give its equilibrium at each of them.
+    """Bend a straight joint along a path of angles (k,) and yield its equilibrium at each of them.
 
-    Steps between them are ``step_rad`` at most and are halved where Newton's iteration fails.
+    Steps in between are ``step_rad`` at most, and are halved where Newton's iteration fails.
 
     Raises
     ------
     SolverError
         A step that does not converge; the message has the angle.
     """
-    state, angle, before, way = straight(joint.solid), 0.0, None, 0.0
+    state, angle, before, last_step = straight(joint.solid), 0.0, None, 0.0
     for target in np.asarray(angles_rad, dtype=float):
         longest = step_rad
         while abs(target - angle) > 1e-12:
             step = float(np.clip(target - angle, -longest, longest))
-            if step * way < 0:
-                before = None  # reversed: the plateau is left
+            if step * last_step < 0:
+                before = None  # a reversal: the metal leaves the plateau
             try:
-                new = _turned(joint, state, angle, angle + step, before)
+                new = _rotated(joint, state, angle, angle + step, before)
             except SolverError as error:
                 longest = abs(step) / 2
                 if longest < step_rad / 2**_HALVINGS:
                     raise SolverError(f"joint at {math.degrees(angle):.2f} deg: {error}") from None
                 continue
-            before, way, angle, state = state.transformation, step, angle + step, new
+            before, last_step, angle, state = state.transformation, step, angle + step, new
             longest = min(2 * longest, step_rad)
-        yield _seen(joint, float(target), state)
+        yield _bent_joint(joint, float(target), state)
 
 
-def _turned(joint: QuarterJoint, state: Equilibrium, angle: float, target: float, before: Floats | None) -> Equilibrium:
-    """Turn the ring's middle, which carries its nodes with it, and find the new equilibrium."""
+def _rotated(
+    joint: QuarterJoint, state: Equilibrium, angle: float, target: float, before: Floats | None
+) -> Equilibrium:
+    """Rotate the ring's middle, whose nodes move with it, and find the new equilibrium."""
     points, end = joint.solid.points_mm, joint.end
     lift = np.zeros_like(points)
     place = points[end] + state.displacement_mm[end]
@@ -168,8 +171,8 @@ def _rotation(angle: float) -> Floats:
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
-def _seen(joint: QuarterJoint, angle: float, state: Equilibrium) -> BentJoint:
-    """Moment of both halves of the section, and the line about which the ring has turned against the other one."""
+def _bent_joint(joint: QuarterJoint, angle: float, state: Equilibrium) -> BentJoint:
+    """Moment of both halves of the section, and the line about which the ring has rotated against the other one."""
     points = joint.solid.points_mm[joint.end]
     place, force = points + state.displacement_mm[joint.end], state.force_N[joint.end]
     moment = 2 * float((place[:, 2] * force[:, 0] - place[:, 0] * force[:, 2]).sum())
@@ -204,14 +207,14 @@ def moment_angle(
 
 def measured(joint: QuarterJoint, path: Sequence[BentJoint]) -> MomentAngle:
     """Strains and martensite of a path of :func:`bend`."""
-    seen = [nodal_strain(joint.solid, bent.state) for bent in path]
+    strains = [nodal_strain(joint.solid, bent.state) for bent in path]
     share = [_transformed(joint, bent.state) for bent in path]
     return MomentAngle(
         rig=joint.rig,
         angle_rad=np.array([bent.angle_rad for bent in path]),
         moment_Nmm=np.array([bent.moment_Nmm for bent in path]),
-        principal_strain=np.array([np.abs(principal).max() for principal, _ in seen]),
-        equivalent_strain=np.array([equivalent.max() for _, equivalent in seen]),
+        principal_strain=np.array([np.abs(principal).max() for principal, _ in strains]),
+        equivalent_strain=np.array([equivalent.max() for _, equivalent in strains]),
         transformed=np.array(share),
         neutral_offset_mm=np.array([bent.neutral_offset_mm for bent in path]),
     )

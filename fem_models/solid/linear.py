@@ -121,41 +121,43 @@ def snr_stiffness(solid: Solid) -> SnrStiffness:
     """Condense the solid to the relative motion of two rigid end plates, see :class:`SnrStiffness`."""
     proximal, distal = (_components(nodes, solid) for nodes in end_nodes(solid))
     motions = rigid_motions(solid.points_mm)
-    held = np.concatenate([proximal, distal])
-    fields = solve_held(solid.stiffness, held, np.concatenate([-motions[proximal] / 2, motions[distal] / 2]))
+    prescribed = np.concatenate([proximal, distal])
+    fields = solve_prescribed(
+        solid.stiffness, prescribed, np.concatenate([-motions[proximal] / 2, motions[distal] / 2])
+    )
     return SnrStiffness(fields.T @ (solid.stiffness @ fields), fields)
 
 
 def plates_stiffness(solid: Solid) -> tuple[Floats, Floats]:
     """Stiffness (12, 12) of the rigid motions of both plates, proximal first, and the displacements (3 n, 12).
 
-    Both plates count their motion about the middle of the notch. It holds the six rigid motions of the whole.
+    Both plates count their motion about the middle of the notch. The six rigid motions of the whole are among them.
     """
     proximal, distal = (_components(nodes, solid) for nodes in end_nodes(solid))
     motions = rigid_motions(solid.points_mm)
     values = np.zeros((len(proximal) + len(distal), 12))
     values[: len(proximal), :6] = motions[proximal]
     values[len(proximal) :, 6:] = motions[distal]
-    fields = solve_held(solid.stiffness, np.concatenate([proximal, distal]), values)
+    fields = solve_prescribed(solid.stiffness, np.concatenate([proximal, distal]), values)
     return fields.T @ (solid.stiffness @ fields), fields
 
 
 def chain_stiffness(solid: Solid) -> SnrStiffness:
     """Stiffness of one SNR in an endless chain, every joint alike, for (u_z, r_x, r_y): shape (3, 3).
 
-    The middles of the rings are then planes of symmetry: they stay plane but change their shape in plane, which a
+    The middles of the rings are then planes of symmetry: they stay plane but may change their shape in plane, which a
     rigid plate forbids. The chain under tension and pure bending has this stiffness exactly.
     """
     proximal, distal = (2 * len(solid.points_mm) + nodes for nodes in end_nodes(solid))
     motions = rigid_motions(solid.points_mm)[:, 2:5]
-    held = np.concatenate([proximal, distal, _in_plane_pins(solid)])
+    prescribed = np.concatenate([proximal, distal, _in_plane_pins(solid)])
     values = np.concatenate([-motions[proximal] / 2, motions[distal] / 2, np.zeros((3, 3))])
-    fields = solve_held(solid.stiffness, held, values)
+    fields = solve_prescribed(solid.stiffness, prescribed, values)
     return SnrStiffness(fields.T @ (solid.stiffness @ fields), fields)
 
 
 def _in_plane_pins(solid: Solid) -> Ints:
-    """Three displacements that hold the in-plane rigid motions and nothing else: u_x, u_y of a node, u_y of another."""
+    """Three displacements that fix the in-plane rigid motions and nothing else: u_x, u_y of a node, u_y of another."""
     points = solid.points_mm
     left, right = int(points[:, 0].argmin()), int(points[:, 0].argmax())
     count = len(points)
@@ -167,18 +169,21 @@ def _components(nodes: Ints, solid: Solid) -> Ints:
     return np.concatenate([axis * count + nodes for axis in range(3)])
 
 
-def solve_held(stiffness: sparse.csr_matrix, held: Ints, values: Floats) -> Floats:
-    """Displacements (3 n, m) in equilibrium without loads where those numbered ``held`` take ``values`` (k, m)."""
+def solve_prescribed(stiffness: sparse.csr_matrix, prescribed: Ints, values: Floats) -> Floats:
+    """Displacements (3 n, m) in equilibrium without loads; those numbered ``prescribed`` take ``values`` (k, m)."""
     fields = np.zeros((stiffness.shape[0], values.shape[1]))
-    fields[held] = values
-    free = free_unknowns(stiffness.shape[0], held)
+    fields[prescribed] = values
+    free = free_unknowns(stiffness.shape[0], prescribed)
     fields[free] = factorize(stiffness[free][:, free])(-(stiffness @ fields)[free])
     return fields
 
 
-def free_unknowns(count: int, held: Ints) -> Ints:
-    """Numbers of what is not held, the three components of a node side by side: the factor of that order is sparser."""
-    free = np.setdiff1d(np.arange(count), held)
+def free_unknowns(count: int, prescribed: Ints) -> Ints:
+    """Numbers of the other displacements.
+
+    The three components of a node stand side by side: the factor of the matrix in that order is sparser.
+    """
+    free = np.setdiff1d(np.arange(count), prescribed)
     nodes = count // 3
     return free[np.lexsort((free // nodes, free % nodes))]
 

@@ -1,8 +1,9 @@
 """Solid mesh of one single notched ring (SNR): half a ring, the notch, half a ring.
 
-Axes as in :mod:`fem_models.joint.section`: z along the tube with z = 0 in the middle of the notch, x in the bending plane, cut
-faces normal to x; a one-sided notch lies at +x. gmsh's OpenCASCADE kernel cuts a quarter (y > 0, z > 0), which is
-mirrored twice, so the mesh has the symmetries of the metal and couplings that these forbid vanish to rounding.
+Axes as in :mod:`fem_models.joint.section`: z along the tube with z = 0 in the middle of the notch, x in the bending
+plane, cut faces normal to x; a one-sided notch lies at +x. gmsh's OpenCASCADE kernel cuts a quarter (y > 0, z > 0),
+which is mirrored twice. The mesh therefore has the symmetries of the metal, and couplings that these forbid vanish to
+rounding.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats, Ints
 
-# Vertices 0 and 1 swapped, with the middles of their edges: a mirror image turns a tetrahedron inside out.
+# Vertices 0 and 1 swapped, with the middles of their edges: a mirror image has a negative Jacobian.
 _MIRRORED = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]
 
 
@@ -43,9 +44,9 @@ class _Profile:
 
 @dataclass(frozen=True)
 class MeshSize:
-    """Edge lengths asked for, mm: of the rings, of the roots of the notch, and the distance between the two sizes.
+    """Target edge lengths, mm: of the rings, of the roots of the notch, and the distance between the two sizes.
 
-    Dividing both sizes by one factor refines systematically.
+    To refine systematically, divide both sizes by one factor.
     """
 
     ring_mm: float
@@ -56,8 +57,8 @@ class MeshSize:
 def mesh_size(rig: Rig, *, fillet_mm: float = 0.0, refinement: float = 1.0) -> MeshSize:
     """Edge lengths that bring the default SNR's bending stiffness within 1 % of the converged one, 2 % if it is sharp.
 
-    Rings take one quadratic element over the wall (but 24 around the tube at least). Sharp corners take elements of
-    0.15 of the narrower of wall and arc, whose strain is singular there; a fillet takes four along its arc.
+    Rings have one quadratic element over the wall, and at least 24 around the tube. At sharp corners, where the strain
+    is singular, elements have 0.15 of the narrower of wall and arc; a fillet has four along its arc.
 
     Raises
     ------
@@ -87,8 +88,8 @@ def snr_mesh(rig: Rig, *, refinement: float = 1.0, fillet_mm: float = 0.0, path:
     refinement
         Divides the edge lengths of :func:`mesh_size`.
     fillet_mm
-        Radius of the corners at the root. 0 is the sharp corner that the analytic model has: stiffness converges, the
-        strain in the corner does not.
+        Radius of the corners at the root. 0 is the sharp corner of the analytic model: stiffness converges, the strain
+        in the corner does not.
     path
         Where to keep gmsh's file of the quarter (``.msh``); it is deleted by default.
 
@@ -195,7 +196,7 @@ def _cutter(profile: _Profile, side: int) -> tuple[int, int]:
 
 
 def _grade(profile: _Profile, size: MeshSize) -> None:
-    """Ask for small elements at the curves where the flat of the root ends."""
+    """Request small elements at the curves where the flat of the root ends."""
     import gmsh
 
     margin = 2 * profile.fillet + 1e-4 * profile.outer

@@ -12,7 +12,10 @@ from fem_models.solid.linear import QUADRATURE, Solid, cells, chain_stiffness
 from hysteresis.arrays import Floats
 
 SUPERELASTIC_LIMIT = 0.01
-"""Strain at which Nitinol's plateau starts where a rig does not say: about 1 % (docs/theory/analytic-model.md)."""
+"""Strain at which the plateau of Nitinol starts, for a rig without a superelastic law: about 1 %.
+
+See docs/theory/analytic-model.md.
+"""
 
 
 @dataclass(frozen=True)

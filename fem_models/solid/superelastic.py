@@ -1,6 +1,7 @@
 """Superelastic solid at finite strain: quadratic tetrahedra, its law from a rig, Newton's iteration, its strain.
 
-Total Lagrangian, four points of quadrature, strain and law of :mod:`fem_models.solid.superelastic_kernel`. Units are mm, N.
+Total Lagrangian, four points of quadrature, strain and law of :mod:`fem_models.solid.superelastic_kernel`. Units are
+mm, N.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class FlagSolid:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Numbers of the displacements that are solved for, (n, 3), below 0 where held, and the pattern of the matrix."""
+    """Numbers of the unknown displacements, (n, 3), below 0 where prescribed, and the pattern of the matrix."""
 
     numbers: Ints
     count: int
@@ -113,7 +114,7 @@ def _gradients(points: Floats, cells: Ints, barycentric: Floats) -> tuple[Floats
 
 
 def unknowns(solid: FlagSolid, numbers: Ints) -> Unknowns:
-    """Find the pattern of the matrix for the numbers (n, 3) of the displacements, below 0 for held ones.
+    """Find the pattern of the matrix for the numbers (n, 3) of the displacements, below 0 for prescribed ones.
 
     Displacements of several nodes that share a number are one unknown.
     """
@@ -147,8 +148,8 @@ def newton(
     frames
         Axes of the unknowns of each node as rows, shape (n, 3, 3).
     before
-        Transformation strains that give the first tangent: those before the last step where the load goes on as it
-        did, so that metal on a plateau stays there.
+        Transformation strains for the first tangent. Where the load continues in its direction, those before the last
+        step keep metal on a plateau there.
 
     Raises
     ------
@@ -177,9 +178,9 @@ def newton(
                 break
             if residuals[-1] < TOLERANCE:
                 return Equilibrium(place, found.transformation, force, tuple(residuals))
-        data = found.data.copy()  # CHOLMOD reallocates it, which memory of the compiled function does not bear
+        data = found.data.copy()  # CHOLMOD reallocates it, which memory of a compiled function does not allow
         matrix = sparse.csc_matrix((data, sought.indices, sought.pointers), shape=(sought.count, sought.count))
-        change = np.append(_solver(matrix)(load[:, None])[:, 0], 0.0)[sought.numbers]  # -1 is the last: held
+        change = np.append(_solver(matrix)(load[:, None])[:, 0], 0.0)[sought.numbers]  # -1 is the last: prescribed
         place = place + lift + np.einsum("nij,ni->nj", frames, change)
         lift = none
     raise SolverError(f"Newton's residuals {', '.join(f'{r:.1e}' for r in residuals)}: expected below {TOLERANCE:g}")
@@ -223,9 +224,9 @@ def nodal_strain(solid: FlagSolid, state: Equilibrium) -> tuple[Floats, Floats]:
 
 
 def dissipated(solid: FlagSolid, before: Equilibrium, after: Equilibrium) -> float:
-    """Work that goes into transformation between two states, Nmm, of which a closed path dissipates all.
+    """Work of transformation between two states, Nmm; a closed path dissipates all of it.
 
-    Points must go one way between them: int q dg without the stored part h g dg.
+    Points must move in one direction between them: int q dg without the stored part h g dg.
     """
     change = after.transformation - before.transformation
     law = solid.law

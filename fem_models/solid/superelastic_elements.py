@@ -19,7 +19,7 @@ from hysteresis.arrays import Floats
 
 ONSETS = 40
 LOWERS = (0.9, 1.0, 1.15, 1.3)
-"""Angles of transformation, and moments on the way back over those of a fibre, that the fit chooses from."""
+"""How many angles of transformation the fit chooses from, and ratios of the unloading moment to that of a fibre."""
 
 
 def flag_path(fibres: FlagFibres, angles_rad: ArrayLike) -> Floats:
@@ -36,9 +36,9 @@ def flag_path(fibres: FlagFibres, angles_rad: ArrayLike) -> Floats:
 def fibres_of_curve(curve: MomentAngle) -> FlagFibres:
     """Fit flag elements to the curve of a solid, by nonnegative least squares of the moment.
 
-    Elements differ in the angle at which they transform and, by the shares :data:`LOWERS`, in that at which they come
-    back; the span follows as that of a fibre does, by plateau and transformation strain. They are alike on either
-    side of zero: give a curve of the side that matters, loaded and unloaded.
+    Elements differ in the angle at which they transform and, by the ratios :data:`LOWERS`, in that at which they
+    transform back. Their span follows from plateau and transformation strain, as that of a fibre does. They are the
+    same on either side of zero: give a curve of the side that matters, loaded and unloaded.
 
     Raises
     ------

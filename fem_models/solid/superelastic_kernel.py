@@ -31,7 +31,7 @@ class Law(NamedTuple):
     bulk: float
     shear: float
     upper: float  # stress at which the metal transforms
-    lower: float  # stress at which it comes back
+    lower: float  # stress at which it transforms back
     span: float  # transformation strain in all
     hardening: float  # slope of the plateaus over the transformation strain
 
@@ -56,7 +56,7 @@ class Numbering(NamedTuple):
     """Unknowns of the nodes, and where their pairs stand in the matrix."""
 
     frames: Floats  # axes of every node's unknowns as rows, (n, 3, 3)
-    numbers: Ints  # (n, 3), below 0 where fixed
+    numbers: Ints  # (n, 3), below 0 where prescribed
     places: NDArray[np.int32]  # of every pair of unknowns of an element in the matrix, (m, 900), below 0 for none
     entries: int  # of the matrix
     unknowns: int  # how many
@@ -75,8 +75,8 @@ class Assembled(NamedTuple):
 def flag(equivalent: float, rest: float, law: Law) -> tuple[float, float, float]:
     """Equivalent stress, its slope over the equivalent strain, and the transformation strain, from that before.
 
-    q = 3 mu (e - g). The metal transforms where q reaches upper + h g, comes back where it falls to lower + h g, and
-    g stays in [0, span]: the linear rule of Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7, in
+    q = 3 mu (e - g). The metal transforms where q reaches upper + h g, transforms back where it falls to lower + h g,
+    and g stays in [0, span]: the linear rule of Auricchio, Taylor, Lubliner 1997, doi 10.1016/S0045-7825(96)01232-7, in
     closed form. In a bar e - q/(3 mu) + q/E is the strain, q the stress.
     """
     elastic, hardening, span = 3 * law.shear, law.hardening, law.span

@@ -28,7 +28,7 @@ from fem_models.solid.linear import (
     snr_stiffness,
     solid,
     solid_snr,
-    solve_held,
+    solve_prescribed,
 )
 from fem_models.solid.mesh import snr_mesh
 from fem_models.solid.strain import bent_chain, equivalent, nodal_strain, peak_strain, principal, strain
@@ -100,9 +100,9 @@ def test_patch_test_is_exact_on_a_distorted_curved_mesh():
     body = solid(box(3, distorted=True), YOUNG, POISSON)
     gradient = np.random.default_rng(1).standard_normal((3, 3))
     exact = (body.points_mm @ gradient.T).T.ravel()
-    held = boundary(body.mesh)
-    inside = np.setdiff1d(np.arange(exact.size), held)
-    found = solve_held(body.stiffness, held, exact[held, None])[:, 0]
+    outer = boundary(body.mesh)
+    inside = np.setdiff1d(np.arange(exact.size), outer)
+    found = solve_prescribed(body.stiffness, outer, exact[outer, None])[:, 0]
     assert len(inside) > 100
     assert np.abs(found - exact).max() < 1e-12 * np.abs(exact).max()
     symmetric = (gradient + gradient.T) / 2
@@ -118,7 +118,7 @@ def test_displacement_converges_at_order_three():
         x, _, z = body.points_mm.T
         power = (x + 1j * z) ** 4
         exact = np.concatenate([power.real, np.zeros_like(x), -power.imag])
-        found = solve_held(body.stiffness, boundary(body.mesh), exact[boundary(body.mesh), None])[:, 0]
+        found = solve_prescribed(body.stiffness, boundary(body.mesh), exact[boundary(body.mesh), None])[:, 0]
         basis = Basis(body.mesh, ElementTetP2(), intorder=6)
         x, _, z = basis.global_coordinates()
         power = (x + 1j * z) ** 4
@@ -323,8 +323,8 @@ def test_reduced_body_has_mass_and_inertia_of_the_metal(coarse):
     assert total == pytest.approx(basis.dx.sum(), rel=1e-9)
 
 
-def test_held_frequencies_fall_with_the_mesh_and_are_those_of_a_bar():
-    """Conforming elements with consistent mass bound them from above; a held bar's torsion is sqrt(G/rho)/(2 L)."""
+def test_fixed_interface_frequencies_fall_with_the_mesh_and_are_those_of_a_bar():
+    """Conforming elements with consistent mass are upper bounds; torsion between fixed ends is sqrt(G/rho)/(2 L)."""
     frequencies = [craig_bampton(solid(tube(n, length=6.0), YOUNG, POISSON), 5).frequencies_Hz for n in (1, 2)]
     assert (frequencies[1] < frequencies[0]).all()
     torsion = math.sqrt(SHEAR / NITINOL_T_PER_MM3) / (2 * 6.0)

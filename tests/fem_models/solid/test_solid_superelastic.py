@@ -53,7 +53,7 @@ def box(n: int, law: Law, *, distorted: bool = False):
 
 
 def tangent_and_force(solid, displacement, rest):
-    """Dense stiffness and forces with nothing held."""
+    """Dense stiffness and forces with nothing prescribed."""
     n = len(solid.points_mm)
     sought = unknowns(solid, np.arange(3 * n).reshape(n, 3))
     frames, none = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
@@ -87,11 +87,11 @@ def test_bar_follows_the_flag_exactly():
     law = flag_law(RIG, hardening=0.002)
     solid = box(1, law)
     points = solid.points_mm
-    held = points < 1e-9  # three faces of symmetry
+    fixed = points < 1e-9  # three faces of symmetry
     top = points[:, 2] > 1 - 1e-9
-    held[top, 2] = True
-    numbers = np.full(held.shape, -1)
-    numbers[~held] = np.arange((~held).sum())
+    fixed[top, 2] = True
+    numbers = np.full(fixed.shape, -1)
+    numbers[~fixed] = np.arange((~fixed).sum())
     sought, frames = unknowns(solid, numbers), np.tile(np.eye(3), (len(points), 1, 1))
     state, loss, length = straight(solid), 0.0, 1.0
     seen = []
@@ -332,14 +332,14 @@ def test_moment_is_that_of_calculix(rig, degrees):
     joint = quarter_joint(rig, refinement=0.5, fillet_mm=0.125)
     bent = list(bend(joint, np.radians(np.linspace(0, degrees, 5)[1:])))[-1]
     solid, law = joint.solid, joint.solid.law
-    held = np.where(joint.unknowns.numbers < 0, 0.0, math.nan)
-    held[joint.end] = bent.state.displacement_mm[joint.end]
+    prescribed = np.where(joint.unknowns.numbers < 0, 0.0, math.nan)
+    prescribed[joint.end] = bent.state.displacement_mm[joint.end]
     rows = ()
     if rig.superelastic is not None:
         ends = [(law.upper + law.hardening * strain, strain) for strain in (0.0, 0.04)]
         rows = (*ends, (6000.0, 0.049))  # then hardly any more: ten times as stiff as the metal
-    forces = calculix_forces(solid.points_mm, solid.cells, YOUNG, POISSON, held, plateau_MPa=rows)
-    nodes = np.flatnonzero(np.isfinite(held).any(axis=1))
+    forces = calculix_forces(solid.points_mm, solid.cells, YOUNG, POISSON, prescribed, plateau_MPa=rows)
+    nodes = np.flatnonzero(np.isfinite(prescribed).any(axis=1))
     place, theirs = np.zeros_like(solid.points_mm), np.zeros_like(solid.points_mm)
     theirs[nodes] = forces
     place[joint.end] = (solid.points_mm + bent.state.displacement_mm)[joint.end]
