@@ -23,7 +23,7 @@ from hysteresis.metrics import LoopWidth, errors, loop_width
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
 from validation.separation import loop_program, separate
-from validation.tracing.trace import Trace, trace_records
+from validation.tracing import Trace, trace_records
 
 README = Path(__file__).parents[1] / "README.md"
 PAPER = BoucWen(A=1.895, beta=0.315, gamma=0.2606, n=1.176)  # eq. 10

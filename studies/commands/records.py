@@ -117,7 +117,7 @@ def trace(
 
 def effects(common: Common) -> None:
     """List the effects that `trace` knows, and what distinguishes them; with --quiet the names alone."""
-    from validation.tracing.effect import catalogue
+    from validation.tracing import catalogue
 
     if common.quiet and not common.json:
         typer.echo("\n".join(effect.name for effect in catalogue()))

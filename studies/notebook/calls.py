@@ -93,7 +93,7 @@ def trace(records: Record | Sequence[Record], *, threads: int = 2) -> Trace:
     RecordError, RigError, SolverError
         Records that cannot be used, or a rig that is not possible or cannot follow the drive.
     """
-    from validation.tracing.trace import trace_records
+    from validation.tracing import trace_records
 
     return trace_records(_listed(records), threads=threads)
 

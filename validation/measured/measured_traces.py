@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hysteresis.record_file import read_record
+from validation.tracing import trace_records
 from validation.tracing.figures import residual_figure
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import TraceReport, trace_report
 from validation.tracing.second_opinion import second_opinion
-from validation.tracing.trace import trace_records
 
 GROUPS: Mapping[str, str] = {
     "tee-probe": "tee-probe-antero-posterior.csv",

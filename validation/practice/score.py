@@ -51,8 +51,8 @@ class Job:
 
 def trace(records: Sequence[Record], seed: int) -> Mapping[str, Any]:
     """Run the tracer of the package."""
+    from validation.tracing import trace_records  # late: a worker that reads outcomes alone does not need it
     from validation.tracing.result import trace_report
-    from validation.tracing.trace import trace_records  # late: a worker that reads outcomes alone does not need it
 
     return trace_report(trace_records(records, threads=1)).to_dict()
 

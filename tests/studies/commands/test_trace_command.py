@@ -24,12 +24,12 @@ from studies.commands import tracing
 from studies.commands.cli import call
 from studies.engines import program_of_file
 from studies.report.trace_page import trace_page
+from validation.tracing import trace_records
 from validation.tracing.effect import catalogue
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import Experiment, Trial, next_experiment
 from validation.tracing.result import FigureFile, TraceReport, errors_of, in_words, trace_report
 from validation.tracing.second_opinion import second_opinion
-from validation.tracing.trace import trace_records
 
 MEASURED = {
     "joints": 5,

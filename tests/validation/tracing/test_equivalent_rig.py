@@ -13,6 +13,7 @@ from fem_models.rig.effects import Backlash, Closure, Drag, Fatigue, Gravity
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.record import Record, RecordError
+from validation.tracing import trace_records
 from validation.tracing.baseline.equivalent_rig import divided, equivalent_rig_problem, refined_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.figures import candidates_figure
@@ -21,7 +22,6 @@ from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import CandidateReport, in_words, trace_report
 from validation.tracing.settings import EQUIVALENT_JOINTS, EQUIVALENT_RIG
-from validation.tracing.trace import trace_records
 
 PLAN = ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 0.5, 1.0))  # preload, part of the amplitude, rate
 NOISE_DEG = 0.03

@@ -6,9 +6,9 @@ import pytest
 from fem_models.load import sine
 from hysteresis.record import Record
 from validation.practice.cases import draw_case
+from validation.tracing import trace_records
 from validation.tracing.baseline.known_rig import thinned
 from validation.tracing.effect import catalogue
-from validation.tracing.trace import trace_records
 
 CASES = {
     (

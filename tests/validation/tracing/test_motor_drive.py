@@ -11,11 +11,11 @@ from fem_models.rig import preset
 from fem_models.rig.effects import Slack
 from fem_models.rig.of_record import rig_of
 from hysteresis.record import Record, RecordError
+from validation.tracing import trace_records
 from validation.tracing.baseline.motor_drive import motor_drive_problem
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import trace_report
 from validation.tracing.second_opinion import second_opinion
-from validation.tracing.trace import trace_records
 
 MM_PER_DEG = 0.035  # a wheel of 2 mm radius
 NOISE_DEG = 0.05
