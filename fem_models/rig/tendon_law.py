@@ -23,7 +23,7 @@ def tendon_stretch_mm(tendon: Tendon, tension_N: ArrayLike, preload_N: float, le
     """Elongation of a tendon against its preloaded state, mm, the shape of ``tension_N``.
 
     Linear in the tube; between wheel and base k(T) = k_inf T/(T + toe), which integrates to
-    L_free/EA [(T - T0) + toe ln(T/T0)]. At zero tension it is the elongation at which a linear tendon becomes slack, and
+    L_free/EA [(T - T0) + toe ln(T/T0)]. At zero tension it is where a linear tendon becomes slack, and
     -inf for a tendon with a toe.
 
     Raises
