@@ -1,87 +1,84 @@
-"""The practice score as a page of the documentation."""
+"""Puts a score of the tracer into ``docs/validation/practice.md``: ``python -m docs.make.practice DIR/score.json``."""
 
 from __future__ import annotations
 
+import argparse
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
+from docs.make.pages import DOCS, table
 from hysteresis.files import write_files
-from validation.practice.cases import LABELS, PAIR
-from validation.practice.hidden import CATALOGUE
-from validation.practice.outside import OUTSIDE
+from hysteresis.plain import from_plain
+from validation.practice.catalogue import CATALOGUE
+from validation.practice.draw import LABELS
+from validation.practice.score import SLOW, Request
+from validation.practice.summary import Rate, Spread, Summary
 
+PAGE = DOCS / "validation" / "practice.md"
 HEADINGS = {"known": "## Known rig", "unknown": "## Unknown geometry"}
-SLOW = frozenset({PAIR, *OUTSIDE})
-"""All effects are searched three times over before nothing, or two, are found; scored apart, a section of their own."""
 VERDICTS = ("none", "unexplained", "error")
+_RATES = {
+    "first, not of the angle alone": "first, without effects of the angle alone",
+    "within set, not of the angle alone": "within set, without effects of the angle alone",
+    "pairs, neither of the angle alone: both named": "pairs without effects of the angle alone: both named",
+    "right: held-out error within 1.3 of the noise": "first: held-out error within 1.3 times the noise",
+}
+"""How the page calls a rate, if not by its key."""
 
 
-def tables(result: Mapping[str, Any]) -> str:
+def tables(request: Request, found: Summary) -> str:
     """Markdown of a score: rates, errors and times, confusion matrix."""
-    asked = {"count": result.get("count"), "others": result.get("others"), "effects": result.get("effects")}
-    fewer = "".join(f" --{name} {value}" for name, value in asked.items() if value is not None)
-    effects = [_both(k, v) for k, v in result["by_effect"].items()]
-    by_effect = [*_table(["effect", "first", "interval %", "within set", "interval %"], effects), ""] if effects else []
-    lines = [
-        f"Made by `python -m validation.practice.score --set {result['set']} --kind {result['kind']}{fewer}`: "
-        f"{result['cases']} cases.",
-        "",
-        *_table(
-            ["rate", "hits", "of", "%", "95 % interval"],
-            [_rate(k, v) for k, v in result["rates"].items() if v["of"]],
-        ),
-        "",
-        *_table(["", "median", "largest"], [_spread(*row) for row in _spreads(result) if row[1]["median"] is not None]),
-        "",
-        *by_effect,
-        "Confusion matrix. Rows: what was hidden. Columns: what was named first, by its number.",
-        "",
-        *_matrix(result["confusion"]),
+    options = {"count": request.count, "others": request.others, "effects": request.effects}
+    command = f"python -m validation.practice.score --set {request.set} --kind {request.kind}"
+    command += "".join(f" --{name} {value}" for name, value in options.items() if value is not None)
+    spreads = {
+        "held-out error after over the noise, effect named first": found.after_over_noise,
+        "held-out error after over before, effect named first": found.after_over_before,
+        "seconds per case": found.seconds,
+    }
+    rates = [_rate(_RATES.get(name, name), rate) for name, rate in found.rates.items() if rate.of]
+    blocks = [
+        f"Scored by `{command}`: {found.cases} cases.",
+        table(["rate", "hits", "of", "%", "95 % interval"], rates),
+        table(["", "median", "largest"], [_spread(name, s) for name, s in spreads.items() if s.median is not None]),
     ]
-    return "\n".join(lines) + "\n"
+    if found.by_effect:
+        head = ["effect", "first", "interval %", "within set", "interval %"]
+        blocks.append(table(head, [_both(name, rates) for name, rates in found.by_effect.items()]))
+    blocks.append("Confusion matrix. Rows: injected effect. Columns: effect named first, by its number.")
+    blocks.append(_matrix(found.confusion))
+    return "\n\n".join(blocks) + "\n"
 
 
-def put_section(page: Path, result: Mapping[str, Any], text: str) -> None:
-    """Put tables in place of the section of their kind; at the end of the page where there is none."""
-    labels = (result.get("effects") or "").split(",")
-    heading = HEADINGS[result["kind"]] + (", pairs and outside of the catalogue" if SLOW.issuperset(labels) else "")
+def put_section(page: Path, request: Request, text: str) -> None:
+    """Replace the section of the kind of a score; append it if the page has none."""
+    labels = (request.effects or "").split(",")
+    heading = HEADINGS[request.kind] + (", pairs and effects outside the catalogue" if SLOW.issuperset(labels) else "")
     prose = page.read_text(encoding="utf-8") if page.exists() else "# Practice score\n"
     before, found, after = prose.partition(f"{heading}\n")
     _, next_heading, rest = after.partition("\n## ") if found else ("", "", "")
     write_files({page: f"{before.rstrip()}\n\n{heading}\n\n{text}{next_heading}{rest}"})
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    return ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
+def _interval(rate: Rate) -> str:
+    return f"{100 * rate.low:.0f} to {100 * rate.high:.0f}"
 
 
-def _interval(rate: Mapping[str, Any]) -> str:
-    return f"{100 * rate['low']:.0f} to {100 * rate['high']:.0f}"
+def _rate(name: str, rate: Rate) -> list[str]:
+    return [name, str(rate.hits), str(rate.of), f"{100 * (rate.rate or 0.0):.1f}", _interval(rate)]
 
 
-def _rate(name: str, rate: Mapping[str, Any]) -> list[str]:
-    return [name, str(rate["hits"]), str(rate["of"]), f"{100 * rate['rate']:.1f}", _interval(rate)]
-
-
-def _both(name: str, rates: Mapping[str, Any]) -> list[str]:
-    cells = [[f"{rate['hits']}/{rate['of']}", _interval(rate)] for rate in (rates["first"], rates["within set"])]
+def _both(name: str, rates: Mapping[str, Rate]) -> list[str]:
+    cells = [[f"{rate.hits}/{rate.of}", _interval(rate)] for rate in (rates["first"], rates["within set"])]
     return [f"`{name}`", *cells[0], *cells[1]]
 
 
-def _spreads(result: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
-    return [
-        ("held-out error after, over the noise, where right", result["after_over_noise"]),
-        ("held-out error after over before, where right", result["after_over_before"]),
-        ("seconds a case", result["seconds"]),
-    ]
+def _spread(name: str, values: Spread) -> list[str]:
+    return [name, *(f"{value:.3g}" for value in (values.median, values.largest))]
 
 
-def _spread(name: str, values: Mapping[str, Any]) -> list[str]:
-    return [name, *(f"{values[key]:.3g}" for key in ("median", "largest"))]
-
-
-def _matrix(matrix: Mapping[str, Mapping[str, int]]) -> list[str]:
+def _matrix(matrix: Mapping[str, Mapping[str, int]]) -> str:
     columns = [*CATALOGUE, *VERDICTS]
     columns += sorted({name for row in matrix.values() for name in row} - set(columns))
     numbers = {name: str(i + 1) if name in CATALOGUE else name for i, name in enumerate(columns)}
@@ -93,4 +90,20 @@ def _matrix(matrix: Mapping[str, Mapping[str, int]]) -> list[str]:
         for label in LABELS
         if label in matrix
     ]
-    return _table(["hidden", *(numbers[c] for c in columns)], rows)
+    return table(["injected", *(numbers[c] for c in columns)], rows)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Read scores and put their tables into the page."""
+    parser = argparse.ArgumentParser(prog="python -m docs.make.practice", description="Put scores into a page.")
+    parser.add_argument("scores", type=Path, nargs="+", help="score.json of validation.practice.score")
+    parser.add_argument("--page", type=Path, default=PAGE, help="page of the documentation")
+    options = parser.parse_args(arguments)
+    for path in options.scores:
+        contents = json.loads(path.read_text(encoding="utf-8"))
+        request, found = from_plain(Request, contents, str(path)), from_plain(Summary, contents, str(path))
+        put_section(options.page, request, tables(request, found))
+
+
+if __name__ == "__main__":
+    main()

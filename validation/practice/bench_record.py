@@ -1,8 +1,8 @@
-"""Makes the record that ships with the package: a multibody run with an effect that the default rig lacks.
+"""Make the record that ships with the package: a multibody run with an effect that the default rig lacks.
 
-Run ``python -m validation.practice.bench_record`` to write it again; the same seed gives the same file.
-The effect is unequal tendons, the paper's own explanation of its residual (section 4.4): tendon b has a smaller
-moment arm and a longer, hence softer, free length. Readings get the noise of a camera.
+``python -m validation.practice.bench_record`` writes it again; the same seed gives the same file. The effect is unequal
+tendons, the paper's explanation of its residual (section 4.4): tendon b has a smaller moment arm and a longer, hence
+more compliant, free length. The angle has the noise of a camera.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FREE_LENGTH_RATIO = 1.2
 
 
 def bench_like_record(seed: int = SEED) -> Record:
-    """Three cycles at 20 N of a du2018 rig with unequal tendons, with noise on the angle."""
+    """Simulate three cycles at 20 N of the rig du2018 with unequal tendons, with noise of the angle."""
     rig = preset("du2018", preload_N=20.0)
     b = rig.tendon_b
     assert b is not None

@@ -1,4 +1,4 @@
-"""What is recorded on a practice rig: a rig near the declared one, and four records of it."""
+"""Protocol of a practice case: a rig near the nominal one, and four records of it."""
 
 from __future__ import annotations
 
@@ -19,18 +19,22 @@ Kind = Literal["known", "unknown"]
 KINDS: tuple[Kind, ...] = ("known", "unknown")
 
 PRELOADS_N = (20.0, 10.0)
-BEND_DEG = (25.0, 45.0)  # of the full amplitude
+BEND_DEG = (25.0, 45.0)
+"""Range of the bending at full amplitude."""
 NOISE_DEG = (0.02, 0.06)
 SLOW_HZ = (0.05, 0.2)
-FASTER = (5.0, 15.0)  # the fast rate over the slow one
-ZERO_DEG = 0.1  # standard deviation of a record's zero: the camera is set up anew
-SPREAD = 0.3  # of the rig's constants about what is declared
+FAST_OVER_SLOW = (5.0, 15.0)
+"""Range of the ratio of the two rates."""
+ZERO_DEG = 0.1
+"""Standard deviation of a record's zero: the camera is set up again for each record."""
+SPREAD = 0.3
+"""Largest relative deviation of the rig's parameters from the nominal ones."""
 SAMPLES_PER_CYCLE = 88
 
 
 @dataclass(frozen=True)
 class Loading:
-    """One record to make: preload and load program."""
+    """Preload and load program of one record."""
 
     preload_N: float
     program: LoadProgram
@@ -38,22 +42,22 @@ class Loading:
 
 @dataclass(frozen=True)
 class Protocol:
-    """A rig without any hidden effect, and what is recorded on it.
+    """A rig without injected effects, and the records to make of it.
 
     Parameters
     ----------
     rig
-        The truth but for hidden effects, at 20 N.
+        True rig without injected effects, at 20 N.
     table
-        What the sidecar's ``[rig]`` says besides the preload: nominal constants, not the true ones.
+        ``[rig]`` of the sidecar except for the preload: nominal parameters, not the true ones.
     loadings
-        Two preloads, two rates, two amplitudes in four records; the first is of 20 N, slow and full.
+        Four records with two preloads, two rates and two amplitudes; the first is slow, at 20 N and full amplitude.
     noise_deg
-        Standard deviation of the angle's white noise.
+        Standard deviation of the white noise of the angle.
     zeros_deg
-        Zero of the angle, one a record.
+        Zero of the angle, one per record.
     counted
-        Whether the records tell the number of the cycle.
+        Whether the records contain the number of the cycle.
     """
 
     rig: Rig
@@ -64,13 +68,13 @@ class Protocol:
     counted: bool
 
     def rig_at(self, preload_N: float) -> Rig:
-        """Give the rig at another preload."""
+        """Rig at another preload."""
         return replace(self.rig, preload_N=preload_N)
 
 
 @dataclass(frozen=True)
-class Ground:
-    """A protocol with what the chain makes of it, one solution a record: the ground that effects are judged from."""
+class BaselineRuns:
+    """A protocol with its runs by the chain, one per record, without injected effects."""
 
     protocol: Protocol
     runs: tuple[ChainSolution, ...]
@@ -82,7 +86,7 @@ class Ground:
 
     @property
     def bend_deg(self) -> float:
-        """Largest bend."""
+        """Largest bending."""
         return float(np.abs(self.runs[0].record.angle_deg).max())
 
     @property
@@ -92,13 +96,13 @@ class Ground:
 
 
 def times(program: LoadProgram) -> Floats:
-    """Give the times of a program that has them, shape (m,)."""
+    """Give the times of a program that has times, shape (m,)."""
     assert program.time_s is not None
     return program.time_s
 
 
-def draw_ground(rng: np.random.Generator, *, measured_joints: bool) -> Ground:
-    """Draw a rig near the preset, or one of measured joints, and its records; run it without hidden effects.
+def draw_baseline(rng: np.random.Generator, *, measured_joints: bool) -> BaselineRuns:
+    """Draw a rig near the preset, or one with measured joints, and its records; run it without injected effects.
 
     Raises
     ------
@@ -110,7 +114,7 @@ def draw_ground(rng: np.random.Generator, *, measured_joints: bool) -> Ground:
     full = _amplitude_mm(rig, bend)
     slow = float(rng.uniform(*np.log(SLOW_HZ)))
     slow_Hz = round(float(np.exp(slow)), 3)
-    fast_Hz = round(slow_Hz * float(rng.uniform(*FASTER)), 3)
+    fast_Hz = round(slow_Hz * float(rng.uniform(*FAST_OVER_SLOW)), 3)
     cycles = int(rng.integers(3, 6))
     high, low = PRELOADS_N
     last = ((high, slow_Hz), (low, fast_Hz))[int(rng.integers(2))]
@@ -124,11 +128,11 @@ def draw_ground(rng: np.random.Generator, *, measured_joints: bool) -> Ground:
         counted=bool(rng.integers(2)),
     )
     runs = tuple(solve_chain(protocol.rig_at(one.preload_N), one.program) for one in protocol.loadings)
-    return Ground(protocol, runs)
+    return BaselineRuns(protocol, runs)
 
 
 def _program(amplitude_mm: float, rate_Hz: float, cycles: int) -> LoadProgram:
-    """Make a sine as a logger writes it: to 0.1 um and 1 us."""
+    """Sine as a data logger writes it: to 0.1 um and 1 us."""
     exact = sine(amplitude_mm, rate_Hz, cycles=cycles, samples_per_cycle=SAMPLES_PER_CYCLE)
     return LoadProgram(np.round(exact.drive_mm, 4), np.round(times(exact), 6), exact.cycle)
 
@@ -140,7 +144,7 @@ def _near(rng: np.random.Generator, nominal: float) -> float:
 def _preset_rig(rng: np.random.Generator) -> tuple[Rig, dict[str, float | str]]:
     rig = preset("du2018", preload_N=PRELOADS_N[0])
     dry, nitinol = rig.friction, rig.material
-    rope = replace(rig.tendon_a, EA_N=_near(rng, rig.tendon_a.EA_N))
+    tendon = replace(rig.tendon_a, EA_N=_near(rng, rig.tendon_a.EA_N))
     true = replace(
         rig,
         name="practice",
@@ -152,19 +156,19 @@ def _preset_rig(rng: np.random.Generator) -> tuple[Rig, dict[str, float | str]]:
         friction=replace(
             dry, sheath_N=_near(rng, dry.sheath_N), capstan_coefficient=_near(rng, dry.capstan_coefficient)
         ),
-        tendon_a=rope,
-        tendon_b=rope,
+        tendon_a=tendon,
+        tendon_b=tendon,
     )
     return true, {"preset": rig.name}
 
 
 def _measured_rig(rng: np.random.Generator) -> tuple[Rig, dict[str, float | str]]:
-    """Joints measured on a bench: friction and material loop are not, nor is the rope's stiffness exactly."""
+    """Rig with measured joints; friction and material loop are unknown, the stiffness of the tendons is inexact."""
     joints = int(rng.integers(7, 21))
     arm, pitch = round(float(rng.uniform(1.8, 3.2)), 2), round(float(rng.uniform(2.0, 3.5)), 1)
     stiffness, free = round(float(rng.uniform(25.0, 45.0)) * joints), round(float(rng.uniform(100.0, 220.0)))
     nominal_EA = round(float(rng.uniform(8_000.0, 20_000.0)), -2)
-    rope = Tendon(_near(rng, nominal_EA), moment_arm_mm=arm, free_length_mm=free)
+    tendon = Tendon(_near(rng, nominal_EA), moment_arm_mm=arm, free_length_mm=free)
     joint_deg = np.mean(BEND_DEG) / joints
     true = Rig(
         name="practice",
@@ -174,8 +178,8 @@ def _measured_rig(rng: np.random.Generator) -> tuple[Rig, dict[str, float | str]
             loop_share=float(rng.uniform(0.1, 0.5)),
             loop_angle_deg=float(joint_deg * rng.uniform(0.4, 0.9)),
         ),
-        tendon_a=rope,
-        tendon_b=rope,
+        tendon_a=tendon,
+        tendon_b=tendon,
         wheel=Wheel(radius_mm=10.0),
         preload_N=PRELOADS_N[0],
         friction=Friction(
@@ -195,9 +199,9 @@ def _measured_rig(rng: np.random.Generator) -> tuple[Rig, dict[str, float | str]
 
 
 def _amplitude_mm(rig: Rig, bend_deg: float) -> float:
-    """Drive that bends the rig so far, to 0.01 mm: bending is nearly proportional, two corrections do."""
+    """Drive for a bending, rounded to 0.01 mm; two corrections suffice, because bending is nearly proportional."""
     amplitude = float(np.radians(bend_deg)) * rig.tendon_a.moment_arm_mm
     for _ in range(2):
-        way = LoadProgram(np.linspace(0.0, amplitude, 30))
-        amplitude *= bend_deg / float(solve_chain(rig, way).record.angle_deg[-1])
+        ramp = LoadProgram(np.linspace(0.0, amplitude, 30))
+        amplitude *= bend_deg / float(solve_chain(rig, ramp).record.angle_deg[-1])
     return round(amplitude, 2)

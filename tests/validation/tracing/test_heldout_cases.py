@@ -5,7 +5,7 @@ import pytest
 
 from fem_models.load import sine
 from hysteresis.record import Record
-from validation.practice.cases import draw_case
+from validation.practice import draw_case
 from validation.tracing import trace_records
 from validation.tracing.baseline.known_rig import thinned
 from validation.tracing.effect import catalogue

@@ -14,8 +14,8 @@ from fem_models.rig.effects import Gravity, Superelastic, TipStop
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import read_record
+from validation.practice import draw_case
 from validation.practice.bench_record import SHIPPED
-from validation.practice.cases import draw_case
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import fit

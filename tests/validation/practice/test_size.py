@@ -1,0 +1,70 @@
+"""Size of injected effects over the noise, and effects of the rig and of the observation."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.chain import simulate_chain, solve_chain
+from fem_models.rig.effects import Backlash
+from validation.practice.catalogue import CATALOGUE
+from validation.practice.injected import Injected, observed
+from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
+from validation.practice.protocols import BaselineRuns, draw_baseline
+from validation.practice.size import baseline_tangent, size_over_noise
+
+
+@pytest.fixture(scope="module")
+def baseline() -> BaselineRuns:
+    return draw_baseline(np.random.default_rng(3), measured_joints=False)
+
+
+def test_size_ignores_what_the_baseline_parameters_absorb(baseline: BaselineRuns) -> None:
+    """A small change of a baseline parameter has nearly no size, unless the tangent is left out."""
+    absorbed = baseline_tangent(baseline)
+
+    def more_sheath(rig):
+        return replace(rig, friction=replace(rig.friction, sheath_N=1.05 * rig.friction.sheath_N))
+
+    injected = Injected({}, rig=more_sheath)
+    zeros_alone = absorbed[:, -4:]
+    assert size_over_noise(baseline, injected, absorbed) < 0.1 * size_over_noise(baseline, injected, zeros_alone)
+    zero = Injected({}, observe=lambda index, record, angle: angle + 0.3 * index)
+    assert size_over_noise(baseline, zero, absorbed) < 1e-6
+
+
+def test_size_is_in_units_of_the_noise(baseline: BaselineRuns) -> None:
+    """White noise of n times the noise loses only (9 columns)/(samples) of its size."""
+    n, rng = 5.0, np.random.default_rng(0)
+    noise = [n * baseline.protocol.noise_deg * rng.normal(size=run.record.angle_deg.size) for run in baseline.runs]
+    injected = Injected({}, observe=lambda index, record, angle: angle + noise[index])
+    samples = sum(map(len, noise))
+    # standard deviation of an RMS of m normal values: 1/sqrt(2 m)
+    assert size_over_noise(baseline, injected, baseline_tangent(baseline)) == pytest.approx(
+        n, rel=5 / np.sqrt(2 * samples)
+    )
+
+
+def test_rig_effects_reach_the_engine(baseline: BaselineRuns) -> None:
+    """Injected backlash is the backlash of the rig."""
+    loading = baseline.protocol.loadings[1]
+    backlash = Injected({}, rig=lambda rig: replace(rig, backlash=Backlash(0.1)))
+    expected = simulate_chain(replace(baseline.protocol.rig_at(10.0), backlash=Backlash(0.1)), loading.program)
+    np.testing.assert_array_equal(observed(baseline.protocol, [backlash])[1], expected.angle_deg)
+
+
+@pytest.mark.parametrize("label", ["time_delay", "camera_misalignment", "thermal_drift", *OUTSIDE_CATALOGUE])
+def test_observed_effects_vanish_with_their_size(label: str, baseline: BaselineRuns) -> None:
+    """Continuity: at a millionth of its bound an effect adds almost nothing."""
+    family = {**CATALOGUE, **OUTSIDE_CATALOGUE}[label](np.random.default_rng(1), baseline)
+    for added, run in zip(observed(baseline.protocol, [family.at(1e-6)]), baseline.runs, strict=True):
+        assert np.abs(added - run.record.angle_deg).max() < 1e-3
+
+
+def test_delay_shifts_the_angle_in_time(baseline: BaselineRuns) -> None:
+    """theta(t - tau) of a sampled angle at tau of one sample is the sample before."""
+    family = CATALOGUE["time_delay"](np.random.default_rng(1), baseline)
+    time = baseline.protocol.loadings[2].program.time_s
+    injected = family.at(float(time[1]) / 0.2)
+    angle = solve_chain(baseline.protocol.rig_at(20.0), baseline.protocol.loadings[2].program).record.angle_deg
+    np.testing.assert_allclose(observed(baseline.protocol, [injected])[2][1:], angle[:-1], atol=2e-3)  # times to 1 us

@@ -1,0 +1,171 @@
+"""Draw practice cases: four records of one rig with injected effects, from a seed.
+
+The size of an effect is moderate (:mod:`validation.practice.size`). It is found with the chain. One case in five is
+then simulated with the multibody model.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fem_models.chain import simulate_chain
+from fem_models.multibody import simulate_multibody
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
+from hysteresis.arrays import Floats
+from hysteresis.record import Record
+from validation.practice.catalogue import CATALOGUE, DISTINCT
+from validation.practice.injected import Engine, observed
+from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
+from validation.practice.protocols import KINDS, Kind, Protocol, draw_baseline
+from validation.practice.size import (
+    MODERATE,
+    OutOfReachError,
+    baseline_tangent,
+    curve_columns,
+    size_over_noise,
+    solve_size,
+)
+
+SetName = Literal[
+    "work", "score", "score-2", "score-3", "score-4", "score-5", "score-6", "score-7", "score-8", "score-9"
+]
+SETS: dict[SetName, int] = {
+    "work": 20_180_001,
+    "score": 20_261_121,
+    "score-2": 20_261_122,
+    "score-3": 20_261_123,
+    "score-4": 20_261_125,
+    "score-5": 20_261_126,
+    "score-6": 20_261_127,
+    "score-7": 20_261_128,
+    "score-8": 20_261_129,
+    "score-9": 20_261_130,
+}
+"""Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
+
+CLEAN, PAIR = "clean", "pair"
+LABELS = (*CATALOGUE, CLEAN, PAIR, *OUTSIDE_CATALOGUE)
+MEASURED_JOINTS = 0.25
+"""Share of the cases whose rig has measured joints instead of the preset's tube."""
+ATTEMPTS = 40
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What was injected into a case.
+
+    Parameters
+    ----------
+    effects
+        Names.
+    numbers
+        Parameters of each effect.
+    ratios
+        Size of each effect over the noise.
+    beyond_curve
+        The same with a free f(x) in addition, as for unknown geometry.
+    engine
+        ``chain`` or ``multibody``.
+    noise_deg
+        Standard deviation of the noise.
+    rig
+        Name of the preset, or ``measured joints``.
+    """
+
+    effects: tuple[str, ...]
+    numbers: Mapping[str, Mapping[str, float]]
+    ratios: tuple[float, ...]
+    beyond_curve: tuple[float, ...]
+    engine: str
+    noise_deg: float
+    rig: str
+
+
+@dataclass(frozen=True)
+class Case:
+    """Records with injected effects; the name is that of their folder."""
+
+    name: str
+    records: tuple[Record, ...]
+    truth: Truth
+
+
+def draw_case(set_name: SetName, kind: Kind, label: str, number: int) -> Case:
+    """Draw a case; the same arguments give the same records.
+
+    Parameters
+    ----------
+    label
+        An effect of the catalogue or outside the catalogue; ``clean``; or ``pair`` for two effects of the catalogue.
+    number
+        From 0; every fifth case (4, 9, ...) is simulated with the multibody model, the others with the chain.
+
+    Raises
+    ------
+    SolverError
+        None of :data:`ATTEMPTS` draws had a moderate size within its bounds.
+    """
+    seed = (SETS[set_name], KINDS.index(kind), zlib.crc32(label.encode()), number)
+    effects = _effects_of(label, np.random.default_rng(seed))
+    engine: Engine = simulate_multibody if number % 5 == 4 else simulate_chain
+    for attempt in range(ATTEMPTS):
+        rng = np.random.default_rng((*seed, attempt))
+        try:
+            return _draw(f"{label}-{number:02d}", effects, kind, engine, rng)
+        except (SolverError, RigError, OutOfReachError):
+            continue
+    raise SolverError(f"practice case {label} {number}: no moderate size in {ATTEMPTS} draws")
+
+
+def _effects_of(label: str, rng: np.random.Generator) -> tuple[str, ...]:
+    if label == PAIR:
+        kinds = rng.permutation(len(DISTINCT))[:2]
+        return tuple(str(rng.choice(DISTINCT[k])) for k in kinds)
+    return () if label == CLEAN else (label,)
+
+
+def _draw(name: str, effects: Sequence[str], kind: Kind, engine: Engine, rng: np.random.Generator) -> Case:
+    needs_section = "superelastic_plateau" in effects  # measured joints have no section
+    measured_joints = rng.random() < MEASURED_JOINTS and not needs_section
+    baseline = draw_baseline(rng, measured_joints=measured_joints)
+    protocol = baseline.protocol
+    absorbed = baseline_tangent(baseline) if effects else np.empty((0, 0))
+    sized = []
+    for effect in effects:
+        family = {**CATALOGUE, **OUTSIDE_CATALOGUE}[effect](rng, baseline)
+        target = float(rng.uniform(MODERATE[0] * 1.1, MODERATE[1] * 0.9))
+        sized.append(solve_size(baseline, family, absorbed, target))
+    injected = [one for one, _ in sized]
+    with_curve = np.column_stack([absorbed, curve_columns(baseline)]) if effects else absorbed
+    truth = Truth(
+        effects=tuple(effects),
+        numbers={effect: dict(one.numbers) for effect, one in zip(effects, injected, strict=True)},
+        ratios=tuple(round(ratio, 3) for _, ratio in sized),
+        beyond_curve=tuple(round(size_over_noise(baseline, one, with_curve), 3) for one in injected),
+        engine="multibody" if engine is simulate_multibody else "chain",
+        noise_deg=protocol.noise_deg,
+        rig=str(protocol.table.get("preset", "measured joints")),
+    )
+    angles = observed(protocol, injected, engine)
+    records = tuple(_record(protocol, i, angle, kind, rng) for i, angle in enumerate(angles))
+    return Case(name, records, truth)
+
+
+def _record(protocol: Protocol, index: int, angle_deg: Floats, kind: Kind, rng: np.random.Generator) -> Record:
+    loading = protocol.loadings[index]
+    read = angle_deg + protocol.zeros_deg[index] + rng.normal(0.0, protocol.noise_deg, angle_deg.size)
+    return Record(
+        drive=loading.program.drive_mm,
+        angle_deg=np.round(read, 4),
+        time_s=loading.program.time_s,
+        cycle=loading.program.cycle if protocol.counted else None,
+        title=f"Practice record {index + 1} of {len(protocol.loadings)}, no measurement",
+        kind="simulated",
+        rig={**(protocol.table if kind == "known" else {}), "preload_N": loading.preload_N},
+    )

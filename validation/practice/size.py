@@ -1,0 +1,116 @@
+"""Size of an injected effect relative to the noise, and the size that gives a wanted ratio.
+
+The size is what the effect adds to the angle beyond what the parameters of the baseline model can absorb, to first
+order: root mean square over the four records, over the noise.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fem_models.rig import Rig
+from fem_models.rig.checks import SolverError
+from hysteresis.arrays import Floats
+from validation.practice.injected import Family, Injected, observed
+from validation.practice.protocols import BaselineRuns
+
+MODERATE = (3.0, 8.0)
+"""Range of the size of an injected effect over the noise."""
+TOLERANCE = 0.1
+"""Relative deviation of a size from its target."""
+_STEP = 0.02  # relative, for the derivatives of the baseline model
+_CURVE_DEGREE = 7  # of the polynomial that stands for f(x) if the geometry is unknown
+_TRIALS = 14
+
+
+class OutOfReachError(Exception):
+    """An effect that has no moderate size within its bounds."""
+
+
+def baseline_tangent(baseline: BaselineRuns) -> Floats:
+    """Differentiate the angle by the parameters of the baseline model: shape (samples of all records, k).
+
+    The parameters are sheath and capstan friction, share and slip angle of the material loop, the stiffness of both
+    tendons, and one zero per record.
+    """
+    rig, protocol = baseline.protocol.rig, baseline.protocol
+    angle = np.concatenate([run.record.angle_deg for run in baseline.runs])
+    columns = [
+        (np.concatenate(observed(replace(protocol, rig=changed), ())) - angle) / _STEP for changed in _neighbours(rig)
+    ]
+    zeros = np.repeat(np.eye(len(baseline.runs)), [run.record.angle_deg.size for run in baseline.runs], axis=0)
+    return np.column_stack([*columns, zeros])
+
+
+def _neighbours(rig: Rig) -> list[Rig]:
+    """Rigs with one parameter of the baseline model a little larger each."""
+    up = 1 + _STEP
+    dry, nitinol, (a, b) = rig.friction, rig.material, rig.tendons
+    return [
+        replace(rig, friction=replace(dry, sheath_N=up * dry.sheath_N)),
+        replace(rig, friction=replace(dry, capstan_coefficient=up * dry.capstan_coefficient)),
+        replace(rig, material=replace(nitinol, loop_share=up * nitinol.loop_share)),
+        replace(rig, material=replace(nitinol, loop_angle_deg=up * nitinol.loop_angle_deg)),
+        replace(rig, tendon_a=replace(a, EA_N=up * a.EA_N), tendon_b=replace(b, EA_N=up * b.EA_N)),
+    ]
+
+
+def curve_columns(baseline: BaselineRuns) -> Floats:
+    """Columns of a smooth f(x) that all records share: shape (samples of all records, degree)."""
+    drive = np.concatenate([loading.program.drive_mm for loading in baseline.protocol.loadings])
+    return np.asarray(np.polynomial.chebyshev.chebvander(drive / baseline.full_mm, _CURVE_DEGREE)[:, 1:])
+
+
+def size_over_noise(baseline: BaselineRuns, injected: Injected, absorbed: Floats) -> float:
+    """RMS over the noise of what an effect adds to the angle beyond the span of the columns ``absorbed``."""
+    added = np.concatenate(observed(baseline.protocol, [injected]))
+    added -= np.concatenate([run.record.angle_deg for run in baseline.runs])
+    fit, *_ = np.linalg.lstsq(absorbed, added, rcond=None)
+    return float(np.sqrt(np.mean((added - absorbed @ fit) ** 2)) / baseline.protocol.noise_deg)
+
+
+def solve_size(baseline: BaselineRuns, family: Family, absorbed: Floats, target: float) -> tuple[Injected, float]:
+    """Find an effect with a size near the target, by secants of the logarithms in a bracket; return its size, too.
+
+    If the bounds of the effect do not reach the target, its largest or least size is taken if that is moderate.
+
+    Raises
+    ------
+    OutOfReachError
+        No moderate size between the bounds of the effect.
+    """
+    low, high = family.least, 1.0
+    at_low = at_high = math.nan
+    size = max(0.1, 2 * family.least)
+    for _ in range(_TRIALS):
+        injected = family.at(size)
+        try:
+            ratio = size_over_noise(baseline, injected, absorbed)
+        except SolverError:
+            ratio = math.inf
+        at_bound = (ratio > target and size <= family.least) or (ratio < target and size >= 1.0)
+        if abs(ratio / target - 1) < TOLERANCE or (at_bound and MODERATE[0] <= ratio <= MODERATE[1]):
+            return injected, ratio
+        if at_bound:
+            break
+        if ratio > target:
+            high, at_high = size, ratio
+        else:
+            low, at_low = size, ratio
+        size = _next_size((low, high), (at_low, at_high), size, ratio / target, target)
+    raise OutOfReachError
+
+
+def _next_size(
+    bracket: tuple[float, float], ratios: tuple[float, float], size: float, over_target: float, target: float
+) -> float:
+    (low, high), (at_low, at_high) = bracket, ratios
+    if math.isfinite(at_low) and math.isfinite(at_high) and 0 < at_low < at_high:
+        part = math.log(target / at_low) / math.log(at_high / at_low)
+        return float(low * (high / low) ** min(max(part, 0.1), 0.9))
+    if 0 < over_target < math.inf:  # one end is known: effects are nearly proportional to their size
+        return min(max(size / over_target, low), high)
+    return math.sqrt(low * high)
