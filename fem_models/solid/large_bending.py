@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 from skfem import MeshTet2
 
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.rig import Rig, notched_tube
+from fem_models.rig.rig import notched_tube
 from fem_models.solid.linear import cells as cells_of
 from fem_models.solid.mesh import snr_mesh
 from fem_models.solid.superelastic import (

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.rig import Rig
 from fem_models.solid.linear import factorize
 from fem_models.solid.superelastic_kernel import Assembled, Elements, Law, Numbering, Step, assemble, strains
 from hysteresis.arrays import Floats, Ints

@@ -248,7 +248,7 @@ def test_says_what_cannot_be_meshed():
 PROGRAM = """
 import json, resource, time
 start = time.perf_counter()
-from fem_models.rig.presets import preset
+from fem_models.rig import preset
 from fem_models.solid.linear import chain_stiffness, solid_snr
 bending = chain_stiffness(solid_snr(preset("du2018"), fillet_mm=0.125)).stiffness[2, 2]
 print(json.dumps([bending, time.perf_counter() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024]))

@@ -13,10 +13,10 @@ from skfem import MeshTet1, MeshTet2
 
 from fem_models.joint.flexure import flexure
 from fem_models.joint.superelastic import flag_fibres, flag_moment
+from fem_models.rig import preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.joints import Notch, NotchedTube, Tube
-from fem_models.rig.presets import preset
 from fem_models.rig.rig import with_notch
 from fem_models.solid.calculix import calculix_forces
 from fem_models.solid.large_bending import MomentAngle, bend, measured, moment_angle, quarter_joint, whole
