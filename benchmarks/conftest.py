@@ -1,4 +1,4 @@
-"""One table at the end of the run: medians beside their limits, exponents, machine and versions."""
+"""One table at the end of the run: medians with their limits, exponents, machine and versions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PACKAGES = ("notchbend", "numba", "numpy", "scipy", "exudyn", "pytest-benchmark"
 
 @dataclass
 class Row:
-    """One line of the table; a row of a series (same ``series``, a size each) goes into its exponent."""
+    """One line of the table; rows of the same ``series``, with a size each, give its exponent."""
 
     label: str
     seconds: float
@@ -29,7 +29,7 @@ class Row:
 
 @dataclass
 class Table:
-    """Rows of a run, and the largest exponent that each series may have."""
+    """Rows of a run, and the limit of the exponent of each series."""
 
     rows: list[Row] = field(default_factory=list)
     exponent_limits: dict[str, float] = field(default_factory=dict)
@@ -49,7 +49,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def table(request: pytest.FixtureRequest) -> Table:
-    """Table of this run."""
+    """Give the table of this run."""
     return request.config.stash[TABLE]
 
 
@@ -65,7 +65,7 @@ def median_s(benchmark: Any) -> Callable[..., float]:
 
 
 def exponent(rows: list[Row]) -> float:
-    """Slope of log time over log size, least squares."""
+    """Fit the slope of log time over log size by least squares."""
     x, y = [math.log(r.size) for r in rows], [math.log(r.seconds) for r in rows]
     mx, my = sum(x) / len(x), sum(y) / len(y)
     return sum((a - mx) * (b - my) for a, b in zip(x, y, strict=True)) / sum((a - mx) ** 2 for a in x)
@@ -85,7 +85,7 @@ def _lines(table: Table) -> Iterator[str]:
     yield f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}"
     yield ", ".join(f"{package} {version(package)}" for package in PACKAGES)
     yield ""
-    yield "| benchmark | of the limit | median | limit | notes |"
+    yield "| benchmark | median / limit | median | limit | notes |"
     yield "|---|---|---|---|---|"
     for r in table.rows:
         share, limit = (f"{r.seconds / r.limit_s:.2f}", _time(r.limit_s)) if r.limit_s else ("-", "-")

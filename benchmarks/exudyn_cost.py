@@ -1,4 +1,4 @@
-"""Where the multibody model spends its time: counts and timers of Exudyn's static solver itself."""
+"""Where the multibody model spends its time: counters and timers of Exudyn's static solver."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class Cost:
 
 @contextmanager
 def counted() -> Iterator[Cost]:
-    """Count what the static solver does inside the block; its timers cost a few percent."""
+    """Count the work of the static solver inside the block; its timers cost a few percent."""
     cost, solve = Cost(), exu.MainSystem.SolveStatic
 
     def solve_and_count(mbs: Any, settings: Any, *args: Any, **kwargs: Any) -> Any:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # its successor prints as well
+            warnings.simplefilter("ignore", DeprecationWarning)  # the new setting prints as well
             settings.displayComputationTime = True
         ok = False
         try:
@@ -40,7 +40,7 @@ def counted() -> Iterator[Cost]:
             solver = mbs.sys["staticSolver"]
             cost.solved, cost.failed = cost.solved + ok, cost.failed + (not ok)
             cost.newton += solver.it.newtonStepsCount
-            if solver.timer.total > 0:  # a solve that failed may leave its timers running backwards
+            if solver.timer.total > 0:  # after a failed solve a timer may be negative
                 cost.total_s += solver.timer.total
                 cost.jacobian_s += solver.timer.jacobianODE2
                 cost.factorization_s += solver.timer.factorization

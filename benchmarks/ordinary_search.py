@@ -1,7 +1,7 @@
-"""The paper's search written the ordinary way: stock pygad, one candidate at a time, Runge-Kutta in Python.
+"""The paper's search in a conventional implementation: plain pygad, one candidate at a time, Runge-Kutta in Python.
 
-It stands for what a user would write from the paper (section 3.3) and pygad's first example: eq. 7 as printed, the loop
-an array, and a candidate's numbers used as pygad hands them over, numpy's.
+This is what a user would write from the paper (section 3.3) and the first example of pygad: eq. 7 as printed, the loop
+as an array, and the numbers of a candidate as pygad passes them, as numpy numbers.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 
 def slope(h: float, df: float, A: float, beta: float, gamma: float, n: float) -> float:
-    """Eq. 7 as printed, for a change df of f in one unit of time."""
+    """Evaluate eq. 7 as printed, for a change df of f in one unit of time."""
     return A * df - beta * np.abs(df) * np.abs(h) ** (n - 1) * h - gamma * df * np.abs(h) ** n
 
 
@@ -45,12 +45,12 @@ def search(
     parts: int,
     seed: int,
 ) -> tuple[list[float], float]:
-    """Run the search; A, beta, gamma, n, and their root mean square error in deg."""
+    """Run the search; return A, beta, gamma, n, and their root mean square error in deg."""
 
     def error(solution: Sequence[float]) -> float:
         deviation = path + np.array(follow(path, parts, *solution)) - angle_deg
         found = float(np.sqrt(np.mean(deviation**2)))
-        return found if math.isfinite(found) else 1e6  # steps too long for the candidate
+        return found if math.isfinite(found) else 1e6  # the steps are too long for this candidate
 
     ga = pygad.GA(
         num_generations=generations,

@@ -1,8 +1,8 @@
 """Time and memory of a study over its size: ``python -m benchmarks.study_size [--workers N] SIZE...``.
 
-Each size is a run of its own of ``notchbend study`` by the chain, on a Sobol sample of preload and notch depth. Memory
-is the largest sum of resident sets of the command and all its processes, and of the command alone, sampled ten times
-a second; pages that processes share count in each.
+Each size is a separate run of ``notchbend study`` with the chain, on a Sobol sample of preload and notch depth. Memory
+is the largest sum of the resident sets of the command and all its processes, and of the command alone, sampled ten
+times a second; shared pages are counted in each process.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ preload_N = {{ from = 5, to = 40 }}
 method = "sobol"
 count = {count}
 """
-RUN = "from studies.commands.cli import main; main()"
+RUN = "from studies.commands import main; main()"
 
 
 def measured(count: int, engine: str, workers: int, folder: Path) -> tuple[float, float, float]:
-    """Seconds, and MB of the command alone and of all its processes."""
+    """Run a study; give seconds, and MB of the command alone and of all its processes."""
     file = folder / f"{count}.toml"
     file.write_text(STUDY.format(engine=engine, count=count))
     command = [sys.executable, "-c", RUN, "study", str(file), "--out", str(folder / str(count)), "--quiet"]
@@ -46,7 +46,7 @@ def measured(count: int, engine: str, workers: int, folder: Path) -> tuple[float
         try:
             sizes = [p.memory_info().rss for p in (family, *family.children(recursive=True))]
             alone, together = max(alone, sizes[0]), max(together, sum(sizes))
-        except psutil.Error:  # one of them has just ended
+        except psutil.Error:  # a process has just ended
             pass
         time.sleep(0.1)
     if process.returncode:
@@ -55,7 +55,7 @@ def measured(count: int, engine: str, workers: int, folder: Path) -> tuple[float
 
 
 def main() -> None:
-    """Print a row a size."""
+    """Print a row for each size."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sizes", type=int, nargs="+")
     parser.add_argument("--workers", type=int, default=2)

@@ -1,4 +1,4 @@
-"""The task that every engine gets: 14 joints, two elastic tendons on one wheel, one triangle of the drive."""
+"""The task of every engine: 14 joints, two elastic tendons on one wheel, one triangle of the drive."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from hysteresis.arrays import Floats
 AMPLITUDE_MM = 2.2
 STEP_MM = 0.1
 FRICTION_N = 1.73
-"""Friction of either tendon in its sheath: that of the default rig."""
+"""Friction of each tendon in its sheath, as in the default rig."""
 HOLD_STEPS = 10_000
 
 
 @dataclass(frozen=True)
 class Task:
-    """What a peer needs to know of the rig; mm, N, rad.
+    """The rig as the other codes model it; mm, N, rad.
 
-    Joints are hinges with springs in the middle of the notches, ``pitch`` apart; rings are rigid and reach
-    ``half_ring`` to either side of their centre. A tendon runs at ``arm`` from the axis, in the rings' holes and
-    straight across the notches; it is linear, of stiffness ``rope`` from the wheel to the tip.
+    Joints are hinges with springs in the middle of the notches, ``pitch`` apart; rings are rigid and extend
+    ``half_ring`` to either side of their centre. A tendon runs at ``arm`` from the axis, in the holes of the rings and
+    straight across the notches; it is linear, with ``tendon_stiffness`` from the wheel to the tip.
     """
 
     rig: Rig
@@ -36,22 +36,22 @@ class Task:
     pitch: float
     half_ring: float
     arm: float
-    hinge: float
-    rope: float
+    hinge_stiffness: float
+    tendon_stiffness: float
     preload: float
 
     @property
     def bending_stiffness(self) -> float:
-        """Stiffness against an equal turn of all joints, of one joint, with the tendons held at the wheel."""
-        return self.hinge + 2 * self.rope * self.arm**2 * self.joints
+        """Stiffness of one joint if all joints rotate alike and the wheel is fixed."""
+        return self.hinge_stiffness + 2 * self.tendon_stiffness * self.arm**2 * self.joints
 
     def exact_deg(self, drive_mm: Floats) -> Floats:
         """Bending angle without friction: closed form for tendons straight across the notches."""
         return theory_curve(self.rig, drive_mm).angle_deg
 
     def constant_arm_deg(self, drive_mm: Floats) -> Floats:
-        """Compute the same with path r theta: theta = 2 k r x / (c/N + 2 k r^2), while both tendons are taut."""
-        return np.degrees(2 * self.rope * self.arm * self.joints * drive_mm / self.bending_stiffness)
+        """Bending angle with the tendon path r theta: theta = 2 k r x / (c/N + 2 k r^2), while both are taut."""
+        return np.degrees(2 * self.tendon_stiffness * self.arm * self.joints * drive_mm / self.bending_stiffness)
 
     def friction_width_deg(self) -> float:
         """Width of the loop with constant friction f on both tendons and constant arm: 4 f r / (c/N + 2 k r^2)."""
@@ -59,21 +59,21 @@ class Task:
 
 
 def loop_without_friction() -> LoadProgram:
-    """0, +A, -A, 0 in 88 steps of 0.1 mm."""
+    """Load program 0, +A, -A, 0 in 88 steps of 0.1 mm."""
     return LoadProgram(triangle(AMPLITUDE_MM, step_mm=STEP_MM).drive_mm[1:89])
 
 
 def loop_with_friction() -> LoadProgram:
-    """0, +A, and from there one closed loop of 88 steps."""
+    """Load program 0, +A, and from there one closed loop of 88 steps."""
     return triangle(AMPLITUDE_MM, step_mm=STEP_MM)
 
 
 def frictionless() -> Task:
     """Preset du2018 with linear tendons and neither friction nor a material loop."""
     rig = preset("du2018", preload_N=20.0)
-    rope = replace(rig.tendon_a, toe_N=0.0)
+    tendon = replace(rig.tendon_a, toe_N=0.0)
     rig = replace(
-        rig, tendon_a=rope, tendon_b=rope, friction=Friction(), material=replace(rig.material, loop_share=0.0)
+        rig, tendon_a=tendon, tendon_b=tendon, friction=Friction(), material=replace(rig.material, loop_share=0.0)
     )
     return Task(
         rig=rig,
@@ -81,7 +81,7 @@ def frictionless() -> Task:
         pitch=rig.pitch_mm,
         half_ring=notched_tube(rig).notch.spacing_mm / 2,
         arm=joint_mechanics(rig).arms_mm.a,
-        hinge=flexure(rig).bending_Nmm_per_rad,
-        rope=rope.EA_N / (rope.free_length_mm + rig.joints * rig.pitch_mm),
+        hinge_stiffness=flexure(rig).bending_Nmm_per_rad,
+        tendon_stiffness=tendon.EA_N / (tendon.free_length_mm + rig.joints * rig.pitch_mm),
         preload=rig.preload_N,
     )

@@ -1,6 +1,7 @@
-"""The paper's search (population 100, 1,000 generations, 4 unknowns, 89-point loop), here and written the ordinary way.
+"""The paper's search (population 100, 1,000 generations, 4 unknowns, 89 points), here and done conventionally.
 
-``pytest benchmarks/test_search.py`` takes some minutes: the ordinary search runs whole, none of it is scaled up.
+``pytest benchmarks/test_search.py`` takes some minutes: the conventional search runs completely, nothing is
+extrapolated.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ seconds: dict[str, float] = {}
 
 
 def score(genes: Floats) -> Floats:
-    """Fitness of a whole generation; gamma beyond beta is taken back to it."""
+    """Compute the fitness of a whole generation; gamma is limited to beta."""
     A, beta, gamma, n = genes[:, 1:].T
     rows = np.column_stack([A, beta, np.minimum(gamma, beta), n, 0 * A])
     return -np.sqrt(np.mean((PATH + hysteresis_batch(PATH, rows) - ANGLE) ** 2, axis=1))
 
 
 def batched(generations: int) -> Floats:
-    """Run the search with whole generations in one compiled call: the fittest first."""
+    """Run the search with one compiled call a generation; the fittest first."""
     low, high = BOUNDS.T
     genes = np.column_stack([np.ones(POPULATION), np.random.default_rng(0).uniform(low, high, (POPULATION, 4))])
     return evolve("genetic", score, genes, (low, high), generations=generations, seed=0, tick=lambda: None)
@@ -49,22 +50,22 @@ def batched(generations: int) -> Floats:
 
 @pytest.mark.parametrize("model", [PAPER, BoucWen(-0.9, 0.3, 0.2, 1.5), BoucWen(-1.0, 1.0, 1.0, 3.0)], ids=repr)
 def test_one_evaluation(model: BoucWen, table: Any, benchmark: Any) -> None:
-    """One call for one 89-point loop, checks of the input included."""
+    """One call for one 89-point loop, including the checks of the input."""
     benchmark.pedantic(lambda: hysteresis(PATH, model), rounds=500, iterations=20, warmup_rounds=5)
     stats = benchmark.stats.stats
     label = f"one evaluation, A = {model.A:g}, n = {model.n:g}"
-    table.add(label, stats.median, LIMIT_EVALUATION_S, notes=f"least {1e6 * stats.min:.2f} us")
+    table.add(label, stats.median, LIMIT_EVALUATION_S, notes=f"minimum {1e6 * stats.min:.2f} us")
 
 
 def test_generation(table: Any, median_s: Callable[..., float]) -> None:
-    """A hundred loops in one call."""
+    """One call for a hundred loops."""
     rng = np.random.default_rng(0)
     genes = np.column_stack([np.ones(POPULATION), rng.uniform(*BOUNDS.T, (POPULATION, 4))])
     table.add("one generation of 100 loops", median_s(lambda: score(genes), rounds=50))
 
 
 def test_search(table: Any) -> None:
-    """The whole search, in one compiled call a generation."""
+    """The whole search, with one compiled call a generation."""
     batched(3)
     took, best = timed(lambda: batched(GENERATIONS)[0])
     seconds["batched"] = took[1]
@@ -74,11 +75,11 @@ def test_search(table: Any) -> None:
     table.add("the paper's search, batched", took[0], LIMIT_S, notes=notes)
 
 
-# 4 steps between two samples are off by 1.3e-3 deg at the paper's parameters, and by 0.7 deg and more in one candidate
-# of ten over the bounds. To bring parameters back to 1e-4, h must be right to about 1e-4 deg: 12 steps (10: 2.5e-4).
+# 4 steps between two samples have an error of 1.3e-3 deg at the paper's parameters, and of 0.7 deg and more for one
+# candidate in ten over the bounds. Parameters to 1e-4 need h to about 1e-4 deg, that is 12 steps (10: 2.5e-4).
 @pytest.mark.parametrize(("parts", "accuracy_deg"), [(4, 1.4e-3), (12, 1e-4)])
 def test_ordinary_search(parts: int, accuracy_deg: float, table: Any) -> None:
-    """The whole search, stock pygad and Runge-Kutta in Python."""
+    """The whole search with plain pygad and Runge-Kutta in Python."""
     constants = np.array([PAPER.A, PAPER.beta, PAPER.gamma, PAPER.n])
     assert np.abs(ordinary_search.follow(PATH, parts, *constants) - hysteresis(PATH, PAPER)).max() < accuracy_deg
     search = partial(ordinary_search.search, population=POPULATION, generations=GENERATIONS, parts=parts, seed=0)
@@ -87,14 +88,14 @@ def test_ordinary_search(parts: int, accuracy_deg: float, table: Any) -> None:
     ratio = took[1] / seconds["batched"] if "batched" in seconds else math.nan
     once = timeit.timeit(lambda: ordinary_search.follow(PATH, parts, *constants), number=20) / 20
     notes = (
-        f"{took[1]:.3g} s of processor time, {ratio:.0f} times the batched one, asked: {LIMIT_RATIO}; h right to "
+        f"{took[1]:.3g} s of processor time, {ratio:.0f} times the batched one, limit {LIMIT_RATIO}; h to "
         f"{accuracy_deg:g} deg; {error:.2g} deg rmse; {1e3 * once:.2g} ms an evaluation"
     )
-    table.add(f"the paper's search, ordinary, {parts} steps a sample", took[0], notes=notes)
+    table.add(f"the paper's search, conventional, {parts} steps a sample", took[0], notes=notes)
 
 
 def timed(work: Callable[[], Any]) -> tuple[tuple[float, float], Any]:
-    """Seconds on the clock and of this process, and what came out; the second does not mind busy neighbours."""
+    """Measure wall time and processor time in seconds, and give the result; other processes affect only the first."""
     clock, process = time.perf_counter(), time.process_time()
     result = work()
     return (time.perf_counter() - clock, time.process_time() - process), result

@@ -1,7 +1,7 @@
 """Speed of the engines: ``pytest benchmarks/test_speed.py`` prints one table at the end.
 
-Nothing here asserts a time: the table shows medians beside the limits that the project has set itself. What a run
-returns is checked, so that a fast wrong answer does not pass.
+No time is asserted: the table shows medians with the limits of the project. The results are asserted, so that a fast
+wrong answer fails.
 """
 
 from __future__ import annotations
@@ -32,33 +32,33 @@ EXPONENT_CHAIN = 1.2
 EXPONENT_MULTIBODY = 1.4
 
 
-def rig_of(joints: int, *, scaled_rope: bool = False) -> Rig:
+def rig_of(joints: int, *, scaled_tendon: bool = False) -> Rig:
     """Rig of the default preset (friction, toe region and material loop included) with another number of notches.
 
-    With ``scaled_rope`` the rope between wheel and base grows as the tube does, so that a step of the drive, which
-    grows as well, changes the tensions as in the default rig.
+    With ``scaled_tendon`` the free length of the tendons grows with the tube, so that a step of the drive, which grows
+    too, changes the tensions as in the default rig.
     """
     rig = preset("du2018")
     rig = with_notch(rig, replace(notched_tube(rig).notch, count=joints))
-    if not scaled_rope:
+    if not scaled_tendon:
         return rig
-    rope = replace(rig.tendon_a, free_length_mm=rig.tendon_a.free_length_mm * joints / JOINTS)
-    return replace(rig, tendon_a=rope, tendon_b=rope)
+    tendon = replace(rig.tendon_a, free_length_mm=rig.tendon_a.free_length_mm * joints / JOINTS)
+    return replace(rig, tendon_a=tendon, tendon_b=tendon)
 
 
 def cycle_of(joints: int) -> LoadProgram:
-    """One cycle 0, +A, -A, 0 of 88 steps: A is 2.2 mm for 14 joints and grows with them, so the joints bend alike."""
+    """One cycle 0, +A, -A, 0 of 88 steps; A is 2.2 mm for 14 joints and proportional to their number."""
     scale = joints / JOINTS
     return LoadProgram(triangle(2.2 * scale, step_mm=0.1 * scale).drive_mm[1:89])
 
 
 def step_of(joints: int) -> float:
-    """Largest step of the drive: one sample, whatever the number of joints."""
+    """Largest step of the drive: one sample for any number of joints."""
     return 0.1 * joints / JOINTS
 
 
 def fixed_cost_s(rig: Rig) -> float:
-    """Time that a solve takes whatever the program: reducing the rig, the record; median of 9."""
+    """Time of a solve without steps: preparing the rig and the record; median of 9."""
     still, times = LoadProgram(np.array([0.0, 0.0])), []
     for _ in range(9):
         start = time.perf_counter()
@@ -71,17 +71,17 @@ def test_chain_cycle(table: Any, median_s: Callable[..., float]) -> None:
     """One cycle of the default rig."""
     rig, program = rig_of(JOINTS), cycle_of(JOINTS)
     seconds = median_s(lambda: solve_chain(rig, program), rounds=30)
-    notes = f"of it {1e3 * fixed_cost_s(rig):.3g} ms before the first step"
+    notes = f"{1e3 * fixed_cost_s(rig):.3g} ms of it before the first step"
     table.add("chain, N = 14, one cycle of 88 steps", seconds, LIMIT_CHAIN_S, notes=notes)
 
 
-@pytest.mark.parametrize("scaled_rope", [False, True], ids=["rope", "scaled-rope"])
+@pytest.mark.parametrize("scaled_tendon", [False, True], ids=["tendon", "scaled-tendon"])
 @pytest.mark.parametrize("joints", SIZES)
-def test_chain_exponent(joints: int, scaled_rope: bool, table: Any, median_s: Callable[..., float]) -> None:
-    """How the cost of the steps grows with N; what a solve costs before its first step would hide it."""
-    rig, program = rig_of(joints, scaled_rope=scaled_rope), cycle_of(joints)
+def test_chain_exponent(joints: int, scaled_tendon: bool, table: Any, median_s: Callable[..., float]) -> None:
+    """Growth of the cost of the steps with N, without the fixed cost of a solve."""
+    rig, program = rig_of(joints, scaled_tendon=scaled_tendon), cycle_of(joints)
     settings = ChainSettings(max_step_mm=step_of(joints))
-    series = "chain, steps alone, free rope scaled with N" if scaled_rope else "chain, steps alone"
+    series = "chain, steps alone, free length scaled with N" if scaled_tendon else "chain, steps alone"
     table.exponent_limits[series] = EXPONENT_CHAIN
     top = solve_chain(rig, program, settings).record.angle_deg.max()
     assert top == pytest.approx(45.2 * joints / JOINTS, rel=0.06)  # 45.2 deg at 14: the paper's full scale, 45 deg
@@ -90,21 +90,23 @@ def test_chain_exponent(joints: int, scaled_rope: bool, table: Any, median_s: Ca
 
 
 def batch(count: int, seed: int = 0) -> list[Rig]:
-    """Rigs around the default one: preload, modulus, rope, friction and material loop vary."""
+    """Rigs around the default one: preload, modulus, tendon, friction and material loop vary."""
     rng, rig = np.random.default_rng(seed), rig_of(JOINTS)
     low = np.array([10.0, 45.0, 1.0e4, 0.0, 0.0, 0.0, 0.0])
     high = np.array([30.0, 75.0, 3.0e4, 60.0, 0.05, 2.5, 0.5])
     rigs = []
     for preload, young, ea, toe, mu, sheath, share in rng.uniform(low, high, (count, low.size)):
-        rope = replace(rig.tendon_a, EA_N=ea, toe_N=toe)
+        tendon = replace(rig.tendon_a, EA_N=ea, toe_N=toe)
         material = replace(rig.material, youngs_modulus_GPa=young, loop_share=share)
         friction = Friction(capstan_coefficient=mu, guide_N=0.01, sheath_N=sheath)
-        rigs.append(replace(rig, preload_N=preload, tendon_a=rope, tendon_b=rope, material=material, friction=friction))
+        rigs.append(
+            replace(rig, preload_N=preload, tendon_a=tendon, tendon_b=tendon, material=material, friction=friction)
+        )
     return rigs
 
 
 def test_chain_batch(table: Any, median_s: Callable[..., float]) -> None:
-    """A thousand rigs in one call."""
+    """One call for a thousand rigs."""
     solve_batch = getattr(chain, "solve_batch", None)
     if solve_batch is None:
         pytest.skip("fem_models.chain.solve has no solve_batch yet")
@@ -120,7 +122,7 @@ def test_chain_batch(table: Any, median_s: Callable[..., float]) -> None:
 
 @pytest.mark.parametrize("joints", SIZES[:4])
 def test_multibody(joints: int, table: Any, median_s: Callable[..., float]) -> None:
-    """One cycle, how it grows with N, and where the time goes by Exudyn's own count."""
+    """One cycle, its growth with N, and where the time goes according to Exudyn's counters."""
     rig, program = rig_of(joints), cycle_of(joints)
     settings = MultibodySettings(max_step_mm=step_of(joints))
     table.exponent_limits["multibody"] = EXPONENT_MULTIBODY

@@ -16,7 +16,7 @@ DIFFERENCE = "flexures also shorten under thrust, and bend over their length"
 CLOSED_FORM = None
 LACKS = "motion out of the plane; inertia; flexible rings"
 FRICTION_VARIANTS = ("sheath_N",)
-WHEEL_SIDE = 100.0  # rope in the tube is stiffer by this: all of it stretches ahead of the friction, as in the peer
+WHEEL_SIDE = 100.0  # factor of the stiffness in the tube: the tendon stretches ahead of the friction, as in MuJoCo
 
 
 def prepare(task: Task, drive_mm: Floats) -> Callable[[], Floats]:
@@ -25,10 +25,10 @@ def prepare(task: Task, drive_mm: Floats) -> Callable[[], Floats]:
 
 
 def friction_loop(task: Task, drive_mm: Floats, friction_N: float, variant: str) -> tuple[Floats, float]:
-    """Loop with constant friction at the base, and the drift in deg over further samples with the drive held."""
-    rope = replace(task.rig.tendon_a, EA_N=WHEEL_SIDE * task.rig.tendon_a.EA_N)
-    rope = replace(rope, free_length_mm=rope.EA_N / task.rope)
-    rig = replace(task.rig, tendon_a=rope, tendon_b=rope, friction=Friction(sheath_N=friction_N))
+    """Loop with constant friction at the base, and the drift in deg over further samples at constant drive."""
+    tendon = replace(task.rig.tendon_a, EA_N=WHEEL_SIDE * task.rig.tendon_a.EA_N)
+    tendon = replace(tendon, free_length_mm=tendon.EA_N / task.tendon_stiffness)
+    rig = replace(task.rig, tendon_a=tendon, tendon_b=tendon, friction=Friction(sheath_N=friction_N))
     settings = ChainSettings(bristle_ratio=ChainSettings.bristle_ratio / WHEEL_SIDE)  # the same spring as without
     held = LoadProgram(np.append(drive_mm, np.full(HOLD_STEPS, drive_mm[-1])))
     angle = solve_chain(rig, held, settings).record.angle_deg

@@ -1,7 +1,7 @@
 """The task in MuJoCo: hinges with springs, spatial tendons over sites, position actuators that only pull.
 
-MuJoCo has no static solver: it runs its dynamics until they rest. Inertia and damping are free, so both are set on
-the joints, as armature and damping, such that an equal turn of all joints is critically damped.
+MuJoCo has no static solver: it runs its dynamics until the model is at rest. Inertia and damping do not matter, so both
+are set on the joints, as armature and damping, such that an equal rotation of all joints is critically damped.
 """
 
 from __future__ import annotations
@@ -15,10 +15,12 @@ from task import HOLD_STEPS, Floats, Task
 
 DIFFERENCE = "none: same hinges, same chords"
 CLOSED_FORM = "chords"
-LACKS = "static solver; capstan friction (one yield force a tendon); rope with a toe region; notch to stiffness"
+LACKS = (
+    "static solver; capstan friction (one yield force a tendon); tendons with a toe region; stiffness from the notch"
+)
 TIME_STEP = 1e-3
-SETTLE = 10  # steps a sample without friction, at the time scale of one step
-FRICTION_SETTLE = 200  # with friction, at the time scale of ten steps: the friction constraint needs a few itself
+SETTLE = 10  # steps a sample without friction, with a time scale of one step
+FRICTION_SETTLE = 200  # with friction and a time scale of ten steps: the friction constraint needs several
 
 FRICTION_VARIANTS = {  # steps a sample, noslip_iterations, attributes of the tendon
     "frictionloss, default solver": (FRICTION_SETTLE, 0, ""),
@@ -29,14 +31,15 @@ FRICTION_VARIANTS = {  # steps a sample, noslip_iterations, attributes of the te
 
 
 def _model(task: Task, time_scale: float, friction: str = "", noslip: int = 0) -> mujoco.MjModel:
-    """Model whose bending has the time scale given, in steps."""
+    """Model whose bending has the given time scale, in steps."""
     armature = task.bending_stiffness * (time_scale * TIME_STEP) ** 2
     damping = 2 * math.sqrt(armature * task.bending_stiffness)
     p, h, n = task.pitch, task.half_ring, task.joints
+    hinge, stiffness = task.hinge_stiffness, task.tendon_stiffness
     sides = {"a": task.arm, "b": -task.arm}
     rings = "".join(
         f'<body pos="{p if i else p / 2} 0 0"><inertial pos="0 0 0" mass="1e-8" diaginertia="1e-8 1e-8 1e-8"/>'
-        f'<joint type="hinge" axis="0 0 1" stiffness="{task.hinge}" damping="{damping}" armature="{armature}"/>'
+        f'<joint type="hinge" axis="0 0 1" stiffness="{hinge}" damping="{damping}" armature="{armature}"/>'
         + "".join(
             f'<site name="{s}{i}in" pos="{p / 2 - h} {y} 0"/><site name="{s}{i}out" pos="{p / 2 + h} {y} 0"/>'
             for s, y in sides.items()
@@ -50,8 +53,8 @@ def _model(task: Task, time_scale: float, friction: str = "", noslip: int = 0) -
         + "</spatial>"
         for s in sides
     )
-    ropes = "".join(
-        f'<general tendon="{s}" biastype="affine" gainprm="{task.rope}" biasprm="0 {-task.rope} 0" '
+    actuators = "".join(
+        f'<general tendon="{s}" biastype="affine" gainprm="{stiffness}" biasprm="0 {-stiffness} 0" '
         'forcelimited="true" forcerange="-1e6 0"/>'
         for s in sides
     )
@@ -59,14 +62,14 @@ def _model(task: Task, time_scale: float, friction: str = "", noslip: int = 0) -
         f'<mujoco><option timestep="{TIME_STEP}" gravity="0 0 0" integrator="implicitfast" '
         f'noslip_iterations="{noslip}"><flag contact="disable"/></option>'
         f"<worldbody>{base}{rings}{'</body>' * n}</worldbody>"
-        f"<tendon>{tendons}</tendon><actuator>{ropes}</actuator></mujoco>"
+        f"<tendon>{tendons}</tendon><actuator>{actuators}</actuator></mujoco>"
     )
 
 
 def _follow(task: Task, model: mujoco.MjModel, data: mujoco.MjData, drive_mm: Floats, steps: int) -> Floats:
     mujoco.mj_resetData(model, data)
     mujoco.mj_forward(model, data)
-    free = data.ten_length - task.preload / task.rope
+    free = data.ten_length - task.preload / task.tendon_stiffness
     angle = np.empty(drive_mm.size)
     for k, x in enumerate(drive_mm):
         data.ctrl[:] = free + np.array([-x, x])
@@ -83,7 +86,7 @@ def prepare(task: Task, drive_mm: Floats) -> Callable[[], Floats]:
 
 
 def friction_loop(task: Task, drive_mm: Floats, friction_N: float, variant: str) -> tuple[Floats, float]:
-    """Loop with ``frictionloss`` on the tendons, and the drift in deg over further steps with the drive held."""
+    """Loop with ``frictionloss`` on the tendons, and the drift in deg over further steps at constant drive."""
     steps, noslip, constraint = FRICTION_VARIANTS[variant]
     model = _model(task, 10.0, f'frictionloss="{friction_N}" {constraint}', noslip)
     data = mujoco.MjData(model)

@@ -1,4 +1,4 @@
-"""The task in soromox: an articulated robot with a routed tendon on either side; elasticity and Newton are ours."""
+"""The task in soromox: an articulated robot with a tendon on each side; elastic tendons and Newton written here."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from soromox import ArticulatedSoftRobot, ArticulatedSoftRobotParams, ArticulatedTendonActuator
 from task import Floats, Task
 
-DIFFERENCE = "arm of an articulated tendon is constant: path r theta in place of chords"
+DIFFERENCE = "the moment arm of an articulated tendon is constant: path r theta in place of chords"
 CLOSED_FORM = "constant arm"
 LACKS = "static solver (Newton written here); friction of tendons; tendons that depend on each other in one element"
-NEWTON = 2  # from the last pose: leaves 1e-12 N mm
+NEWTON = 2  # steps from the last pose: the residual is 1e-12 N mm
 
 jax.config.update("jax_enable_x64", True)
 
@@ -29,7 +29,7 @@ def _robot(task: Task) -> ArticulatedSoftRobot:
         mass=jnp.ones(n),
         center_of_mass_inertia=jnp.broadcast_to(jnp.eye(3), (n, 3, 3)),
         gravity=jnp.zeros(3),
-        joint_stiffness=task.hinge * jnp.eye(n),
+        joint_stiffness=task.hinge_stiffness * jnp.eye(n),
         joint_damping=jnp.eye(n),
         joint_rest_configuration=jnp.zeros(n),
         radius=jnp.ones(n),
@@ -44,7 +44,7 @@ def prepare(task: Task, drive_mm: Floats) -> Callable[[], Floats]:
     robot = _robot(task)
 
     def unbalance(q: jax.Array, wheel: jax.Array) -> jax.Array:
-        tension = jnp.maximum(task.preload + task.rope * (wheel - robot.actuator_coordinates(q)), 0.0)
+        tension = jnp.maximum(task.preload + task.tendon_stiffness * (wheel - robot.actuator_coordinates(q)), 0.0)
         return robot.elastic_force(q) - robot.actuation_force(q, tension)
 
     def pose(q: jax.Array, x: jax.Array) -> tuple[jax.Array, jax.Array]:

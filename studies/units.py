@@ -1,4 +1,4 @@
-"""Unit and words of a number, as they stand in its name: ``notch.depth_mm`` is a notch depth in mm."""
+"""Unit and description of a number from its name: ``notch.depth_mm`` is a notch depth in mm."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ _UNITS = {
     "N_per_mm": "N/mm",
     "percent": "%",
 } | {unit: unit for unit in ("GPa", "MPa", "deg", "mm", "mJ", "Hz", "N", "g", "s")}
-"""By the ending of the name, the longest first."""
+"""Units by the ending of a name, the longest ending first."""
 
 
 def unit_of(name: str) -> str:
-    """Give the unit at the end of a name; empty where there is none."""
+    """Give the unit at the end of a name; empty if there is none."""
     return _UNITS.get(_ending(name), "")
 
 
@@ -23,7 +23,7 @@ def words_of(name: str) -> str:
 
 
 def label_of(name: str, unit: str = "") -> str:
-    """Give words and unit for a scale; ``unit`` stands in for that of the name."""
+    """Give words and unit for a scale; ``unit`` replaces that of the name."""
     unit = unit or unit_of(name)
     return f"{words_of(name)}, {unit}" if unit else words_of(name)
 

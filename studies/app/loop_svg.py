@@ -1,4 +1,4 @@
-"""The loop of the app as SVG text: small enough to be sent at every move of a slider."""
+"""The loop of the app as SVG text, small enough to be sent at each move of a slider."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def loop_svg(curves: Sequence[tuple[Floats, Floats]]) -> str:
     x = _Axis(np.concatenate([curve[0] for curve in curves]), LEFT, WIDTH - RIGHT)
     y = _Axis(np.concatenate([curve[1] for curve in curves]), HEIGHT - BOTTOM, TOP)
     angle = curves[-1][1]
-    said = f"Loop of the bending angle, {angle.min():.1f} to {angle.max():.1f} deg"
-    parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{said}">']
+    description = f"Loop of the bending angle, {angle.min():.1f} to {angle.max():.1f} deg"
+    parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{description}">']
     for tick in x.ticks:
         at = x.place(tick)
         parts.append(f'<path class="grid" d="M{at:.1f} {TOP}V{HEIGHT - BOTTOM}"/>')
@@ -28,8 +28,8 @@ def loop_svg(curves: Sequence[tuple[Floats, Floats]]) -> str:
         parts.append(f'<path class="grid" d="M{LEFT} {at:.1f}H{WIDTH - RIGHT}"/>')
         parts.append(f'<text x="{LEFT - 8}" y="{at + 5:.1f}" text-anchor="end">{tick:g}</text>')
     for i, (drive, height) in enumerate(curves):
-        way = "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x.place(drive), y.place(height), strict=True))
-        parts.append(f'<path class="{"now" if i == len(curves) - 1 else "before"}" d="M{way}"/>')
+        points = "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x.place(drive), y.place(height), strict=True))
+        parts.append(f'<path class="{"now" if i == len(curves) - 1 else "before"}" d="M{points}"/>')
     middle = (TOP + HEIGHT - BOTTOM) / 2
     parts.append(f'<text x="{(LEFT + WIDTH - RIGHT) / 2}" y="{HEIGHT - 6}" text-anchor="middle">drive, mm</text>')
     parts.append(
@@ -53,9 +53,9 @@ class _Axis:
 
 
 def _ticks(low: float, high: float) -> Floats:
-    """Five or so round numbers between two ends."""
+    """Give about five round numbers between two ends."""
     raw = (high - low) / 6
     decade = 10.0 ** np.floor(np.log10(raw))
     step = decade * next(m for m in (1, 2, 5, 10) if m * decade >= raw)
     ticks: Floats = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
-    return ticks + 0.0  # no minus zero
+    return ticks + 0.0  # turns -0.0 into 0.0

@@ -1,7 +1,7 @@
-"""``notchbend app``: a local page with sliders; the loop and the tube follow at once.
+"""``notchbend app``: a local page with sliders that update the loop and the tube.
 
-trame keeps the page and Python in step, vtk.js turns the tube in the browser: nothing is drawn here, so that no OpenGL
-is needed, and everything the page loads comes from this machine.
+trame synchronises the page with Python, and vtk.js draws the tube in the browser. Python draws nothing and needs no
+OpenGL, and the page loads nothing from the network.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import base64
 import secrets
 import socket
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.view import SceneError
+from hysteresis.plain import to_plain
 from studies.app.loop_svg import loop_svg
 from studies.app.playground import Answer, Slider, answer, sliders
 from studies.engines import MissingError
@@ -31,10 +33,10 @@ if TYPE_CHECKING:
 
 HOST = "127.0.0.1"
 TOP_STRAIN_PERCENT = 6.0
-"""End of the colour scale: the strain to which superelasticity is tested (ASTM F2516)."""
+"""End of the colour scale: the strain of the test for superelasticity (ASTM F2516)."""
 LIGHT, DARK = (1.0, 1.0, 1.0), (0.09, 0.11, 0.145)
-"""Behind the tube, as ``--card`` in ``app.css``."""
-STANCE = np.array([[0.93, 0.0, 0.37], [-0.13, 0.94, 0.32], [-0.35, -0.35, 0.87]])
+"""Background of the tube, as ``--card`` in ``app.css``."""
+OBLIQUE = np.array([[0.93, 0.0, 0.37], [-0.13, 0.94, 0.32], [-0.35, -0.35, 0.87]])
 """Rotation to an oblique view, as in the pictures of :mod:`fem_models.view.manipulator`: about x, then about y."""
 STYLE = Path(__file__).with_name("app.css")
 
@@ -46,38 +48,38 @@ class ServeError(MissingError):
 def serve(
     rig: Rig, amplitude_mm: float, *, port: int, browser: bool, ready: Callable[[str], None] = lambda address: None
 ) -> None:
-    """Serve the page of a rig until it is interrupted; ``ready`` is told its address.
+    """Serve the page of a rig until it is interrupted; ``ready`` is called with its address.
 
     Parameters
     ----------
     port
-        Of 127.0.0.1; 0 takes any that is free.
+        Port on 127.0.0.1; 0 takes any free port.
 
     Raises
     ------
     RigError, SolverError
-        A rig that cannot follow the amplitude to begin with.
+        A rig that cannot follow the amplitude to start with.
     ServeError
-        A port that cannot be had.
+        A port that is not available.
     """
     first = answer(rig, {s.name: s.start for s in sliders(rig, amplitude_mm)})
     _require_free(port)
     from trame.app import get_server
 
     server = get_server("notchbend", client_type="vue3")
-    secret = secrets.token_hex(16)  # other pages of the browser do not know it
+    secret = secrets.token_hex(16)  # unknown to other pages of the browser
     server.cli.parse_known_args = partial(server.cli.parse_known_args, ["--authKey", secret])  # not our command line
     page = Page(server, rig, sliders(rig, amplitude_mm), first)
     page.build()
-    server.controller.on_server_bind.add(lambda bound: _tell_session(bound, secret))
+    server.controller.on_server_bind.add(lambda bound: _answer_session_request(bound, secret))
     server.controller.on_server_ready.add(lambda **_: ready(f"http://{HOST}:{server.port}/"))
     server.start(
         port=port, host=HOST, open_browser=browser, show_connection_info=False, disable_logging=True, timeout=0
     )
 
 
-def _tell_session(bound: Any, secret: str) -> None:
-    """Answer the page's question for its session, which ends in an error on its console otherwise."""
+def _answer_session_request(bound: Any, secret: str) -> None:
+    """Answer the page's request for its session, which otherwise fails with an error on its console."""
     from aiohttp import web
 
     async def session(request: web.Request) -> web.Response:
@@ -97,7 +99,7 @@ def _require_free(port: int) -> None:
 
 
 class Page:
-    """The page of one rig: what its sliders say, and the answer that is on show."""
+    """The page of one rig: the values of its sliders, and the answer that it shows."""
 
     def __init__(self, server: Any, rig: Rig, moved: Sequence[Slider], first: Answer) -> None:
         self.server, self.state, self.rig, self.sliders, self.first = server, server.state, rig, moved, first
@@ -111,24 +113,24 @@ class Page:
         self.show(first)
 
     def show(self, found: Answer) -> None:
-        """Put an answer on the page."""
+        """Show an answer on the page."""
         with self.state:
             self.state.message = ""
             self.state.figures = [{"name": name, "value": value} for name, value in found.figures]
             self.state.loop = loop_svg([(self.first.drive_mm, self.first.angle_deg), (found.drive_mm, found.angle_deg)])
-            self.state.tube = mesh_state(found.tube)
+            self.state.tube = to_plain(mesh_of(found.tube))
 
     def refuse(self, error: Exception) -> None:
-        """Say why there is no answer; the last one stays, greyed."""
+        """Show why there is no answer; the last one stays, greyed out."""
         with self.state:
             self.state.message = " ".join(str(error).split())
 
     def values(self) -> dict[str, float]:
-        """Values of the sliders by dotted name; a browser sends them as text."""
+        """Give the values of the sliders by dotted name; a browser sends them as text."""
         return {slider.name: float(self.state[slider.key]) for slider in self.sliders}
 
     def changed(self, **_: Any) -> None:
-        """Follow the sliders; while one answer is made, moves but the last are passed over."""
+        """Follow the sliders; while an answer is computed, all moves but the last are skipped."""
         self.wanted = self.values()
         if self.task is None or self.task.done():
             self.task = asyncio.get_running_loop().create_task(self._follow())
@@ -143,12 +145,12 @@ class Page:
                 self.refuse(error)
 
     def reset(self) -> None:
-        """Put every slider back to the rig's own number."""
+        """Set every slider to the number of the rig."""
         for slider in self.sliders:
             self.state[slider.key] = slider.start
 
     def build(self) -> None:
-        """Lay the page out."""
+        """Lay out the page."""
         from trame.ui.html import DivLayout
         from trame.widgets import client, html, vtk
 
@@ -160,7 +162,9 @@ class Page:
             client.ClientTriggers(mounted=f"backdrop = {dark} ? {list(DARK)} : {list(LIGHT)}")
             with html.Header():
                 html.H1(self.rig.name)
-                html.P("Compiled chain, one closed cycle a move. Grey: the rig as it is.", classes="soft")
+                html.P(
+                    "Chain model, one closed cycle for each move. Grey: the rig with its own numbers.", classes="soft"
+                )
             with html.Section(classes="controls", raw_attrs=['aria-label="Sliders"']):
                 for slider in self.sliders:
                     self._slider(html, slider)
@@ -215,27 +219,56 @@ class Page:
             )
 
 
-def mesh_state(tube: pv.PolyData) -> dict[str, Any]:
-    """Give a surface as vtk.js reads it, with the colour of its strain."""
+@dataclass(frozen=True)
+class PackedArray:
+    """An array as vtk.js reads it: base64 of its bytes."""
+
+    bvals: str
+    dtype: str
+    shape: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class MeshPoints:
+    """Points of a surface, mm, and its triangles."""
+
+    points: PackedArray
+    polys: PackedArray
+
+
+@dataclass(frozen=True)
+class MeshColour:
+    """Red, green and blue of every point."""
+
+    values: PackedArray
+    name: str = "colour"
+    numberOfComponents: int = 3
+    type: str = "Uint8Array"
+    location: str = "PointData"
+    dataRange: tuple[int, int] = (0, 255)
+
+
+@dataclass(frozen=True)
+class MeshState:
+    """A coloured surface as vtk.js reads it."""
+
+    mesh: MeshPoints
+    field: MeshColour
+
+
+def mesh_of(tube: pv.PolyData) -> MeshState:
+    """Give the surface of a tube with the colour of its strain."""
     triangles = tube.faces.reshape(-1, 4)[:, 1:]
     colour = shaded(tube.points.astype(float), triangles, np.asarray(tube["strain_percent"]), TOP_STRAIN_PERCENT)
-    return {
-        "mesh": {
-            "points": _packed((tube.points @ STANCE.T).astype(np.float32)),
-            "polys": _packed(tube.faces.astype(np.uint32)),
-        },
-        "field": {
-            "name": "colour",
-            "values": _packed(colour),
-            "numberOfComponents": 3,
-            "type": "Uint8Array",
-            "location": "PointData",
-            "dataRange": [0, 255],
-        },
-    }
+    return MeshState(
+        MeshPoints(
+            points=_packed((tube.points @ OBLIQUE.T).astype(np.float32)),
+            polys=_packed(tube.faces.astype(np.uint32)),
+        ),
+        MeshColour(_packed(colour)),
+    )
 
 
-def _packed(values: NDArray[Any]) -> dict[str, Any]:
+def _packed(values: NDArray[Any]) -> PackedArray:
     array = np.ascontiguousarray(values)
-    text = base64.b64encode(array.tobytes()).decode()
-    return {"bvals": text, "dtype": str(array.dtype), "shape": list(array.shape)}
+    return PackedArray(base64.b64encode(array.tobytes()).decode(), str(array.dtype), array.shape)

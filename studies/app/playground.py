@@ -1,4 +1,4 @@
-"""What the app plays with: sliders on a rig, and the loop and the tube that follow by the compiled chain."""
+"""Sliders on the numbers of a rig, and the loop and the tube that the chain computes from them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ AMPLITUDE = "amplitude_mm"
 
 @dataclass(frozen=True)
 class Slider:
-    """A number to move. ``name`` is dotted as in :func:`fem_models.rig.rig.numeric_fields`, or ``amplitude_mm``."""
+    """A number that can be changed.
+
+    ``name`` is dotted as in :func:`fem_models.rig.rig.numeric_fields`, or ``amplitude_mm``.
+    """
 
     name: str
     label: str
@@ -64,7 +67,7 @@ class Answer:
 
 
 def sliders(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
-    """Sliders of a rig, around its own numbers; those of the notch only where it has one."""
+    """Give the sliders of a rig, around its own numbers; those of the notch only if it has one."""
     out = [
         Slider("preload_N", "Preload", "N", min(1.0, rig.preload_N), max(40.0, 2 * rig.preload_N), 0.5, rig.preload_N)
     ]
@@ -90,18 +93,18 @@ def sliders(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
 
 
 def _around(start: float, low: float, high: float, step: float) -> tuple[float, float]:
-    """Give ends that are whole steps from where the slider starts, within ``low`` to ``high``."""
+    """Give ends that are whole steps from the start, within ``low`` to ``high``."""
     down, up = np.floor((start - low) / step + 1e-9), np.floor((high - start) / step + 1e-9)
     return round(float(start - max(0.0, down) * step), 6), round(float(start + max(0.0, up) * step), 6)
 
 
 def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
-    """Give the rig another preload, notch and friction, by dotted name.
+    """Change numbers of the rig by their dotted names.
 
     Raises
     ------
     RigError
-        A rig that cannot be.
+        A rig that is not possible.
     """
     for name, value in values.items():
         rig = with_number(rig, name, value)
@@ -114,7 +117,7 @@ def answer(rig: Rig, values: Mapping[str, float]) -> Answer:
     Raises
     ------
     RigError, SolverError
-        A rig that cannot be, or cannot follow; one line.
+        A rig that is not possible, or cannot follow the drive; one line.
     """
     amplitude = float(values[AMPLITUDE])
     moved = with_values(rig, {name: float(value) for name, value in values.items() if name != AMPLITUDE})
@@ -133,8 +136,8 @@ def answer(rig: Rig, values: Mapping[str, float]) -> Answer:
     strain = 100 * float(np.abs(solution.peak_strain).max())
     figures = [
         ("Largest angle", f"{np.abs(record.angle_deg).max():.2f} deg"),
-        ("Loop width, most", f"{width.max_deg:.2f} deg"),
-        ("Lost a cycle", f"{work:.2f} mJ"),
+        ("Largest loop width", f"{width.max_deg:.2f} deg"),
+        ("Loss in a cycle", f"{work:.2f} mJ"),
         ("Tension", f"{tension.min():.1f} to {tension.max():.1f} N"),
     ]
     if np.isfinite(strain):

@@ -11,8 +11,11 @@ import typer
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.record import RecordError
-from studies.commands import data, records, simulation, study
+from studies.commands.data import fetch, list_records
 from studies.commands.options import with_option_groups
+from studies.commands.records import compensate, effects, identify, separate, trace
+from studies.commands.simulation import run, simulate, validate
+from studies.commands.study import report, serve_app, study
 from studies.engines import MissingError
 from studies.sweep import StudyError
 
@@ -22,19 +25,19 @@ app = typer.Typer(
 data_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Measured records from public repositories.")
 
 COMMANDS: dict[str, Callable[..., None]] = {
-    "run": simulation.run,
-    "simulate": simulation.simulate,
-    "validate": simulation.validate,
-    "identify": records.identify,
-    "separate": records.separate,
-    "trace": records.trace,
-    "effects": records.effects,
-    "compensate": records.compensate,
-    "study": study.study,
-    "report": study.report,
-    "app": study.app,
+    "run": run,
+    "simulate": simulate,
+    "validate": validate,
+    "identify": identify,
+    "separate": separate,
+    "trace": trace,
+    "effects": effects,
+    "compensate": compensate,
+    "study": study,
+    "report": report,
+    "app": serve_app,
 }
-DATA_COMMANDS: dict[str, Callable[..., None]] = {"list": data.list_records, "fetch": data.fetch}
+DATA_COMMANDS: dict[str, Callable[..., None]] = {"list": list_records, "fetch": fetch}
 for typer_app, commands in ((app, COMMANDS), (data_app, DATA_COMMANDS)):
     for name, command in commands.items():
         typer_app.command(name)(with_option_groups(command))

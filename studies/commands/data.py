@@ -1,4 +1,5 @@
 """Commands ``data list`` and ``data fetch``: measured records from public repositories."""
+# Imports inside a command are needed by it alone.
 
 from __future__ import annotations
 
@@ -9,12 +10,13 @@ import typer
 from rich.table import Table
 
 from studies.commands.options import Common, Out
-from studies.fetch import CATALOGUE, SOURCES_ONLY, fetch_record
 from studies.progress import status
 
 
-def list_records(common: Common) -> None:
+def list_records(*, common: Common) -> None:
     """List the measured records that can be fetched, and their sources; with --quiet the names alone."""
+    from studies.fetch import CATALOGUE, SOURCES_ONLY
+
     if common.quiet and not common.json:
         typer.echo("\n".join(CATALOGUE))
         return
@@ -29,11 +31,14 @@ def list_records(common: Common) -> None:
 
 
 def fetch(
+    *,
     name: Annotated[str, typer.Argument(help="A name of `notchbend data list`.")],
-    common: Common,
     out: Out = Path("measured"),
+    common: Common,
 ) -> None:
     """Fetch a measured record from its public repository, verify its checksum, and write it as a record."""
+    from studies.fetch import CATALOGUE, fetch_record
+
     with status(common.shows_progress, f"fetching {name}"):
         path = fetch_record(name, out)
     entry = CATALOGUE[name]

@@ -57,7 +57,7 @@ def with_option_groups(command: Callable[..., None]) -> Callable[..., None]:
     names = [one.name for one in shown]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
-        raise TypeError(f"{command.__name__}: option {twice} stands in two groups")
+        raise TypeError(f"{command.__name__}: option {twice} is in two groups")
 
     @functools.wraps(command)
     def run(**given: Any) -> None:
@@ -73,7 +73,7 @@ def with_option_groups(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _options_of(group: type) -> list[inspect.Parameter]:
-    """Give the parameters that stand for the fields of a group; a field without a default is a required option."""
+    """Give a parameter for each field of a group; a field without a default is a required option."""
     hints = get_type_hints(group, include_extras=True)
     return [
         inspect.Parameter(

@@ -41,6 +41,7 @@ class SearchChoice:
 
 
 def identify(
+    *,
     records: Annotated[list[Path], typer.Argument(help="The records to fit, CSV; several are fitted jointly.")],
     out: Out,
     search: SearchChoice,
@@ -65,16 +66,17 @@ def identify(
 
 
 def separate(
+    *,
     out: Out,
-    rig: RigChoice,
-    common: Common,
     records: Annotated[list[Path] | None, typer.Argument(help="Records of a known rig, in place of --preset.")] = None,
+    rig: RigChoice,
     amplitude: Annotated[
         float | None, typer.Option("--amplitude", help=f"Amplitude of the drive, mm; by default {SEPARATION_MM:g}.")
     ] = None,
     engine: Annotated[
         Literal["chain", "multibody"], typer.Option("--engine", help="Model; with records it is the chain.")
     ] = "chain",
+    common: Common,
 ) -> None:
     """Divide the loop into friction, tendon elasticity and material, by switching each of them in the model."""
     from studies.commands.separation import separate_records, separate_rig, summary
@@ -101,10 +103,11 @@ def _require_records_alone(rig: RigChoice, amplitude: float | None, engine: str)
 
 
 def trace(
+    *,
     records: Annotated[list[Path], typer.Argument(help="Records of one rig, CSV; they share its parameters.")],
     out: Out,
-    common: Common,
     threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for the derivatives.")] = 2,
+    common: Common,
 ) -> None:
     """Trace the residual of records to the effect that the model lacks, with the error before and after."""
     from studies.commands.tracing import require_kept, summary, trace_files, write_trace
@@ -115,7 +118,7 @@ def trace(
     common.show(found.report.to_dict(), *summary(found.report), f"report: {out / 'report.html'}")
 
 
-def effects(common: Common) -> None:
+def effects(*, common: Common) -> None:
     """List the effects that `trace` knows, and what distinguishes them; with --quiet the names alone."""
     from validation.tracing import catalogue
 
@@ -130,13 +133,14 @@ def effects(common: Common) -> None:
 
 
 def compensate(
+    *,
     record: Annotated[Path, typer.Argument(help="The record to identify, CSV, or an identify.json.")],
     reference: Annotated[
         Path, typer.Option("--reference", help="Angles to follow, CSV: angle_deg and, optionally, time_s.")
     ],
     out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
-    common: Common,
     elements: Elements = 0,
+    common: Common,
 ) -> None:
     """Find the drive that makes the angle follow a reference, from a record of the rig or its identify.json."""
     from studies.commands.compensation import compensated, known_layer, read_reference, write_columns

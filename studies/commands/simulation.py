@@ -20,7 +20,7 @@ from studies.results import write_result
 from studies.results.run import loop_summary
 
 
-def run(common: Common, out: Out = Path("results/first-report")) -> None:
+def run(*, out: Out = Path("results/first-report"), common: Common) -> None:
     """Run the main job on the defaults: simulate at 10 and 20 N, cross-check, identify, and write the report."""
     require_exudyn()
     from studies.commands.first_report import first_report
@@ -32,14 +32,15 @@ def run(common: Common, out: Out = Path("results/first-report")) -> None:
 
 
 def simulate(
+    *,
     out: Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")],
     rig: RigChoice,
     program: ProgramChoice,
-    common: Common,
     engine: Annotated[EngineName, typer.Option("--engine", help="Model.")] = "multibody",
     dynamic: Annotated[
         bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")
     ] = False,
+    common: Common,
 ) -> None:
     """Run one load program on one rig and write a record."""
     check_target(out, [file for file in (rig.rig, program.program) if file is not None])
@@ -66,9 +67,10 @@ def _require_dynamic(engine: str, program: LoadProgram) -> None:
 
 
 def validate(
+    *,
     out: Out,
-    common: Common,
     preset_name: Annotated[str, typer.Option("--preset", help="Rig to compare the models on.")] = "du2018",
+    common: Common,
 ) -> None:
     """Compare analytic model, solid, reduced bodies, beams, chain and multibody model side by side."""
     rig = preset(preset_name)

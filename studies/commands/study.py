@@ -15,7 +15,6 @@ from studies.commands.options import Common, Out, Output, RigChoice
 from studies.commands.tables import study_table
 from studies.progress import status
 from studies.results.run import require_unchanged
-from studies.sweep import read_study
 
 PRESET = "du2018"
 
@@ -34,35 +33,40 @@ class WorkerChoice:
 
 
 def study(
+    *,
     file: Annotated[Path, typer.Argument(help="A study file, TOML, or the name of a ready study.")],
     out: Out,
     where: WorkerChoice,
-    output: Output,
     seed: Annotated[
         int | None, typer.Option("--seed", min=0, help="Seed in place of all seeds of the study file.")
     ] = None,
+    output: Output,
 ) -> None:
     """Run a parametric study; a study that was stopped or extended runs only the cases that are missing."""
-    asked = read_study(file, seed=seed)
-    from studies.report import write_report
-    from studies.sweep import run_study
+    from studies.sweep import read_study
+
+    definition = read_study(file, seed=seed)
+    from studies.sweep import run_study  # Dask takes a second
 
     summary = run_study(
-        asked,
+        definition,
         out,
         workers=where.workers,
         scheduler=where.scheduler,
         retry=where.retry,
         progress=output.shows_progress,
     )
+    from studies.report import write_report
+
     page = write_report(out)
     output.show(summary, study_table(summary), f"wrote {out / summary.dataset}", f"report: {page}")
 
 
 def report(
+    *,
     folder: Annotated[Path, typer.Argument(help="A folder of results: of run, study, separate or trace.")],
-    common: Common,
     pdf: Annotated[bool, typer.Option("--pdf", help="Also print it as PDF, with Chromium, else WeasyPrint.")] = False,
+    common: Common,
 ) -> None:
     """Write the report again from stored results."""
     from studies.report import write_pdf, write_report
@@ -85,14 +89,15 @@ class AppRig(RigChoice):
     preset: Annotated[str | None, typer.Option("--preset", help=f"Rig to start with; by default {PRESET}.")] = None
 
 
-def app(
+def serve_app(
+    *,
     rig: AppRig,
-    common: Common,
     amplitude: Annotated[float, typer.Option("--amplitude", help="Amplitude of the drive to start with, mm.")] = 2.2,
     port: Annotated[
         int, typer.Option("--port", min=0, max=65535, help="Port on 127.0.0.1; 0 takes any free port.")
     ] = 8765,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
+    common: Common,
 ) -> None:
     """Serve a local page with sliders; the chain computes loop and tube at once. Ctrl-C stops it."""
     from studies.app import serve

@@ -9,8 +9,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from hysteresis.record import DriveUnit
-from studies.fetch import upstream
-from studies.fetch.upstream import Samples
+from studies.fetch.upstream import Samples, catheter, manipulator, probe, tendon_robot, tool, wrist
 
 NO_LICENCE = "none came with it; ask its authors before you pass it on"
 
@@ -94,20 +93,20 @@ _WRIST = Repository(
 def _davinci(file: str, load: int, rate: str, sha256: str) -> Entry:
     name = f"davinci-tool-load{load:03d}-{rate}hz"
     title = f"da Vinci Maryland tool, jaw load {load} %, {rate} Hz"
-    return Entry(name, title, _TOOL, f"data/Tool_4_Maryland_L_4/{file}.TXT", sha256, "deg", upstream.tool)
+    return Entry(name, title, _TOOL, f"data/Tool_4_Maryland_L_4/{file}.TXT", sha256, "deg", tool)
 
 
 def _decaying(file: str, kind: str, rate: str, sha256: str) -> Entry:
     course = {"taut": "about a mean", "slack": "back to zero"}[kind]
     title = f"Tendon catheter, decaying sine, {course}, {rate} Hz"
     path = f"tendon_data/20230928/all_data/data_{file}.txt"
-    return Entry(f"catheter-{kind}-{rate}hz", title, _CATHETER, path, sha256, "mm", upstream.catheter)
+    return Entry(f"catheter-{kind}-{rate}hz", title, _CATHETER, path, sha256, "mm", catheter)
 
 
 def _load_cell(file: str, course: str, sha256: str) -> Entry:
     title = f"Tendon robot with load cell, {course}"
     path = f"tendon_data/Frequency_Trials/{file}.mat"
-    return Entry(f"tendon-robot-{course}", title, _CATHETER, path, sha256, "mm", upstream.tendon_robot)
+    return Entry(f"tendon-robot-{course}", title, _CATHETER, path, sha256, "mm", tendon_robot)
 
 
 def _notched(tube: str, width_mm: float, spacing_mm: float) -> Entry:
@@ -125,7 +124,7 @@ def _notched(tube: str, width_mm: float, spacing_mm: float) -> Entry:
         "matlab.mat",
         "78e4d3c09eb50ee96003b3f57c72ece71bb3c26ac4e1461ce8c421d7130c439b",
         "N",
-        partial(upstream.wrist, variable=f"experimentData{tube}"),
+        partial(wrist, variable=f"experimentData{tube}"),
         tube={"outer_diameter_mm": 1.62, "inner_diameter_mm": 1.40},
         notch=notch,
     )
@@ -139,7 +138,7 @@ _ENTRIES = (
         "matlab/Calibration/motor2_current60.xlsx",
         "398d0c64e14d1476f88dac8808dc08166cdd8d79cdb94d8d76ff2fd441f2f3fb",
         "step",
-        upstream.probe,
+        probe,
     ),
     Entry(
         "surgical-manipulator-0-80",
@@ -148,7 +147,7 @@ _ENTRIES = (
         "operation/optimizer_input/test0224.txt",
         "e80e95d319053cbe4ac49a995aeb6fb44313d40b8885ccbfe1b921c3d233b9a8",
         "deg",
-        partial(upstream.manipulator, command=1),
+        partial(manipulator, command=1),
     ),
     Entry(
         "surgical-manipulator-feedforward",
@@ -157,7 +156,7 @@ _ENTRIES = (
         "operation/optimizer_input/aurora_ff.txt",
         "322f94c7c96289c1afccd2728fc9e273903cc3a64f4d8f4f1e2dd0b2401ec889",
         "deg",
-        partial(upstream.manipulator, command=6),
+        partial(manipulator, command=6),
     ),
     _davinci("00", 10, "0.1", "796f89cb5e4469d590ae78db7a2a504ca0673f939c0255c00b1421b70d05ce62"),
     _davinci("20", 10, "0.3", "d0aa041646c41814486609407f853889a57738f782c102c26cb7dd0da6970cec"),

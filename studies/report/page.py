@@ -1,4 +1,4 @@
-"""The report: one self-contained HTML file, made from what stands in a folder of results.
+"""The report: one self-contained HTML file, made from the results in a folder.
 
 Each part is shown if its results are in the folder.
 """

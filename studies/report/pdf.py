@@ -1,4 +1,4 @@
-"""The report on paper: printed by a headless Chromium where there is one, else by WeasyPrint."""
+"""The report as PDF: printed by a headless Chromium if there is one, else by WeasyPrint."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ _SCRIPT = re.compile(r"<script\b.*?</script>", re.DOTALL)
 
 
 class PdfError(MissingError):
-    """No PDF can be had; one line with the reason."""
+    """The PDF cannot be printed; one line with the reason."""
 
 
 def browser() -> str | None:
-    """Find a Chromium on the path; None where there is none."""
+    """Find a Chromium on the path; None if there is none."""
     return next((found for name in BROWSERS if (found := shutil.which(name))), None)
 
 
 def has_weasyprint() -> bool:
-    """Whether WeasyPrint is installed."""
+    """Tell whether WeasyPrint is installed."""
     return importlib.util.find_spec("weasyprint") is not None
 
 
 def write_pdf(page: Path) -> Path:
-    """Print ``report.html`` into a PDF of the same stem beside it; return its path.
+    """Print ``report.html`` to a PDF of the same stem in its folder; return the path.
 
     Raises
     ------
     PdfError
-        One line: nothing to print with, or it failed; what stood in the place of the PDF stays.
+        One line: no program to print with, or it failed; an existing PDF is kept.
     """
     target, program = page.with_suffix(".pdf"), browser()
     try:
         with tempfile.TemporaryDirectory(prefix=".pdf-", dir=page.parent, ignore_cleanup_errors=True) as folder:
             part, still = Path(folder).resolve() / "report.pdf", Path(folder) / "still.html"
-            # still pictures are what is printed: without scripts it takes a few seconds less
+            # only still images are printed: without scripts it is a few seconds faster
             still.write_text(_SCRIPT.sub("", page.read_text(encoding="utf-8")), encoding="utf-8")
             if program is not None:
                 _by_browser(program, still, part)
@@ -68,18 +68,18 @@ def _by_browser(program: str, page: Path, part: Path) -> None:
     except subprocess.TimeoutExpired:
         raise PdfError(f"{program}: no PDF within {TIME_LIMIT_S:g} s") from None
     if done.returncode or not part.exists():
-        said = done.stderr.decode(errors="replace").strip().splitlines() or ["nothing said"]
-        raise PdfError(f"{program}: exit code {done.returncode}: {said[-1].strip()[:200]}")
+        messages = done.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
+        raise PdfError(f"{program}: exit code {done.returncode}: {messages[-1].strip()[:200]}")
 
 
 def _is_root() -> bool:
-    """Chromium has no sandbox for root; its own page is all that it opens here."""
+    """Tell whether this is root, for whom Chromium has no sandbox; it opens only its own page here."""
     return hasattr(os, "geteuid") and os.geteuid() == 0
 
 
 def _by_weasyprint(page: Path, part: Path) -> None:
     try:
         import weasyprint
-    except OSError as error:  # it is there, and Pango is not
+    except OSError as error:  # it is installed without Pango
         raise PdfError(f"WeasyPrint: {' '.join(str(error).split())}: expected Pango on this machine") from None
     weasyprint.HTML(filename=str(page)).write_pdf(part)

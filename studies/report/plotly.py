@@ -273,6 +273,6 @@ def packed(values: ArrayLike, dtype: str = "f4") -> Packed:
 
 
 def as_json(figure: Figure) -> str:
-    """Give JSON that may stand in a script element of a page."""
+    """Give JSON that is safe inside a script element of a page."""
     text = json.dumps(to_plain(figure), allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c")  # no </script> inside

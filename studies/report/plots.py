@@ -137,11 +137,11 @@ def parts_plate(result: Separation) -> Plate | None:
         bars.append(Bars(names, 100 * values, label, tone, known, None if known is None else high))  # type: ignore[arg-type]
     if not bars:
         return None
-    said = "; ".join(
+    alt = "; ".join(
         f"{name} " + ", ".join(f"{bar.values[i]:.0f} % {bar.name}" for bar in bars) for i, name in enumerate(names)
     )
     return Plate(
-        (Chart("Shares of the loop", "share of the whole loop, %", "", tuple(bars), f"{said}."),),
+        (Chart("Shares of the loop", "share of the whole loop, %", "", tuple(bars), f"{alt}."),),
         "Each source is switched on and off in the model. Energy is the loss of a cycle; width is the largest vertical "
         "width of the loop of the angle. Shares add up to 100 %; the interaction belongs to no single source.",
         columns=1,

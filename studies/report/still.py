@@ -1,4 +1,4 @@
-"""Charts as SVG text: for paper, and for readers without scripts."""
+"""Charts as SVG text, for paper and for browsers without scripts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ STYLE: dict[Any, Any] = {
     "grid.color": "#e8eaee",
     "lines.linewidth": 1.3,
     "legend.frameon": False,
-    "svg.hashsalt": "notchbend",  # the same figure gives the same text
+    "svg.hashsalt": "notchbend",  # makes the text reproducible
     "svg.fonttype": "path",
 }
 _DASHES = {"solid": "-", "dash": "--", "dot": ":"}
@@ -57,7 +57,7 @@ def draw_chart(figure: Figure, axes: Axes, chart: Chart) -> None:
             figure.colorbar(shown, ax=axes, label=mark.label)
     axes.set_xlabel(chart.x_label)
     axes.set_ylabel(chart.y_label)
-    if len(bars) > 1:  # bars fill the axes: beside them there is no room
+    if len(bars) > 1:  # bars fill the axes and leave no room for a legend
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(bars), fontsize=7.5, borderaxespad=0.2)
     elif len(lines) > 1:
         axes.legend(loc="best", fontsize=7.5)
@@ -91,4 +91,4 @@ def _text(figure: Figure) -> str:
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
     text = stream.getvalue()
-    return text[text.index("<svg") :]  # without the XML head, which has no place inside a page
+    return text[text.index("<svg") :]  # without the XML head, which is not allowed inside a page

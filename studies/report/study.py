@@ -271,8 +271,8 @@ def _samples(data: xr.Dataset, quantities: Sequence[str], inputs: Sequence[str])
         y, label = data[name].values.astype(float), _label(data, name)
         notes = tuple(f"case {i}: {label} {v:.4g}" for i, v in enumerate(y))
         dots = Dots(x, y, colour, _label(data, second), notes)
-        said = f"{label} of {y.size} samples{_span(y)}."
-        charts.append(Chart(_heading(data, name), _label(data, first), label, (dots,), said))
+        alt = f"{label} of {y.size} samples{_span(y)}."
+        charts.append(Chart(_heading(data, name), _label(data, first), label, (dots,), alt))
     caption = f"Each point is a sampled case; colour: {_label(data, second)}."
     return [Plate(tuple(charts), caption, columns=2)]
 

@@ -121,7 +121,7 @@ def _energy(loops: Sequence[RunLoop], command: str) -> Verdict:
 
 
 def _layer(fits: Sequence[FitResult], command: str) -> Verdict:
-    """Judge the fit of the shipped record with its rig, which stands for a user's own record; else the last fit."""
+    """Judge the fit of the shipped record with its rig, as an example of a user's own record; else the last fit."""
     item = next((item for item in fits if item.name == item.record and "bench" in item.name), fits[-1])
     before, after = item.fit.baseline.heldout.rmse_deg, item.fit.heldout.rmse_deg
     over = item.over_floor

@@ -1,4 +1,4 @@
-"""Templates of the pages, and how numbers stand in them."""
+"""Templates of the pages, and the format of their numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from studies.units import unit_of
 
 
 def environment(folder: Path) -> jinja2.Environment:
-    """Templates of a folder: what results say is text and never markup, and what a page lacks is an error."""
+    """Load the templates of a folder; texts of results are escaped, and a missing value is an error."""
     out = jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder),
         autoescape=True,
@@ -25,7 +25,7 @@ def environment(folder: Path) -> jinja2.Environment:
 
 
 def significant(value: object, digits: int = 3) -> str:
-    """Format a number with a few significant digits, without exponent for everyday sizes; other values as text."""
+    """Format a number with a few significant digits, without exponent from 0.001 to 10^6; other values as text."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return "" if value is None else str(value)
     if value == 0 or isinstance(value, int):

@@ -43,22 +43,22 @@ def pareto(study: Study, evaluate: Evaluate) -> ParetoFront:
         No design keeps the limits.
     """
     assert study.pareto is not None
-    asked = study.pareto
-    axes = [axis for axis in study.axes if axis.name in asked.variables]
-    fixed = {axis.name: _middle(axis) for axis in study.axes if axis.name not in asked.variables}
+    settings = study.pareto
+    axes = [axis for axis in study.axes if axis.name in settings.variables]
+    fixed = {axis.name: _middle(axis) for axis in study.axes if axis.name not in settings.variables}
     tried = dict[tuple[float, ...], Design]()
-    search = NSGA2(pop_size=asked.population)
-    size = {"n_obj": len(asked.objectives), "n_ieq_constr": 1 + len(_bounds(asked.limits))}
+    search = NSGA2(pop_size=settings.population)
+    size = {"n_obj": len(settings.objectives), "n_ieq_constr": 1 + len(_bounds(settings.limits))}
     search.setup(
         Problem(n_var=len(axes), xl=np.zeros(len(axes)), xu=np.ones(len(axes)), **size),
-        termination=get_termination("n_gen", asked.generations), seed=asked.seed, verbose=False,
+        termination=get_termination("n_gen", settings.generations), seed=settings.seed, verbose=False,
     )  # fmt: skip
     while search.has_next():
         population = search.ask()
         rows = on_axes(axes, np.asarray(population.get("X"), dtype=float))
         points = [dict(zip([a.name for a in axes], row.tolist(), strict=True)) for row in rows]
         found = list(evaluate([{**fixed, **point} for point in points]))
-        scores = [_scored(asked, outcome) for outcome in found]
+        scores = [_scored(settings, outcome) for outcome in found]
         population.set("F", np.array([f for f, _ in scores]), "G", np.array([g for _, g in scores]))
         # marked as evaluated, so that the search does not evaluate them again
         for individual in population:
@@ -67,7 +67,7 @@ def pareto(study: Study, evaluate: Evaluate) -> ParetoFront:
         for point, outcome, (_, violations) in zip(points, found, scores, strict=True):
             if outcome is not None and max(violations) <= 0:
                 tried[tuple(point.values())] = Design(point, outcome.quantities)
-    return _result(study, asked, fixed, tried)
+    return _result(study, settings, fixed, tried)
 
 
 def _middle(axis: Axis) -> float:
@@ -85,13 +85,13 @@ def _bounds(limits: Sequence[Limit]) -> list[tuple[str, float, float]]:
     ]
 
 
-def _scored(asked: Pareto, outcome: Outcome | None) -> tuple[list[float], list[float]]:
+def _scored(settings: Pareto, outcome: Outcome | None) -> tuple[list[float], list[float]]:
     """Give objectives, all to be minimised, and constraints, met if at most 0; the first one is that the case is ok."""
-    bounds = _bounds(asked.limits)
+    bounds = _bounds(settings.limits)
     if outcome is None or outcome.status != "ok":
-        return [_WORST] * len(asked.objectives), [1.0] + [_WORST] * len(bounds)
+        return [_WORST] * len(settings.objectives), [1.0] + [_WORST] * len(bounds)
     q = outcome.quantities
-    goals = [q[name] * (1 if goal == "min" else -1) for name, goal in asked.objectives]
+    goals = [q[name] * (1 if goal == "min" else -1) for name, goal in settings.objectives]
     kept = [sign * (q[name] - bound) for name, sign, bound in bounds]
     if not np.isfinite([*goals, *kept]).all():
         return [_WORST] * len(goals), [1.0] + [_WORST] * len(bounds)
@@ -104,23 +104,23 @@ def front(goals: Floats) -> Ints:
 
 
 def _result(
-    study: Study, asked: Pareto, fixed: Mapping[str, float], tried: Mapping[tuple[float, ...], Design]
+    study: Study, settings: Pareto, fixed: Mapping[str, float], tried: Mapping[tuple[float, ...], Design]
 ) -> ParetoFront:
     if not tried:
         raise StudyError(f"{study.path}: pareto.limits: no design keeps them: expected wider limits or ranges")
     designs = [tried[key] for key in sorted(tried)]
-    signs = np.array([1.0 if goal == "min" else -1.0 for _, goal in asked.objectives])
-    goals = signs * np.array([[d.quantities[name] for name, _ in asked.objectives] for d in designs])
+    signs = np.array([1.0 if goal == "min" else -1.0 for _, goal in settings.objectives])
+    goals = signs * np.array([[d.quantities[name] for name, _ in settings.objectives] for d in designs])
     return ParetoFront(
         engine=study.engine,
-        objectives={n: Objective(goal, QUANTITIES[n].units) for n, goal in asked.objectives},
-        limits={limit.quantity: Bounds(limit.low, limit.high) for limit in asked.limits},
-        variables={a.name: (a.low, a.high) for a in study.axes if a.name in asked.variables},
+        objectives={n: Objective(goal, QUANTITIES[n].units) for n, goal in settings.objectives},
+        limits={limit.quantity: Bounds(limit.low, limit.high) for limit in settings.limits},
+        variables={a.name: (a.low, a.high) for a in study.axes if a.name in settings.variables},
         fixed=fixed,
-        population=asked.population,
-        generations=asked.generations,
-        seed=asked.seed,
-        designs_tried=asked.population * asked.generations,
+        population=settings.population,
+        generations=settings.generations,
+        seed=settings.seed,
+        designs_tried=settings.population * settings.generations,
         designs_feasible=len(designs),
         front=tuple(_row(designs[i]) for i in front(goals)),
     )

@@ -223,12 +223,12 @@ def _write_sensitivity(session: Session, out: Path, *, progress: bool) -> None:
     write_result(out / SENSITIVITY, replace(result, computed=tally.computed, from_store=tally.stored))
 
 
-def _write_front(session: Session, asked: Pareto, out: Path, *, progress: bool) -> None:
+def _write_front(session: Session, settings: Pareto, out: Path, *, progress: bool) -> None:
     """Run the Pareto search in the same session, and write its result."""
     from studies.sweep.pareto import pareto
 
     with bar(progress) as shown:
-        task = shown.add_task("Pareto search", total=asked.population * asked.generations)
+        task = shown.add_task("Pareto search", total=settings.population * settings.generations)
 
         def outcomes(points: list[Mapping[str, float]]) -> list[Outcome | None]:
             wanted = list(cases(session.study, points))

@@ -31,9 +31,9 @@ class Problem(TypedDict):
     bounds: list[list[float]]
 
 
-def saltelli_plan(axes: Sequence[Axis], asked: Sensitivity) -> Spread:
+def saltelli_plan(axes: Sequence[Axis], settings: Sensitivity) -> Spread:
     """Draw ``count`` blocks of (axes + 2) points over the ranges of the axes."""
-    unit = sampling.sample(_problem(axes), asked.count, calc_second_order=False, seed=asked.seed)
+    unit = sampling.sample(_problem(axes), settings.count, calc_second_order=False, seed=settings.seed)
     return Spread(tuple(axis.name for axis in axes), on_axes(axes, unit))
 
 
@@ -41,7 +41,7 @@ def _problem(axes: Sequence[Axis]) -> Problem:
     return {"num_vars": len(axes), "names": [axis.name for axis in axes], "bounds": [[0.0, 1.0]] * len(axes)}
 
 
-def indices(axes: Sequence[Axis], values: Floats, asked: Sensitivity, units: str = "") -> QuantityIndices | None:
+def indices(axes: Sequence[Axis], values: Floats, settings: Sensitivity, units: str = "") -> QuantityIndices | None:
     """Compute the Sobol indices of one quantity.
 
     A block with a failed case is left out. The estimators stay unbiased if few cases fail; they are biased if a whole
@@ -58,13 +58,13 @@ def indices(axes: Sequence[Axis], values: Floats, asked: Sensitivity, units: str
     -------
         First-order and total index by axis; None for a constant quantity, or with fewer than 4 complete blocks.
     """
-    blocks = values.reshape(asked.count, len(axes) + 2)
+    blocks = values.reshape(settings.count, len(axes) + 2)
     good = blocks[np.isfinite(blocks).all(axis=1)]
     if len(good) < 4 or np.ptp(good) <= CONSTANT * np.abs(good).max():
         return None
     found = analysis.analyze(
-        _problem(axes), good.ravel(), calc_second_order=False, num_resamples=asked.resamples,
-        conf_level=asked.confidence, seed=asked.seed,
+        _problem(axes), good.ravel(), calc_second_order=False, num_resamples=settings.resamples,
+        conf_level=settings.confidence, seed=settings.seed,
     )  # fmt: skip
     rows = {
         axis.name: AxisIndices(
@@ -83,23 +83,23 @@ def _index(value: float, half: float) -> Index:
 def sensitivity(study: Study, plan: Spread, store: Store) -> Sensitivities:
     """Compute the indices of every quantity that varies and is known."""
     assert study.sensitivity is not None
-    asked = study.sensitivity
-    table = np.full((len(asked.quantities), len(plan)), np.nan)
+    settings = study.sensitivity
+    table = np.full((len(settings.quantities), len(plan)), np.nan)
     for i, case in enumerate(cases(study, plan.points())):
         found = store.find(case.key)
         if found is not None and found.status == "ok":
-            table[:, i] = [found.quantities[name] for name in asked.quantities]
+            table[:, i] = [found.quantities[name] for name in settings.quantities]
     rows = {
-        name: indices(study.axes, row, asked, QUANTITIES[name].units)
-        for name, row in zip(asked.quantities, table, strict=True)
+        name: indices(study.axes, row, settings, QUANTITIES[name].units)
+        for name, row in zip(settings.quantities, table, strict=True)
     }
     return Sensitivities(
         engine=study.engine,
-        count=asked.count,
+        count=settings.count,
         cases=len(plan),
-        seed=asked.seed,
-        confidence=asked.confidence,
-        resamples=asked.resamples,
+        seed=settings.seed,
+        confidence=settings.confidence,
+        resamples=settings.resamples,
         ranges={axis.name: (axis.low, axis.high) for axis in study.axes},
         quantities={name: found for name, found in rows.items() if found is not None},
         without_indices=tuple(name for name, found in rows.items() if found is None),

@@ -208,7 +208,7 @@ def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
 
 
 def _require_different_names(inputs: Mapping[Path, str]) -> None:
-    """Refuse two files of the same name: their copies stand in one folder of the study."""
+    """Refuse two files of the same name: they are copied into one folder of the study."""
     names = [path.name for path in inputs]
     for name in names:
         if names.count(name) > 1:

@@ -18,7 +18,7 @@ from fem_models.rig.presets import PRESETS
 from hysteresis.metrics import loop_width
 from studies.app.loop_svg import loop_svg
 from studies.app.playground import AMPLITUDE, answer, sliders, with_values
-from studies.commands.cli import call
+from studies.commands import call
 from validation.separation import loop_program
 
 AMPLITUDES = {"du2018": 2.2, "notched-wrist-90": 1.0, "notched-wrist-150": 1.0}
@@ -37,7 +37,7 @@ def test_answer_is_that_of_the_chain():
     assert found.drive_mm[0] == found.drive_mm[-1] == 2.2  # a closed cycle
     assert found.angle_deg[0] == pytest.approx(found.angle_deg[-1], abs=0.02)
     width = loop_width(record.drive, record.angle_deg, record.cycle).max_deg
-    assert dict(found.figures)["Loop width, most"] == f"{width:.2f} deg"
+    assert dict(found.figures)["Largest loop width"] == f"{width:.2f} deg"
     full = int(record.angle_deg.argmax())
     largest = np.radians(record.notches_deg[full]).max() * joint_mechanics(rig).peak_strain_per_rad
     # the scene integrates the flexibility by trapezoids, the closed form by quadrature
@@ -51,8 +51,8 @@ def test_every_rig_has_an_answer_and_every_slider_moves_it(name):
     for slider in sliders(rig, AMPLITUDES[name]):
         assert slider.low <= slider.start <= slider.high
         # a step of the slider towards the middle of its range; friction needs a preload to act on in a rig without
-        way = 1 if slider.start < 0.5 * (slider.low + slider.high) else -1
-        moved = answer(rig, values | {slider.name: slider.start + 5 * way * slider.step})
+        direction = 1 if slider.start < 0.5 * (slider.low + slider.high) else -1
+        moved = answer(rig, values | {slider.name: slider.start + 5 * direction * slider.step})
         loops.append(moved)
         same = moved.angle_deg.shape == loops[0].angle_deg.shape and np.array_equal(moved.angle_deg, loops[0].angle_deg)
         assert not same, slider.name
@@ -72,8 +72,8 @@ def test_values_that_cannot_be_are_named():
 def test_loop_is_drawn_to_scale():
     drive, angle = np.array([2.0, 0.0, -2.0, 0.0, 2.0]), np.array([40.0, 1.0, -40.0, -1.0, 40.0])
     svg = ET.fromstring(loop_svg([(drive, angle), (0.5 * drive, 0.5 * angle)]))
-    ways = {path.get("class"): path.get("d") for path in svg.iter("path")}
-    before, now = (np.array([p.split() for p in ways[k][1:].split("L")], dtype=float) for k in ("before", "now"))
+    curves = {path.get("class"): path.get("d") for path in svg.iter("path")}
+    before, now = (np.array([p.split() for p in curves[k][1:].split("L")], dtype=float) for k in ("before", "now"))
     assert np.allclose(np.ptp(now, axis=0), 0.5 * np.ptp(before, axis=0), atol=0.2)
     ticks = [text.text for text in svg.iter("text")]
     assert {"-2", "0", "2", "-40", "40", "drive, mm", "bending angle, deg"} <= set(ticks)
@@ -106,7 +106,7 @@ def test_a_port_in_use_is_named(served, capsys):
 def served():
     """Address of a running app."""
     require_browser()
-    command = "import sys; from studies.commands.cli import main; main()"
+    command = "from studies.commands import main; main()"
     arguments = ["app", "--port", "0", "--no-browser"]
     app = subprocess.Popen(
         [sys.executable, "-c", command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
