@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from fem_models.load import sine
+from hysteresis.path import cycle_index
 from hysteresis.record import Record
 from validation.practice import draw_case
 from validation.tracing import trace_records
-from validation.tracing.baseline.known_rig import thinned
+from validation.tracing.baseline.samples import kept_samples
 from validation.tracing.effect import catalogue
 
 CASES = {
@@ -35,6 +36,6 @@ def test_thinned_samples_keep_the_first_of_every_cycle():
     """Effects of the cycle number change there; without it, fatigue of unknown rigs left 1.6 times the noise."""
     program = sine(1.0, 0.1, cycles=5, samples_per_cycle=88)
     record = Record(drive=program.drive_mm, angle_deg=20 * program.drive_mm)  # its cycles are found from the reversals
-    keep = thinned(record, 100)
+    keep = kept_samples(record.drive, 100, cycle_index(record))
     assert keep.size < 130
     assert set(np.flatnonzero(np.diff(program.cycle)) + 1) <= set(keep.tolist())
