@@ -13,6 +13,7 @@ from docs.make.pages import DOCS, IMAGES, png, table, template
 from fem_models.rig.joints import NOTCH_SHAPES
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
+from validation.joints import NotchResult
 from validation.joints.notches import (
     ONE_SIDED_DEPTHS,
     PAIR_DEPTHS,
@@ -20,7 +21,6 @@ from validation.joints.notches import (
     WALLS,
     WIDTHS,
     MeshRun,
-    NotchResult,
     convergence,
     csv_text,
     grid,

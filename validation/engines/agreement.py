@@ -8,11 +8,11 @@ import numpy as np
 
 from fem_models.analytic import theory_curve
 from fem_models.analytic.kinematics import tip_pose
-from fem_models.chain.solve import simulate_chain
+from fem_models.chain import simulate_chain
 from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.paper_elements import element_rotations
 from fem_models.load import triangle
-from fem_models.multibody.quasi_static import simulate_multibody
+from fem_models.multibody import simulate_multibody
 from fem_models.rig import Rig
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import Friction

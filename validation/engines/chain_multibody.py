@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_models.chain.solve import solve_chain
+from fem_models.chain import solve_chain
 from fem_models.load import LoadProgram, triangle
-from fem_models.multibody.quasi_static import solve_multibody
+from fem_models.multibody import solve_multibody
 from fem_models.rig import Rig, preset
 from fem_models.rig.effects import (
     Backlash,

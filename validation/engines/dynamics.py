@@ -9,13 +9,13 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from fem_models.load import sine
-from fem_models.multibody.dynamic import DynamicSettings, DynamicSolution, solve_dynamic
-from fem_models.multibody.quasi_static import solve_multibody
+from fem_models.multibody import solve_dynamic, solve_multibody
+from fem_models.multibody.dynamic import DynamicSettings, DynamicSolution
 from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Drag
+from hysteresis import Record
 from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
-from hysteresis.record import Record
 
 AMPLITUDE_MM = 2.2
 RATES_HZ = (0.1, 1.0, 5.0)

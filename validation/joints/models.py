@@ -15,19 +15,20 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from fem_models.analytic.frictionless_chain import bend_by_tendon, tendon_arm_mm, tendon_for_angle_N
-from fem_models.chain.solve import simulate_chain
+from fem_models.chain import simulate_chain
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import Flexure, beam, flexure
 from fem_models.load import LoadProgram
-from fem_models.multibody.quasi_static import simulate_multibody
+from fem_models.multibody import simulate_multibody
 from fem_models.multibody.reduced_body import ReducedBody, craig_bampton, free_frequencies_Hz
 from fem_models.multibody.reduced_chain import PlaneLoad, solve_beam_chain, solve_reduced_chain
 from fem_models.rig import Rig, RigError
 from fem_models.rig.rig import EFFECT_TABLES, Friction, notched_tube, with_notch
-from fem_models.solid.linear import Solid, as_flexure, snr_stiffness, solid_snr
+from fem_models.solid import snr_stiffness, solid_snr
+from fem_models.solid.linear import Solid, as_flexure
+from hysteresis import Record
 from hysteresis.arrays import Floats
 from hysteresis.plain import to_plain
-from hysteresis.record import Record
 from validation.joints.notches import beam_pitch
 
 ANGLES_DEG = (15.0, 30.0, 45.0)

@@ -18,7 +18,8 @@ from fem_models.joint.flexure import Flexure, beam, flexure
 from fem_models.rig import Rig, preset
 from fem_models.rig.joints import Notch, NotchedTube, NotchShape, Tube
 from fem_models.rig.rig import Material, notched_tube
-from fem_models.solid.linear import as_flexure, chain_stiffness, snr_stiffness, solid_snr
+from fem_models.solid import snr_stiffness, solid_snr
+from fem_models.solid.linear import as_flexure, chain_stiffness
 from fem_models.solid.strain import bent_chain, peak_strain
 
 POISSON = 0.33

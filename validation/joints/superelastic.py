@@ -17,8 +17,8 @@ from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.rig import notched_tube, with_notch
+from fem_models.solid import snr_mesh
 from fem_models.solid.large_bending import MomentAngle, bend, measured, quarter_joint
-from fem_models.solid.mesh import snr_mesh
 from fem_models.solid.strain import superelastic_limit
 from fem_models.solid.superelastic import HARDENING_SHARE
 from fem_models.solid.superelastic_elements import fibres_of_curve, flag_path

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear, minimize_scalar
 
+from hysteresis import Record
 from hysteresis.arrays import Floats
 from hysteresis.backbone import Backbone, fitted_backbone
 from hysteresis.holdout import Split, validate_within
 from hysteresis.prandtl_ishlinskii import plays
-from hysteresis.record import Record
 
 Kind = Literal["curve", "play", "pi", "pi-inside", "pi-leading"]
 

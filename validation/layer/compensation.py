@@ -8,14 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem_models.chain.solve import simulate_chain
+from fem_models.chain import simulate_chain
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, preset
-from hysteresis import identify
+from hysteresis import Fit, Record, identify
 from hysteresis.arrays import Floats
-from hysteresis.fit import Fit
 from hysteresis.inverse import compensating_drive, uncompensated_drive
-from hysteresis.record import Record
 from hysteresis.settings import IdentifySettings
 
 Engine = Callable[[Rig, LoadProgram], Record]
@@ -83,7 +81,7 @@ def track(fit: Fit, rig: Rig, reference_deg: Floats, engine: Engine) -> Tracking
 
 def trials() -> list[Trial]:
     """Track both references in the multibody model with layers of one and two elements from loops of both engines."""
-    from fem_models.multibody.quasi_static import simulate_multibody  # loads Exudyn
+    from fem_models.multibody import simulate_multibody  # loads Exudyn
 
     rig, found = preset("du2018", preload_N=20.0), []
     for name, engine in (("multibody model", simulate_multibody), ("chain", simulate_chain)):

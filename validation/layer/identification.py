@@ -11,12 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hysteresis import identify
+from hysteresis import Fit, Record, identify, read_record
 from hysteresis.arrays import Floats
-from hysteresis.fit import Fit
 from hysteresis.holdout import Split, hold_out
-from hysteresis.record import Record
-from hysteresis.record_file import read_record
 from hysteresis.samples import join
 from hysteresis.search import polish, with_curve_of
 from hysteresis.settings import IdentifySettings

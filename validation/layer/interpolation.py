@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hysteresis import Fit
 from hysteresis.arrays import Floats
 from hysteresis.backbone import Backbone
-from hysteresis.fit import Fit
 from hysteresis.form import Form, Point
 from validation.layer.comparators import Operator
 

@@ -8,12 +8,10 @@ from typing import get_args
 
 import numpy as np
 
-from hysteresis import identify
+from hysteresis import Fit, Record, identify
 from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.fit import Fit
 from hysteresis.optimizers import Method
-from hysteresis.record import Record
 from hysteresis.settings import IdentifySettings
 
 PAPER = {"A": 1.895, "beta": 0.315, "gamma": 0.2606, "n": 1.176}

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_models.analytic import theory_curve
-from fem_models.chain.solve import simulate_chain
+from fem_models.chain import simulate_chain
 from fem_models.load import LoadProgram, triangle
 from fem_models.rig import preset
-from hysteresis import identify
+from hysteresis import Record, identify
 from hysteresis.arrays import Floats, Mask
 from hysteresis.holdout import Split
 from hysteresis.metrics import Errors, errors
-from hysteresis.record import Record
 from hysteresis.settings import IdentifySettings
 
 PRELOADS_N = (10.0, 20.0)

@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hysteresis.record_file import read_record
+from hysteresis import read_record
 from validation.tracing import trace_records
 from validation.tracing.figures import residual_figure
 from validation.tracing.next_experiment import next_experiment

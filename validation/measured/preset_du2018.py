@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from fem_models.chain.solve import simulate_chain
+from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Backlash

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from hysteresis import Record, read_record
 from hysteresis.arrays import Floats
 from hysteresis.holdout import Split
-from hysteresis.record import Record
-from hysteresis.record_file import read_record
-from validation.layer.comparators import Kind, fit_operator
+from validation.layer import fit_operator
+from validation.layer.comparators import Kind
 from validation.separation.tendon_fit import RELATIONS, TendonRecord, bootstrap, fit, residuals, tendon_record
 from validation.separation.tendon_parts import TendonContributions, tendon_contributions
 from validation.separation.tendon_rig import TendonRig

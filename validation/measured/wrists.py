@@ -16,9 +16,8 @@ from fem_models.rig import Rig, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.rig import Friction, notched_tube
+from hysteresis import Record, read_record
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
-from hysteresis.record_file import read_record
 
 TUBES = ("90", "150")
 TRAINING: Mapping[str, tuple[int, ...]] = {"90": (1, 2, 3), "150": (1, 2)}

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from fem_models.load import triangle
-from fem_models.multibody.quasi_static import simulate_multibody
+from fem_models.multibody import simulate_multibody
 from fem_models.rig import preset
-from hysteresis.record import Record
+from hysteresis import Record
 from hysteresis.record_file import write_record
 
 SHIPPED = Path(__file__).parent / "records" / "bench-like-20N.csv"

@@ -17,8 +17,8 @@ from fem_models.chain import simulate_chain
 from fem_models.multibody import simulate_multibody
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
+from hysteresis import Record
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
 from validation.practice.catalogue import CATALOGUE, DISTINCT
 from validation.practice.injected import Engine, observed
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE

@@ -10,8 +10,8 @@ import numpy as np
 from fem_models.chain import simulate_chain
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
+from hysteresis import Record
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
 from validation.practice.protocols import BaselineRuns, Protocol
 
 Engine = Callable[[Rig, LoadProgram], Record]

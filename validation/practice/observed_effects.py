@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from hysteresis import Record
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
 from validation.practice.injected import Draw, Family, Injected, Rng, either_sign
 from validation.practice.protocols import BaselineRuns
 

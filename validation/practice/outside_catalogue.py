@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fem_models.load.program import LoadProgram
+from fem_models.load import LoadProgram
+from hysteresis import Record
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
 from validation.practice.injected import Draw, Family, Injected, Rng, either_sign
 from validation.practice.protocols import BaselineRuns
 

@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from fem_models.chain.solve import ChainSolution, solve_chain
+from fem_models.chain import solve_chain
+from fem_models.chain.solve import ChainSolution
 from fem_models.load import LoadProgram, sine
 from fem_models.rig import Rig, preset
 from fem_models.rig.joints import MeasuredJoint

@@ -21,9 +21,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from hysteresis import Record
 from hysteresis.files import write_files
 from hysteresis.plain import from_plain, to_plain
-from hysteresis.record import Record
 from validation.practice.cases import labels
 from validation.practice.draw import CLEAN, LABELS, PAIR, SETS, Case, SetName, draw_case
 from validation.practice.outcome import Answer, Outcome

@@ -23,14 +23,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.chain.solve import solve_chain
+from fem_models.chain import solve_chain
 from fem_models.joint.flexure import flexure
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Friction, Tendon
+from hysteresis import Record
 from hysteresis.metrics import dissipated_area, loop_width
-from hysteresis.record import Record
 
 SOURCES = ("friction", "tendon_elasticity", "material")
 PARTS = (*SOURCES, "interaction")

@@ -15,14 +15,15 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from fem_models.chain.solve import simulate_chain
+from fem_models.chain import simulate_chain
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
+from hysteresis import Record
 from hysteresis.arrays import Floats
 from hysteresis.path import branches, require_reversal
-from hysteresis.record import Record, RecordError
+from hysteresis.record import RecordError
 from hysteresis.uncertainty import Parameter
 from validation.separation.contributions import loop_program
 

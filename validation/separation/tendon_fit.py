@@ -13,8 +13,8 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 from scipy.stats import t as student
 
+from hysteresis import Record
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
 from validation.separation.rig_calibration import ParameterRange
 from validation.separation.tendon_rig import Run, TendonRig, bending_of_tension, run_of_stroke
 

@@ -13,18 +13,10 @@ from fem_models.joint.roots import HALF_PLANE, root_length
 from fem_models.rig import preset
 from fem_models.rig.joints import Notch
 from fem_models.rig.rig import with_notch
-from fem_models.solid.linear import chain_stiffness, solid_snr
-from validation.joints.notches import (
-    FILLETS_MM,
-    MeshRun,
-    NotchCase,
-    beam_pitch,
-    csv_text,
-    grid,
-    mesh_run,
-    read_results,
-    rig_of,
-)
+from fem_models.solid import solid_snr
+from fem_models.solid.linear import chain_stiffness
+from validation.joints import NotchCase
+from validation.joints.notches import FILLETS_MM, MeshRun, beam_pitch, csv_text, grid, mesh_run, read_results, rig_of
 from validation.joints.notches import solve as solve_case
 
 RIG = preset("du2018")

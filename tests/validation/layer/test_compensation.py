@@ -7,15 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem_models.chain.solve import simulate_chain
+from fem_models.chain import simulate_chain
 from fem_models.rig import preset
-from hysteresis import identify
+from hysteresis import identify, read_record
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.inverse import compensating_drive, inverse_curve, inverse_hysteresis, uncompensated_drive
-from hysteresis.record_file import read_columns, read_record, write_record
+from hysteresis.record_file import read_columns, write_record
 from studies.commands.cli import call
 from studies.commands.identification import write_fit
-from validation.layer.compensation import identify_layer, references, shrinking_loops, track
+from validation.layer import track
+from validation.layer.compensation import identify_layer, references, shrinking_loops
 
 RIG = preset("du2018", preload_N=20.0)
 
@@ -61,7 +62,7 @@ def test_the_layer_follows_its_own_inverse(fit):
 @pytest.mark.parametrize("what", list(references()))
 def test_the_multibody_model_follows_five_times_closer(fit, what):
     pytest.importorskip("exudyn", reason="Exudyn cannot be imported here: its library libGL.so.1 is missing?")
-    from fem_models.multibody.quasi_static import simulate_multibody
+    from fem_models.multibody import simulate_multibody
 
     assert track(fit, RIG, references()[what], simulate_multibody).ratio >= 5  # asked for
 

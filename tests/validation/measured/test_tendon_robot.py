@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hysteresis import read_record
 from hysteresis.arrays import Floats
-from hysteresis.record_file import read_record
 from validation.measured.tendon_robot import FIXED, HELD_OUT, TRAINING, heldout_errors, operator_errors, tension_ratio
 from validation.separation.tendon_fit import (
     NAMES,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem_models.rig.of_record import rig_of
-from hysteresis.record_file import read_record
+from hysteresis import read_record
 from validation.practice import Case, draw_case
 from validation.practice.cases import write_case
 from validation.practice.catalogue import ANGLE_ALONE, CATALOGUE, DISTINCT

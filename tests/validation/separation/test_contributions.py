@@ -8,28 +8,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fem_models.chain.solve import simulate_chain
+from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Friction
-from hysteresis.record import Record
+from hysteresis import Record
 from hysteresis.record_file import write_record
 from studies.commands.cli import call
-from validation.separation.contributions import (
-    SETS,
-    SOURCES,
-    closed_loop,
-    divide,
-    loop_program,
-    separate,
-    shapley,
-    shapley_shares,
-    switched,
-)
-from validation.separation.rig_calibration import PARAMETERS, calibrate_rig, parameters_of, with_parameters
+from validation.separation import calibrate_rig, loop_program, separate
+from validation.separation.contributions import SETS, SOURCES, closed_loop, divide, shapley, shapley_shares, switched
+from validation.separation.rig_calibration import PARAMETERS, parameters_of, with_parameters
 
 RIG = preset("du2018", preload_N=20.0)
 PROGRAM = loop_program(-2.2, 2.2)
@@ -154,7 +145,7 @@ def test_a_loop_of_another_origin_is_refused():
 
 def test_multibody_model_agrees(monkeypatch):
     pytest.importorskip("exudyn", reason="Exudyn cannot be imported here: its library libGL.so.1 is missing?")
-    from fem_models.multibody.quasi_static import solve_multibody
+    from fem_models.multibody import solve_multibody
 
     monkeypatch.setattr("validation.separation.contributions.STEPS", 22)  # both engines at 0.1 mm: quicker
     program = loop_program(-1.1, 1.1, cycles=1)
