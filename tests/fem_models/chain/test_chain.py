@@ -1,4 +1,4 @@
-"""Compiled twin: what peers fail at, agreement with the multibody model, and rigs at random."""
+"""The chain: cases that other codes fail at, agreement with the multibody model, random rigs."""
 
 from dataclasses import replace
 
@@ -24,8 +24,8 @@ SHORT = triangle(2.2, step_mm=0.1)
 
 
 def no_toe(rig: Rig) -> Rig:
-    rope = replace(rig.tendon_a, toe_N=0.0)
-    return replace(rig, tendon_a=rope, tendon_b=rope)
+    tendon = replace(rig.tendon_a, toe_N=0.0)
+    return replace(rig, tendon_a=tendon, tendon_b=tendon)
 
 
 @pytest.mark.parametrize("preload", [10.0, 20.0])
@@ -39,18 +39,18 @@ def test_chain_agrees_with_the_multibody_model(name, preload):
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_each_effect_shows(name):
-    # else the agreement above would say nothing
+    # otherwise the agreement above would mean nothing
     plain, steps = preset("du2018"), comparison_program()
     rig = replace(plain, **EFFECTS[name])
     difference = np.abs(simulate_chain(rig, steps).angle_deg - simulate_chain(plain, steps).angle_deg)
     assert difference.max() > 0.15
 
 
-def test_holding():
-    # a load change below the friction limit, then nothing: the tip may not creep
+def test_the_tip_does_not_creep_below_the_friction_limit():
+    # a load change below the friction limit, then none
     rig = replace(preset("du2018"), friction=Friction(sheath_N=3.0))
-    way = np.concatenate([np.linspace(0, 1, 11), [0.999], np.full(10_000, 0.999)])
-    record = simulate_chain(rig, LoadProgram(way))
+    drive = np.concatenate([np.linspace(0, 1, 11), [0.999], np.full(10_000, 0.999)])
+    record = simulate_chain(rig, LoadProgram(drive))
     assert abs(record.angle_deg[11] - record.angle_deg[10]) < 0.02  # 1e-3 mm of elastic unloading, 20 deg/mm at most
     assert np.ptp(record.angle_deg[11:]) < 1e-9
 
@@ -58,7 +58,7 @@ def test_holding():
 def test_capstan_on_both_branches():
     rig = replace(no_toe(preset("du2018")), friction=Friction(capstan_coefficient=0.2, rest_wrap_deg=20.0))
     solution = solve_chain(rig, triangle(2.2, step_mm=0.1))
-    for sample in (22, 44, 88):  # end of the way out, and on the way at zero and beyond
+    for sample in (22, 44, 88):  # end of the first branch, then at zero drive and beyond it
         angles = np.abs(np.radians(solution.record.notches_deg[sample]))
         wrap = 0.5 * (angles + np.concatenate([[2 * np.radians(20.0)], angles[:-1]]))
         a, b = solution.segment_tensions_N[sample]
@@ -101,8 +101,8 @@ def test_energy_gap_closes_at_better_than_first_order():
 
 
 def test_drag_is_friction_in_proportion_to_speed():
-    # At a steady drive a rope that passes the base at the speed v is held back by c v, as by dry friction of that size.
-    # The rope between wheel and base takes up part of the drive: by hand M/(2 r) over EA/L, M being c_theta angle/N.
+    # At a steady drive c v acts on a tendon that passes the base at the speed v, as dry friction of that size would.
+    # The tendon between wheel and base takes up part of the drive: by hand M/(2 r) over EA/L, M being c_theta angle/N.
     rig = replace(no_toe(preset("du2018")), friction=Friction(), material=Material(60.0, 0.33))
     steps, drag = triangle(2.2, step_mm=0.05), Drag(sheath_N_s_per_mm=2.0)
 
@@ -111,9 +111,9 @@ def test_drag_is_friction_in_proportion_to_speed():
         return loop_width(record.drive, record.angle_deg, record.cycle).max_deg
 
     full = np.radians(simulate_chain(rig, steps).angle_deg.max())
-    rope = rig.tendon_a
-    pull = flexure(rig).bending_Nmm_per_rad * full / rig.joints / (2 * rope.moment_arm_mm)
-    passes = 1 - pull * rope.free_length_mm / rope.EA_N / 2.2
+    tendon = rig.tendon_a
+    pull = flexure(rig).bending_Nmm_per_rad * full / rig.joints / (2 * tendon.moment_arm_mm)
+    passes = 1 - pull * tendon.free_length_mm / tendon.EA_N / 2.2
     dry = width(replace(rig, friction=Friction(sheath_N=1.0)), steps)  # 2 N s/mm at 0.5 mm/s
     for seconds in (0.02, 0.1, 1.0):  # a sample of 0.05 mm: 0.1 s are 0.5 mm/s
         timed = replace(steps, time_s=seconds * np.arange(steps.drive_mm.size))
@@ -145,8 +145,8 @@ def test_energy_with_drag():
         (Drag(5.0, 200.0), [0, 0.5, -0.5, 0.5, 0.5], [0, 0.01, 0.02, 0.03, 0.5]),
     ],
 )
-def test_drag_lets_go_in_a_dwell(drag, drive, time):
-    # rope that drag has held back comes free while the drive rests; a start off zero is a step over no time
+def test_drag_relaxes_in_a_dwell(drag, drive, time):
+    # tendon that drag has kept back comes free while the drive rests; a start off zero is a step over no time
     plain = with_notch(preset("du2018"), replace(preset("du2018").joint.notch, count=4))
     steps = LoadProgram(np.array(drive, dtype=float), time_s=np.array(time, dtype=float))
     rig = replace(plain, drag=drag)
@@ -155,7 +155,7 @@ def test_drag_lets_go_in_a_dwell(drag, drive, time):
     assert chain.viscous_loss_mJ[-1] == pytest.approx(multibody.viscous_loss_mJ[-1], rel=2e-3)
 
 
-def test_slack_rope_does_not_push():
+def test_slack_tendon_does_not_push():
     rig = replace(no_toe(preset("du2018")), slack=Slack(0.5, 0.5))
     steps = triangle(2.2, step_mm=0.2)
     chain, multibody = simulate_chain(rig, steps).angle_deg, simulate_multibody(rig, steps).angle_deg
@@ -240,8 +240,8 @@ def test_flag_law_against_beam_theory():
 def test_weight_bends_a_cantilever():
     # At rest the sag of the unbent chain: each joint carries the moment of the rings beyond it (hand sum).
     rig = replace(no_toe(preset("du2018", preload_N=1e-3)), friction=Friction(), material=Material(60.0, 0.33))
-    rope = replace(rig.tendon_a, EA_N=1.0, free_length_mm=1e6)  # tendons too soft to hold it
-    rig = replace(rig, tendon_a=rope, tendon_b=rope, gravity=Gravity(ring_mass_g=0.05))
+    tendon = replace(rig.tendon_a, EA_N=1.0, free_length_mm=1e6)  # tendons too soft to hold it
+    rig = replace(rig, tendon_a=tendon, tendon_b=tendon, gravity=Gravity(ring_mass_g=0.05))
     record = simulate_chain(rig, LoadProgram(np.array([0.0, 1e-9])))
     weight, n, pitch = 0.05e-3 * 9.80665, 14, rig.pitch_mm
     moments = [weight * sum(pitch * (j - i + 0.5) for j in range(i, n)) for i in range(n)]
@@ -273,7 +273,7 @@ def random_rig(rng: np.random.Generator) -> tuple[Rig, LoadProgram]:
     root = rng.uniform(0.3, 0.7) * width if shape == "v_pair" else None
     arm = (outer - wall) / 2
 
-    def rope() -> Tendon:
+    def tendon() -> Tendon:
         return Tendon(10 ** rng.uniform(3, 4.7), arm, rng.uniform(50, 800), rng.choice([0.0, rng.uniform(1, 60)]))
 
     rig = Rig(
@@ -282,8 +282,8 @@ def random_rig(rng: np.random.Generator) -> tuple[Rig, LoadProgram]:
             Tube(outer, outer - 2 * wall), Notch(shape, count, depth, width, rng.uniform(0.1, 0.5) * outer, root)
         ),
         material=Material(rng.uniform(30, 80), 0.33, rng.choice([0.0, rng.uniform(0.05, 0.5)]), rng.uniform(0.5, 4)),
-        tendon_a=rope(),
-        tendon_b=rope(),
+        tendon_a=tendon(),
+        tendon_b=tendon(),
         wheel=Wheel(rng.uniform(4, 20)),
         preload_N=10 ** rng.uniform(0, 1.6),
         friction=Friction(rng.uniform(0, 0.3), rng.uniform(0, 0.1), rng.uniform(0, 3), rng.uniform(0, 180)),
@@ -304,7 +304,7 @@ def test_20_of_them_converge_in_the_multibody_model_and_agree():
     rng = np.random.default_rng(3)
     for rig, steps in [random_rig(rng) for _ in range(500)][::25]:
         chain, multibody = simulate_chain(rig, steps).angle_deg, simulate_multibody(rig, steps).angle_deg
-        # 1 %: closed notches press on rings that bend, and slack rope pushes a little, in the multibody model alone
+        # 1 %: closed notches press on rings that bend, and slack tendon pushes a little, in the multibody model alone
         assert np.abs(chain - multibody).max() <= 0.01 * np.abs(multibody).max() + 0.05
 
 
@@ -320,14 +320,14 @@ def test_batch_is_the_same_rig_by_rig_whatever_the_threads():
 
 
 @pytest.mark.parametrize("preload", [2.0, 5.0, 6.0])
-def test_a_rope_that_hardly_stretches_goes_slack_and_the_other_bends_alone(preload):
-    """Bending shortens both ropes, so that one that cannot stretch loses its preload; then, with n equal joints, the
+def test_a_tendon_that_hardly_stretches_goes_slack_and_the_other_bends_alone(preload):
+    """Bending shortens both tendons, so that one that cannot stretch loses its preload; then, with n equal joints, the
     other alone has T arm(theta) = k theta, and its way in is its path, what the joints are less compressed by, and what
     it stretches: drive = n path(theta) + n (T - 2 T0) / k_axial + (T - T0) L / EA."""
     rig = preset("du2018", preload_N=preload)
-    rope = replace(rig.tendon_a, EA_N=5e7, toe_N=0.0)
+    tendon = replace(rig.tendon_a, EA_N=5e7, toe_N=0.0)
     linear = replace(rig.material, loop_share=0.0)
-    rig = replace(rig, tendon_a=rope, tendon_b=rope, friction=Friction(), material=linear)
+    rig = replace(rig, tendon_a=tendon, tendon_b=tendon, friction=Friction(), material=linear)
     drive = 2.2
     solution = solve_chain(rig, triangle(drive, cycles=1))
     assert solution.segment_tensions_N[:, 1].min() == 0
@@ -340,7 +340,7 @@ def test_a_rope_that_hardly_stretches_goes_slack_and_the_other_bends_alone(prelo
 
     def left(theta: float) -> float:
         path = 2 * (half_gap * (1 - np.cos(theta / 2)) + arm * np.sin(theta / 2))
-        stretch = (tension(theta) - preload) * (rope.free_length_mm + rig.joints * rig.pitch_mm) / rope.EA_N
+        stretch = (tension(theta) - preload) * (tendon.free_length_mm + rig.joints * rig.pitch_mm) / tendon.EA_N
         longer = (tension(theta) - 2 * preload) / joint.axial_N_per_mm
         return drive - rig.joints * (path + longer) - stretch
 

@@ -40,7 +40,7 @@ def test_tangent_is_the_residuals_derivative(name):
     unknowns = np.eye(x.size)  # by x
     if headed:
         for i in range(3, x.size - 3, 3):
-            unknowns[i + 3, i] = -1.0  # a heading turns its own joint, and the next one back
+            unknowns[i + 3, i] = -1.0  # a heading bends its own joint, and the next one back
 
     def residual(x):
         _, stop, outside = assemble(x, parameters, memory, load, work, 0.0, False)

@@ -1,4 +1,4 @@
-"""Drag and inertia: closed forms, an eigenvalue of another way, energy, convergence, and the quasi-static limit."""
+"""Drag and inertia: closed forms, an eigenvalue from another model, energy, convergence, and the quasi-static limit."""
 
 from dataclasses import replace
 
@@ -22,35 +22,35 @@ from studies.commands.cli import call
 from validation.engines.dynamics import Delay, compare_dynamic, delay, energy_gap
 
 DU2018 = preset("du2018")
-ROPE = replace(DU2018.tendon_a, toe_N=0.0)
+TENDON = replace(DU2018.tendon_a, toe_N=0.0)
 SHORT = with_notch(DU2018, replace(DU2018.joint.notch, count=5))
 LINEAR = replace(
-    SHORT, friction=Friction(), material=replace(DU2018.material, loop_share=0.0), tendon_a=ROPE, tendon_b=ROPE
+    SHORT, friction=Friction(), material=replace(DU2018.material, loop_share=0.0), tendon_a=TENDON, tendon_b=TENDON
 )
 
 
-def bench(sheath: float = 0.0, joint: float = 0.0) -> Rig:
-    """Four measured joints on linear ropes without friction; the rings weigh next to nothing."""
-    rope = replace(ROPE, EA_N=9000.0)
+def measured(sheath: float = 0.0, joint: float = 0.0) -> Rig:
+    """Four measured joints on linear tendons without friction; the rings weigh next to nothing."""
+    tendon = replace(TENDON, EA_N=9000.0)
     known = MeasuredJoint(joints=4, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0)
     drag, weight = Drag(sheath, joint), Gravity(ring_mass_g=1e-3, direction_deg=0.0)
     return replace(
-        LINEAR, joint=known, tendon_a=rope, tendon_b=rope, preload_N=30.0, drag=drag,
+        LINEAR, joint=known, tendon_a=tendon, tendon_b=tendon, preload_N=30.0, drag=drag,
         gravity=weight,
     )  # fmt: skip
 
 
 def response(rig: Rig, s: complex) -> complex:
-    """Angle at the tip over the drive, rad/mm, of `bench` at exp(s t).
+    """Angle at the tip over the drive, rad/mm, of `measured` at exp(s t).
 
-    Rope a is k_f (x - u) from wheel to base and k_t (u - r theta) beyond, u being its slip at the base, and rope b the
-    same with the other sign. Sheath: k_f (x - u) - k_t (u - r theta) = c s u. Joints, all alike:
+    Tendon a is k_f (x - u) from wheel to base and k_t (u - r theta) beyond, u being its slip at the base; tendon b is
+    the same with the other sign. Sheath: k_f (x - u) - k_t (u - r theta) = c s u. Joints, all alike:
     2 r k_t (u - r theta) = (K + d s) theta/N. Both are solved for theta/x.
     """
     assert isinstance(rig.joint, MeasuredJoint)
     assert rig.drag is not None
-    n, r, rope = rig.joints, rig.tendon_a.moment_arm_mm, rig.tendon_a
-    k_free, k_tube = rope.EA_N / rope.free_length_mm, rope.EA_N / (n * rig.pitch_mm)
+    n, r, tendon = rig.joints, rig.tendon_a.moment_arm_mm, rig.tendon_a
+    k_free, k_tube = tendon.EA_N / tendon.free_length_mm, tendon.EA_N / (n * rig.pitch_mm)
     joints = (rig.joint.flexure_stiffness_Nmm_per_rad + rig.drag.joint_Nmm_s_per_rad * s) / n
     matrix = np.array(
         [
@@ -64,8 +64,8 @@ def response(rig: Rig, s: complex) -> complex:
 def fundamental(record, rate_Hz: float) -> complex:
     """Angle over drive of the fundamental, last cycle, rad/mm."""
     last = record.cycle == record.cycle.max()
-    turn = np.exp(-2j * np.pi * rate_Hz * record.time_s[last])
-    return complex(np.radians(record.angle_deg[last]) @ turn / (record.drive[last] @ turn))
+    phase = np.exp(-2j * np.pi * rate_Hz * record.time_s[last])
+    return complex(np.radians(record.angle_deg[last]) @ phase / (record.drive[last] @ phase))
 
 
 def width(record) -> float:
@@ -74,7 +74,7 @@ def width(record) -> float:
 
 @pytest.mark.parametrize(("sheath", "joint"), [(1.0, 0.0), (0.0, 20.0), (0.5, 10.0)])
 def test_quasi_static_drag_is_the_closed_form_of_a_dashpot(sheath, joint):
-    rig, omega = bench(sheath, joint), 2 * np.pi
+    rig, omega = measured(sheath, joint), 2 * np.pi
     still = fundamental(solve_multibody(replace(rig, drag=None), sine(0.5, 1.0)).record, 1.0)
     assert abs(still / response(rig, 0.0) - 1) < 1e-3  # the curvature of the path, which the closed form lacks
     gaps = []
@@ -108,8 +108,8 @@ def test_work_of_the_wheel_is_what_was_lost_with_drag_too():
     assert sum(losses) == pytest.approx(work, rel=0.005)
 
 
-def test_dashpots_let_go_while_the_drive_rests():
-    rig = bench(sheath=1.0)
+def test_dashpots_relax_while_the_drive_rests():
+    rig = measured(sheath=1.0)
     time = np.concatenate([np.linspace(0, 0.1, 11), 0.1 + np.linspace(0.02, 2.0, 40)])
     program = LoadProgram(0.5 * np.minimum(time / 0.1, 1.0), time)
     for record in (solve_multibody(rig, program).record, solve_dynamic(rig, program).record):
@@ -123,7 +123,7 @@ def test_a_rig_without_drag_loses_nothing_to_it():
 
 
 def test_dynamic_drag_is_the_closed_form_and_its_delay():
-    rig, omega = bench(sheath=0.5, joint=10.0), 2 * np.pi
+    rig, omega = measured(sheath=0.5, joint=10.0), 2 * np.pi
     record = solve_dynamic(rig, sine(0.5, 1.0), DynamicSettings(max_step_mm=0.02)).record
     expected = response(rig, 1j * omega)
     assert abs(fundamental(record, 1.0) / expected - 1) < 2e-3
@@ -145,13 +145,13 @@ def test_a_known_shift_is_found():
 
 
 def lowest_frequency_Hz(rig: Rig) -> float:
-    """Rigid rings on the joints' bending stiffness, base held; the ropes, wheel held, are springs on the tip's turn."""
-    n, p, inertia, rope = rig.joints, rig.pitch_mm, ring_inertia(rig), rig.tendon_a
-    turn = np.tril(np.ones((n, n)))  # of ring i by joint j
-    lift = turn * (np.arange(n)[:, None] - np.arange(n) + 0.5) * p  # of its centre, half a pitch past its joint
-    mass = inertia.mass_t * lift.T @ lift + inertia.about_centre_t_mm2 * turn.T @ turn
-    ropes = 2 * rope.EA_N / (rope.free_length_mm + n * p) * rope.moment_arm_mm**2
-    stiffness = flexure(rig).bending_Nmm_per_rad * np.eye(n) + ropes
+    """Rigid rings on the joints' bending stiffness, base fixed; the tendons are springs on the rotation of the tip."""
+    n, p, inertia, tendon = rig.joints, rig.pitch_mm, ring_inertia(rig), rig.tendon_a
+    rotation = np.tril(np.ones((n, n)))  # of ring i by joint j
+    lift = rotation * (np.arange(n)[:, None] - np.arange(n) + 0.5) * p  # of its centre, half a pitch past its joint
+    mass = inertia.mass_t * lift.T @ lift + inertia.about_centre_t_mm2 * rotation.T @ rotation
+    tendons = 2 * tendon.EA_N / (tendon.free_length_mm + n * p) * tendon.moment_arm_mm**2
+    stiffness = flexure(rig).bending_Nmm_per_rad * np.eye(n) + tendons
     return float(np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.min()) / (2 * np.pi))
 
 
@@ -172,7 +172,7 @@ def test_free_vibration_has_the_frequency_of_a_chain_of_rigid_rings():
     assert fit.x[3] == pytest.approx(1.0, abs=0.02)
     assert abs(fit.x[4]) < 5e-3  # the integrator's own damping, a period
     assert np.ptp(angle) > 5e-3
-    # energy goes to and fro between rings and springs
+    # energy moves back and forth between rings and springs
     assert solution.kinetic_mJ[free].min() < 0.02 * solution.kinetic_mJ[free].max()
 
 
@@ -212,7 +212,7 @@ def test_the_paper_s_sine_at_half_the_step(drag):
 
 def test_the_integration_is_of_second_order_where_nothing_slips():
     rig, program = replace(LINEAR, drag=Drag(0.2, 0.2)), sine(0.8, 1.0, samples_per_cycle=16)
-    first_mm = 0.8 * np.sin(2 * np.pi / 16) * 1.001  # the drive's way in a sample, where it is fastest
+    first_mm = 0.8 * np.sin(2 * np.pi / 16) * 1.001  # how far the drive goes in a sample, where it is fastest
     runs = [solve_dynamic(rig, program, DynamicSettings(max_step_mm=first_mm / k)) for k in (4, 8, 16, 64)]
     assert [round(1 / (16 * run.step_s)) for run in runs] == [4, 8, 16, 64]
     angles = [run.record.angle_deg[5:] for run in runs]
@@ -238,8 +238,8 @@ def test_energy_of_a_fast_run_with_friction_and_drag():
     assert run.viscous_loss_mJ[-1] > run.material_loss_mJ[-1] > 0
 
 
-def test_a_rope_that_falls_slack_comes_back():
-    # closed notches stop the joints, the released rope falls slack: its slip has then nothing to hold it
+def test_a_tendon_that_falls_slack_becomes_taut_again():
+    # closed notches stop the joints, the released tendon falls slack: nothing then determines its slip
     rig = replace(LINEAR, closure=Closure(20_000.0, angle_deg=2.0))
     program = sine(1.2, 1.0)
     static, moving = solve_multibody(rig, program), solve_dynamic(rig, program)
@@ -247,11 +247,11 @@ def test_a_rope_that_falls_slack_comes_back():
     np.testing.assert_allclose(moving.record.angle_deg, static.record.angle_deg, atol=0.02)
 
 
-def test_what_a_dynamic_run_needs_is_said():
+def test_what_a_dynamic_run_needs_is_in_the_message():
     with pytest.raises(RigError, match="expected a load program with time_s for a dynamic run"):
         solve_dynamic(DU2018, triangle(1.0))
     with pytest.raises(RigError, match=r"measured joints: expected gravity\.ring_mass_g above 0"):
-        solve_dynamic(replace(bench(), gravity=None), sine(0.5, 1.0))
+        solve_dynamic(replace(measured(), gravity=None), sine(0.5, 1.0))
     tight = DynamicSettings(newton_iterations=1, max_halvings=0)
     with pytest.raises(SolverError, match=r"rig du2018, sample \d+ of 126: no step in time from drive .* mm at .* s"):
         solve_dynamic(SHORT, sine(0.8, 1.0), tight)
@@ -276,6 +276,6 @@ def test_a_dynamic_run_that_cannot_be_is_one_line_and_2(options, complaint, tmp_
 def test_simulate_in_time_from_the_command_line(tmp_path, capsys):
     command = ["simulate", "--preset", "du2018", "--amplitude", "0.4", "--rate", "1", "--dynamic"]
     assert call([*command, "--out", str(tmp_path / "loop.csv")]) == 0
-    said = capsys.readouterr().out
-    assert "dynamic multibody" in said
-    assert "quasi-static" not in said
+    printed = capsys.readouterr().out
+    assert "dynamic multibody" in printed
+    assert "quasi-static" not in printed

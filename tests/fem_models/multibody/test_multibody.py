@@ -22,10 +22,10 @@ from hysteresis.metrics import loop_width
 LOSSLESS = replace(preset("du2018").material, loop_share=0.0)
 
 
-def linear(rig: Rig, **tendon: float) -> Rig:
+def linear(rig: Rig, **changed: float) -> Rig:
     """The rig without friction, material loop and toe region."""
-    rope = replace(rig.tendon_a, toe_N=0.0, **tendon)
-    return replace(rig, friction=Friction(), material=LOSSLESS, tendon_a=rope, tendon_b=rope)
+    tendon = replace(rig.tendon_a, toe_N=0.0, **changed)
+    return replace(rig, friction=Friction(), material=LOSSLESS, tendon_a=tendon, tendon_b=tendon)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def loops():
     return {p: solve_multibody(preset("du2018", preload_N=p), triangle(2.2, cycles=2)) for p in (10.0, 20.0)}
 
 
-def test_without_friction_there_is_no_loop_and_the_analytic_curve_is_met():
+def test_without_friction_there_is_no_loop_and_the_angle_is_the_analytic_one():
     rig = replace(preset("du2018"), friction=Friction(), material=LOSSLESS)
     record = simulate_multibody(rig, triangle(2.2))
     width = loop_width(record.drive, record.angle_deg, record.cycle)
@@ -47,7 +47,7 @@ def test_without_friction_there_is_no_loop_and_the_analytic_curve_is_met():
 
 def test_rigid_tendons_leave_only_the_path():
     # EA/L = 5,400 N/mm: the 2 N that bend the chain stretch it by 4e-4 mm. Not stiffer: both sides of the path
-    # get shorter by the chords across the notches, 2e-3 mm here, which preload must take up or the rope falls slack.
+    # get shorter by the chords across the notches, 2e-3 mm here, which preload must take up or the tendon falls slack.
     rig = linear(preset("du2018"), EA_N=1e6)
     record = simulate_multibody(rig, triangle(1.0, step_mm=0.25))
     expected = drive_for_angle_mm(rig, np.radians(record.angle_deg))
@@ -56,16 +56,16 @@ def test_rigid_tendons_leave_only_the_path():
     np.testing.assert_allclose(record.drive, arm * np.radians(record.angle_deg), atol=2e-3)
 
 
-def test_bench_rig_meets_the_closed_form_of_taut_linear_tendons():
+def test_measured_joints_meet_the_closed_form_of_taut_linear_tendons():
     # theta = r x / (r^2 + K / (2 k)), K and k of the whole chain (derived: moment balance r (Ta - Tb) = K theta)
     known = MeasuredJoint(joints=14, pitch_mm=2.6, flexure_stiffness_Nmm_per_rad=520.0)
     base = linear(preset("du2018"), EA_N=9000.0)
-    rig = replace(base, name="bench", joint=known, preload_N=30.0)
+    rig = replace(base, name="measured", joint=known, preload_N=30.0)
     record = simulate_multibody(rig, triangle(1.0, step_mm=0.5))
-    rope = rig.tendon_a
-    k = rope.EA_N / (rope.free_length_mm + known.joints * known.pitch_mm)
+    tendon = rig.tendon_a
+    k = tendon.EA_N / (tendon.free_length_mm + known.joints * known.pitch_mm)
     chain = known.flexure_stiffness_Nmm_per_rad / known.joints
-    r = rope.moment_arm_mm
+    r = tendon.moment_arm_mm
     expected = np.degrees(r * record.drive / (r**2 + chain / (2 * k)))
     np.testing.assert_allclose(record.angle_deg, expected, rtol=2e-3, atol=1e-6)
 
@@ -83,7 +83,7 @@ def test_work_of_the_wheel_over_a_closed_loop_is_what_was_dissipated(loops, prel
 
 
 def test_the_energy_gap_closes_with_the_step():
-    # losses by the mean of old and new limit, wheel's work by the trapezium: what is left are kinks within a step
+    # losses by the mean of old and new limit, wheel's work by the trapezium: the remainder are kinks within a step
     rig = preset("du2018")
     gaps = []
     for step in (0.2, 0.1, 0.05):
@@ -97,8 +97,8 @@ def test_the_energy_gap_closes_with_the_step():
 
 
 def test_sliding_guides_obey_the_capstan_equation():
-    # The wrap is derived here anew: a rope straight in ring i and along the chord of a notch (half of its angle) turns
-    # at the ring by half of either neighbour's angle, and by the rest wrap of 20 deg and half an angle at the base.
+    # The wrap is derived here anew: a tendon is straight in ring i and along the chord of a notch (half of its angle).
+    # It wraps the ring by half of either neighbour's angle, the base by the rest wrap of 20 deg and half an angle.
     rig = replace(linear(preset("du2018")), friction=Friction(capstan_coefficient=0.2, rest_wrap_deg=20.0))
     solution = solve_multibody(rig, LoadProgram(np.linspace(0, 2.2, 23)))
     heading = np.concatenate([[0.0], np.cumsum(np.radians(solution.record.notches_deg[-1]))])
@@ -113,7 +113,7 @@ def test_sliding_guides_obey_the_capstan_equation():
 
 
 def test_tensions_of_the_record_are_those_at_the_wheel():
-    # pulled in past a sheath of constant friction, the rope is tighter before it by just that friction
+    # wound in past a sheath of constant friction, the tendon is tighter before it by just that friction
     rig = replace(linear(preset("du2018")), friction=Friction(sheath_N=1.5))
     solution = solve_multibody(rig, LoadProgram(np.linspace(0, 1.5, 16)))
     assert solution.record.tension_a_N[-1] - solution.segment_tensions_N[-1, 0, 1] == pytest.approx(1.5, rel=1e-4)
@@ -129,15 +129,15 @@ def test_whole_numbers_are_numbers():
     assert loop_width(records[0].drive, records[0].angle_deg, records[0].cycle).max_deg > 1
 
 
-def test_a_one_sided_wrist_turns_about_its_neutral_axis():
+def test_a_one_sided_wrist_rotates_about_its_neutral_axis():
     # Tendon a runs on the notched side, its arm is that from the tube axis plus the neutral offset; tendon b falls
-    # slack. Then dx/dtheta = arm + K/(N arm k), K of a joint and k of the rope (moment balance T arm = K theta/N).
+    # slack. Then dx/dtheta = arm + K/(N arm k), K of a joint and k of the tendon (moment balance T arm = K theta/N).
     base = linear(preset("du2018", preload_N=0.5), EA_N=5e4, moment_arm_mm=1.2)
     rig = replace(base, joint=NotchedTube(Tube(3.0, 2.4), Notch("rectangular", 6, 2.0, 0.8, 1.2)))
-    joint, rope = flexure(rig), rig.tendon_a
+    joint, tendon = flexure(rig), rig.tendon_a
     arm = 1.2 + joint.neutral_offset_mm
     assert arm == pytest.approx(joint_mechanics(rig).arms_mm.a)
-    k = rope.EA_N / (rope.free_length_mm + 6 * rig.pitch_mm)
+    k = tendon.EA_N / (tendon.free_length_mm + 6 * rig.pitch_mm)
     expected = arm + joint.bending_Nmm_per_rad / (6 * arm * k)
     record = simulate_multibody(rig, LoadProgram(np.linspace(0, 0.4, 5)))
     slope = np.diff(record.drive[1:]) / np.diff(np.radians(record.angle_deg[1:]))
@@ -173,14 +173,14 @@ def test_preload_narrows_the_loop_and_it_is_widest_near_zero_drive(loops):
 def test_the_toe_region_makes_the_trend_and_the_constant_friction_the_loop():
     # documented in docs/theory/multibody.md: without the toe region preload does not narrow the loop
     rig = preset("du2018")
-    rope = replace(rig.tendon_a, toe_N=0.0)
-    linear_rope = replace(rig, tendon_a=rope, tendon_b=rope)
+    tendon = replace(rig.tendon_a, toe_N=0.0)
+    linear_tendon = replace(rig, tendon_a=tendon, tendon_b=tendon)
 
     def width(rig: Rig, preload: float) -> float:
         record = simulate_multibody(replace(rig, preload_N=preload), triangle(2.2, step_mm=0.2))
         return loop_width(record.drive, record.angle_deg, record.cycle).max_deg
 
-    assert width(linear_rope, 10.0) <= 1.02 * width(linear_rope, 20.0)
+    assert width(linear_tendon, 10.0) <= 1.02 * width(linear_tendon, 20.0)
     dry = replace(rig, material=LOSSLESS)
     assert width(dry, 20.0) > 0.6 * width(rig, 20.0)
     record = simulate_multibody(dry, triangle(2.2, step_mm=0.2))  # the material loop puts the widest place at zero
@@ -210,8 +210,8 @@ def test_a_step_that_cannot_converge_raises_with_sample_and_drive():
 
 
 def test_one_ring_sags_by_bending_and_shear():
-    # By hand: a weight half a pitch from the flexure's middle turns it by P (p/2)/c and shifts it by P/k_s; the ring's
-    # own bending is 5e-4 of it. Ropes as good as none.
+    # By hand: a weight half a pitch from the flexure's middle rotates it by P (p/2)/c and shifts it by P/k_s; the
+    # bending of the ring is 5e-4 of it. The tendons have next to no stiffness.
     one = with_notch(preset("du2018", preload_N=1e-2), replace(preset("du2018").joint.notch, count=1))
     rig = replace(linear(one, EA_N=1.0), gravity=Gravity(ring_mass_g=500.0, direction_deg=-90.0))
     record = solve_multibody(rig, LoadProgram(np.array([0.0, 1e-6]))).record

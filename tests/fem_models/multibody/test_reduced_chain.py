@@ -37,9 +37,11 @@ def pair():
 
 
 def one_sided():
-    rope = replace(preset("du2018").tendon_a, moment_arm_mm=0.6)
+    tendon = replace(preset("du2018").tendon_a, moment_arm_mm=0.6)
     notch = Notch("rectangular", count=3, depth_mm=1.2, width_mm=0.8, spacing_mm=1.2)
-    return replace(pair(), name="one-sided", joint=NotchedTube(Tube(1.62, 1.4), notch), tendon_a=rope, tendon_b=rope)
+    return replace(
+        pair(), name="one-sided", joint=NotchedTube(Tube(1.62, 1.4), notch), tendon_a=tendon, tendon_b=tendon
+    )
 
 
 @pytest.fixture(scope="module", params=[pair, one_sided], ids=["pair", "one-sided"])
@@ -144,12 +146,12 @@ def test_angles_stop_short_of_closed_notches():
     assert multibody.tip_y_mm == pytest.approx(chain.tip_y_mm, rel=0.02)
 
 
-def test_what_cannot_be_is_said():
+def test_impossible_inputs_are_named():
     rig = pair()
     with pytest.raises(RigError, match="tendon_N = 10000"):
         joint_angle_rad(rig, Flexure(10.0, None, None, 0.0), 1e4)
     with pytest.raises(ValueError, match="axial and shear"):
         solve_beam_chain(rig, Flexure(10.0, None, None, 0.0), [PlaneLoad()])
-    bench = replace(rig, joint=MeasuredJoint(4, 2.6, 500.0))
+    measured = replace(rig, joint=MeasuredJoint(4, 2.6, 500.0))
     with pytest.raises(RigError, match="measured joints"):
-        compare_models(bench)
+        compare_models(measured)

@@ -25,7 +25,7 @@ def test_stiffness_is_that_of_calculix(shape):
     body = solid_snr(RIGS[shape], refinement=0.6)
     ours, theirs = snr_stiffness(body).stiffness, calculix_stiffness(body)
     scale = np.sqrt(np.outer(np.diag(ours), np.diag(ours)))
-    assert np.abs((theirs - ours) / scale).max() < 0.005  # 0.5 % asked for
+    assert np.abs((theirs - ours) / scale).max() < 0.005  # target: 0.5 %
     assert np.diag(theirs) == pytest.approx(np.diag(ours), rel=5e-4)  # what it is
 
 

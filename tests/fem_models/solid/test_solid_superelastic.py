@@ -30,12 +30,12 @@ LAW = Superelastic(450.0, 200.0, 0.04)
 RIG = replace(preset("du2018"), superelastic=LAW)
 ELASTIC = preset("du2018")
 YOUNG, POISSON = 60e3, 0.33
-ROPE = replace(RIG.tendon_a, moment_arm_mm=0.6)
+TENDON = replace(RIG.tendon_a, moment_arm_mm=0.6)
 WRIST = replace(
     RIG,
     joint=NotchedTube(Tube(1.62, 1.40), Notch("rectangular", 5, depth_mm=1.40, width_mm=0.8, spacing_mm=1.2)),
-    tendon_a=ROPE,
-    tendon_b=ROPE,
+    tendon_a=TENDON,
+    tendon_b=TENDON,
 )
 
 
@@ -83,7 +83,7 @@ def loop(joint):
 
 
 def test_bar_follows_the_flag_exactly():
-    """A cube pulled and let go: plateaus, strain of the transformation, and dissipation in closed form."""
+    """A cube loaded in tension and unloaded: plateaus, strain of the transformation, and dissipation in closed form."""
     law = flag_law(RIG, hardening=0.002)
     solid = box(1, law)
     points = solid.points_mm
@@ -136,16 +136,16 @@ def test_law_is_symmetric_and_has_its_derivative():
             assert back == pytest.approx(-out)
 
 
-def test_turned_metal_bears_no_stress_and_keeps_its_stiffness():
-    """A finite rotation gives forces of rounding; the tangent turns with the metal."""
+def test_rotated_metal_has_no_stress_and_keeps_its_stiffness():
+    """A finite rotation gives forces of rounding; the tangent rotates with the metal."""
     solid = box(1, flag_law(RIG), distorted=True)
     rotation = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     rotation *= np.linalg.det(rotation)
-    turned = solid.points_mm @ (rotation - np.eye(3)).T
-    still, _ = tangent_and_force(solid, np.zeros_like(turned), np.zeros_like(solid.volumes))
-    moved, force = tangent_and_force(solid, turned, np.zeros_like(solid.volumes))
+    rotated = solid.points_mm @ (rotation - np.eye(3)).T
+    still, _ = tangent_and_force(solid, np.zeros_like(rotated), np.zeros_like(solid.volumes))
+    moved, force = tangent_and_force(solid, rotated, np.zeros_like(solid.volumes))
     assert np.abs(force).max() < 1e-9 * YOUNG
-    big = np.kron(np.eye(len(turned)), rotation)
+    big = np.kron(np.eye(len(rotated)), rotation)
     assert moved == pytest.approx(big @ still @ big.T, abs=1e-9 * YOUNG)
 
 
@@ -154,8 +154,8 @@ def test_patch_under_large_rotation_and_strain_is_uniform():
     solid = box(2, flag_law(RIG), distorted=True)
     points = solid.points_mm
     angle, stretch = 0.9, np.diag([1.06, 0.975, 0.968]) + 0.01 * np.eye(3)[[1, 0, 2]] * (1 - np.eye(3))
-    turn = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
-    exact = points @ (turn @ stretch - np.eye(3)).T
+    rotation = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
+    exact = points @ (rotation @ stretch - np.eye(3)).T
     outer = np.any((points < 1e-9) | (points > 1 - 1e-9), axis=1)
     numbers = np.full(points.shape, -1)
     numbers[~outer] = np.arange(3 * (~outer).sum()).reshape(-1, 3)
@@ -172,21 +172,21 @@ def test_patch_under_large_rotation_and_strain_is_uniform():
 
 
 def test_tangent_is_the_derivative_of_the_forces():
-    """Central differences, with metal in every branch of the flag and turned far."""
+    """Central differences, with metal in every branch of the flag and a large rotation."""
     solid = box(1, flag_law(RIG), distorted=True)
     rng = np.random.default_rng(5)
     angle = 0.7
-    turn = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
-    place = solid.points_mm @ (turn @ np.diag([1.03, 0.99, 0.98]) - np.eye(3)).T
+    rotation = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
+    place = solid.points_mm @ (rotation @ np.diag([1.03, 0.99, 0.98]) - np.eye(3)).T
     place += 0.01 * rng.normal(size=place.shape)
     rest = rng.uniform(0, 0.04, solid.volumes.shape)
     tangent, _ = tangent_and_force(solid, place, rest)
     assert tangent == pytest.approx(tangent.T, abs=1e-9 * np.abs(tangent).max())
     for _ in range(3):
-        way = rng.normal(size=place.shape)
-        ends = [tangent_and_force(solid, place + sign * 1e-7 * way, rest)[1] for sign in (1, -1)]
+        direction = rng.normal(size=place.shape)
+        ends = [tangent_and_force(solid, place + sign * 1e-7 * direction, rest)[1] for sign in (1, -1)]
         numeric = (ends[0] - ends[1]) / 2e-7
-        assert numeric == pytest.approx(tangent @ way.ravel(), abs=1e-5 * np.abs(numeric).max())
+        assert numeric == pytest.approx(tangent @ direction.ravel(), abs=1e-5 * np.abs(numeric).max())
 
 
 def test_newton_converges_quadratically(loop):
@@ -254,13 +254,13 @@ def test_fit_finds_elements_that_made_the_curve():
         fibres_of_curve(replace(curve, angle_rad=none[:3], moment_Nmm=none[:3]))
 
 
-def in_series_with(fibres, root_Nmm_per_rad, turns_rad):
-    """Moments of fibres and a spring, one behind the other: their equilibrium, solved at every turn of both."""
+def in_series_with(fibres, root_Nmm_per_rad, angles_rad):
+    """Moments of fibres and a spring, in series: their equilibrium, solved at every angle of both."""
     rest, out = np.zeros_like(fibres.stiffness), []
-    for turn in turns_rad:
+    for angle in angles_rad:
 
-        def beyond(bend, turn=turn, rest=rest):
-            return bend + flag_moment(np.full_like(rest, bend), rest, fibres).sum() / root_Nmm_per_rad - turn
+        def beyond(bend, angle=angle, rest=rest):
+            return bend + flag_moment(np.full_like(rest, bend), rest, fibres).sum() / root_Nmm_per_rad - angle
 
         bend = brentq(beyond, -1.0, 1.0, xtol=1e-14, rtol=1e-14)
         moment = flag_moment(np.full_like(rest, bend), rest, fibres)
@@ -328,7 +328,7 @@ def test_whole_ring_is_the_quarter_mirrored(joint, tmp_path):
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed: apt-get install calculix-ccx")
 @pytest.mark.parametrize(("rig", "degrees"), [(ELASTIC, 8.0), (RIG, 8.0)], ids=["elastic", "plateau"])
 def test_moment_is_that_of_calculix(rig, degrees):
-    """Same quarter, nodes of its planes of symmetry moved alike; on the way up the plateau is von Mises plasticity."""
+    """Same quarter, nodes of its planes of symmetry moved alike; on loading the plateau is von Mises plasticity."""
     joint = quarter_joint(rig, refinement=0.5, fillet_mm=0.125)
     bent = list(bend(joint, np.radians(np.linspace(0, degrees, 5)[1:])))[-1]
     solid, law = joint.solid, joint.solid.law
