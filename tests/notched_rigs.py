@@ -24,12 +24,12 @@ def make_rig(
     count: int = 14,
 ) -> Rig:
     """The paper's manipulator with dimensions that fit it; keywords change one."""
-    rope = Tendon(EA_N=9000.0, moment_arm_mm=arm, free_length_mm=150.0)
+    tendon = Tendon(EA_N=9000.0, moment_arm_mm=arm, free_length_mm=150.0)
     return Rig(
         name="test",
         material=Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33),
-        tendon_a=rope,
-        tendon_b=rope,
+        tendon_a=tendon,
+        tendon_b=tendon,
         wheel=Wheel(10.0),
         preload_N=20.0,
         joint=NotchedTube(

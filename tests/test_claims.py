@@ -71,8 +71,8 @@ def energy_balance() -> float:
 
 def capstan() -> float:
     rig = preset("du2018")
-    rope = replace(rig.tendon_a, toe_N=0.0)
-    rig = replace(rig, tendon_a=rope, tendon_b=rope, friction=Friction(capstan_coefficient=0.2, rest_wrap_deg=20.0))
+    tendon = replace(rig.tendon_a, toe_N=0.0)
+    rig = replace(rig, tendon_a=tendon, tendon_b=tendon, friction=Friction(capstan_coefficient=0.2, rest_wrap_deg=20.0))
     solution = solve_multibody(rig, LoadProgram(np.linspace(0, 2.2, 23)))
     pulled, released = solution.segment_tensions_N[-1]
     half = 0.5 * np.abs(np.radians(solution.record.notches_deg[-1]))  # a chord stands at half of the joint's angle
@@ -153,7 +153,7 @@ def traced() -> Trace:
 def traced_arm() -> float:
     found = traced()
     assert found.verdict == "effect"
-    return abs(found.grown.model.values(found.grown.x)[1][0]["arm_ratio"] - 0.95)
+    return abs(found.augmented.model.values(found.augmented.x)[1][0]["arm_ratio"] - 0.95)
 
 
 def parts_close() -> float:
@@ -186,7 +186,7 @@ CLAIMS: dict[str, Callable[[], float]] = {
     "twins": twins,
     "chain-energy": chain_energy,
     "traced-arm": traced_arm,
-    "traced-heldout": lambda: traced().grown.heldout_rmse_deg / 0.05,
+    "traced-heldout": lambda: traced().augmented.heldout_rmse_deg / 0.05,
     "parts-close": parts_close,
 }
 

@@ -75,22 +75,22 @@ def test_a_rope_that_is_off_makes_no_loop_worth_the_name(found):
     assert found.residual_percent < 0.1
     stiff = switched(RIG, frozenset({"friction", "material"}))
     other = loop_program(-2.2, 2.2)
-    twice = [replace(rope, EA_N=2 * rope.EA_N) for rope in stiff.tendons]
+    twice = [replace(tendon, EA_N=2 * tendon.EA_N) for tendon in stiff.tendons]
     stiffer = simulate_chain(replace(stiff, tendon_a=twice[0], tendon_b=twice[1]), other)
     assert simulate_chain(stiff, other).angle_deg == pytest.approx(stiffer.angle_deg, abs=0.01)  # the limit is reached
 
 
 @pytest.mark.parametrize("preload", [5.0, 6.0])
 def test_a_rope_that_is_off_may_go_slack(preload):
-    # bending to 45 deg takes more than that from a rope that cannot stretch; the rig's own keep 2 N
+    # bending to 45 deg takes more than that from a tendon that cannot stretch; the rig's own keep 2 N
     rig = replace(RIG, preload_N=preload)
     found = separate(rig, PROGRAM)
-    assert min(rope.min() for rope in tensions(found.loops[frozenset()])) == 0
-    assert min(rope.min() for rope in tensions(found.whole)) > 2
+    assert min(tendon.min() for tendon in tensions(found.loops[frozenset()])) == 0
+    assert min(tendon.min() for tendon in tensions(found.whole)) > 2
     assert abs(found.closure_percent) < 1
-    # half as stiff, the ropes that are off give the same: the limit is reached
+    # half as stiff, the tendons that are off give the same: the limit is reached
     stiff = switched(rig, frozenset())
-    half = [replace(rope, EA_N=0.5 * rope.EA_N) for rope in stiff.tendons]
+    half = [replace(tendon, EA_N=0.5 * tendon.EA_N) for tendon in stiff.tendons]
     softer = closed_loop(replace(stiff, tendon_a=half[0], tendon_b=half[1]), PROGRAM)
     angle = found.loops[frozenset()].record.angle_deg
     assert softer.record.angle_deg == pytest.approx(angle, abs=0.01)
@@ -116,7 +116,7 @@ def test_what_cannot_be_solved_names_what_was_off():
         (NO_FRICTION, "material"),
         (switched(NO_FRICTION, frozenset({"material"})), "material"),
     ],
-    ids=["friction", "friction, rigid ropes", "material", "material, rigid ropes"],
+    ids=["friction", "friction, rigid tendons", "material", "material, rigid tendons"],
 )
 def test_a_single_loss_has_all_of_the_energy(rig, only):
     shares = separate(rig, PROGRAM).shares("dissipated_mJ")
@@ -125,7 +125,7 @@ def test_a_single_loss_has_all_of_the_energy(rig, only):
 
 
 def test_width_of_a_single_loss_is_half_its_and_half_the_ropes():
-    # with rigid ropes the wheel fixes the angle: neither makes a loop without the other, so Shapley halves it
+    # with rigid tendons the wheel fixes the angle: neither makes a loop without the other, so Shapley halves it
     shares = separate(NO_MATERIAL, PROGRAM).shares("width_deg")
     assert shares["friction"] == pytest.approx(0.5, abs=1e-3)
     assert shares["tendon_elasticity"] == pytest.approx(0.5, abs=1e-3)
@@ -168,7 +168,7 @@ def test_the_next_experiment_brings_what_it_promises():
     best = one.experiments[0]
     again = next(e for e in one.experiments if e.what == "the same again")
     assert best.gain > again.gain == pytest.approx(0.5 * len(PARAMETERS) * np.log(2), rel=0.3)
-    assert best.preload_N == 10  # a soft rope shows at low tension
+    assert best.preload_N == 10  # a soft tendon shows at low tension
     both = calibrate_rig([bench(20.0, 1), bench(10.0, 2)])
     before, after = (c.covariance[5, 5] for c in (one, both))  # of the toe region
     assert np.sqrt(before / after) > 2
