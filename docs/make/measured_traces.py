@@ -36,7 +36,7 @@ def _row(name: str, report: TraceReport) -> list[str]:
     before, after = report.before.heldout.rmse_deg, report.after.heldout.rmse_deg
     named = " + ".join(_alike(effect) for effect in report.effects)
     numbers = [f"{value:.3g}" for value in (report.noise_floor_deg, before, after)]
-    nearest = [f"; nearest {_plus(c.name)}, {c.heldout_rmse_deg:.3g} deg" for c in report.candidates[:1]]
+    nearest = [f"; best candidate {_plus(c.name)}, {c.heldout_rmse_deg:.3g} deg" for c in report.candidates[:1]]
     verdict = f"{report.verdict}: {named}" if named else report.verdict + "".join(nearest)
     return [f"`{name}`", report.model, verdict, *numbers, f"{after / before:.2f}", f"{report.seconds:.0f}"]
 

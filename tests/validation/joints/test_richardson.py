@@ -1,4 +1,4 @@
-"""Richardson's extrapolation and the grid convergence index, against the paper's example and made-up orders."""
+"""Richardson's extrapolation and the grid convergence index, against the paper's example and exact power laws."""
 
 import pytest
 from hypothesis import given
@@ -25,7 +25,7 @@ def test_value_and_order_of_an_exact_power_law(order, ratios, slope):
     sizes = (0.1, 0.1 * ratios[0], 0.1 * ratios[0] * ratios[1])
     found = richardson(sizes, tuple(100 + slope * h**order for h in sizes))
     change = abs(slope) * (sizes[1] ** order - sizes[0] ** order)
-    if change > 1e-5:  # below it rounding of the values decides
+    if change > 1e-5:  # below, rounding of the values dominates
         assert found.order == pytest.approx(order, rel=1e-4)
         assert found.value == pytest.approx(100.0, abs=1e-3 * change + 1e-9)
 
@@ -39,6 +39,6 @@ def test_value_and_order_of_an_exact_power_law(order, ratios, slope):
         ((0.1, 0.2, 0.4), (1.0, 1.1, 1.15), "ratio"),
     ],
 )
-def test_says_why_there_is_no_order(sizes, values, reason):
+def test_error_says_why_there_is_no_order(sizes, values, reason):
     with pytest.raises(ValueError, match=reason):
         richardson(sizes, values)

@@ -1,4 +1,4 @@
-"""Compensation: the inverse is exact on its own layer, and good in the multibody model, which it has not seen."""
+"""Compensation: the inverse is exact for its own layer, and accurate in the multibody model."""
 
 import json
 
@@ -34,7 +34,7 @@ def fit():
     st.floats(1.0, 8.0),
     st.floats(-0.9, 1.0),
 )
-def test_the_inverse_put_back_gives_the_angle(angles, A, saturation, n, rho):
+def test_inverse_inserted_into_the_law_gives_the_angle(angles, A, saturation, n, rho):
     total = abs(A) / saturation**n
     model = BoucWen(A=A, beta=total / (1 + rho), gamma=total * rho / (1 + rho), n=n)
     path = inverse_hysteresis(angles, [model], 0.0)
@@ -42,7 +42,7 @@ def test_the_inverse_put_back_gives_the_angle(angles, A, saturation, n, rho):
     assert (f + hysteresis(f, model))[1:] == pytest.approx(np.array(angles), abs=1e-8)
 
 
-def test_inverse_of_a_curve_and_what_it_refuses():
+def test_inverse_of_a_curve_and_its_errors():
     drives = np.linspace(-2, 2, 37)
     assert inverse_curve(lambda x: -np.sinh(x), -np.sinh(drives), (-2.0, 2.0)) == pytest.approx(drives, abs=1e-10)
     with pytest.raises(ValueError, match="sample 1: f = 5 deg"):
@@ -51,7 +51,7 @@ def test_inverse_of_a_curve_and_what_it_refuses():
         inverse_curve(lambda x: np.maximum(x, 0.0), [0.5], (-1.0, 1.0))
 
 
-def test_the_layer_follows_its_own_inverse(fit):
+def test_layer_follows_its_own_inverse(fit):
     for wanted in references().values():
         drive = np.append(0.0, compensating_drive(fit, wanted, 0.0))
         assert fit.predict(drive)[1:] == pytest.approx(wanted, abs=1e-8)
@@ -60,11 +60,11 @@ def test_the_layer_follows_its_own_inverse(fit):
 
 
 @pytest.mark.parametrize("what", list(references()))
-def test_the_multibody_model_follows_five_times_closer(fit, what):
+def test_compensation_reduces_the_error_of_the_multibody_model_five_times(fit, what):
     pytest.importorskip("exudyn", reason="Exudyn cannot be imported here: its library libGL.so.1 is missing?")
     from fem_models.multibody import simulate_multibody
 
-    assert track(fit, RIG, references()[what], simulate_multibody).ratio >= 5  # asked for
+    assert track(fit, RIG, references()[what], simulate_multibody).ratio >= 5  # required
 
 
 @pytest.fixture(scope="module")
@@ -83,13 +83,13 @@ def test_command_writes_the_drive(loops, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["samples"] == 60
     columns = read_columns(out, ["drive_mm", "angle_deg", "time_s"])
     assert columns["angle_deg"] == pytest.approx(wanted)
-    angle = simulate_chain(RIG, shrinking_loops()).angle_deg  # the record's own: the drive must stay within it
+    angle = simulate_chain(RIG, shrinking_loops()).angle_deg  # the drive must stay within the record's range
     assert np.abs(columns["drive_mm"]).max() < 1.8
     assert np.abs(angle).max() > 25
 
 
 def test_an_identify_json_gives_the_drive_of_its_record(loops, tmp_path):
-    """The layer from the file has f as a table: the same drive, but for what lies between its places."""
+    """The layer from the file has f as a table: the same drive, except for the interpolation."""
     reference = tmp_path / "wanted.csv"
     reference.write_text("angle_deg\n" + "\n".join(map(repr, (20 * np.sin(np.linspace(0, 9, 60))).tolist())) + "\n")
     fit = identify(read_record(loops))
@@ -126,7 +126,7 @@ def test_other_json_is_refused_in_one_line(text, words, tmp_path, capsys):
         ("time_s,angle_deg\n0,0\n1,1\n1,0\n", ["wanted.csv:4", "time_s"]),
     ],
 )
-def test_bad_references_are_named_and_leave_nothing(text, words, loops, tmp_path, capsys):
+def test_bad_references_are_named_and_nothing_is_written(text, words, loops, tmp_path, capsys):
     reference, out = tmp_path / "wanted.csv", tmp_path / "drive.csv"
     reference.write_text(text)
     assert call(["compensate", str(loops), "--reference", str(reference), "--out", str(out), "--quiet"]) == 2

@@ -105,7 +105,7 @@ def test_parameters_are_recovered_from_loops_without_noise() -> None:
 
 
 def test_intervals_contain_most_parameters_of_noisy_loops() -> None:
-    """Of 52 intervals of 95 %; docs/validation/tendon-robot.md says which they hold less often, and 88 % in all."""
+    """Of 52 intervals of 95 %; docs/validation/tendon-robot.md says which parameters they contain less often."""
     contained = []
     for seed in range(4):
         records = [simulated(TRUTH, top, noise=0.005, seed=2 * seed + i) for i, top in enumerate((8.5, 6.0))]
