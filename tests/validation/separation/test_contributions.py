@@ -81,16 +81,6 @@ def test_a_stiffened_tendon_has_a_negligible_loop(found):
 
 
 @pytest.mark.parametrize("preload", [5.0, 6.0])
-<<<<<<< HEAD
-def test_a_rope_that_is_off_may_go_slack(preload):
-    # bending to 45 deg takes more than that from a tendon that cannot stretch; the rig's own keep 2 N
-    rig = replace(RIG, preload_N=preload)
-    found = separate(rig, PROGRAM)
-    assert min(tendon.min() for tendon in tensions(found.loops[frozenset()])) == 0
-    assert min(tendon.min() for tendon in tensions(found.whole)) > 2
-    assert abs(found.closure_percent) < 1
-    # half as stiff, the tendons that are off give the same: the limit is reached
-=======
 def test_a_stiffened_tendon_may_go_slack(preload):
     # bending to 45 deg releases more than the preload of an inextensible tendon; the rig's own tendons keep 2 N
     rig = replace(RIG, preload_N=preload)
@@ -99,7 +89,6 @@ def test_a_stiffened_tendon_may_go_slack(preload):
     assert min(tension.min() for tension in tensions(found.whole)) > 2
     assert abs(found.closure_percent) < 1
     # half the stiffness gives the same result: converged
->>>>>>> a78e593 (Plain words in the tests of validation's rooms and in the results of the measured traces)
     stiff = switched(rig, frozenset())
     half = [replace(tendon, EA_N=0.5 * tendon.EA_N) for tendon in stiff.tendons]
     softer = closed_loop(replace(stiff, tendon_a=half[0], tendon_b=half[1]), PROGRAM)
@@ -135,13 +124,8 @@ def test_a_single_loss_has_all_the_energy(rig, only):
     assert shares["interaction"] == pytest.approx(0, abs=1e-9)
 
 
-<<<<<<< HEAD
-def test_width_of_a_single_loss_is_half_its_and_half_the_ropes():
-    # with rigid tendons the wheel fixes the angle: neither makes a loop without the other, so Shapley halves it
-=======
 def test_width_of_a_single_loss_is_shared_equally_with_elasticity():
     # with rigid tendons the wheel prescribes the angle: neither makes a loop alone, so Shapley halves it
->>>>>>> a78e593 (Plain words in the tests of validation's rooms and in the results of the measured traces)
     shares = separate(NO_MATERIAL, PROGRAM).shares("width_deg")
     assert shares["friction"] == pytest.approx(0.5, abs=1e-3)
     assert shares["tendon_elasticity"] == pytest.approx(0.5, abs=1e-3)
@@ -184,13 +168,8 @@ def test_the_next_experiment_gains_what_was_predicted():
     best = one.experiments[0]
     again = next(e for e in one.experiments if e.what == "the same again")
     assert best.gain > again.gain == pytest.approx(0.5 * len(PARAMETERS) * np.log(2), rel=0.3)
-<<<<<<< HEAD
-    assert best.preload_N == 10  # a soft tendon shows at low tension
-    both = calibrate_rig([bench(20.0, 1), bench(10.0, 2)])
-=======
     assert best.preload_N == 10  # a compliant tendon shows at low tension
     both = calibrate_rig([measured_loop(20.0, 1), measured_loop(10.0, 2)])
->>>>>>> a78e593 (Plain words in the tests of validation's rooms and in the results of the measured traces)
     before, after = (c.covariance[5, 5] for c in (one, both))  # of the toe region
     assert np.sqrt(before / after) > 2
 
@@ -228,7 +207,7 @@ def test_command_on_a_record_gives_intervals(tmp_path):
     [
         (["{record}"], ["bench.csv", "rig", "preset"]),
         (["--preset", "du2018", "--amplitude", "-1"], ["--amplitude", "-1", "above 0"]),
-        (["{record}", "--preload", "20"], ["--preload 20", "beside records"]),
+        (["{record}", "--preload", "20"], ["--preload 20", "with records"]),
         ([], ["--preset", "--rig"]),
     ],
 )
