@@ -1,0 +1,283 @@
+"""Practice cases of the lumped rig: records that no engine of the package made.
+
+    python -m validation.practice.lumped.cases --seed 7 --kind known --count 2 --out DIR
+
+The rig (:mod:`validation.practice.lumped.rig`) has other laws than any model of the tracer, so that no baseline meets
+its records exactly. Sizes of effects are those of :mod:`validation.practice.draw`: 3 to 8 times the noise, after
+what a smooth function of the drive, its direction and the rig's own change by one parameter take.
+"""
+
+from __future__ import annotations
+
+import argparse
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from rich.progress import track
+
+from hysteresis.arrays import Floats, Ints
+from hysteresis.record import Record
+from validation.practice.cases import write_case
+from validation.practice.draw import Case, Truth
+from validation.practice.lumped.rig import LumpedRig, simulate_lumped
+
+Rng = np.random.Generator
+Change = Callable[[LumpedRig, float], LumpedRig]
+
+SIZES = (3.0, 8.0)
+"""Times the noise, root mean square over all records."""
+CLEAN = "clean"
+SAMPLES_PER_CYCLE = (60, 160)
+LEAST_SIZE = 1e-4
+
+
+@dataclass(frozen=True)
+class LumpedProtocol:
+    """How the records of one rig were made: preload, amplitude, rate and cycles of each."""
+
+    preloads_N: tuple[float, ...]
+    amplitudes_mm: tuple[float, ...]
+    rates_Hz: tuple[float, ...]
+    cycles: int
+    samples_per_cycle: int
+    noise_deg: float
+    zeros_deg: tuple[float, ...]
+
+
+def effects(rng: Rng) -> Mapping[str, Change]:
+    """Give all effects of the catalogue that the rig has, with their character drawn; a size of 1 is large."""
+    side = float(rng.choice([-1.0, 1.0]))
+    phase = float(rng.uniform(0.0, 2 * np.pi))
+    part = float(rng.uniform(0.0, 1.0))
+    late = float(rng.uniform(0.35, 0.65))
+
+    def unequal(rig: LumpedRig, size: float) -> LumpedRig:
+        arm, stiff = (0.2 * side * size, 0.0) if part < 0.5 else (0.1 * side * size, 0.4 * size)
+        return replace(
+            rig,
+            arm_mm=(rig.arm_mm[0], rig.arm_mm[1] * (1 + arm)),
+            tendon_N_per_mm=(rig.tendon_N_per_mm[0], rig.tendon_N_per_mm[1] * (1 + stiff)),
+        )
+
+    return {
+        "backlash": lambda rig, size: replace(rig, play_mm=0.6 * size),
+        "tendon_slack": lambda rig, size: replace(rig, slack_mm=2.0 * _rest(rig) * size),
+        "unequal_tendons": unequal,
+        "tendon_stiffening": lambda rig, size: replace(rig, toe_mm=rig.toe_mm + 1.5 * size),
+        "tendon_creep": lambda rig, size: replace(rig, creep_mm_per_N=0.02 * size),
+        "preload_loss": lambda rig, size: replace(rig, preload_loss=0.95 * size),
+        "guide_friction": lambda rig, size: replace(rig, capstan=rig.capstan + 0.8 * size),
+        "viscous_drag": lambda rig, size: replace(
+            rig, viscous_N_s_per_mm=4.0 * part * size, joint_drag_Nmm_s_per_rad=80.0 * (1 - part) * size
+        ),
+        "time_delay": lambda rig, size: replace(rig, delay_s=1.0 * size),
+        "superelastic_plateau": lambda rig, size: replace(rig, plateau_rad=0.8 * (1.0 - 0.9 * size)),
+        "functional_fatigue": lambda rig, size: replace(
+            rig, loop_loss=0.9 * size, residual_rad=0.5 * side * size, cycles=1.5
+        ),
+        "notch_closure": lambda rig, size: replace(rig, closure_rad=0.8 - 0.6 * size),
+        "gravity": lambda rig, size: replace(rig, weight_Nmm=40.0 * size, weight_rad=phase),
+        "tip_contact": lambda rig, size: replace(rig, contact_rad=0.8 - 0.7 * size),
+        "wheel_eccentricity": lambda rig, size: replace(rig, run_out_mm=0.8 * size, run_out_rad=phase),
+        "camera_misalignment": lambda rig, size: replace(rig, camera=(0.1 * side * part * size, 0.3 * side * size)),
+        "thermal_drift": lambda rig, size: replace(rig, drift_rad=0.1 * side * size, drift_s=150.0 * late),
+    }
+
+
+def _rest(rig: LumpedRig) -> float:
+    """Stretch at rest of the softer tendon, mm: more slack than this leaves it loose at the centre."""
+    return 20.0 / min(rig.tendon_N_per_mm)
+
+
+def draw_lumped_case(seed: int, kind: str, label: str, number: int) -> Case:
+    """Draw a case; the same arguments give the same records.
+
+    Parameters
+    ----------
+    seed
+        Of the whole set.
+    kind
+        ``known``: the sidecar tells measured joints, with 3 % error; ``unknown``: it tells the preload alone.
+    label
+        An effect, or ``clean``.
+    number
+        From 0.
+    """
+    rng = np.random.default_rng((seed, zlib.crc32(f"{kind} {label}".encode()), number))
+    for _ in range(40):
+        rig, protocol = _draw_rig(rng), _draw_protocol(rng)
+        change = effects(rng).get(label)
+        plain = _records(rig, protocol)
+        if change is None:
+            return _case(plain, rig, protocol, (label, number, kind), 0.0, rng)
+        target = float(rng.uniform(*SIZES))
+        if (found := _sized(rig, protocol, plain, change, target)) is not None:
+            size, ratio = found
+            return _case(_records(change(rig, size), protocol), rig, protocol, (label, number, kind), ratio, rng)
+    raise ValueError(f"{label}: no draw has a size between {SIZES[0]:g} and {SIZES[1]:g} times the noise")
+
+
+def _draw_rig(rng: Rng) -> LumpedRig:
+    arm, stiffness = float(rng.uniform(2.0, 3.2)), float(rng.uniform(40.0, 90.0))
+    bend = np.cumsum(rng.uniform(0.8, 1.2, 4))
+    return LumpedRig(
+        arm_mm=(arm, arm),
+        tendon_N_per_mm=(stiffness, stiffness),
+        toe_mm=float(rng.uniform(0.01, 0.05)),
+        bending_Nmm_per_rad=float(rng.uniform(30.0, 80.0)),
+        curve=(0.0, *(float(value) for value in bend / bend[-1])),
+        loop_Nmm=float(rng.uniform(2.0, 8.0)),
+        loop_rad=float(rng.uniform(0.03, 0.1)),
+        coulomb_N=float(rng.uniform(0.4, 1.8)),
+        capstan=float(rng.uniform(0.01, 0.06)),
+        wheel_radius_mm=float(rng.uniform(1.5, 6.0)),
+        bristle_N_per_mm=float(rng.uniform(50.0, 150.0)),
+    )
+
+
+def _draw_protocol(rng: Rng) -> LumpedProtocol:
+    slow = round(float(np.exp(rng.uniform(*np.log((0.04, 0.2))))), 3)
+    fast = round(slow * float(rng.uniform(4.0, 12.0)), 3)
+    full = round(float(rng.uniform(1.2, 2.4)), 2)
+    high, low = 20.0, 10.0
+    rows = [(high, full, slow), (low, full, slow), (high, full, fast), (low, round(0.55 * full, 2), fast)]
+    return LumpedProtocol(
+        preloads_N=tuple(row[0] for row in rows),
+        amplitudes_mm=tuple(row[1] for row in rows),
+        rates_Hz=tuple(row[2] for row in rows),
+        cycles=int(rng.integers(3, 6)),
+        samples_per_cycle=int(rng.integers(*SAMPLES_PER_CYCLE)),
+        noise_deg=round(float(rng.uniform(0.03, 0.08)), 4),
+        zeros_deg=tuple(float(zero) for zero in rng.normal(0.0, 0.1, len(rows))),
+    )
+
+
+def _program(protocol: LumpedProtocol, index: int) -> tuple[Floats, Floats, Ints]:
+    """Drive, time and cycle of a record: a sine, logged to 0.1 um and 1 us."""
+    rate, samples = protocol.rates_Hz[index], protocol.samples_per_cycle
+    k = np.arange(1, protocol.cycles * samples + 1)
+    time = np.round(k / samples / rate, 6)
+    drive = np.round(protocol.amplitudes_mm[index] * np.sin(2 * np.pi * k / samples), 4)
+    return drive, time, 1 + (k - 1) // samples
+
+
+def _records(rig: LumpedRig, protocol: LumpedProtocol) -> list[Floats]:
+    """Angles of all records without noise, deg."""
+    out = []
+    for index, preload in enumerate(protocol.preloads_N):
+        drive, time, cycle = _program(protocol, index)
+        out.append(simulate_lumped(replace(rig, preload_N=preload), drive, time, cycle)[0])
+    return out
+
+
+def _sized(
+    rig: LumpedRig, protocol: LumpedProtocol, plain: Sequence[Floats], change: Change, target: float
+) -> tuple[float, float] | None:
+    """Size of an effect that is ``target`` times the noise, by bisection of its logarithm; None out of reach."""
+    low, high = np.log(LEAST_SIZE), 0.0
+
+    def ratio(size: float) -> float:
+        changed = _records(change(rig, size), protocol)
+        return _beyond_simple(plain, changed, protocol) / protocol.noise_deg
+
+    if not ratio(1.0) >= target:
+        return None
+    for _ in range(24):
+        middle = 0.5 * (low + high)
+        now = ratio(float(np.exp(middle)))
+        if abs(now / target - 1) < 0.05:
+            return float(np.exp(middle)), now
+        low, high = (middle, high) if now < target else (low, middle)
+    return None
+
+
+def _beyond_simple(plain: Sequence[Floats], changed: Sequence[Floats], protocol: LumpedProtocol) -> float:
+    """Root mean square of a change beyond zeros, a common gain, and the loop that is there in another size, deg."""
+    change = np.concatenate([b - a - (b - a).mean() for a, b in zip(plain, changed, strict=True)])
+    drives = [_program(protocol, index)[0] for index in range(len(plain))]
+    loop = [a - a.mean() - np.polyval(np.polyfit(x, a, 3), x) for x, a in zip(drives, plain, strict=True)]
+    columns = np.column_stack(
+        [
+            np.concatenate([x - x.mean() for x in drives]),
+            np.concatenate([x**3 - (x**3).mean() for x in drives]),
+            np.concatenate(loop),
+        ]
+    )
+    left = change - columns @ np.linalg.lstsq(columns, change, rcond=None)[0]
+    return float(np.sqrt(np.mean(left**2)))
+
+
+def _case(
+    angles: Sequence[Floats],
+    rig: LumpedRig,
+    protocol: LumpedProtocol,
+    name: tuple[str, int, str],
+    ratio: float,
+    rng: Rng,
+) -> Case:
+    label, number, kind = name
+    records = []
+    told = _told_rig(rig, rng) if kind == "known" else {}
+    for index, angle in enumerate(angles):
+        drive, time, cycle = _program(protocol, index)
+        noisy = angle + protocol.zeros_deg[index] + rng.normal(0.0, protocol.noise_deg, angle.size)
+        records.append(
+            Record(
+                drive=drive,
+                angle_deg=np.round(noisy, 4),
+                drive_unit="mm",
+                time_s=time,
+                cycle=cycle,
+                rig={**told, "preload_N": protocol.preloads_N[index]},
+                title=f"lumped practice rig, {protocol.preloads_N[index]:g} N, {protocol.rates_Hz[index]:g} Hz",
+            )
+        )
+    hidden = () if label == CLEAN else (label,)
+    truth = Truth(
+        effects=hidden,
+        numbers={},
+        ratios=(ratio,) if hidden else (),
+        beyond_curve=(),
+        engine="lumped",
+        noise_deg=protocol.noise_deg,
+        rig="lumped",
+    )
+    return Case(f"{label}-{number:02d}", tuple(records), truth)
+
+
+def _told_rig(rig: LumpedRig, rng: Rng) -> dict[str, float]:
+    """Measured joints with errors of 3 %: twelve joints that bend as much together as the rig."""
+    off = 1 + rng.normal(0.0, 0.03, 3)
+    free = 150.0
+    return {
+        "joints": 12,
+        "moment_arm_mm": round(rig.arm_mm[0], 3),
+        "flexure_stiffness_Nmm_per_rad": round(12 * rig.bending_Nmm_per_rad * float(off[0]), 2),
+        "tendon_EA_N": round(rig.tendon_N_per_mm[0] * free * float(off[1]), 1),
+        "tendon_free_length_mm": free,
+        "pitch_mm": 2.5,
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Write cases into ``DIR/LABEL-NUMBER``; what is hidden is not written."""
+    parser = argparse.ArgumentParser(prog="python -m validation.practice.lumped.cases", description=__doc__)
+    parser.add_argument("--seed", type=int, required=True, help="of the set")
+    parser.add_argument(
+        "--kind", choices=("known", "unknown"), default="known", help="whether the sidecar tells the rig"
+    )
+    parser.add_argument("--count", type=int, default=2, help="cases of each effect")
+    parser.add_argument("--effects", help="comma between; also clean; else all")
+    parser.add_argument("--out", type=Path, required=True, help="folder")
+    options = parser.parse_args(arguments)
+    labels = options.effects.split(",") if options.effects else [*effects(np.random.default_rng(0)), CLEAN]
+    for label, number in track([*product(labels, range(options.count))], description="cases"):
+        write_case(draw_lumped_case(options.seed, options.kind, label, number), options.out)
+
+
+if __name__ == "__main__":
+    main()
