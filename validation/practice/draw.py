@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -22,7 +22,8 @@ from hysteresis.arrays import Floats
 from validation.practice.catalogue import CATALOGUE, DISTINCT
 from validation.practice.injected import Engine, observed
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
-from validation.practice.protocols import KINDS, Kind, Protocol, draw_baseline
+from validation.practice.planned import PlanChange
+from validation.practice.protocols import KINDS, BaselineRuns, Kind, Protocol, draw_baseline
 from validation.practice.size import (
     MODERATE,
     OutOfReachError,
@@ -96,31 +97,73 @@ class Case:
     truth: Truth
 
 
+@dataclass(frozen=True)
+class Noiseless:
+    """A case before a sensor reads it: records whose angle has no noise, no zero and is not rounded.
+
+    ``zeros_deg`` has the zero of the angle, one per record; the standard deviation of the noise is in the truth.
+    """
+
+    name: str
+    records: tuple[Record, ...]
+    zeros_deg: tuple[float, ...]
+    truth: Truth
+
+
 def draw_case(set_name: SetName, kind: Kind, label: str, number: int) -> Case:
-    """Draw a case; the same arguments give the same records.
+    """Draw a case of a set; the same arguments give the same records.
+
+    The arguments, and what is raised, are those of :func:`draw_noiseless`.
+    """
+    noiseless, rng = draw_noiseless(SETS[set_name], kind, label, number)
+    return with_white_noise(noiseless, rng)
+
+
+def draw_noiseless(
+    seed: int, kind: Kind, label: str, number: int, change: PlanChange | None = None
+) -> tuple[Noiseless, np.random.Generator]:
+    """Draw a case without noise, and the generator of random numbers that its noise comes from.
 
     Parameters
     ----------
+    seed
+        Of the whole set.
     label
         An effect of the catalogue or outside the catalogue; ``clean``; or ``pair`` for two effects of the catalogue.
     number
         From 0; every fifth case (4, 9, ...) is simulated with the multibody model, the others with the chain.
+    change
+        Other records than the usual four, see :func:`validation.practice.protocols.draw_baseline`.
 
     Raises
     ------
     SolverError
         None of :data:`ATTEMPTS` draws had a moderate size within its bounds.
     """
-    seed = (SETS[set_name], KINDS.index(kind), zlib.crc32(label.encode()), number)
-    effects = _effects_of(label, np.random.default_rng(seed))
+    key = (seed, KINDS.index(kind), zlib.crc32(label.encode()), number)
+    effects = _effects_of(label, np.random.default_rng(key))
     engine: Engine = simulate_multibody if number % 5 == 4 else simulate_chain
     for attempt in range(ATTEMPTS):
-        rng = np.random.default_rng((*seed, attempt))
+        rng = np.random.default_rng((*key, attempt))
         try:
-            return _draw(f"{label}-{number:02d}", effects, kind, engine, rng)
+            measured_joints = rng.random() < MEASURED_JOINTS and "superelastic_plateau" not in effects
+            baseline = draw_baseline(rng, measured_joints=measured_joints, change=change)
+            return _draw(f"{label}-{number:02d}", effects, kind, engine, (baseline, rng)), rng
         except (SolverError, RigError, OutOfReachError):
             continue
     raise SolverError(f"practice case {label} {number}: no moderate size in {ATTEMPTS} draws")
+
+
+def with_white_noise(noiseless: Noiseless, rng: np.random.Generator) -> Case:
+    """Add the zero and white noise to every angle, rounded to 0.1 mdeg."""
+    read = [
+        record.angle_deg + zero + rng.normal(0.0, noiseless.truth.noise_deg, record.angle_deg.size)
+        for record, zero in zip(noiseless.records, noiseless.zeros_deg, strict=True)
+    ]
+    records = tuple(
+        replace(record, angle_deg=np.round(angle, 4)) for record, angle in zip(noiseless.records, read, strict=True)
+    )
+    return Case(noiseless.name, records, noiseless.truth)
 
 
 def _effects_of(label: str, rng: np.random.Generator) -> tuple[str, ...]:
@@ -130,10 +173,10 @@ def _effects_of(label: str, rng: np.random.Generator) -> tuple[str, ...]:
     return () if label == CLEAN else (label,)
 
 
-def _draw(name: str, effects: Sequence[str], kind: Kind, engine: Engine, rng: np.random.Generator) -> Case:
-    needs_section = "superelastic_plateau" in effects  # measured joints have no section
-    measured_joints = rng.random() < MEASURED_JOINTS and not needs_section
-    baseline = draw_baseline(rng, measured_joints=measured_joints)
+def _draw(
+    name: str, effects: Sequence[str], kind: Kind, engine: Engine, drawn: tuple[BaselineRuns, np.random.Generator]
+) -> Noiseless:
+    baseline, rng = drawn
     protocol = baseline.protocol
     absorbed = baseline_tangent(baseline) if effects else np.empty((0, 0))
     sized = []
@@ -153,16 +196,15 @@ def _draw(name: str, effects: Sequence[str], kind: Kind, engine: Engine, rng: np
         rig=str(protocol.table.get("preset", "measured joints")),
     )
     angles = observed(protocol, injected, engine)
-    records = tuple(_record(protocol, i, angle, kind, rng) for i, angle in enumerate(angles))
-    return Case(name, records, truth)
+    records = tuple(_record(protocol, i, angle, kind) for i, angle in enumerate(angles))
+    return Noiseless(name, records, protocol.zeros_deg, truth)
 
 
-def _record(protocol: Protocol, index: int, angle_deg: Floats, kind: Kind, rng: np.random.Generator) -> Record:
+def _record(protocol: Protocol, index: int, angle_deg: Floats, kind: Kind) -> Record:
     loading = protocol.loadings[index]
-    read = angle_deg + protocol.zeros_deg[index] + rng.normal(0.0, protocol.noise_deg, angle_deg.size)
     return Record(
         drive=loading.program.drive_mm,
-        angle_deg=np.round(read, 4),
+        angle_deg=angle_deg,
         time_s=loading.program.time_s,
         cycle=loading.program.cycle if protocol.counted else None,
         title=f"Practice record {index + 1} of {len(protocol.loadings)}, no measurement",

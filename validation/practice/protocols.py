@@ -15,6 +15,7 @@ from fem_models.rig import Rig, preset
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.arrays import Floats
+from validation.practice.planned import PlanChange, Planned, program_of
 
 Kind = Literal["known", "unknown"]
 KINDS: tuple[Kind, ...] = ("known", "unknown")
@@ -52,7 +53,8 @@ class Protocol:
     table
         ``[rig]`` of the sidecar except for the preload: nominal parameters, not the true ones.
     loadings
-        Four records with two preloads, two rates and two amplitudes; the first is slow, at 20 N and full amplitude.
+        Usually four records with two preloads, two rates and two amplitudes; the first is slow, at 20 N and full
+        amplitude.
     noise_deg
         Standard deviation of the white noise of the angle.
     zeros_deg
@@ -102,8 +104,10 @@ def times(program: LoadProgram) -> Floats:
     return program.time_s
 
 
-def draw_baseline(rng: np.random.Generator, *, measured_joints: bool) -> BaselineRuns:
+def draw_baseline(rng: np.random.Generator, *, measured_joints: bool, change: PlanChange | None = None) -> BaselineRuns:
     """Draw a rig near the preset, or one with measured joints, and its records; run it without injected effects.
+
+    ``change`` makes other plans of the usual ones, which are four sines.
 
     Raises
     ------
@@ -120,12 +124,17 @@ def draw_baseline(rng: np.random.Generator, *, measured_joints: bool) -> Baselin
     high, low = PRELOADS_N
     last = ((high, slow_Hz), (low, fast_Hz))[int(rng.integers(2))]
     wanted = [(high, slow_Hz, full), (low, slow_Hz, full), (high, fast_Hz, full), (*last, round(full / 2, 2))]
+    if change is None:
+        loadings = tuple(Loading(preload, _program(amplitude, rate, cycles)) for preload, rate, amplitude in wanted)
+    else:
+        usual = [Planned(preload, size, rate, cycles, SAMPLES_PER_CYCLE) for preload, rate, size in wanted]
+        loadings = tuple(Loading(plan.preload_N, program_of(plan)) for plan in change(usual, rng))
     protocol = Protocol(
         rig=rig,
         table=table,
-        loadings=tuple(Loading(preload, _program(amplitude, rate, cycles)) for preload, rate, amplitude in wanted),
+        loadings=loadings,
         noise_deg=round(float(rng.uniform(*NOISE_DEG)), 4),
-        zeros_deg=tuple(float(z) for z in rng.normal(0.0, ZERO_DEG, len(wanted))),
+        zeros_deg=tuple(float(z) for z in rng.normal(0.0, ZERO_DEG, len(loadings))),
         counted=bool(rng.integers(2)),
     )
     runs = tuple(solve_chain(protocol.rig_at(one.preload_N), one.program) for one in protocol.loadings)

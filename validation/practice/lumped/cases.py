@@ -22,8 +22,9 @@ from rich.progress import track
 from hysteresis.arrays import Floats, Ints
 from hysteresis.record import Record
 from validation.practice.cases import write_case
-from validation.practice.draw import Case, Truth
+from validation.practice.draw import Case, Noiseless, Truth, with_white_noise
 from validation.practice.lumped.rig import LumpedRig, simulate_lumped
+from validation.practice.planned import PlanChange, Planned, program_of
 
 Rng = np.random.Generator
 Change = Callable[[LumpedRig, float], LumpedRig]
@@ -46,6 +47,7 @@ class LumpedProtocol:
     samples_per_cycle: int
     noise_deg: float
     zeros_deg: tuple[float, ...]
+    plans: tuple[Planned, ...] = ()  # in place of the sines that the fields above describe
 
 
 def effects(rng: Rng) -> Mapping[str, Change]:
@@ -96,6 +98,17 @@ def _rest(rig: LumpedRig) -> float:
 def draw_lumped_case(seed: int, kind: str, label: str, number: int) -> Case:
     """Draw a case; the same arguments give the same records.
 
+    The arguments, and what is raised, are those of :func:`draw_lumped_noiseless`.
+    """
+    noiseless, rng = draw_lumped_noiseless(seed, kind, label, number)
+    return with_white_noise(noiseless, rng)
+
+
+def draw_lumped_noiseless(
+    seed: int, kind: str, label: str, number: int, change: PlanChange | None = None
+) -> tuple[Noiseless, Rng]:
+    """Draw a case without noise, and the generator of random numbers that its noise comes from.
+
     Parameters
     ----------
     seed
@@ -106,19 +119,43 @@ def draw_lumped_case(seed: int, kind: str, label: str, number: int) -> Case:
         An effect, or ``clean``.
     number
         From 0.
+    change
+        Other records than the usual four.
+
+    Raises
+    ------
+    ValueError
+        No draw has a size of the effect within :data:`SIZES`.
     """
     rng = np.random.default_rng((seed, zlib.crc32(f"{kind} {label}".encode()), number))
     for _ in range(40):
         rig, protocol = _draw_rig(rng), _draw_protocol(rng)
-        change = effects(rng).get(label)
+        if change is not None:
+            protocol = _changed(protocol, change, rng)
+        effect = effects(rng).get(label)
         plain = _records(rig, protocol)
-        if change is None:
-            return _case(plain, rig, protocol, (label, number, kind), 0.0, rng)
+        if effect is None:
+            return _case(plain, rig, protocol, (label, number, kind), 0.0, rng), rng
         target = float(rng.uniform(*SIZES))
-        if (found := _sized(rig, protocol, plain, change, target)) is not None:
+        if (found := _sized(rig, protocol, plain, effect, target)) is not None:
             size, ratio = found
-            return _case(_records(change(rig, size), protocol), rig, protocol, (label, number, kind), ratio, rng)
+            with_effect = effect(rig, size)
+            angles = _records(with_effect, protocol)
+            return _case(angles, with_effect, protocol, (label, number, kind), ratio, rng), rng
     raise ValueError(f"{label}: no draw has a size between {SIZES[0]:g} and {SIZES[1]:g} times the noise")
+
+
+def _changed(protocol: LumpedProtocol, change: PlanChange, rng: Rng) -> LumpedProtocol:
+    """Protocol with other plans; those that stay get their preload and zero from the plan."""
+    rows = zip(protocol.preloads_N, protocol.amplitudes_mm, protocol.rates_Hz, strict=True)
+    usual = [Planned(*row, protocol.cycles, protocol.samples_per_cycle) for row in rows]
+    plans = tuple(change(usual, rng))
+    return replace(
+        protocol,
+        plans=plans,
+        preloads_N=tuple(plan.preload_N for plan in plans),
+        zeros_deg=tuple(float(zero) for zero in rng.normal(0.0, 0.1, len(plans))),
+    )
 
 
 def _draw_rig(rng: Rng) -> LumpedRig:
@@ -158,6 +195,11 @@ def _draw_protocol(rng: Rng) -> LumpedProtocol:
 
 def _program(protocol: LumpedProtocol, index: int) -> tuple[Floats, Floats, Ints]:
     """Drive, time and cycle of a record: a sine, logged to 0.1 um and 1 us."""
+    if protocol.plans:
+        program = program_of(protocol.plans[index])
+        assert program.time_s is not None
+        assert program.cycle is not None
+        return program.drive_mm, program.time_s, program.cycle
     rate, samples = protocol.rates_Hz[index], protocol.samples_per_cycle
     k = np.arange(1, protocol.cycles * samples + 1)
     time = np.round(k / samples / rate, 6)
@@ -218,35 +260,45 @@ def _case(
     name: tuple[str, int, str],
     ratio: float,
     rng: Rng,
-) -> Case:
+) -> Noiseless:
     label, number, kind = name
     records = []
     told = _told_rig(rig, rng) if kind == "known" else {}
     for index, angle in enumerate(angles):
         drive, time, cycle = _program(protocol, index)
-        noisy = angle + protocol.zeros_deg[index] + rng.normal(0.0, protocol.noise_deg, angle.size)
         records.append(
             Record(
                 drive=drive,
-                angle_deg=np.round(noisy, 4),
+                angle_deg=angle,
                 drive_unit="mm",
                 time_s=time,
                 cycle=cycle,
                 rig={**told, "preload_N": protocol.preloads_N[index]},
-                title=f"lumped practice rig, {protocol.preloads_N[index]:g} N, {protocol.rates_Hz[index]:g} Hz",
+                title=f"Practice record {index + 1} of {len(angles)} of the lumped rig, no measurement",
+                kind="simulated",
             )
         )
     hidden = () if label == CLEAN else (label,)
     truth = Truth(
         effects=hidden,
-        numbers={},
+        numbers={label: _numbers(label, rig)} if hidden else {},
         ratios=(ratio,) if hidden else (),
         beyond_curve=(),
         engine="lumped",
         noise_deg=protocol.noise_deg,
         rig="lumped",
     )
-    return Case(f"{label}-{number:02d}", tuple(records), truth)
+    return Noiseless(f"{label}-{number:02d}", tuple(records), protocol.zeros_deg, truth)
+
+
+def _numbers(label: str, rig: LumpedRig) -> dict[str, float]:
+    """Constants of an effect that mean the same in every model: the others are those of the rig's own laws."""
+    same = {
+        "backlash": {"width_mm": rig.play_mm},
+        "time_delay": {"delay_s": rig.delay_s},
+        "wheel_eccentricity": {"amplitude_mm": rig.run_out_mm, "radius_mm": rig.wheel_radius_mm},
+    }
+    return same.get(label, {})
 
 
 def _told_rig(rig: LumpedRig, rng: Rng) -> dict[str, float]:
