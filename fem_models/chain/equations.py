@@ -50,7 +50,7 @@ class Work(NamedTuple):
 class Balance(NamedTuple):
     """How far x is from equilibrium.
 
-    ``outside``: there is weight or a touched stop, and the tangent is by the headings of the rings.
+    ``outside``: there is weight, a tip load or a touched stop, and the tangent is by the headings of the rings.
     """
 
     largest: float  # residual, N
@@ -82,17 +82,23 @@ def add(band: Floats, row: int, column: int, value: float) -> None:
     band[row, column - row + BAND] += value
 
 
+@chain_njit(forceinline=True)
+def loaded(rig: Parameters) -> bool:
+    """Whether rings have weight or the tip a load."""
+    return rig.weight_x != 0.0 or rig.weight_y != 0.0 or rig.tip_x != 0.0 or rig.tip_y != 0.0
+
+
 @chain_njit()
 def external_moments(x: Floats, rig: Parameters, work: Work) -> float:
-    """Fill the moments of weight and tip stop on every joint, their slopes and the tip's levers.
+    """Fill the moments of weight, tip load and tip stop on every joint, their slopes and the tip's levers.
 
     Returns the stiffness of the stop, N/mm, where the tip touches it. Ring i hangs at its centre, half a pitch beyond
     joint i, and carries the joints of those beyond. What a joint has more than the next one depends on the heading of
-    its own ring alone, and on the push of the stop.
+    its own ring alone, and on the push of the stop. A dead force on the tip acts on the same levers as the stop.
     """
     n = work.external.size
     work.external[:] = 0.0
-    if rig.weight_x == 0.0 and rig.weight_y == 0.0 and rig.stop_stiffness == 0.0:
+    if not loaded(rig) and rig.stop_stiffness == 0.0:
         return 0.0
     heading, tip_y = 0.0, 0.0
     for i in range(n):
@@ -106,8 +112,10 @@ def external_moments(x: Floats, rig: Parameters, work: Work) -> float:
         length = rig.pitch if i < n - 1 else 0.5 * rig.pitch
         rings = (n - 0.5 - i) * rig.pitch
         moment += rings * (rig.weight_y * cs - rig.weight_x * sn) - push * length * cs
+        moment += length * (rig.tip_y * cs - rig.tip_x * sn)
         work.external[i] = moment
         work.restoring[i] = rings * (rig.weight_y * sn + rig.weight_x * cs) - push * length * sn
+        work.restoring[i] += length * (rig.tip_y * sn + rig.tip_x * cs)
         work.lever[3 * i + 3] = length * cs
         heading -= x[3 * i + 3]
     return rig.stop_stiffness if push != 0.0 else 0.0
@@ -225,14 +233,14 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
         add(band, row, u + 1, -by_b)
         add(band, row, v, by_a)
         add(band, row, v + 1, by_b)
-        guide = guide_at(i, x[u - 1], theta, near, far, rig, rate)
+        guide = guide_at(i, x[u - 1], theta, near, far, rig, load.friction_scale, rate)
         largest = max(
             largest,
             guide_row(0, x, rig, memory, work, guide, settle),
             guide_row(1, x, rig, memory, work, guide, settle),
         )
         near = far
-    outside = stop > 0.0 or rig.weight_x != 0.0 or rig.weight_y != 0.0
+    outside = stop > 0.0 or loaded(rig)
     if outside:
         by_headings(work)
     return Balance(largest=largest, stop_stiffness=stop, outside=outside)

@@ -39,6 +39,7 @@ class Path(NamedTuple):
     drive: Floats  # (m,), mm; N under load control
     slack: Floats  # (m, 2)
     loop_scale: Floats  # (m,)
+    friction_scale: Floats  # (m,)
     rest_angle: Floats  # (m,)
     time: Floats  # (m,)
     creep: Floats  # (m,)
@@ -223,6 +224,7 @@ def load_at(k: int, path: Path, motion: Motion) -> Load:
         drive=path.drive[k],
         slack=(path.slack[k, 0] + motion.crept[0], path.slack[k, 1] + motion.crept[1]),
         loop_scale=path.loop_scale[k],
+        friction_scale=path.friction_scale[k],
         rest_angle=path.rest_angle[k],
         time=path.time[k],
     )

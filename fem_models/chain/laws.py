@@ -147,9 +147,15 @@ def next_state(state: float, force: float, limit: float, tolerance: float) -> fl
 
 
 @chain_njit(forceinline=True)
-def guide_at(i: int, before: float, theta: float, near: Span, far: Span, rig: Parameters, rate: float) -> Guide:
-    """Guide i between joints at the angles ``before`` and ``theta``; ``rate`` is 1/s of the step, 0 without drag."""
+def guide_at(
+    i: int, before: float, theta: float, near: Span, far: Span, rig: Parameters, scale: float, rate: float
+) -> Guide:
+    """Guide i between joints at the angles ``before`` and ``theta``.
+
+    ``scale`` is the factor of its friction; ``rate`` is 1/s of the step, 0 without drag.
+    """
     wrap, constant, drag = 0.5 * (abs(theta) + abs(before)), rig.guide, 0.0
+    capstan = scale * rig.capstan
     if i == 0:
         wrap += rig.rest_wrap
         constant += rig.sheath
@@ -160,9 +166,9 @@ def guide_at(i: int, before: float, theta: float, near: Span, far: Span, rig: Pa
         number=i,
         near=near,
         far=far,
-        constant=constant,
-        ratio=math.tanh(0.5 * rig.capstan * wrap),
-        capstan=rig.capstan,
+        constant=scale * constant,
+        ratio=math.tanh(0.5 * capstan * wrap),
+        capstan=capstan,
         wrap_by_angle=(half_before, half_theta),
         drag=drag,
     )

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.joint import JointMechanics
-from fem_models.joint.contact import ring_weight_N
+from fem_models.joint.contact import ring_weight_N, tip_load_N
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -64,6 +64,8 @@ class Parameters(NamedTuple):
     contact_both: bool  # in both directions; else for positive angles only
     weight_x: float  # of a ring, along the straight tube
     weight_y: float
+    tip_x: float  # dead force on the tip, along the straight tube
+    tip_y: float
     stop_y: float
     stop_stiffness: float
     pitch: float
@@ -100,6 +102,7 @@ def chain_parameters(
     flexure, arms, dry, tendons = joint.flexure, joint.arms_mm, rig.friction, rig.tendons
     elastic, scale = joint.jenkins.elastic_Nmm_per_rad, joint.force_scale_N
     stop, weight, ring = rig.tip_stop, ring_weight_N(rig), joint.ring.bending_Nmm_per_rad  # the ring is in series
+    tip = tip_load_N(rig)
     contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
     segment = _pair([tendon.EA_N / rig.pitch_mm for tendon in tendons])
     creep = rig.creep.fraction if rig.creep else 0.0
@@ -127,6 +130,8 @@ def chain_parameters(
         contact_both=not joint.one_sided,
         weight_x=weight[0],
         weight_y=weight[1],
+        tip_x=tip[0],
+        tip_y=tip[1],
         stop_y=float(stop.y_mm) if stop else math.inf,
         stop_stiffness=float(stop.stiffness_N_per_mm) if stop else 0.0,
         pitch=rig.pitch_mm,

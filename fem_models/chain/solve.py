@@ -3,10 +3,10 @@
 Unknowns are the joint angles and the slip of either tendon at every guide. A joint sees only the tendon segments that
 cross its notch, and a guide only its two neighbouring segments. The tangent is therefore a band of half width 4, and
 the time of a Newton step is linear in the number of joints; the number of steps hardly grows
-(:mod:`fem_models.chain.newton`). Weight and a touched tip stop reach all joints: the tangent is then written by the
-headings of the rings, and its half width is 5. Friction, material and their histories follow the same laws as in the
-multibody model (:mod:`fem_models.joint.friction`), with exact tangents, which include how the friction of a sliding
-guide depends on tensions and wrap.
+(:mod:`fem_models.chain.newton`). Weight, a tip load and a touched tip stop reach all joints: the tangent is then
+written by the headings of the rings, and its half width is 5. Friction, material and their histories follow the same
+laws as in the multibody model (:mod:`fem_models.joint.friction`), with exact tangents, which include how the friction
+of a sliding guide depends on tensions and wrap.
 
 Unlike the multibody model it has no shear of the flexures. Of the rings' compliance it has only the part in series with
 the elastic part of a joint and with a closed notch.
@@ -112,6 +112,7 @@ def _path(plan: Schedule, control: StepControl, settings: ChainSettings) -> Path
         drive=plan.drive_mm,
         slack=plan.slack_mm,
         loop_scale=plan.loop_scale,
+        friction_scale=plan.friction_scale,
         rest_angle=plan.residual_rad,
         time=plan.time_s,
         creep=plan.creep,

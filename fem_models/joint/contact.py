@@ -1,4 +1,4 @@
-"""Notches that close, and the weight of the rings, as both engines take them."""
+"""Notches that close, the weight of the rings and a load on the tip, as both engines take them."""
 
 from __future__ import annotations
 
@@ -21,6 +21,14 @@ def ring_weight_N(rig: Rig) -> tuple[float, float]:
     weight = rig.gravity.ring_mass_g * 1e-6 * GRAVITY_MM_PER_S2  # g to kg, mm/s^2 to m/s^2
     direction = math.radians(rig.gravity.direction_deg)
     return weight * math.cos(direction), weight * math.sin(direction)
+
+
+def tip_load_N(rig: Rig) -> tuple[float, float]:
+    """Dead force on the centre of the last ring, along the straight tube and across it, N."""
+    if rig.tip_load is None:
+        return 0.0, 0.0
+    direction = math.radians(rig.tip_load.direction_deg)
+    return rig.tip_load.force_N * math.cos(direction), rig.tip_load.force_N * math.sin(direction)
 
 
 def require_open(rig: Rig, joint: JointMechanics, joint_angles_rad: Floats) -> None:

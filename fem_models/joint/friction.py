@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,18 @@ from hysteresis.arrays import Floats
 
 MATERIAL_ELEMENTS = 3
 """Jenkins elements of a joint: enough for a loop without visible corners at the paper's step of 0.1 mm."""
+
+
+def scaled_friction(friction: Friction, factor: float) -> Friction:
+    """Friction of all guides times a factor: capstan coefficient and constant forces."""
+    if factor == 1.0:
+        return friction
+    return replace(
+        friction,
+        capstan_coefficient=factor * friction.capstan_coefficient,
+        guide_N=factor * friction.guide_N,
+        sheath_N=factor * friction.sheath_N,
+    )
 
 
 def guide_wrap_rad(friction: Friction, joint_angles_rad: Floats) -> Floats:

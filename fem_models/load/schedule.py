@@ -18,15 +18,17 @@ from hysteresis.arrays import Floats
 class Schedule:
     """Inputs of a run, shapes (m,) or (m, 2) for tendons a and b.
 
-    ``drive_mm``: displacement at the wheel's rim, after backlash and eccentricity. ``slack_mm``: extra length of a
-    tendon compared with rest. ``loop_scale``: factor of the slip moments of the Jenkins elements. ``residual_rad``:
-    angle of every joint without load. ``time_s``: from the first sample on, zeros for a program without times.
+    ``drive_mm``: displacement at the wheel's rim, after gain, backlash and eccentricity. ``slack_mm``: extra length of
+    a tendon compared with rest. ``loop_scale``: factor of the slip moments of the Jenkins elements. ``friction_scale``:
+    factor of the friction of all guides. ``residual_rad``: angle of every joint without load.
+    ``time_s``: from the first sample on, zeros for a program without times.
     ``creep``: share of the remaining creep by which the tendons stretch from the last sample to this one.
     """
 
     drive_mm: Floats
     slack_mm: Floats
     loop_scale: Floats
+    friction_scale: Floats
     residual_rad: Floats
     time_s: Floats
     creep: Floats
@@ -48,9 +50,11 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     Raises
     ------
     RigError
-        Creep without times, effects of the cycle count without cycles.
+        Creep, drag or velocity weakening without times, effects of the cycle count without cycles.
     """
     drive, m = program.drive_mm, program.drive_mm.size
+    if rig.drive_gain is not None:
+        drive = (1 + rig.drive_gain.error) * drive
     if rig.backlash is not None:
         drive = play(drive, rig.backlash.width_mm)
     if rig.eccentricity is not None:
@@ -70,14 +74,14 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
         done = _settled(program, rig.fatigue.cycles)
         loop_scale = 1 - rig.fatigue.loop_loss * done
         residual = residual + np.radians(rig.fatigue.residual_deg) * done
-    for name in ("creep", "drag"):
+    for name in ("creep", "drag", "stribeck"):
         if getattr(rig, name) is not None and program.time_s is None:
             raise RigError(f"rig {rig.name}: {name}: expected a load program with time_s")
     time = np.zeros(m) if program.time_s is None else program.time_s - program.time_s[0]
     creep = np.zeros(m)
     if rig.creep is not None:
         creep[1:] = -np.expm1(-np.diff(time) / rig.creep.time_s)
-    return Schedule(drive, slack, loop_scale, residual, time, creep)
+    return Schedule(drive, slack, loop_scale, _friction_scale(rig, program, drive), residual, time, creep)
 
 
 def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
@@ -93,7 +97,7 @@ def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
     force = np.array(force_N, dtype=float)
     if rig.tendon_b is not None:
         raise RigError(f"rig {rig.name}: two tendons: expected a rig of one tendon under load control")
-    for name in ("drag", "preload_loss", "fatigue"):
+    for name in ("drag", "preload_loss", "fatigue", "drive_gain", "stribeck", "position_friction", "run_in"):
         if getattr(rig, name) is not None:
             raise RigError(f"rig {rig.name}: {name}: expected a rig without it under load control")
     if force.ndim != 1 or force.size == 0:
@@ -102,7 +106,20 @@ def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
         raise RigError(f"force_N = {force[~(np.isfinite(force) & (force >= 0))][0]:g}: expected at least 0")
     m = force.size
     rest = np.full(m, math.radians(rig.precurvature_deg))
-    return Schedule(force, np.zeros((m, 2)), np.ones(m), rest, np.zeros(m), np.zeros(m))
+    return Schedule(force, np.zeros((m, 2)), np.ones(m), np.ones(m), rest, np.zeros(m), np.zeros(m))
+
+
+def _friction_scale(rig: Rig, program: LoadProgram, drive: Floats) -> Floats:
+    """Factor of the friction of all guides at every sample, by speed, place and cycle of the drive, shape (m,)."""
+    scale = np.ones(drive.size)
+    if rig.stribeck is not None and program.time_s is not None:  # which schedule requires
+        speed = np.abs(np.gradient(drive, program.time_s))
+        scale = scale * (1 + rig.stribeck.rise * np.exp(-speed / rig.stribeck.speed_mm_per_s))
+    if rig.position_friction is not None:
+        scale = scale * np.exp(rig.position_friction.growth_per_mm * drive)
+    if rig.run_in is not None:
+        scale = scale * (1 + rig.run_in.excess * (1 - _settled(program, rig.run_in.cycles)))
+    return scale
 
 
 def _settled(program: LoadProgram, cycles: float) -> Floats:

@@ -23,6 +23,7 @@ class Load(NamedTuple):
     drive: float  # mm, or N of a rig under load control
     slack: tuple[float, float]  # mm, of tendons a and b
     loop_scale: float  # of the slip moments of the Jenkins elements
+    friction_scale: float  # of all guides
     rest_angle: float  # rad, of every joint without load
     time: float  # s
 
@@ -92,7 +93,7 @@ def force_control(
 @register_jitable
 def at_rest(rest_angle: float) -> Load:
     """Load of the rig before its program starts."""
-    return Load(drive=0.0, slack=(0.0, 0.0), loop_scale=1.0, rest_angle=rest_angle, time=0.0)
+    return Load(drive=0.0, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.0, rest_angle=rest_angle, time=0.0)
 
 
 @register_jitable
@@ -105,6 +106,7 @@ def between(start: Load, end: Load, part: float) -> Load:
             start.slack[1] + part * (end.slack[1] - start.slack[1]),
         ),
         loop_scale=start.loop_scale + part * (end.loop_scale - start.loop_scale),
+        friction_scale=start.friction_scale + part * (end.friction_scale - start.friction_scale),
         rest_angle=start.rest_angle + part * (end.rest_angle - start.rest_angle),
         time=start.time + part * (end.time - start.time),
     )

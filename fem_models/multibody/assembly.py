@@ -16,7 +16,7 @@ import numpy as np
 
 import fem_models.multibody.connector_laws as laws
 from fem_models.joint import JointMechanics
-from fem_models.joint.contact import ring_weight_N
+from fem_models.joint.contact import ring_weight_N, tip_load_N
 from fem_models.rig import Rig
 from fem_models.rig.rig import Tendon
 from hysteresis.arrays import Floats, Ints
@@ -245,13 +245,15 @@ def _add_segments(
 
 
 def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> None:
-    """Weight of the rings, and the stop at the tip."""
+    """Weight of the rings, and load and stop at the tip."""
     if rig.gravity is not None:
         for ring in rings[1:]:
             centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ring.body, localPosition=[ring.centre_mm, 0, 0]))
             mbs.AddLoad(items.LoadForceVector(markerNumber=centre, loadVector=[*ring_weight_N(rig), 0.0]))
+    tip = items.MarkerBodyPosition(bodyNumber=rings[-1].body, localPosition=[rings[-1].centre_mm, 0, 0])
+    if rig.tip_load is not None:
+        mbs.AddLoad(items.LoadForceVector(markerNumber=mbs.AddMarker(tip), loadVector=[*tip_load_N(rig), 0.0]))
     if rig.tip_stop is not None:
-        tip = items.MarkerBodyPosition(bodyNumber=rings[-1].body, localPosition=[rings[-1].centre_mm, 0, 0])
         origin = mbs.AddObject(items.ObjectGround())
         markers = [mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=origin)), mbs.AddMarker(tip)]
         stop = items.ObjectConnectorCartesianSpringDamper(

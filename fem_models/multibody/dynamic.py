@@ -101,7 +101,9 @@ class _Motion:
 
     def __init__(self, stepper: Stepper, plan: Schedule, inertia: RingInertia, work_mJ: float) -> None:
         self.stepper, self.plan, self.inertia = stepper, plan, inertia
-        columns = np.column_stack([plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.residual_rad])
+        columns = np.column_stack(
+            [plan.drive_mm, plan.slack_mm, plan.loop_scale, plan.friction_scale, plan.residual_rad]
+        )
         # A sample at rest ahead of the first makes the wheel start without a jump of speed. Monotone between samples:
         # the path gets no reversals that the program does not have.
         time = np.concatenate([[plan.time_s[0] - (plan.time_s[1] - plan.time_s[0])], plan.time_s])
@@ -114,9 +116,9 @@ class _Motion:
 
     def before_step(self, mbs: Any, time_s: float) -> bool:
         """Bring the drive to where it is at the end of the step."""
-        drive, slack_a, slack_b, scale, residual = self.course(min(time_s, self.plan.time_s[-1])).tolist()
+        drive, slack_a, slack_b, scale, dry, residual = self.course(min(time_s, self.plan.time_s[-1])).tolist()
         a, b = self.crept.tolist()
-        self.stepper.set_load(Load(drive, (slack_a + a, slack_b + b), scale, residual, time_s))
+        self.stepper.set_load(Load(drive, (slack_a + a, slack_b + b), scale, dry, residual, time_s))
         return True
 
     def before_residual(self, mbs: Any, time_s: float, newton: int, discontinuous: int) -> None:

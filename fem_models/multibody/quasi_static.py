@@ -122,6 +122,7 @@ def load_of(plan: Schedule, sample: int, slack_mm: Floats, time_s: float) -> Loa
         drive=float(plan.drive_mm[sample]),
         slack=(slack_a, slack_b),
         loop_scale=float(plan.loop_scale[sample]),
+        friction_scale=float(plan.friction_scale[sample]),
         rest_angle=float(plan.residual_rad[sample]),
         time=float(time_s),
     )

@@ -12,7 +12,7 @@ import exudyn as exu
 import numpy as np
 
 from fem_models.joint import JointMechanics
-from fem_models.joint.friction import friction_limits_N, guide_wrap_rad
+from fem_models.joint.friction import friction_limits_N, guide_wrap_rad, scaled_friction
 from fem_models.load.stepping import (
     LEAST_LENGTH,
     Load,
@@ -128,7 +128,8 @@ class Stepper:
         """Greatest friction of each guide at the present tensions and angles, N."""
         tension = self.tensions()
         wrap = guide_wrap_rad(self.rig.friction, np.diff(self.coordinates()[self.model.rotation]))
-        return friction_limits_N(self.rig.friction, tension[:, :-1], tension[:, 1:], wrap).ravel()
+        dry = scaled_friction(self.rig.friction, self.load.friction_scale)
+        return friction_limits_N(dry, tension[:, :-1], tension[:, 1:], wrap).ravel()
 
     def set_load(self, load: Load) -> None:
         """Bring wheel, free tendon and material to a load; what has not changed is left."""

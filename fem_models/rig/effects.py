@@ -127,6 +127,73 @@ class TipStop:
 
 
 @dataclass(frozen=True)
+class TipLoad:
+    """A dead force on the centre of the last ring, fixed in space: a weight that hangs there, or a constant pull.
+
+    ``direction_deg`` is as of :class:`Gravity`. The force acts from the start, before the drive moves. It keeps its
+    direction as the tube bends.
+    """
+
+    force_N: float
+    direction_deg: float = -90.0
+
+    def __post_init__(self) -> None:
+        require_numbers("tip_load", self)
+        require(self.force_N >= 0, "tip_load.force_N", self.force_N, "at least 0")
+
+
+@dataclass(frozen=True)
+class DriveGain:
+    """Wheel radius or spindle pitch off by a part: (1 + error) x in place of x."""
+
+    error: float
+
+    def __post_init__(self) -> None:
+        require_numbers("drive_gain", self)
+        require(self.error > -1, "drive_gain.error", self.error, "above -1")
+
+
+@dataclass(frozen=True)
+class Stribeck:
+    """Velocity weakening of all guides: their friction times 1 + rise exp(-v / speed), v being the wheel's rim speed.
+
+    The speed of the rim stands for that of the tendon in its guides; it is smaller there by what the tendon stretches.
+    The load program needs times.
+    """
+
+    rise: float
+    speed_mm_per_s: float
+
+    def __post_init__(self) -> None:
+        require_numbers("stribeck", self)
+        require(self.rise >= 0, "stribeck.rise", self.rise, "at least 0")
+        require(self.speed_mm_per_s > 0, "stribeck.speed_mm_per_s", self.speed_mm_per_s, "above 0")
+
+
+@dataclass(frozen=True)
+class PositionFriction:
+    """Friction of all guides that varies along the stroke: times exp(growth x), x being the drive, mm."""
+
+    growth_per_mm: float
+
+    def __post_init__(self) -> None:
+        require_numbers("position_friction", self)
+
+
+@dataclass(frozen=True)
+class RunIn:
+    """Friction of all guides that decreases in the first cycles: times 1 + excess exp(-cycle/cycles)."""
+
+    excess: float
+    cycles: float
+
+    def __post_init__(self) -> None:
+        require_numbers("run_in", self)
+        require(self.excess > -1, "run_in.excess", self.excess, "above -1")
+        require(self.cycles > 0, "run_in.cycles", self.cycles, "above 0")
+
+
+@dataclass(frozen=True)
 class Creep:
     """Kelvin-Voigt creep of both tendons between wheel and base.
 

@@ -12,12 +12,17 @@ from fem_models.rig.effects import (
     Closure,
     Creep,
     Drag,
+    DriveGain,
     Eccentricity,
     Fatigue,
     Gravity,
+    PositionFriction,
     PreloadLoss,
+    RunIn,
     Slack,
+    Stribeck,
     Superelastic,
+    TipLoad,
     TipStop,
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
@@ -129,6 +134,11 @@ EFFECT_TABLES = (
     "drag",
     "preload_loss",
     "fatigue",
+    "tip_load",
+    "drive_gain",
+    "stribeck",
+    "position_friction",
+    "run_in",
 )
 """Names of the optional effects of a rig, off by default."""
 
@@ -166,6 +176,11 @@ class Rig:
     drag: Drag | None = None
     preload_loss: PreloadLoss | None = None
     fatigue: Fatigue | None = None
+    tip_load: TipLoad | None = None
+    drive_gain: DriveGain | None = None
+    stribeck: Stribeck | None = None
+    position_friction: PositionFriction | None = None
+    run_in: RunIn | None = None
 
     def __post_init__(self) -> None:
         for name in ("preload_N", "precurvature_deg"):

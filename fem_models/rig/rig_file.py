@@ -14,12 +14,17 @@ from fem_models.rig.effects import (
     Closure,
     Creep,
     Drag,
+    DriveGain,
     Eccentricity,
     Fatigue,
     Gravity,
+    PositionFriction,
     PreloadLoss,
+    RunIn,
     Slack,
+    Stribeck,
     Superelastic,
+    TipLoad,
     TipStop,
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
@@ -45,6 +50,11 @@ _TABLES: dict[str, type] = {
     "drag": Drag,
     "preload_loss": PreloadLoss,
     "fatigue": Fatigue,
+    "tip_load": TipLoad,
+    "drive_gain": DriveGain,
+    "stribeck": Stribeck,
+    "position_friction": PositionFriction,
+    "run_in": RunIn,
 }
 _JOINT_TABLES = ("tube", "notch", "bench")
 

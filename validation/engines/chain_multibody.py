@@ -21,6 +21,7 @@ from fem_models.rig.effects import (
     PreloadLoss,
     Slack,
     Superelastic,
+    TipLoad,
     TipStop,
 )
 from fem_models.rig.rig import Friction
@@ -44,6 +45,7 @@ EFFECTS: dict[str, dict[str, object]] = {
     "closure": {"closure": Closure(stiffness_Nmm_per_rad=20_000.0, angle_deg=2.5)},
     "gravity": {"gravity": Gravity(ring_mass_g=2.0, direction_deg=-90.0)},
     "tip_stop": {"tip_stop": TipStop(y_mm=10.0, stiffness_N_per_mm=5.0)},
+    "tip_load": {"tip_load": TipLoad(force_N=0.2, direction_deg=-60.0)},
     "creep": {"creep": Creep(fraction=0.5, time_s=20.0)},
     "drag": {"drag": Drag(sheath_N_s_per_mm=15.0, joint_Nmm_s_per_rad=500.0)},
     "preload_loss": {"preload_loss": PreloadLoss(fraction=0.4, cycles=1.0)},

@@ -12,13 +12,14 @@ from fem_models.joint import joint_mechanics
 from fem_models.load import triangle
 from fem_models.load.stepping import Load
 from fem_models.rig import preset
-from fem_models.rig.effects import Gravity, TipStop
+from fem_models.rig.effects import Gravity, TipLoad, TipStop
 
 SHORT = triangle(2.2, step_mm=0.1)
 OUTSIDE = {
     "nothing": {},
     "weight": {"gravity": Gravity(ring_mass_g=40.0, direction_deg=140.0)},
     "stop": {"tip_stop": TipStop(y_mm=1.0, stiffness_N_per_mm=3.0)},  # which the tip stands in
+    "load": {"tip_load": TipLoad(force_N=0.5, direction_deg=130.0)},
     "both": {"gravity": Gravity(40.0, 20.0), "tip_stop": TipStop(y_mm=1.0, stiffness_N_per_mm=3.0)},
 }
 
@@ -30,7 +31,7 @@ def test_tangent_is_the_residuals_derivative(name):
     joint = joint_mechanics(rig)
     parameters, memory = chain_parameters(rig, joint, ChainSettings()), memory_at_rest(rig, joint)
     work = work_space(parameters, n)
-    load = Load(drive=0.4, slack=(0.0, 0.0), loop_scale=1.0, rest_angle=0.0, time=0.0)
+    load = Load(drive=0.4, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.3, rest_angle=0.0, time=0.0)
     x = np.zeros(3 * (n + 1))
     x[3::3] = rng.uniform(0.005, 0.04, n)  # one sign: a wrap has a corner at zero
     for side, arm in enumerate(parameters.arm):  # the tendons slide along, so that none is slack

@@ -45,7 +45,8 @@ class Run:
         """Angle of a rig along the record, shape (m,)."""
         if not isinstance(self.program, LoadProgram):
             return self.solve(rig).record.angle_deg[self.skip :]
-        forgets = rig.creep is None and rig.drag is None and rig.preload_loss is None and rig.fatigue is None
+        timeless = rig.creep is None and rig.drag is None and rig.stribeck is None
+        forgets = timeless and rig.preload_loss is None and rig.fatigue is None and rig.run_in is None
         if self.short is None or not forgets:
             return chain_angle_deg(rig, self.program)[self.skip :]
         return chain_angle_deg(rig, self.short)[self.where][self.skip :]
