@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record
-from validation.tracing.effect import SampleInputs, cycles_repeat
+from validation.tracing.effect import SampleInputs, Values, cycles_repeat
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +77,41 @@ class PreparedRecord:
 
 
 @dataclass(frozen=True, eq=False)
-class RecordSet:
-    """All records of a problem; base class of the problems in :mod:`validation.tracing.baseline`."""
+class Channel:
+    """What was measured beside the angle, and is fitted together with it.
+
+    Parameters
+    ----------
+    name
+        ``notch_1``, counted from the base, or ``tension_a``, ``tension_b``.
+    unit
+        ``deg`` or ``N``.
+    weight
+        Degrees of the angle that one unit counts as in the fit.
+    measured
+        Values of each record, shapes (m_i,).
+    """
+
+    name: str
+    unit: str
+    weight: float
+    measured: tuple[Floats, ...]
+
+    def of(self, record: Record) -> Floats:
+        """Values in a simulated record, shape (m,)."""
+        return channel_values(record)[self.name]
+
+
+@dataclass(frozen=True, eq=False)
+class RecordSet(ABC):
+    """All records of a problem; base class of the problems in :mod:`validation.tracing.baseline`.
+
+    ``channels`` are what a model of the rig gives beside the angle, and ``channel_words`` say which it does not give.
+    """
 
     records: tuple[PreparedRecord, ...]
+    channels: tuple[Channel, ...] = field(default=(), kw_only=True)
+    channel_words: tuple[str, ...] = field(default=(), kw_only=True)
 
     @cached_property
     def observed(self) -> tuple[Floats, ...]:
@@ -95,6 +128,23 @@ class RecordSet:
         """Preload of each record; empty where one record does not state it."""
         preloads = [one.preload_N for one in self.records]
         return [] if any(map(math.isnan, preloads)) else preloads
+
+    @abstractmethod
+    def predict(self, values: Values, added: Any) -> list[Floats]:
+        """See :meth:`validation.tracing.problem.Problem.predict`."""
+
+    def predict_series(self, values: Values, added: Any) -> list[Floats]:
+        """Angles of all records, then each channel of all records, by one run; the angles alone without channels."""
+        return self.predict(values, added)
+
+
+def channel_values(record: Record) -> dict[str, Floats]:
+    """Values of a record beside its angle by the names of the channels, shapes (m,)."""
+    out = {}
+    if record.notches_deg is not None:
+        out = {f"notch_{k + 1}": column for k, column in enumerate(record.notches_deg.T)}
+    tensions = {"tension_a": record.tension_a_N, "tension_b": record.tension_b_N}
+    return out | {name: values for name, values in tensions.items() if values is not None}
 
 
 def prepared(record: Record, kept: Ints) -> PreparedRecord:

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from hysteresis.arrays import Floats
 from hysteresis.record import Record, RecordError
 from validation.tracing.effect import Effect, FreeParameter, SampleInputs, Values
-from validation.tracing.prepared import PreparedRecord
+from validation.tracing.prepared import Channel, PreparedRecord
 
 
 class Form(Protocol):
@@ -47,6 +47,10 @@ class Problem(Protocol):
         """Angles of each record, shapes (m_i,), deg."""
 
     @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What is fitted together with the angle; a problem with channels has ``predict_series``, too."""
+
+    @property
     def inputs(self) -> tuple[SampleInputs, ...]:
         """Drive, time and cycle of their samples."""
 
@@ -80,6 +84,9 @@ class Problem(Protocol):
         SolverError, RigError
             Parameters that no rig can have, or with which it cannot follow the records.
         """
+
+    def predict_series(self, values: Values, added: Sequence[tuple[Any, Values]]) -> list[Floats]:
+        """Angles of all records, then each channel of all records, by one run; the angles alone without channels."""
 
 
 def require_one_unit(records: Sequence[Record]) -> None:

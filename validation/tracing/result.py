@@ -290,9 +290,10 @@ def _finite(value: float) -> float | None:
 
 def fitted_parameters(fitted: Fitted) -> list[dict[str, Parameter]]:
     """Values of the baseline's parameters and of each effect's, with 95 % intervals from the Jacobian."""
-    J, error = fitted.jacobian[fitted.holdout.train_mask], fitted.train_error_deg
+    rows = fitted.rows
+    J, error = rows.jacobian[rows.train], rows.errors[rows.train]
     train = error.size
-    count = max(2.0, fitted.samples * train / fitted.error_deg.size)
+    count = max(2.0, fitted.samples * train / rows.errors.size)
     variance = float(error @ error) / max(1, train - J.shape[1]) * train / count
     scale = np.maximum(np.linalg.norm(J, axis=0), 1e-12)
     _, singular, basis = np.linalg.svd(J / scale, full_matrices=False)

@@ -122,7 +122,7 @@ def _with_better_baseline(search: Search, trace: Trace) -> Trace:
         baseline = fit(model, before.holdout, augmented.x[: model.baseline_size], threads=search.threads)
     except (SolverError, RigError):  # parameters that the rig can only have with its effects
         return trace
-    if baseline.mean_square >= before.mean_square:
+    if baseline.square >= before.square:
         return trace
     smooth = smooth_functions(baseline)
     pays = is_worth_adding(baseline, augmented, len(search.effects)) and beats_smooth_functions(augmented, smooth)

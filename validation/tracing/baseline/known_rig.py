@@ -15,6 +15,7 @@ from fem_models.rig.of_record import notched_tube_of, rig_of
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.path import cycle_index
 from hysteresis.record import Record, RecordError
+from validation.tracing.baseline.channels import channels_of
 from validation.tracing.baseline.rig_problem import RigProblem
 from validation.tracing.baseline.runs import run_setup
 from validation.tracing.baseline.samples import kept_samples
@@ -77,8 +78,11 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
         _require_the_rigs_sense(records)
     most = max(LEAST_RECORD_SAMPLES, KNOWN_RIG_SAMPLES // len(records))
     used = prepare(records, [kept_samples(record.drive, most, cycle_index(record)) for record in records])
+    channels, words = channels_of(used, rigs)
     return KnownRigProblem(
         records=used,
+        channels=channels,
+        channel_words=words,
         setup=run_setup(used, rigs),
         parameters=LOAD_CONTROL if load_control else _parameters(rigs),
         start=_start(rigs[0], load_control=load_control),

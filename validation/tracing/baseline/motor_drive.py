@@ -91,6 +91,8 @@ def motor_drive_problem(records: Sequence[Record]) -> MotorDriveProblem | None:
             replace(one, record=record, inputs=replace(one.inputs, drive=one.inputs.drive / gain))
             for one, record in zip(in_mm.records, records, strict=True)
         ),
+        channels=in_mm.channels,
+        channel_words=in_mm.channel_words,
         setup=in_mm.setup,
         parameters=(*in_mm.parameters, parameter),
         start={**in_mm.start, parameter.name: gain},

@@ -78,6 +78,19 @@ class RigProblem(RecordSet, ABC):
             out.append(observed_angle_deg(np.concatenate(parts), inputs, added))
         return out
 
+    def predict_series(self, values: Values, added: Added) -> list[Floats]:
+        """Angles of all records, then each channel of all records; one run gives all.
+
+        Effects on the reading act on the angle alone.
+        """
+        of_records = list[Floats]()
+        for runs, inputs in zip(self.runs, self.inputs, strict=True):
+            parts = [self.driven(run, values).observed(self.rig(run, values, added), self.channels) for run in runs]
+            rows = np.concatenate(parts)
+            rows[:, 0] = observed_angle_deg(rows[:, 0], inputs, added)
+            of_records.append(rows)
+        return [rows[:, k] for k in range(1 + len(self.channels)) for rows in of_records]
+
 
 def observed_angle_deg(angle_deg: Floats, inputs: SampleInputs, added: Added) -> Floats:
     """Angle that is read, from the angle of the rig, by the effects that act on the reading; shapes (m,)."""

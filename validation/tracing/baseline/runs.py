@@ -17,7 +17,7 @@ from hysteresis.arrays import Floats, Ints
 from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing.effect import Need, SampleInputs, Scale, cycles_repeat
-from validation.tracing.prepared import PreparedRecord
+from validation.tracing.prepared import Channel, PreparedRecord
 from validation.tracing.settings import APPROACH_SAMPLES, EXACT_REPEAT, FROM_REST
 
 
@@ -45,11 +45,24 @@ class Run:
         """Angle of a rig along the record, shape (m,)."""
         if not isinstance(self.program, LoadProgram):
             return self.solve(rig).record.angle_deg[self.skip :]
-        timeless = rig.creep is None and rig.drag is None and rig.stribeck is None
-        forgets = timeless and rig.preload_loss is None and rig.fatigue is None and rig.run_in is None
-        if self.short is None or not forgets:
+        if self.short is None or not _forgets(rig):
             return chain_angle_deg(rig, self.program)[self.skip :]
         return chain_angle_deg(rig, self.short)[self.where][self.skip :]
+
+    def observed(self, rig: Rig, channels: Sequence[Channel]) -> Floats:
+        """Angle and channels of a rig along the record, shape (m, 1 + channels)."""
+        if self.short is None or self.where is None or not _forgets(rig):
+            record, where = self.solve(rig).record, None
+        else:
+            record, where = solve_chain(rig, self.short).record, self.where
+        rows = np.column_stack([record.angle_deg, *(channel.of(record) for channel in channels)])
+        return (rows if where is None else rows[where])[self.skip :]
+
+
+def _forgets(rig: Rig) -> bool:
+    """Whether a rig has no memory for time and cycles."""
+    timeless = rig.creep is None and rig.drag is None and rig.stribeck is None
+    return timeless and rig.preload_loss is None and rig.fatigue is None and rig.run_in is None
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +164,7 @@ def _scale(
     tips = [np.abs(r.tip_mm[:, 1]).max() for r in solved if r.tip_mm is not None]
     rig = runs[0][0].rig
     young = rig.material.youngs_modulus_GPa * 1e3
-    measured = max(_reach_deg(r.angle_deg) for r in records) / rig.joints
+    measured = max(map(_reach_deg, records)) / rig.joints
     joint = max(measured, float(max(notches)))
     times = [s.time_s for s in inputs]
     speeds = [np.abs(np.diff(s.drive) / np.diff(s.time_s)).max() for s in inputs]
@@ -168,10 +181,19 @@ def _scale(
     )
 
 
-def _reach_deg(angle_deg: Floats) -> float:
-    """Largest bend that a record shows for sure: half its range where its zero may be anywhere."""
-    low, high = float(angle_deg.min()), float(angle_deg.max())
-    return max(-low, high) if abs(low + high) < 0.5 * (high - low) else 0.5 * (high - low)
+def _reach_deg(record: Record) -> float:
+    """Largest bend that a record shows for sure, deg.
+
+    A tendon force starts from rest, and so does a drive that goes one way from zero: the whole angle is bend. Where the
+    drive goes both ways, or never to zero, the zero of the angle may be anywhere, and half its range is bend for sure.
+    """
+    angle, drive = record.angle_deg, record.drive
+    low, high, span = float(angle.min()), float(angle.max()), float(np.ptp(angle))
+    if record.drive_unit == "N":
+        return max(-low, high, span)
+    if min(abs(float(drive.min())), abs(float(drive.max()))) <= FROM_REST * float(np.ptp(drive)):
+        return span
+    return max(-low, high) if abs(low + high) < 0.5 * span else 0.5 * span
 
 
 def _met_needs(rig: Rig, inputs: Sequence[SampleInputs], *, load_control: bool) -> frozenset[Need]:

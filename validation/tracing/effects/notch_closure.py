@@ -39,8 +39,12 @@ def _rig(rig: Rig, values: Values) -> Rig:
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
-    parts = (0.6, 0.8, 0.92)
-    return [{"angle_deg": part * scale.joint_deg, "stiffness_Nmm_per_rad": k} for part in parts for k in (300.0, 3e3)]
+    """Start from parts of the largest angle of a joint, and from the angle at which the edges meet by geometry."""
+    angles = [part * scale.joint_deg for part in (0.6, 0.8, 0.92)]
+    closes = math.degrees(joint_mechanics(rig).closure_angle_rad)
+    if ANGLE.low < closes < ANGLE.high:
+        angles.append(closes)
+    return [{"angle_deg": angle, "stiffness_Nmm_per_rad": k} for angle in angles for k in (300.0, 3e3)]
 
 
 def _stiffened(theta: Floats, curve: CurveContext, values: Values) -> Floats:

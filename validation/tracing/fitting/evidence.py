@@ -39,13 +39,17 @@ def may_be_noise(fitted: Fitted) -> bool:
 def is_worth_adding(before: Fitted, after: Fitted, tried: int) -> bool:
     """Whether a further effect pays for its parameters, as the best of ``tried`` effects, and for being named."""
     gain = before.bic(after.samples) - after.bic(after.samples)
-    reduced = after.mean_square < WORTH_NAMING**2 * before.mean_square
+    reduced = after.square < WORTH_NAMING**2 * before.square
     return gain > VERY_STRONG_EVIDENCE + 2 * math.log(tried) and reduced
 
 
 def beats_smooth_functions(fitted: Fitted, smooth: Smooth) -> bool:
-    """Whether a model is better than smooth functions of the baseline's residual."""
-    return fitted.bic(fitted.samples) < smooth.bic(fitted.samples)
+    """Whether no smooth functions of the baseline's residual are better than a model, of the angle.
+
+    They must be better by the evidence that also distinguishes one effect from another.
+    """
+    samples = fitted.angle_samples
+    return fitted.angle_bic(samples) < smooth.bic(samples) + VERY_STRONG_EVIDENCE
 
 
 def ranked_models(models: list[Fitted]) -> list[Fitted]:
@@ -55,7 +59,7 @@ def ranked_models(models: list[Fitted]) -> list[Fitted]:
     """
     if not models:
         return []
-    samples = min(models, key=lambda g: g.mean_square).samples
+    samples = min(models, key=lambda g: g.square).samples
     best: dict[frozenset[str], Fitted] = {}
     for g in sorted(models, key=lambda g: g.bic(samples)):
         best.setdefault(frozenset(g.names), g)

@@ -5,19 +5,41 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 from validation.tracing.fitting.criterion import bic, independent_samples, lag_one_correlation
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.model import Model
 from validation.tracing.fitting.noise import NoiseFloor, estimate_noise_floor
 
 
+class Rows(NamedTuple):
+    """All that a model is fitted to, the angle first: errors (m,), derivatives (m, p) and training mask (m,)."""
+
+    errors: Floats
+    jacobian: Floats
+    train: Mask
+
+
+class ChannelErrors(NamedTuple):
+    """Errors of what is fitted together with the angle: of each channel those of all records.
+
+    ``errors`` are in deg by the channel's weight, less the offset of the record, shapes (m_i,); ``jacobian`` has their
+    derivatives by the coordinates.
+    """
+
+    errors: tuple[Floats, ...]
+    jacobian: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class Fitted:
     """A model with fitted parameters.
+
+    Models are compared by all that they are fitted to; errors and noise are those of the angle.
 
     Parameters
     ----------
@@ -26,9 +48,11 @@ class Fitted:
     errors
         Predicted less measured angle of each record, less its offset, shapes (m_i,), deg.
     jacobian
-        Derivative of all errors by the coordinates, shape (m, p).
+        Derivative of all these errors by the coordinates, shape (m, p).
     evaluations
         Runs of the model that the fit took.
+    channels
+        Errors of the channels that were fitted, too; None where there are none.
     """
 
     model: Model
@@ -37,6 +61,7 @@ class Fitted:
     errors: tuple[Floats, ...]
     jacobian: Floats
     evaluations: int
+    channels: ChannelErrors | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -89,29 +114,73 @@ class Fitted:
         return estimate_noise_floor(self.model.problem.records, self.residuals)
 
     @cached_property
+    def rows(self) -> Rows:
+        """All that the model is fitted to, in one row."""
+        mask = self.holdout.train_mask
+        if self.channels is None:
+            return Rows(self.error_deg, self.jacobian, mask)
+        count = len(self.channels.errors) // len(self.errors)
+        errors = np.concatenate([self.error_deg, *self.channels.errors])
+        return Rows(errors, np.vstack([self.jacobian, self.channels.jacobian]), np.tile(mask, 1 + count))
+
+    @cached_property
+    def square(self) -> float:
+        """Mean square of all that the model is fitted to, held-out samples included, deg^2."""
+        return self.mean_square if self.channels is None else _mean_square(self.rows.errors)
+
+    @cached_property
+    def train_square(self) -> float:
+        """The same of the training samples."""
+        return self.train_rmse_deg**2 if self.channels is None else _mean_square(self.rows.errors[self.rows.train])
+
+    @cached_property
     def samples(self) -> float:
         """Number of independent samples that all samples are worth, by the correlation of this model's errors."""
-        return independent_samples(self.error_deg.size, lag_one_correlation(self.errors), self._branches)
+        return independent_samples(self.rows.errors.size, lag_one_correlation(self._series), self._branches)
+
+    @cached_property
+    def angle_samples(self) -> float:
+        """The same of the angle alone."""
+        if self.channels is None:
+            return self.samples
+        return independent_samples(self.error_deg.size, lag_one_correlation(self.errors), self._branches_of_angle)
 
     @cached_property
     def train_samples(self) -> float:
-        """The same for the training samples."""
-        errors = [error[train] for error, train in zip(self.errors, self.holdout.train, strict=True)]
-        count = int(self.holdout.train_mask.sum())
-        branches = round(count / self.error_deg.size * self._branches)
+        """Number of independent samples that the training samples are worth."""
+        masks = self.holdout.train
+        errors = [error[masks[i % len(masks)]] for i, error in enumerate(self._series)]
+        count = int(self.rows.train.sum())
+        branches = round(count / self.rows.errors.size * self._branches)
         return independent_samples(count, lag_one_correlation(errors), branches)
 
     def bic(self, samples: float) -> float:
         """Criterion over all samples, the less the better; models are compared for one number of ``samples``."""
+        return bic(self.square, self.x.size, samples)
+
+    def angle_bic(self, samples: float) -> float:
+        """Criterion over all samples of the angle alone."""
         return bic(self.mean_square, self.x.size, samples)
 
     def train_bic(self, samples: float) -> float:
         """Criterion over the training samples."""
-        return bic(self.train_rmse_deg**2, self.x.size, samples)
+        return bic(self.train_square, self.x.size, samples)
+
+    @property
+    def _series(self) -> tuple[Floats, ...]:
+        return self.errors if self.channels is None else (*self.errors, *self.channels.errors)
 
     @property
     def _branches(self) -> int:
+        return self._branches_of_angle * len(self._series) // len(self.errors)
+
+    @property
+    def _branches_of_angle(self) -> int:
         return sum(one.branch_count for one in self.model.problem.records)
+
+
+def _mean_square(error: Floats) -> float:
+    return float(error @ error) / error.size
 
 
 def rms(error: Floats) -> float:

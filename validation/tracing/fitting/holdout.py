@@ -19,7 +19,8 @@ from validation.tracing.settings import HELD_OUT_RECORD, KNOWN_BEGINNING, SAME_P
 class Holdout:
     """Training masks of all records, shapes (m_i,), and by what rule the other samples are held out.
 
-    The angle of every record has an unknown offset (its zero), which is taken out of the errors.
+    The angle of every record has an unknown offset (its zero), which is taken out of the errors. So has each channel of
+    a record; errors of channels follow those of the angle, record by record.
     """
 
     train: tuple[Mask, ...]
@@ -39,11 +40,12 @@ class Holdout:
         return float(error_deg[slice(None) if self.is_held_out(i) else self.train[i]].mean())
 
     def without_offsets(self, errors: Sequence[Floats]) -> list[Floats]:
-        """Errors of each record less its offset."""
-        return [e - self.offset_deg(i, e) for i, e in enumerate(errors)]
+        """Errors of each record less its offset, and so those of each channel."""
+        count = len(self.train)
+        return [e - self.offset_deg(i % count, e) for i, e in enumerate(errors)]
 
     def stacked(self, errors: Sequence[Floats]) -> Floats:
-        """Errors of all records less their offsets in one row, shape (m,)."""
+        """Errors of all records less their offsets in one row, shape (m,); then those of the channels."""
         return np.concatenate(self.without_offsets(errors))
 
     def everything(self) -> Holdout:

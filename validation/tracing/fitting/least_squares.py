@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
-from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.fitted import ChannelErrors, Fitted
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.model import Model
 from validation.tracing.settings import CONVERGED, DIFFERENCE_STEP, INFEASIBLE_DEG, INSIDE_BOUNDS, STEPS
@@ -40,7 +40,8 @@ class _Evaluations:
             try:
                 self.visited[key] = self.holdout.stacked(self.model.errors(x))
             except (SolverError, RigError):
-                self.visited[key] = np.full(self.holdout.train_mask.size, INFEASIBLE_DEG)
+                series = 1 + len(self.model.problem.channels)
+                self.visited[key] = np.full(series * self.holdout.train_mask.size, INFEASIBLE_DEG)
         return self.visited[key]
 
     def jacobian(self, x: Floats) -> Floats:
@@ -85,7 +86,8 @@ def fit(
     low, high = model.bounds()
     start = np.clip(start, low + INSIDE_BOUNDS, high - INSIDE_BOUNDS)
     model.errors(start)  # raises where there is no solution; later points count as far off
-    own, weight, train = model.baseline_size, model.problem.prior_weight_deg, holdout.train_mask
+    own, weight = model.baseline_size, model.problem.prior_weight_deg
+    train = np.tile(holdout.train_mask, 1 + len(model.problem.channels))
     mean = start[:own] if prior_mean is None else prior_mean
     at = _Evaluations(model, holdout, threads, known)
 
@@ -100,9 +102,17 @@ def fit(
     found = least_squares(
         residual, start, jacobian, bounds=(low, high), xtol=CONVERGED, ftol=CONVERGED, max_nfev=most_steps
     )
-    errors = np.split(at.errors(found.x), np.cumsum([mask.size for mask in holdout.train])[:-1])
     assert at.latest is not None
-    return Fitted(model, holdout, found.x, tuple(errors), at.latest, at.calls)
+    return fitted_at(model, holdout, found.x, at.errors(found.x), at.latest, at.calls)
+
+
+def fitted_at(model: Model, holdout: Holdout, x: Floats, errors: Floats, jacobian: Floats, evaluations: int) -> Fitted:
+    """Make a fitted model of the errors of all samples and channels at its coordinates, and of their derivatives."""
+    sizes, angle = [mask.size for mask in holdout.train], holdout.train_mask.size
+    series = np.split(errors, np.cumsum(sizes * (1 + len(model.problem.channels)))[:-1])
+    of_angle, others = tuple(series[: len(sizes)]), tuple(series[len(sizes) :])
+    channels = ChannelErrors(others, jacobian[angle:]) if others else None
+    return Fitted(model, holdout, x, of_angle, jacobian[:angle], evaluations, channels)
 
 
 def differentiate(

@@ -62,7 +62,7 @@ class Model:
         return np.array(low), np.array(high)
 
     def errors(self, x: Floats) -> list[Floats]:
-        """Predicted less measured angle of each record, deg.
+        """Predicted less measured angle of each record, deg; then each channel of each record, times its weight.
 
         Raises
         ------
@@ -71,5 +71,8 @@ class Model:
         """
         baseline, effects = self.values(x)
         forms = [(added.form, own) for added, own in zip(self.added, effects, strict=True)]
-        angles = self.problem.predict(baseline, forms)
-        return [angle - measured for angle, measured in zip(angles, self.problem.observed, strict=True)]
+        problem = self.problem
+        series = [(1.0, measured) for measured in problem.observed]
+        series += [(channel.weight, measured) for channel in problem.channels for measured in channel.measured]
+        predicted = problem.predict_series(baseline, forms)
+        return [w * (own - measured) for own, (w, measured) in zip(predicted, series, strict=True)]

@@ -56,7 +56,7 @@ def smooth_functions(fitted: Fitted, samples: float | None = None) -> Smooth:
     samples
         Number of independent samples; by default that of the model.
     """
-    samples = fitted.samples if samples is None else samples
+    samples = fitted.angle_samples if samples is None else samples
     remaining = _bases(fitted.model.problem)
     train, columns = fitted.holdout.train_mask, fitted.jacobian
     taken: list[str] = []

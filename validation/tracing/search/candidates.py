@@ -40,12 +40,12 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
         others = [effect for effect in search.effects if effect.name not in fitted.names]
         found = [starts for e in others if (starts := best_starts(base, e, search.forms(e)))]
         found.sort(key=lambda starts: -starts[0].gain)
-        known = base.jacobian if policy.screened else None
+        known = base.rows.jacobian if policy.screened else None
         for start in [s for starts in found[:most] for s in starts]:
             there = search.with_effect(fitted, start.added, start.x, policy.first_steps, known)
             if there is not None:
                 screened.append(Screened(number, there))
-    screened.sort(key=lambda one: one.fitted.mean_square)
+    screened.sort(key=lambda one: one.fitted.square)
     if not policy.screened:
         return [one.fitted for one in screened]
     return _lead_on(search, fitted, _finish(search, fitted, screened))
@@ -63,9 +63,9 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
     followed = set[tuple[str, int]]()  # effects with the bases from which they were
     represented = set[int]()  # bases of which an effect is fitted to convergence
     at_noise = False
-    least, near = screened[0].fitted.mean_square if screened else math.inf, policy.near
+    least, near = screened[0].fitted.square if screened else math.inf, policy.near
     for number, candidate in screened:
-        name, square = candidate.names[-1], candidate.mean_square
+        name, square = candidate.names[-1], candidate.square
         place = len(best) < policy.finished or number not in represented
         if name not in best and place and square < near * least:
             best[name] = square
@@ -77,8 +77,8 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
         followed.add((name, number))
         finished = search.with_effect(fitted, candidate.model.added[-1], candidate.x)
         out.append(finished or candidate)
-        if finished is not None and finished.mean_square < least:
-            least, at_noise = finished.mean_square, is_noise(finished)
+        if finished is not None and finished.square < least:
+            least, at_noise = finished.square, is_noise(finished)
             near = policy.near_at_noise if at_noise else policy.near
     return out
 
@@ -88,17 +88,17 @@ def _lead_on(search: Search, fitted: Fitted, candidates: list[Fitted]) -> list[F
     if not candidates:
         return candidates
     leading = dict[str, Fitted]()
-    for candidate in sorted(candidates, key=lambda g: g.mean_square):
+    for candidate in sorted(candidates, key=lambda g: g.square):
         if len(leading) < search.policy.leading:
             leading.setdefault(candidate.names[-1], candidate)
     rest = [g for g in candidates if leading.get(g.names[-1]) is not g]
-    best = min(candidates, key=lambda g: g.mean_square)
-    most = COMPETITOR_AT_NOISE * best.mean_square if is_noise(best) else math.inf
+    best = min(candidates, key=lambda g: g.square)
+    most = COMPETITOR_AT_NOISE * best.square if is_noise(best) else math.inf
 
     def led_on(candidate: Fitted) -> Fitted:
         return best_of_other_loops(search, _with_richer_form(search, fitted, candidate))
 
-    return [*(led_on(g) if g.mean_square <= most else g for g in leading.values()), *rest]
+    return [*(led_on(g) if g.square <= most else g for g in leading.values()), *rest]
 
 
 def _with_richer_form(search: Search, fitted: Fitted, candidate: Fitted) -> Fitted:
@@ -117,7 +117,7 @@ def _with_richer_form(search: Search, fitted: Fitted, candidate: Fitted) -> Fitt
     found = [g for g in few if g is not None]
     if not found:
         return candidate
-    best = min(found, key=lambda g: g.mean_square)
+    best = min(found, key=lambda g: g.square)
     best = search.with_effect(fitted, best.model.added[-1], best.x) or best
     samples = best.samples
     return min((candidate, best), key=lambda g: g.bic(samples))

@@ -12,7 +12,7 @@ from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Ints
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.least_squares import fit
+from validation.tracing.fitting.least_squares import fit, fitted_at
 from validation.tracing.fitting.model import Model
 from validation.tracing.search.candidates import candidates_with_one_more
 from validation.tracing.search.search import Search
@@ -63,15 +63,16 @@ def _without(fitted: Fitted, place: int) -> Fitted:
     kept = [i for i in range(len(fitted.model.added)) if i != place]
     model, columns = _with_effects(fitted.model, kept)
     x = fitted.x[columns]
-    errors = tuple(fitted.holdout.without_offsets(model.errors(x)))
-    return Fitted(model, fitted.holdout, x, errors, fitted.jacobian[:, columns], 1)
+    errors = fitted.holdout.stacked(model.errors(x))
+    return fitted_at(model, fitted.holdout, x, errors, fitted.rows.jacobian[:, columns], 1)
 
 
 def _with_last_at(fitted: Fitted, place: int) -> Fitted:
     """Move the last effect of a model to another place: that of the effect for which it was exchanged."""
     last = len(fitted.model.added) - 1
     model, columns = _with_effects(fitted.model, [*range(place), last, *range(place, last)])
-    return replace(fitted, model=model, x=fitted.x[columns], jacobian=fitted.jacobian[:, columns])
+    x, jacobian = fitted.x[columns], fitted.rows.jacobian[:, columns]
+    return fitted_at(model, fitted.holdout, x, fitted.rows.errors, jacobian, fitted.evaluations)
 
 
 def _with_effects(model: Model, which: Sequence[int]) -> tuple[Model, Ints]:

@@ -98,13 +98,13 @@ class _Refit:
                         prior_mean=self.prior_mean,
                     )
                 )  # fmt: skip
-        best = min(found, key=lambda one: one.train_rmse_deg, default=None)
+        best = min(found, key=lambda one: one.train_square, default=None)
         return best and refined(best, self.report, threads=self.threads, prior_mean=self.prior_mean)
 
     def briefly(self, fitted: Fitted, policy: SearchPolicy) -> Fitted:
         """Fit a candidate that is not named; its errors are NaN where it has no equilibrium."""
         self.report(f"{' + '.join(fitted.names)}, without the held-out samples")
-        known = fitted.jacobian if policy.refit_from_jacobian else None
+        known = fitted.rows.jacobian if policy.refit_from_jacobian else None
         try:
             return fit(
                 fitted.model, self.holdout, fitted.x, threads=self.threads, most_steps=policy.refit_steps, known=known,

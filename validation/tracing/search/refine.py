@@ -56,7 +56,7 @@ def _in_form(fitted: Fitted, place: int, form: RigForm, threads: int, prior_mean
             few.append(fit(model, fitted.holdout, x, threads=threads, most_steps=FEW_STEPS, prior_mean=prior_mean))
     if not few:
         return fitted
-    start = min(few, key=lambda one: one.train_rmse_deg).x
+    start = min(few, key=lambda one: one.train_square).x
     with suppress(SolverError, RigError):
         finer = fit(model, fitted.holdout, start, threads=threads, most_steps=MOST_STEPS, prior_mean=prior_mean)
         gain = fitted.train_bic(fitted.train_samples) - finer.train_bic(fitted.train_samples)

@@ -36,7 +36,7 @@ def best_of_other_loops(search: Search, fitted: Fitted) -> Fitted:
         search.report(f"{' + '.join(fitted.names) or 'the baseline model'}, from another loop")
         with suppress(SolverError, RigError):
             found.append(fit(fitted.model, fitted.holdout, x, threads=search.threads))
-    return min(found, key=lambda other: other.mean_square)
+    return min(found, key=lambda other: other.square)
 
 
 def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
@@ -52,9 +52,9 @@ def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
         search.report(f"{' + '.join(fitted.names)}, from another start")
         with suppress(SolverError, RigError):
             there = fit(fitted.model, fitted.holdout, x, threads=search.threads, most_steps=FEW_STEPS)
-            if there.train_rmse_deg < PROMISING * fitted.train_rmse_deg:
+            if there.train_square < PROMISING**2 * fitted.train_square:
                 found.append(fit(fitted.model, fitted.holdout, there.x, threads=search.threads))
-    return min(found, key=lambda other: other.train_rmse_deg)
+    return min(found, key=lambda other: other.train_square)
 
 
 def other_loops(fitted: Fitted, factors: Sequence[float] = LOOP_FACTORS_FINAL) -> list[Floats]:
@@ -68,7 +68,7 @@ def other_loops(fitted: Fitted, factors: Sequence[float] = LOOP_FACTORS_FINAL) -
 
 def along_the_valley(fitted: Fitted) -> list[Floats]:
     """Coordinates at a distance of 1, in both directions, along the line that the training samples determine least."""
-    slopes = fitted.jacobian[fitted.holdout.train_mask]
+    slopes = fitted.rows.jacobian[fitted.rows.train]
     lengths = np.linalg.norm(slopes, axis=0)
     acts = lengths > NO_SLOPE * lengths.max()
     *_, directions = np.linalg.svd(slopes[:, acts], full_matrices=False)

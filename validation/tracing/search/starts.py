@@ -79,19 +79,19 @@ def linearised_gain(fitted: Fitted, added: AddedEffect, values: Values, *, enlar
     values
         Parameters of the effect; they may name parameters of the baseline, too.
     """
-    holdout, train = fitted.holdout, fitted.holdout.train_mask
+    holdout, rows, train = fitted.holdout, fitted.rows, fitted.rows.train
     model = Model(fitted.model.problem, (*fitted.model.added, added))
     baseline, effects = fitted.model.values(fitted.x)
     baseline = {name: values.get(name, value) for name, value in baseline.items()}
     low, high = model.bounds()
     x = np.clip(model.coordinates(baseline, [*effects, values]), low + INSIDE_BOUNDS, high - INSIDE_BOUNDS)
     try:
-        change = (holdout.stacked(model.errors(x)) - fitted.error_deg)[train]
+        change = (holdout.stacked(model.errors(x)) - rows.errors)[train]
     except (SolverError, RigError):
         return None
     if not np.isfinite(change).all() or np.abs(change).max() < NO_CHANGE_DEG:
         return None
-    jacobian, error = fitted.jacobian[train], fitted.train_error_deg
+    jacobian, error = rows.jacobian[train], rows.errors[train]
     whole = float(error @ error)
     others = solve(jacobian, -(error + change))
     residual = error + change + jacobian @ others
@@ -143,7 +143,7 @@ def joint_linearised_gain(fitted: Fitted, added: AddedEffect, values: Values) ->
     baseline = {name: values.get(name, value) for name, value in baseline.items()}
     linear = [p.name for p in added.form.parameters if p.linear and not p.log]
     low, high = model.bounds()
-    train = fitted.holdout.train_mask
+    train = fitted.rows.train
     none = {**values, **dict.fromkeys(linear, 0.0)}
 
     def errors_with(own: Values) -> Floats:
@@ -157,7 +157,7 @@ def joint_linearised_gain(fitted: Fitted, added: AddedEffect, values: Values) ->
         return None
     if not np.isfinite(changes).all() or (np.abs(changes).max(axis=0) < NO_CHANGE_DEG).any():
         return None
-    steps = solve(np.column_stack([fitted.jacobian[train], changes]), -without)
+    steps = solve(np.column_stack([fitted.rows.jacobian[train], changes]), -without)
     factors = np.clip(steps[-len(linear) :], -LARGEST_FACTOR, LARGEST_FACTOR)
     scaled = {name: values[name] * float(factor) for name, factor in zip(linear, factors, strict=True)}
     return linearised_gain(fitted, added, {**values, **scaled}, enlarged=True)

@@ -106,7 +106,7 @@ def _best_of_restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fi
     competitors = [
         g for stage in stages for g in stage
         if len(g.names) == len(best.names) and g.names != best.names
-        and g.mean_square < COMPETITOR_SQUARE * best.mean_square
+        and g.square < COMPETITOR_SQUARE * best.square
     ]  # fmt: skip
     samples = best.samples
     competitors = sorted(competitors, key=lambda g: g.bic(samples))[:MOST_COMPETITORS]
