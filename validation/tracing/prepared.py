@@ -65,9 +65,19 @@ class PreparedRecord:
     @cached_property
     def branch_count(self) -> int:
         """Number of branches, counted in each trial of a record that the drive is reset in."""
+        return sum(len(branches(trial)) for trial in self._trials)
+
+    @cached_property
+    def only_loads(self) -> bool:
+        """Whether no trial of the record has a reversal: all that it shows is a function of the drive."""
+        return self.branch_count == len(self._trials)
+
+    @cached_property
+    def _trials(self) -> list[Floats]:
+        """Drive of each trial; one where the drive is never reset."""
         drive, cycle = self.inputs.drive, self.inputs.cycle
         resets = np.flatnonzero((np.diff(cycle) != 0) & (np.abs(np.diff(drive)) > 0.5 * np.ptp(drive))) + 1
-        return sum(len(branches(trial)) for trial in np.split(drive, resets))
+        return np.split(drive, resets)
 
     @cached_property
     def rounding_deg(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from scipy.stats import t as student
 from hysteresis.metrics import Errors, errors
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.uncertainty import Parameter
+from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
 
@@ -141,6 +142,7 @@ class TraceReport:
     seed: int
     next_program: NextProgram | None = None
     figures: tuple[FigureFile, ...] = ()
+    channels: ChannelTable = field(default_factory=dict)
 
     @property
     def named(self) -> str:
@@ -201,6 +203,7 @@ def trace_report(
         alike=trace.alike,
         seconds=seconds,
         seed=seed,
+        channels=channel_table(trace.baseline, trace.augmented if named else trace.baseline),
     )
 
 
@@ -221,7 +224,7 @@ def in_words(report: TraceReport) -> list[str]:
     baseline = f"The baseline model has an error of {before.rmse_deg:.3g} deg rms on held-out data"
     noise = f"the noise is {floor:.3g} deg"
     falls = f"With {names} in the model it falls to {after.rmse_deg:.3g} deg; {noise}."
-    reasons = [text[:1].upper() + text[1:] + "." for text in report.words]
+    reasons = [*channel_words(report.channels), *(text[:1].upper() + text[1:] + "." for text in report.words)]
     match report.verdict:
         case "none":
             return [f"No effect is missing. {baseline}; {noise}.", *reasons]

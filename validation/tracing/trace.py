@@ -79,7 +79,7 @@ def trace_records(
         if record.drive_unit != "N":
             require_reversal(record)
     problem = known_rig_problem(numbered) or motor_drive_problem(numbered)
-    notes = () if problem else _rigs_not_used(numbered)
+    notes = problem.channel_words if problem else _rigs_not_used(numbered)
     tried = catalogue() if effects is None else effects
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
         if problem is None:

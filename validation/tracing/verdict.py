@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from validation.tracing.fitting.evidence import beats_smooth_functions, significant_ratio
+from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
@@ -72,9 +72,12 @@ def _verdict(
     if best is baseline:
         return "unexplained", []
     if not beats_smooth_functions(best, smooth):
-        return "unexplained", [f"smooth functions of {', '.join(smooth.names)} fit better than {names}"]
+        against = smooth.rival or smooth
+        return "unexplained", [f"smooth functions of {', '.join(against.names)} fit better than {names}"]
     if best.rmse_deg > AT_FLOOR * floor.deg and explained < EXPLAINED_SHARE:
         return "unexplained", [f"{names} explains {100 * explained:.0f} % of the mean square above the noise"]
+    if curve_does_as_well(best, smooth):
+        return "effect", [f"a free curve of {', '.join(smooth.names)} does as well as {names}, and names no cause"]
     return "effect", []
 
 

@@ -48,8 +48,14 @@ def beats_smooth_functions(fitted: Fitted, smooth: Smooth) -> bool:
 
     They must be better by the evidence that also distinguishes one effect from another.
     """
+    samples, rival = fitted.angle_samples, smooth.rival or smooth
+    return fitted.angle_bic(samples) < rival.bic(samples) + VERY_STRONG_EVIDENCE
+
+
+def curve_does_as_well(fitted: Fitted, smooth: Smooth) -> bool:
+    """Whether smooth functions of the baseline's residual are no worse than a model, of the angle."""
     samples = fitted.angle_samples
-    return fitted.angle_bic(samples) < smooth.bic(samples) + VERY_STRONG_EVIDENCE
+    return bool(smooth.names) and smooth.bic(samples) < fitted.angle_bic(samples) + VERY_STRONG_EVIDENCE
 
 
 def ranked_models(models: list[Fitted]) -> list[Fitted]:

@@ -6,7 +6,8 @@ fit much of any residual and name no cause.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +19,17 @@ from validation.tracing.fitting.least_squares import solve
 from validation.tracing.fitting.regressors import direction, distance_since_reversal, even, odd, rate, spline
 from validation.tracing.problem import Problem
 from validation.tracing.settings import SMOOTH_FUNCTION_BIC
+
+_OF_THE_DRIVE = frozenset(
+    {
+        "odd in the drive",
+        "even in the drive",
+        "the drive",
+        "the drive, rising and falling",
+        "the distance since the last reversal",
+    }
+)
+"""Functions of the drive alone, where no record has a reversal."""
 
 
 @dataclass(frozen=True)
@@ -34,12 +46,16 @@ class Smooth:
         Number of parameters, those of the model included.
     gains
         Part of the mean square that each function takes away.
+    rival
+        The functions that a named effect must be better than, where they are not all of these: a curve of the only
+        input of records that only load fits whatever they show, and speaks against no effect.
     """
 
     names: tuple[str, ...]
     square: float
     parameters: int
     gains: tuple[float, ...]
+    rival: Smooth | None = None
 
     def bic(self, samples: float) -> float:
         """Criterion of the model with these functions."""
@@ -57,7 +73,17 @@ def smooth_functions(fitted: Fitted, samples: float | None = None) -> Smooth:
         Number of independent samples; by default that of the model.
     """
     samples = fitted.angle_samples if samples is None else samples
-    remaining = _bases(fitted.model.problem)
+    bases = _bases(fitted.model.problem)
+    found = _selected(fitted, samples, bases)
+    if not all(one.only_loads for one in fitted.model.problem.records):
+        return found
+    others = {name: basis for name, basis in bases.items() if name not in _OF_THE_DRIVE}
+    return replace(found, rival=_selected(fitted, samples, others))
+
+
+def _selected(fitted: Fitted, samples: float, bases: Mapping[str, Floats]) -> Smooth:
+    """Add the best function, then the next one."""
+    remaining = dict(bases)
     train, columns = fitted.holdout.train_mask, fitted.jacobian
     taken: list[str] = []
     squares, parameters = [fitted.mean_square], columns.shape[1]
