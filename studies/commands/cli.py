@@ -13,6 +13,7 @@ from fem_models.rig.checks import SolverError
 from hysteresis.record import RecordError
 from studies.commands.data import fetch, list_records
 from studies.commands.options import with_option_groups
+from studies.commands.practice import answer, export, score
 from studies.commands.records import compensate, effects, identify, separate, trace
 from studies.commands.simulation import run, simulate, validate
 from studies.commands.study import report, serve_app, study
@@ -23,6 +24,7 @@ app = typer.Typer(
     no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__
 )
 data_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Measured records from public repositories.")
+practice_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="A benchmark that others can take.")
 
 COMMANDS: dict[str, Callable[..., None]] = {
     "run": run,
@@ -38,10 +40,12 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "app": serve_app,
 }
 DATA_COMMANDS: dict[str, Callable[..., None]] = {"list": list_records, "fetch": fetch}
-for typer_app, commands in ((app, COMMANDS), (data_app, DATA_COMMANDS)):
+PRACTICE_COMMANDS: dict[str, Callable[..., None]] = {"export": export, "answer": answer, "score": score}
+for typer_app, commands in ((app, COMMANDS), (data_app, DATA_COMMANDS), (practice_app, PRACTICE_COMMANDS)):
     for name, command in commands.items():
         typer_app.command(name)(with_option_groups(command))
 app.add_typer(data_app, name="data")
+app.add_typer(practice_app, name="practice")
 
 INTERRUPTED = 130  # 128 + SIGINT, as in shells
 BAD_INPUT = (RecordError, StudyError, RigError, SolverError, MissingError, OSError)

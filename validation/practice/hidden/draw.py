@@ -139,10 +139,10 @@ def groups_of(folder: Path) -> list[str]:
 
 
 def nth(folder: Path, seed: int, number: int) -> HiddenCase:
-    """Draw the case of a number: the groups take turns, then the changes."""
+    """Draw the case of a number: the groups take turns, and so do the changes, so that all meet in the end."""
     groups = groups_of(folder)
-    change = [*CHANGES][(number // len(groups)) % len(CHANGES)]
-    return draw_hidden_case(folder, seed, groups[number % len(groups)], change, number)
+    turn, group = divmod(number, len(groups))
+    return draw_hidden_case(folder, seed, groups[group], [*CHANGES][(group + turn) % len(CHANGES)], number)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

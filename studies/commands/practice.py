@@ -1,0 +1,109 @@
+"""Commands ``practice export``, ``practice answer`` and ``practice score``: a benchmark that others can take."""
+# Imports inside a command are needed by it alone.
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from fem_models.rig import RigError
+from fem_models.rig.checks import require
+from hysteresis.files import write_files
+from hysteresis.plain import to_plain
+from studies.commands.options import Common, Out
+
+ANSWERS = "answers"
+"""Folder of the answers in that of the cases."""
+
+Cases = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the cases, as export wrote it.")]
+
+
+def export(
+    *,
+    out: Out,
+    count: Annotated[int, typer.Option("--count", min=1, help="Cases of each source.")] = 8,
+    measured: Annotated[
+        Path | None, typer.Option("--measured", help="Folder of measured records, in which changes are hidden.")
+    ] = None,
+    sources: Annotated[
+        str | None, typer.Option("--sources", help="Some of own, other, sensors, protocols, real; commas between.")
+    ] = None,
+    answers: Annotated[
+        Path | None, typer.Option("--answers", help="File of the sealed answers; by default DIR-ANSWERS.json.")
+    ] = None,
+    common: Common,
+) -> None:
+    """Write blind cases, and their sealed answers in a file apart from them."""
+    from validation.practice.benchmark.sealed import require_apart, write_cases
+    from validation.practice.benchmark.sources import draw_source
+
+    wanted = _sources(sources, measured)
+    target = answers or out.with_name(f"{out.resolve().name}-ANSWERS.json")
+    require_apart(out, target)
+    console, quiet = Console(stderr=True), not common.shows_progress
+    drawn = [
+        one
+        for source in track(wanted, "cases", console=console, disable=quiet)
+        for one in draw_source(source, common.seed, count, measured)
+    ]
+    sealed = write_cases(drawn, common.seed, out, target)
+    found = {"schema": 1, "cases": len(sealed.cases), "folder": str(out), "answers": str(target)}
+    common.show(found, f"{len(sealed.cases)} cases: {out}", f"sealed answers: {target}")
+
+
+def _sources(given: str | None, measured: Path | None) -> list[str]:
+    from validation.practice.benchmark.sources import REAL, SIMULATED, SOURCES
+
+    wanted = [*(SOURCES if measured else SIMULATED)] if given is None else given.split(",")
+    if unknown := [name for name in wanted if name not in SOURCES]:
+        raise RigError(f"--sources {unknown[0]}: expected some of {', '.join(SOURCES)}")
+    require(REAL not in wanted or measured is not None, "--measured", "missing", "the folder of the measured records")
+    return wanted
+
+
+def answer(
+    *,
+    folder: Cases,
+    into: Annotated[Path | None, typer.Option("--into", help="Folder of the answers; by default DIR/answers.")] = None,
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes.")] = 1,
+    common: Common,
+) -> None:
+    """Answer all cases that have no answer yet, with the tracer."""
+    from validation.practice.benchmark.answering import answer_all, by_tracer
+
+    target = into or folder / ANSWERS
+    quiet = not common.shows_progress
+    answered = answer_all(folder, target, by_tracer, workers, quiet=quiet)
+    found = {"schema": 1, "answered": answered, "folder": str(target)}
+    common.show(found, f"{answered} cases answered: {target}")
+
+
+def score(
+    *,
+    folder: Cases,
+    sealed: Annotated[Path, typer.Argument(metavar="ANSWERS", help="The sealed answers, as export wrote them.")],
+    answers_of: Annotated[
+        Path | None, typer.Option("--answers-of", help="Folder of the answers to score; by default DIR/answers.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Where to write the score, JSON.")] = None,
+    common: Common,
+) -> None:
+    """Score anyone's answers: CASE.json each, or a trace in the folder CASE."""
+    from validation.practice.benchmark.scoring import score_answers
+
+    found = score_answers(folder, sealed, answers_of or folder / ANSWERS)
+    if out is not None:
+        write_files({out: json.dumps(to_plain(found), indent=1) + "\n"})
+    table = Table("", *found.rates)
+    for name in next(iter(found.rates.values())):
+        cells = [rates[name] for rates in found.rates.values()]
+        table.add_row(name, *(f"{rate.hits} of {rate.of}" if rate.of else "" for rate in cells))
+    spreads = found.heldout_over_noise.values()
+    table.add_row("held-out error over noise", *("" if s.median is None else f"{s.median:.3g}" for s in spreads))
+    common.show(found, table, f"{found.answered} of {found.cases} cases answered")

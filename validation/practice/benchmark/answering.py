@@ -1,0 +1,72 @@
+"""Answer all cases of a benchmark, in worker processes; cases that have an answer are not answered again."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import traceback
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import Progress
+
+from hysteresis.files import write_files
+from hysteresis.record import Record
+from hysteresis.record_file import read_record
+from validation.practice.benchmark.answers import answer_file, read_answer
+from validation.practice.benchmark.sealed import read_list, records_of
+
+Answerer = Callable[[Sequence[Record]], dict[str, Any]]
+"""From the records of a case to its answer, as values for JSON."""
+
+
+def by_tracer(records: Sequence[Record]) -> dict[str, Any]:
+    """Answer with the tracer of the package: a whole trace.json."""
+    from validation.tracing import trace_records  # late: other ways do not need it
+    from validation.tracing.result import trace_report
+
+    return trace_report(trace_records(records, threads=1)).to_dict()
+
+
+def answer_case(folder: Path, case: str, into: Path, answerer: Answerer) -> None:
+    """Answer one case; an error of the answerer is the verdict ``error`` and does not end the others."""
+    records = [read_record(path) for path in records_of(folder, case)]
+    try:
+        answer = answerer(records)
+    except Exception as error:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        answer = {"schema": 1, "verdict": "error", "message": f"{type(error).__name__} at {where.name}: {error}"}
+    write_files({into / f"{case}.json": json.dumps(answer, indent=1, allow_nan=False) + "\n"})
+
+
+def answer_all(folder: Path, into: Path, answerer: Answerer, workers: int, *, quiet: bool = False) -> int:
+    """Answer the cases without an answer, or with an error, and return their number.
+
+    Raises
+    ------
+    RecordError
+        A folder without cases, or an answer that is there and malformed.
+    """
+    cases = read_list(folder).cases
+    todo = [case for case in cases if answer_file(into, case) is None or read_answer(into, case).verdict == "error"]
+    with Progress(console=Console(stderr=True), disable=quiet) as progress:
+        task = progress.add_task("cases", total=len(cases), completed=len(cases) - len(todo))
+        if workers == 1:
+            for case in todo:
+                answer_case(folder, case, into, answerer)
+                progress.advance(task)
+            return len(todo)
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(workers, mp_context=context) as pool:
+            futures = [pool.submit(answer_case, folder, case, into, answerer) for case in todo]
+            try:
+                for future in as_completed(futures):
+                    future.result()
+                    progress.advance(task)
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+    return len(todo)

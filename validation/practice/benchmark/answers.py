@@ -1,0 +1,140 @@
+"""The answer to a case, as anyone may give it: a small JSON file, of which a trace.json is one.
+
+An example: ``{"schema": 1, "verdict": "effect", "effects": [{"name": "backlash", "confusable_with": [], "parameters":
+{"width_mm": 0.12}}], "heldout_rmse_deg": 0.05}``. Effects stand in order, the surest first. A parameter is a number, or
+a table with its ``value``. The held-out error may also stand where a trace.json has it, in ``after``.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hysteresis.files import read_text
+from hysteresis.plain import to_plain
+from hysteresis.record import RecordError
+
+CLAIMING = ("effect", "partial", "ambiguous")
+"""Verdicts that name effects."""
+UNANSWERED = "unanswered"
+VERDICTS = (*CLAIMING, "none", "unexplained", "error")
+EXPECTED = "an answer: a JSON object with schema, verdict and effects"
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """An effect that is named, those that it may be confused with, and its parameters, units in their names."""
+
+    name: str
+    confusable_with: tuple[str, ...]
+    parameters: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class CaseAnswer:
+    """Answer to a case.
+
+    Parameters
+    ----------
+    verdict
+        One of :data:`VERDICTS`; effects count with those of :data:`CLAIMING` alone.
+    effects
+        In order.
+    heldout_rmse_deg
+        Error on data that was not fitted, None if not given.
+    """
+
+    schema: int
+    verdict: str
+    effects: tuple[NamedEffect, ...] = ()
+    heldout_rmse_deg: float | None = None
+
+    @property
+    def named(self) -> tuple[NamedEffect, ...]:
+        """Effects that are claimed."""
+        return self.effects if self.verdict in CLAIMING else ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, as in the file."""
+        return dict(to_plain(self))
+
+
+def answer_file(folder: Path, case: str) -> Path | None:
+    """File of the answer to a case: ``CASE.json``, or ``CASE/trace.json``; None where there is neither."""
+    return next((path for path in (folder / f"{case}.json", folder / case / "trace.json") if path.is_file()), None)
+
+
+def read_answer(folder: Path, case: str) -> CaseAnswer:
+    """Read the answer to a case.
+
+    Raises
+    ------
+    RecordError
+        One line with file, field, value and what was expected.
+    """
+    path = answer_file(folder, case)
+    if path is None:
+        return CaseAnswer(1, UNANSWERED)
+    try:
+        values = json.loads(read_text(path, EXPECTED))
+    except json.JSONDecodeError as error:
+        raise RecordError(f"{path}: not JSON, {error}: expected {EXPECTED}") from None
+    return answer_of(values, str(path))
+
+
+def answer_of(values: object, where: str) -> CaseAnswer:
+    """Check the values of an answer.
+
+    Raises
+    ------
+    RecordError
+        One line with the field, its value and what was expected.
+    """
+    if not isinstance(values, dict):
+        raise RecordError(f"{where}: {str(values)[:40]}: expected {EXPECTED}")
+    if values.get("schema") != 1:
+        raise RecordError(f"{where}: schema = {values.get('schema', 'missing')!r}: expected 1")
+    verdict, effects = values.get("verdict", "missing"), values.get("effects", [])
+    if verdict not in VERDICTS:
+        raise RecordError(f"{where}: verdict = {verdict!r}: expected one of {', '.join(VERDICTS)}")
+    if not isinstance(effects, list):
+        raise RecordError(f"{where}: effects = {str(effects)[:40]}: expected a list")
+    if verdict in CLAIMING and not effects:
+        raise RecordError(f"{where}: effects: none with the verdict {verdict}: expected at least one")
+    named = tuple(_effect(one, f"{where}: effects[{k}]") for k, one in enumerate(effects))
+    return CaseAnswer(1, verdict, named, _heldout(values, where))
+
+
+def _effect(values: object, where: str) -> NamedEffect:
+    if not isinstance(values, dict) or not isinstance(values.get("name"), str):
+        raise RecordError(f"{where}: {str(values)[:40]}: expected an object with a name")
+    confusable = values.get("confusable_with", [])
+    if not isinstance(confusable, list) or not all(isinstance(name, str) for name in confusable):
+        raise RecordError(f"{where}: confusable_with = {str(confusable)[:40]}: expected a list of names")
+    parameters = values.get("parameters", {})
+    if not isinstance(parameters, dict):
+        raise RecordError(f"{where}: parameters = {str(parameters)[:40]}: expected an object")
+    numbers = {key: _number(one, f"{where}: parameters: {key}") for key, one in parameters.items()}
+    known = {key: value for key, value in numbers.items() if value is not None}
+    return NamedEffect(values["name"], tuple(confusable), known)
+
+
+def _number(value: object, where: str) -> float | None:
+    if isinstance(value, dict):
+        value = value.get("value")
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise RecordError(f"{where} = {str(value)[:40]}: expected a number")
+    return float(value)
+
+
+def _heldout(values: Mapping[str, Any], where: str) -> float | None:
+    after = values.get("after")
+    if "heldout_rmse_deg" not in values and isinstance(after, dict) and isinstance(after.get("heldout"), dict):
+        return _number(after["heldout"].get("rmse_deg"), f"{where}: after: heldout: rmse_deg")
+    return _number(values.get("heldout_rmse_deg"), f"{where}: heldout_rmse_deg")
