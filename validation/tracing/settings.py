@@ -221,6 +221,12 @@ PROMISING = 1.2
 is continued."""
 NO_SLOPE = 1e-6
 """Norm of a parameter's derivatives over the largest one below which the parameter does nothing."""
+CONTAINED_TOLERANCE = 5e-3
+"""Relative excess of the mean square over that of a contained model up to which a model counts as no worse: fits end at
+such changes."""
+NOTHING = 2e-3
+"""Change of all errors over the errors, as norms, up to which an effect counts as changing nothing: fibres of
+a plateau that no stress reaches differ from an elastic section by as much."""
 
 # --- noise floor and independent samples -----------------------------------------------------------------------------
 

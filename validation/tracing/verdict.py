@@ -77,7 +77,7 @@ def _verdict(
     if best.rmse_deg > AT_FLOOR * floor.deg and explained < EXPLAINED_SHARE:
         return "unexplained", [f"{names} explains {100 * explained:.0f} % of the mean square above the noise"]
     if curve_does_as_well(best, smooth):
-        return "effect", [f"a free curve of {', '.join(smooth.names)} does as well as {names}, and names no cause"]
+        return "effect", [f"a free curve ({', '.join(smooth.names)}) does as well as {names}, and names no cause"]
     return "effect", []
 
 

@@ -20,16 +20,7 @@ from validation.tracing.fitting.regressors import direction, distance_since_reve
 from validation.tracing.problem import Problem
 from validation.tracing.settings import SMOOTH_FUNCTION_BIC
 
-_OF_THE_DRIVE = frozenset(
-    {
-        "odd in the drive",
-        "even in the drive",
-        "the drive",
-        "the drive, rising and falling",
-        "the distance since the last reversal",
-    }
-)
-"""Functions of the drive alone, where no record has a reversal."""
+_OF_THE_DRIVE = frozenset({"odd in the drive", "even in the drive", "the drive"})
 
 
 @dataclass(frozen=True)
@@ -74,11 +65,12 @@ def smooth_functions(fitted: Fitted, samples: float | None = None) -> Smooth:
     """
     samples = fitted.angle_samples if samples is None else samples
     bases = _bases(fitted.model.problem)
-    found = _selected(fitted, samples, bases)
     if not all(one.only_loads for one in fitted.model.problem.records):
-        return found
-    others = {name: basis for name, basis in bases.items() if name not in _OF_THE_DRIVE}
-    return replace(found, rival=_selected(fitted, samples, others))
+        return _selected(fitted, samples, bases)
+    others = {name: basis for name, basis in bases.items() if "direction" not in name and "rising" not in name}
+    del others["the distance since the last reversal"]
+    rivals = {name: basis for name, basis in others.items() if name not in _OF_THE_DRIVE}
+    return replace(_selected(fitted, samples, others), rival=_selected(fitted, samples, rivals))
 
 
 def _selected(fitted: Fitted, samples: float, bases: Mapping[str, Floats]) -> Smooth:

@@ -14,6 +14,7 @@ from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.smooth import Smooth
 from validation.tracing.search.candidates import candidates_with_one_more
 from validation.tracing.search.exchange import exchanged, pruned
+from validation.tracing.search.nested import no_worse_than_contained
 from validation.tracing.search.refine import refined
 from validation.tracing.search.restarts import best_of_restarts
 from validation.tracing.search.search import Search
@@ -62,7 +63,18 @@ def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_
     if best is not baseline and all(best is not g for stage in stages for g in stage):
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
         stages.append([best])
-    return Selection(best, stages)
+    return Selection(best, _nested(search, baseline, best, stages))
+
+
+def _nested(search: Search, baseline: Fitted, best: Fitted, stages: Stages) -> Stages:
+    """Fit models again that are worse than one that they contain and that was improved after them."""
+    out: Stages = []
+    smaller = [baseline]
+    for stage in stages:
+        rest = no_worse_than_contained(search, [g for g in stage if g is not best], smaller)
+        smaller = sorted([*rest, *(g for g in stage if g is best)], key=lambda g: g.bic(best.samples))
+        out.append(smaller)
+    return out
 
 
 def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise: bool) -> tuple[Fitted, Stages]:
@@ -77,7 +89,8 @@ def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise:
     significant = limit = significant_ratio(baseline, policy)
     while len(stages) < MOST_EFFECTS and best.rmse_deg > limit * best.noise.deg:
         most = policy.later_candidates if stages else policy.first_candidates
-        models = ranked_models([g for model in front for g in candidates_with_one_more(search, model, most)])
+        found = [g for model in front for g in candidates_with_one_more(search, model, most)]
+        models = ranked_models(no_worse_than_contained(search, found, stages[-1] if stages else [baseline]))
         if not models:
             break
         stages.append(models)
