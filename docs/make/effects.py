@@ -17,9 +17,13 @@ _NEEDS: dict[Need, str] = {
     "time": "times",
     "cycles": "cycles of one amplitude",
     "preloads": "two preloads",
+    "one preload": "one preload alone",
     "two tendons": "two tendons",
+    "one tendon": "a single tendon",
     "wheel": "a wheel as the drive",
     "force": "a tendon force as the drive",
+    "drive in mm": "a drive in mm of tendon",
+    "declared plateau": "a plateau that is declared",
 }
 
 

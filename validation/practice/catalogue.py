@@ -24,6 +24,12 @@ _NAMES = (
     "wheel_eccentricity",
     "camera_misalignment",
     "thermal_drift",
+    "drive_gain",
+    "tip_load",
+    "stribeck_friction",
+    "position_friction",
+    "run_in",
+    "preloaded_play",
 )
 CATALOGUE: dict[str, Draw] = {name: {**RIG_EFFECTS, **OBSERVED_EFFECTS}[name] for name in _NAMES}
 """The effects of the catalogue, by name, in the order of the tables of the score."""
@@ -36,7 +42,11 @@ DISTINCT: tuple[tuple[str, ...], ...] = (
     ("tendon_creep", "thermal_drift", "preload_loss", "functional_fatigue"),
     ("superelastic_plateau", "notch_closure"),
 )
-"""Effects by kind; effects of different kinds have little in common."""
+"""Effects by kind, of which pairs are drawn; effects of different kinds have little in common.
 
-ANGLE_ALONE = frozenset({"camera_misalignment", "gravity", "notch_closure", "tip_contact", "wheel_eccentricity"})
+Later effects of the catalogue are in no pair, so that the pairs of older sets stay what they were."""
+
+ANGLE_ALONE = frozenset(
+    {"camera_misalignment", "gravity", "notch_closure", "tip_contact", "wheel_eccentricity", "tip_load", "drive_gain"}
+)
 """Effects that depend on the angle or the drive alone: if the geometry is unknown, f(x) absorbs them."""

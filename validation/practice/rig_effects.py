@@ -16,12 +16,17 @@ from fem_models.rig.effects import (
     Closure,
     Creep,
     Drag,
+    DriveGain,
     Eccentricity,
     Fatigue,
     Gravity,
+    PositionFriction,
     PreloadLoss,
+    RunIn,
     Slack,
+    Stribeck,
     Superelastic,
+    TipLoad,
     TipStop,
 )
 from fem_models.rig.rig import Wheel
@@ -220,6 +225,78 @@ def _wheel_eccentricity(rng: Rng, baseline: BaselineRuns) -> Family:
     return Family(at)
 
 
+def _drive_gain(rng: Rng, baseline: BaselineRuns) -> Family:
+    sign = either_sign(rng)
+
+    def at(size: float) -> Injected:
+        off = DriveGain(0.15 * sign * size)
+        return Injected({"error": off.error}, rig=lambda rig: replace(rig, drive_gain=off))
+
+    return Family(at)
+
+
+def _tip_load(rng: Rng, baseline: BaselineRuns) -> Family:
+    direction = float(rng.uniform(-180.0, 180.0))
+
+    def at(size: float) -> Injected:
+        load = TipLoad(force_N=5.0 * size, direction_deg=direction)
+        numbers = {"force_N": load.force_N, "direction_deg": direction}
+        return Injected(numbers, rig=lambda rig: replace(rig, tip_load=load))
+
+    return Family(at)
+
+
+def _stribeck_friction(rng: Rng, baseline: BaselineRuns) -> Family:
+    """Velocity weakening with a speed between those of the slow and of the fast records."""
+    programs = [loading.program for loading in baseline.protocol.loadings]
+    fastest = [
+        float(np.abs(np.gradient(program.drive_mm, program.time_s)).max())
+        for program in programs
+        if program.time_s is not None
+    ]
+    speed = float(np.exp(rng.uniform(np.log(0.3 * min(fastest)), np.log(max(fastest)))))
+
+    def at(size: float) -> Injected:
+        law = Stribeck(rise=3.0 * size, speed_mm_per_s=speed)
+        return Injected({"rise": law.rise, "speed_mm_per_s": speed}, rig=lambda rig: replace(rig, stribeck=law))
+
+    return Family(at)
+
+
+def _position_friction(rng: Rng, baseline: BaselineRuns) -> Family:
+    sign = either_sign(rng)
+
+    def at(size: float) -> Injected:
+        law = PositionFriction(2.0 * sign * size / baseline.full_mm)
+        return Injected({"growth_per_mm": law.growth_per_mm}, rig=lambda rig: replace(rig, position_friction=law))
+
+    return Family(at)
+
+
+def _run_in(rng: Rng, baseline: BaselineRuns) -> Family:
+    cycles = float(rng.uniform(0.5, 2.0))
+
+    def at(size: float) -> Injected:
+        law = RunIn(excess=4.0 * size, cycles=cycles)
+        return Injected({"excess": law.excess, "cycles": cycles}, rig=lambda rig: replace(rig, run_in=law))
+
+    return Family(at)
+
+
+def _preloaded_play(rng: Rng, baseline: BaselineRuns) -> Family:
+    takes_up = float(rng.uniform(2.0, 20.0))
+
+    def at(size: float) -> Injected:
+        width = 1.5 * size
+
+        def rig(rig: Rig) -> Rig:
+            return replace(rig, backlash=Backlash(width / (1 + rig.preload_N / takes_up)))
+
+        return Injected({"free_width_mm": width, "takes_up_N": takes_up}, rig=rig)
+
+    return Family(at)
+
+
 RIG_EFFECTS: dict[str, Draw] = {
     "backlash": _backlash,
     "tendon_slack": _tendon_slack,
@@ -235,5 +312,11 @@ RIG_EFFECTS: dict[str, Draw] = {
     "gravity": _gravity,
     "tip_contact": _tip_contact,
     "wheel_eccentricity": _wheel_eccentricity,
+    "drive_gain": _drive_gain,
+    "tip_load": _tip_load,
+    "stribeck_friction": _stribeck_friction,
+    "position_friction": _position_friction,
+    "run_in": _run_in,
+    "preloaded_play": _preloaded_play,
 }
 """By name."""

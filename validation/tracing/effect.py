@@ -21,7 +21,18 @@ from fem_models.rig.effects import Closure
 from hysteresis.arrays import Floats, Ints
 from validation.tracing.settings import SAME_CYCLES
 
-Need = Literal["time", "cycles", "two tendons", "wheel", "force", "preloads"]
+Need = Literal[
+    "time",
+    "cycles",
+    "two tendons",
+    "one tendon",
+    "wheel",
+    "force",
+    "preloads",
+    "one preload",
+    "drive in mm",
+    "declared plateau",
+]
 Values = Mapping[str, float]
 
 
@@ -168,7 +179,7 @@ class RelativeParameter:
     """
 
     name: str
-    unit: Literal["drive", "angle", "time", "-", "1/angle", "angle/time"]
+    unit: Literal["drive", "angle", "time", "-", "1/angle", "angle/time", "drive/time"]
     low: float
     high: float
     scale: float

@@ -93,7 +93,8 @@ def test_one_case_in_five_is_simulated_with_the_multibody_model() -> None:
 
 def test_pairs_have_effects_of_two_kinds() -> None:
     kind = {effect: k for k, group in enumerate(DISTINCT) for effect in group}
-    assert sorted(kind) == sorted(CATALOGUE)
+    assert set(kind) <= set(CATALOGUE)
+    assert len(kind) == sum(map(len, DISTINCT))
     a, b = draw_case("work", "known", "pair", 0).truth.effects
     assert kind[a] != kind[b]
     assert set(ANGLE_ALONE) < set(CATALOGUE)

@@ -155,6 +155,14 @@ NOTHING = {
     "deg_per_s": 0.0,
     "size_deg": 0.0,
     "delay_s": 0.0,
+    "growth": 0.0,
+    "rise": 0.0,
+    "excess": 0.0,
+    "free_width": 0.0,
+    "preloaded_width": 0.0,
+    "engages_above": -1e3,
+    "engages_below": 1e3,
+    "lag": 0.0,
     "give": 1e3,  # tendons that the preload has stretched far never go slack
 }
 

@@ -14,7 +14,21 @@ from fem_models.chain.solve import simulate_chain
 from fem_models.joint import joint_mechanics
 from fem_models.load import sine
 from fem_models.rig import RigError, preset
-from fem_models.rig.effects import Backlash, Closure, Creep, Drag, Fatigue, PreloadLoss, Slack, TipStop
+from fem_models.rig.effects import (
+    Backlash,
+    Closure,
+    Creep,
+    Drag,
+    DriveGain,
+    Fatigue,
+    PositionFriction,
+    PreloadLoss,
+    RunIn,
+    Slack,
+    Stribeck,
+    Superelastic,
+    TipStop,
+)
 from fem_models.rig.rig import Friction
 from validation.tracing.baseline.curve_kernels import play
 from validation.tracing.effect import OPEN_NOTCHES, Scale, catalogue
@@ -34,6 +48,12 @@ def bare():
 
 
 BARE = bare()
+BARE_WITH_PLATEAU = replace(BARE, superelastic=Superelastic(450.0, 250.0))
+
+
+def start_rig(name):
+    """Rig that an effect is added to: a change of temperature needs a plateau."""
+    return BARE_WITH_PLATEAU if name == "temperature" else BARE
 
 
 def forms_of(effect):
@@ -167,18 +187,68 @@ def of_eccentricity(a, b, both):
     assert both.wheel == a.wheel
 
 
+def of_tip_load(a, b, both):
+    def pull(rig):
+        direction = math.radians(rig.tip_load.direction_deg)
+        return rig.tip_load.force_N * np.array([math.cos(direction), math.sin(direction)])
+
+    np.testing.assert_allclose(pull(both), pull(a) + pull(b), atol=1e-12)
+
+
+def of_drive_gain(a, b, both):
+    assert 1 + both.drive_gain.error == pytest.approx((1 + a.drive_gain.error) * (1 + b.drive_gain.error))
+
+
+def of_stribeck(a, b, both):
+    assert both.stribeck.rise == pytest.approx(a.stribeck.rise + b.stribeck.rise)
+    weighted = sum(one.stribeck.rise * one.stribeck.speed_mm_per_s for one in (a, b))
+    assert both.stribeck.rise * both.stribeck.speed_mm_per_s == pytest.approx(weighted)
+
+
+def of_position_friction(a, b, both):
+    """At any place the factors multiply."""
+    growth = [rig.position_friction.growth_per_mm for rig in (a, b, both)]
+    assert math.exp(0.7 * growth[2]) == pytest.approx(math.exp(0.7 * growth[0]) * math.exp(0.7 * growth[1]))
+
+
+def of_run_in(a, b, both):
+    one, two, sum_ = a.run_in, b.run_in, both.run_in
+    same_exponential((one.excess, two.excess), (one.cycles, two.cycles), sum_.excess, sum_.cycles)
+
+
+def of_engagement(a, b, both):
+    assert both.slack.tendon_a_mm == pytest.approx(a.slack.tendon_a_mm + b.slack.tendon_a_mm)
+    assert both.slack.tendon_b_mm == 0.0
+
+
+def of_temperature(a, b, both):
+    """Both plateaus shift, the hysteresis between them stays."""
+    law = BARE_WITH_PLATEAU.superelastic
+    for name in ("plateau_MPa", "unloading_plateau_MPa"):
+        one, two, sum_ = (getattr(rig.superelastic, name) - getattr(law, name) for rig in (a, b, both))
+        assert sum_ == pytest.approx(one + two)
+
+
 SUMS = {
     "backlash": of_backlash,
+    "drive_gain": of_drive_gain,
     "functional_fatigue": of_fatigue,
     "gravity": of_gravity,
     "guide_friction": of_guide_friction,
     "notch_closure": of_closure,
+    "position_friction": of_position_friction,
     "preload_loss": of_preload_loss,
+    "preloaded_play": of_backlash,
+    "run_in": of_run_in,
+    "stribeck_friction": of_stribeck,
     "superelastic_plateau": None,
+    "temperature": of_temperature,
     "tendon_creep": of_creep,
+    "tendon_engagement": of_engagement,
     "tendon_slack": of_slack,
     "tendon_stiffening": of_stiffening,
     "tip_contact": of_tip_contact,
+    "tip_load": of_tip_load,
     "unequal_tendons": of_unequal_tendons,
     "viscous_drag": of_drag,
     "wheel_eccentricity": of_eccentricity,
@@ -192,13 +262,14 @@ def test_every_effect_that_acts_on_a_rig_is_looked_at():
 @pytest.mark.parametrize(("name", "declared", "added"), CASES)
 def test_an_effect_comes_on_top_of_what_is_declared(name, declared, added):
     first, second = values_of(declared, 0), values_of(added, 1)
-    rig = declared.rig(BARE, first)
-    assert rig != BARE
+    start = start_rig(name)
+    rig = declared.rig(start, first)
+    assert rig != start
     if refused(name, declared, added):
         with pytest.raises(RigError, match="expected"):
             added.rig(rig, second)
         return
-    SUMS[name](rig, added.rig(BARE, second), added.rig(rig, second))
+    SUMS[name](rig, added.rig(start, second), added.rig(rig, second))
 
 
 @pytest.mark.parametrize(("name", "declared", "added"), CASES)
@@ -209,7 +280,7 @@ def test_an_effect_without_size_leaves_what_is_declared(name, declared, added):
     amounts = {p.name for p in added.parameters if p.linear or p.name.startswith(("stiffness_N", "toe"))}
     nothing = {p.name: 1e-9 if p.log else 0.0 for p in added.parameters if p.name in amounts}
     ratios = {p.name: 1.0 for p in added.parameters if p.name.endswith("_ratio")}
-    rig = declared.rig(BARE, values_of(declared, 0))
+    rig = declared.rig(start_rig(name), values_of(declared, 0))
     kept = added.rig(rig, {**values_of(added, 1), **nothing, **ratios})
     program = sine(1.5, 0.2, cycles=2, samples_per_cycle=48)
     before, after = (simulate_chain(one, program).angle_deg for one in (rig, kept))
@@ -218,9 +289,13 @@ def test_an_effect_without_size_leaves_what_is_declared(name, declared, added):
 
 ALONE = {
     "backlash": ("backlash", lambda v: Backlash(v["width_mm"])),
+    "drive_gain": ("drive_gain", lambda v: DriveGain(v["error"])),
     "functional_fatigue": ("fatigue", lambda v: Fatigue(v["loop_loss"], v["residual_deg"], v["cycles"])),
     "notch_closure": ("closure", lambda v: Closure(v["stiffness_Nmm_per_rad"], v["angle_deg"])),
+    "position_friction": ("position_friction", lambda v: PositionFriction(v["growth_per_mm"])),
     "preload_loss": ("preload_loss", lambda v: PreloadLoss(v["fraction"], v["cycles"])),
+    "run_in": ("run_in", lambda v: RunIn(v["excess"], v["cycles"])),
+    "stribeck_friction": ("stribeck", lambda v: Stribeck(v["rise"], v["speed_mm_per_s"])),
     "tendon_creep": ("creep", lambda v: Creep(v["fraction"], v["time_s"])),
     "tendon_slack": ("slack", lambda v: Slack(v["slack_mm"], v["slack_mm"])),
     "tip_contact": ("tip_stop", lambda v: TipStop(v["y_mm"], v["stiffness_N_per_mm"])),

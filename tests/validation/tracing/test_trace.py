@@ -237,12 +237,15 @@ def test_same_records_same_trace():
 
 
 def test_catalogue_is_complete():
-    """Seventeen effects, as on the page of effects; each is described and acts on both kinds of model."""
+    """All effects of the page of effects; each is described and acts on both kinds of model, but for two.
+
+    A gain of the drive is part of any unknown geometry, and the temperature shifts a plateau that a rig declares.
+    """
     names = [effect.name for effect in catalogue()]
-    assert len(names) == len(set(names)) == 17
+    assert len(names) == len(set(names)) == 25
     for effect in catalogue():
         assert effect.rig_forms
-        assert effect.curve_forms
+        assert effect.curve_forms or effect.name in ("drive_gain", "temperature")
         assert len(effect.physics) > 80
         assert len(effect.distinguished_by) > 40
 

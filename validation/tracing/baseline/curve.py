@@ -70,8 +70,7 @@ class CurveProblem(RecordSet):
             met.add("time")
         if cycles_repeat(self.inputs):
             met.add("cycles")
-        if len(self.preloads) > 1:
-            met.add("preloads")
+        met.add("preloads" if len(self.preloads) > 1 else "one preload")
         return tuple(self.scale.placed(form) for form in effect.curve_forms if form.needs <= met)
 
     def starts(self, form: PlacedForm) -> Sequence[Values]:

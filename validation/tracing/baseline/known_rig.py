@@ -79,11 +79,12 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
     most = max(LEAST_RECORD_SAMPLES, KNOWN_RIG_SAMPLES // len(records))
     used = prepare(records, [kept_samples(record.drive, most, cycle_index(record)) for record in records])
     channels, words = channels_of(used, rigs)
+    setup = run_setup(used, rigs)
     return KnownRigProblem(
         records=used,
         channels=channels,
         channel_words=words,
-        setup=run_setup(used, rigs),
+        setup=setup if load_control else replace(setup, needs=setup.needs | {"drive in mm"}),
         parameters=LOAD_CONTROL if load_control else _parameters(rigs),
         start=_start(rigs[0], load_control=load_control),
     )

@@ -93,7 +93,7 @@ def motor_drive_problem(records: Sequence[Record]) -> MotorDriveProblem | None:
         ),
         channels=in_mm.channels,
         channel_words=in_mm.channel_words,
-        setup=in_mm.setup,
+        setup=replace(in_mm.setup, needs=in_mm.setup.needs - {"drive in mm"}),  # the gain is a parameter
         parameters=(*in_mm.parameters, parameter),
         start={**in_mm.start, parameter.name: gain},
         mm_per_unit=gain,

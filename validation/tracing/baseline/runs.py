@@ -18,7 +18,7 @@ from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing.effect import Need, SampleInputs, Scale, cycles_repeat
 from validation.tracing.prepared import Channel, PreparedRecord
-from validation.tracing.settings import APPROACH_SAMPLES, EXACT_REPEAT, FROM_REST
+from validation.tracing.settings import APPROACH_SAMPLES, EXACT_REPEAT, FROM_REST, SAME_PRELOAD
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ def run_setup(
     cut = _force_runs if load_control else drive_runs
     runs = tuple(cut(rig, one) for rig, one in zip(rigs, in_mm, strict=True))
     scale = _scale([one.record for one in records], runs, in_mm, to_mm)
-    return RunSetup(runs, scale, _met_needs(rigs[0], inputs, load_control=load_control))
+    return RunSetup(runs, scale, _met_needs(rigs, inputs, load_control=load_control))
 
 
 def _force_runs(rig: Rig, inputs: SampleInputs) -> tuple[Run, ...]:
@@ -196,13 +196,16 @@ def _reach_deg(record: Record) -> float:
     return max(-low, high) if abs(low + high) < 0.5 * span else 0.5 * span
 
 
-def _met_needs(rig: Rig, inputs: Sequence[SampleInputs], *, load_control: bool) -> frozenset[Need]:
+def _met_needs(rigs: Sequence[Rig], inputs: Sequence[SampleInputs], *, load_control: bool) -> frozenset[Need]:
     """Needs of forms (:attr:`validation.tracing.effect.RigForm.needs`) that records and rig meet."""
     needs: set[Need] = {"force" if load_control else "wheel"}
     if all(s.timed for s in inputs):
         needs.add("time")
     if not load_control and cycles_repeat(inputs):
         needs.add("cycles")
-    if rig.tendon_b is not None:
-        needs.add("two tendons")
+    preloads = [rig.preload_N for rig in rigs]
+    needs.add("preloads" if max(preloads) > (1 + SAME_PRELOAD) * min(preloads) else "one preload")
+    needs.add("two tendons" if rigs[0].tendon_b is not None else "one tendon")
+    if rigs[0].superelastic is not None:
+        needs.add("declared plateau")
     return frozenset(needs)

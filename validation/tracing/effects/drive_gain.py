@@ -1,0 +1,32 @@
+"""A drive that winds more or less than is logged."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fem_models.rig import Rig
+from fem_models.rig.effects import DriveGain
+from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Values
+
+ERROR = FreeParameter("error", "-", -0.5, 1.0, 0.005, linear=True)
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    """Multiply the gains: (1 + a)(1 + b) in place of 1 + a."""
+    declared = 0.0 if rig.drive_gain is None else rig.drive_gain.error
+    return replace(rig, drive_gain=DriveGain(declared + values["error"] + declared * values["error"]))
+
+
+def _starts(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"error": side * 0.02} for side in (-1, 1)]
+
+
+EFFECT = Effect(
+    name="drive_gain",
+    physics="A wheel radius or a spindle pitch that is off by some per cent winds (1 + e) x in place of x. Beside an "
+    "unknown geometry, or a drive in turns of a motor, the gain is free anyway, and the effect cannot be seen.",
+    distinguished_by="Measure the tendon that a turn of the motor winds. A camera with a wrong gain stretches the "
+    "angle and with it the loop; a wrong gain of the drive leaves the widths in the drive, such as play, where they "
+    "are, and bends the tube further, so that the loop and the ends of the stroke change.",
+    rig_forms=(RigForm((ERROR,), _starts, rig=_rig, needs=frozenset({"drive in mm"})),),
+)

@@ -1,0 +1,36 @@
+"""Metal that is warmer or colder than declared."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fem_models.rig import Rig, RigError
+from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Values
+
+WARMER = FreeParameter("warmer_K", "K", -150.0, 150.0, 1.0, linear=True)
+MPA_PER_K = 6.5
+"""Rise of both plateaus with the temperature."""
+
+
+def _rig(rig: Rig, values: Values) -> Rig:
+    """Shift both plateaus of the declared law."""
+    if (law := rig.superelastic) is None:
+        raise RigError("superelastic = None: expected a declared plateau for a change of temperature to shift")
+    shift = MPA_PER_K * values["warmer_K"]
+    shifted = replace(law, plateau_MPa=law.plateau_MPa + shift, unloading_plateau_MPa=law.unloading_plateau_MPa + shift)
+    return replace(rig, superelastic=shifted)
+
+
+def _starts(scale: Scale, rig: Rig) -> list[Values]:
+    return [{"warmer_K": side * 3.0} for side in (-1, 1)]
+
+
+EFFECT = Effect(
+    name="temperature",
+    physics="The stresses at which Nitinol transforms, and transforms back, rise with the temperature, by about 6.5 "
+    "MPa/K (Clausius-Clapeyron relation, with a slope that is usual for Nitinol). A tube that is "
+    "warmer or colder than its declared plateaus has both shifted.",
+    distinguished_by="Measure the temperature of the tube, or record again in warm water. Another plateau stress of "
+    "the material looks the same at one temperature.",
+    rig_forms=(RigForm((WARMER,), _starts, rig=_rig, needs=frozenset({"declared plateau"})),),
+)
