@@ -35,7 +35,10 @@ def _rig(rig: Rig, values: Values) -> Rig:
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
-    return [{"free_width_mm": part * scale.drive, "takes_up_N": min(max(0.5 * rig.preload_N, 1.0), 10.0)} for part in (0.05, 0.2)]
+    return [
+        {"free_width_mm": part * scale.drive, "takes_up_N": min(max(0.5 * rig.preload_N, 1.0), 10.0)}
+        for part in (0.05, 0.2)
+    ]
 
 
 def _of_one_preload(scale: Scale, rig: Rig) -> list[Values]:
