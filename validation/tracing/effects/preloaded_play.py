@@ -42,7 +42,7 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
 
 
 def _of_one_preload(scale: Scale, rig: Rig) -> list[Values]:
-    return [{"preloaded_width_mm": part * scale.drive} for part in (0.02, 0.1)]
+    return [{"preloaded_width_mm": part * scale.drive} for part in (0.02, 0.08, 0.25)]  # as of backlash
 
 
 def _taken_up(x: Floats, curve: CurveContext, values: Values) -> Floats:
@@ -66,7 +66,7 @@ _CURVES = (
     ),
     CurveForm(  # the same operator as play: one preload does not tell them apart
         (RelativeParameter("preloaded_width", "drive", 0.0, 1.0, 0.01),),
-        tuple({"preloaded_width": w} for w in (0.02, 0.15)),
+        tuple({"preloaded_width": w} for w in (0.02, 0.08, 0.25)),
         drive=_left,
         needs=frozenset({"one preload"}),
     ),
