@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import json
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -17,11 +18,16 @@ from fem_models.rig.checks import require
 from hysteresis.files import write_files
 from hysteresis.plain import to_plain
 from studies.commands.options import Common, Out
+from studies.engines import MissingError
+
+if TYPE_CHECKING:
+    from validation.practice.benchmark.answering import Answerer
 
 ANSWERS = "answers"
 """Folder of the answers in that of the cases."""
 
 Cases = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the cases, as export wrote it.")]
+By = Literal["tracer", "sparse-regression", "classifier"]
 
 
 def export(
@@ -70,18 +76,46 @@ def _sources(given: str | None, measured: Path | None) -> list[str]:
 def answer(
     *,
     folder: Cases,
+    by: Annotated[By, typer.Option("--by", help="What answers.")] = "tracer",
     into: Annotated[Path | None, typer.Option("--into", help="Folder of the answers; by default DIR/answers.")] = None,
+    training: Annotated[
+        Path | None, typer.Option("--training", help="Features of other cases, from which the classifier learns.")
+    ] = None,
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes.")] = 1,
     common: Common,
 ) -> None:
-    """Answer all cases that have no answer yet, with the tracer."""
-    from validation.practice.benchmark.answering import answer_all, by_tracer
+    """Answer all cases that have no answer yet."""
+    from validation.practice.benchmark.answering import answer_all
 
     target = into or folder / ANSWERS
     quiet = not common.shows_progress
-    answered = answer_all(folder, target, by_tracer, workers, quiet=quiet)
+    answered = answer_all(folder, target, _answerer(by, training), workers, quiet=quiet)
     found = {"schema": 1, "answered": answered, "folder": str(target)}
     common.show(found, f"{answered} cases answered: {target}")
+
+
+def _answerer(by: By, training: Path | None) -> Answerer:
+    if by == "tracer":
+        from validation.practice.benchmark.answering import by_tracer
+
+        return by_tracer
+    try:
+        if by == "sparse-regression":
+            import_module("pysindy")
+            from validation.practice.benchmark.sparse_regression import by_sparse_regression
+
+            return by_sparse_regression
+        import_module("sklearn")
+    except ImportError as error:
+        raise MissingError(f"--by {by}: {error}: expected pip install notchbend[rivals]") from None
+    from validation.practice.benchmark.classifier import ClassifierAnswerer, forest_of
+
+    require(
+        training is not None, "--training", "missing", "the file that validation.practice.benchmark.training writes"
+    )
+    assert training is not None
+    forest_of(training)  # a malformed file is refused before any case is answered
+    return ClassifierAnswerer(training)
 
 
 def score(

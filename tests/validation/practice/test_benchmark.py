@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from docs.make.benchmark import tables
 from hysteresis import read_record
 from hysteresis.record import RecordError
 from studies.commands.cli import call
@@ -232,3 +233,24 @@ def test_measured_cases_come_with_their_controls():
     assert {one.label for one in hidden} == {*CHANGES}
     with pytest.raises(RecordError, match="expected the folder of the measured records"):
         draw_source("real", 3, 8)
+
+
+def test_page_has_a_column_for_each_way(copy, tmp_path):
+    folder, sealed, page = str(copy / FOLDER), str(copy / SEALED), tmp_path / "page.md"
+    mark = f"<!-- table of `python -m {tables.COMMAND}` -->"
+    page.write_text(f"# Page\n\n{mark}\n{mark}\n\nprose\n")
+    perfect(copy)
+    ways = [str(tmp_path / f"{name}.json") for name in ("tracer", "classifier")]
+    for way in ways:
+        assert call(["practice", "score", folder, sealed, "--out", way, "--quiet"]) == 0
+    tables.main([*ways, "--page", str(page)])
+    text = page.read_text()
+    assert "|  | tracer | classifier |" in text
+    assert "**sensors**: 5 cases." in text
+    assert text.endswith(f"{mark}\n\nprose\n")
+    assert text.count("| clean: none | ") == 4
+    score = json.loads(Path(ways[1]).read_text())
+    score["each"][0]["case"] = "case-999"
+    Path(ways[1]).write_text(json.dumps(score))
+    with pytest.raises(RecordError, match="scores of different cases"):
+        tables.main([*ways, "--page", str(page)])

@@ -100,11 +100,17 @@ def draw_source(source: str, seed: int, count: int, measured: Path | None = None
         if measured is None:
             raise RecordError("real: expected the folder of the measured records")
         return _real(measured, seed, count)
-    return [_attempted(source, seed, number) for number in range(count)]
+    return [draw_simulated(source, seed, number) for number in range(count)]
 
 
-def _attempted(source: str, seed: int, number: int) -> Drawn:
-    """Draw a simulated case; where an effect has no moderate size on a rig, another effect is drawn."""
+def draw_simulated(source: str, seed: int, number: int) -> Drawn:
+    """Draw a simulated case; where an effect has no moderate size on a rig, another effect is drawn.
+
+    Raises
+    ------
+    RecordError
+        No case in :data:`ATTEMPTS`.
+    """
     key = zlib.crc32(source.encode())
     for attempt in range(ATTEMPTS):
         rng = np.random.default_rng((seed, key, number, attempt))
