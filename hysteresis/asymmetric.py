@@ -130,8 +130,37 @@ def _follow_all(path: Floats, rows: Floats) -> tuple[Floats, Mask]:
 @njit(cache=True)
 def _follow(path: Floats, row: Floats, out: Floats) -> bool:
     """Compute h of one row into ``out``, shape (m,); return False for an inadmissible row."""
-    A, n, centre, h0 = row[0], row[7], row[8], row[9]
-    psi = _psi(row[1:7])
+    return _follow_table(path, np.array([row[0], row[7], row[8], row[9]]), _psi(row[1:7]), out)
+
+
+@njit(cache=True)
+def table_batch(path: Floats, laws: Floats, tables: Floats) -> tuple[Floats, Mask]:
+    """Compute h of laws whose psi is tabulated, as :func:`asymmetric_batch` does from b1 to b6.
+
+    Parameters
+    ----------
+    path
+        Shape (m,), path of f in deg.
+    laws
+        Shape (k, 4), rows (A, n, centre_deg, h0_deg).
+    tables
+        Shape (k, 2, 2, 2): psi below and above the centre, f falling and rising, h with and against the motion.
+
+    Returns
+    -------
+    tuple
+        h, shape (k, m), and which laws are admissible, shape (k,); h of the others is undefined.
+    """
+    out = np.zeros((laws.shape[0], path.shape[0]))
+    admissible = np.empty(laws.shape[0], dtype=np.bool_)
+    for i in range(laws.shape[0]):
+        admissible[i] = _follow_table(path, laws[i], tables[i], out[i])
+    return out, admissible
+
+
+@njit(cache=True)
+def _follow_table(path: Floats, law: Floats, psi: Floats, out: Floats) -> bool:
+    A, n, centre, h0 = law[0], law[1], law[2], law[3]
     if n < 1.0 or psi[:, :, 0].min() <= 0.0 or psi[:, :, 1].max() > 0.0:
         return False
     if abs(h0) > (abs(A) / psi[:, :, 0].min()) ** (1.0 / n) * (1.0 + 1e-9):

@@ -76,6 +76,14 @@ class BoucWen:
         """Tell whether h is bounded and passive, and unique at h = 0: n >= 1."""
         return self.is_bounded() and self.is_passive() and self.n >= 1
 
+    def along(self, f_deg: Floats) -> Floats:
+        """Compute h along a path that starts in the state h0_deg: :func:`hysteresis` without its checks of types."""
+        return hysteresis_batch(f_deg, self.row()[np.newaxis])[0]
+
+    def after(self, f_deg: Floats) -> BoucWen:
+        """Return the law with the state at the end of a path."""
+        return replace(self, h0_deg=float(self.along(f_deg)[-1]))
+
     def row(self) -> Floats:
         """Return the parameters as a row (A, beta, gamma, n, h0_deg) of :func:`hysteresis_batch`, shape (5,)."""
         return np.array([self.A, self.beta, self.gamma, self.n, self.h0_deg])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.bouc_wen import BoucWen, hysteresis_batch
+from hysteresis.bouc_wen import BoucWen
 from hysteresis.display import html_table
 from hysteresis.form import Form, Point
 from hysteresis.metrics import Errors
@@ -136,8 +136,8 @@ class Fit:
             time = np.asarray(time_s, dtype=float)
             path = np.interp(time - delay, time, path)
         f = self.f(path, record)
-        rows = self.form.rows(np.array([self.point.sign]), self.point.q[np.newaxis], record)[0]
-        return f + hysteresis_batch(f, rows).sum(axis=0) + self._zero_deg(self.point, record)
+        h = self.form.hysteresis_along(f, np.array([self.point.sign]), self.point.q[np.newaxis], record)[0]
+        return f + h + self._zero_deg(self.point, record)
 
     def _zero_deg(self, point: Point, record: int) -> float:
         return float(point.q[self.form.zeros][record - 1]) if record else 0.0

@@ -1,8 +1,10 @@
 """The form of a model theta = f(x; c) + h, and one model of that form as a vector of numbers.
 
-h is a sum of Bouc-Wen elements, one by default. The vector q holds, in this order:
+h is a sum of elements of one law of :mod:`hysteresis.laws`, one Bouc-Wen element by default. The vector q holds, in
+this order:
 
-- for each element log |A|, log S, log n and rho = gamma / beta, with the saturation S; beta + gamma = |A| / S^n;
+- for each element log |A|, log S and the other constants of the law; S is the saturation. Those of Bouc-Wen are log n
+  and rho = gamma / beta, and beta + gamma = |A| / S^n;
 - the initial states h0 / S of each element in each record;
 - the logarithms of the amplitude of h in further groups of records;
 - the zeros of the angle in further records, and the delay.
@@ -15,19 +17,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from hysteresis.arrays import Floats
 from hysteresis.backbone import Backbone, fit_curves
-from hysteresis.bouc_wen import BoucWen, hysteresis_batch
+from hysteresis.bouc_wen import BoucWen
+from hysteresis.laws import BOUC_WEN, Element, Law, Place
 from hysteresis.samples import Samples
 
 SLOPE = (0.02, 20.0)
 """Bounds of |A|."""
 _SATURATION = (1e-5, 1.0)  # in ranges of the angle; a smaller loop does not show in a record
-_SHARPNESS = (1.0, 10.0)  # n
-_RHO = (-0.95, 1.0)  # gamma / beta
 _AMPLITUDE = (0.05, 20.0)  # of h in a further group
 _ZERO = 0.5  # of the angle in a further record, in ranges of the angle
 
@@ -38,27 +40,30 @@ class Form:
 
     ``backbones``: f of each record, with shared coefficients. ``elements``: number of elements of h. ``groups``: group
     of each record, counted from 0; q holds the parameters of h in group 0, and h as a whole is scaled in each further
-    group. ``longest_delay_s``: upper bound of the delay, 0 for none.
+    group. ``longest_delay_s``: upper bound of the delay, 0 for none. ``base_law``: of the elements. ``place``: where its
+    position is measured from.
     """
 
     backbones: tuple[Backbone, ...]
     elements: int = 1
     groups: tuple[int, ...] = (0,)
     longest_delay_s: float = 0.0
+    base_law: Law = BOUC_WEN
+    place: Place = Place()
 
     @property
     def law(self) -> slice:
         """Parameters of the elements in q."""
-        return slice(0, 4 * self.elements)
+        return slice(0, self.base_law.size * self.elements)
 
     def state(self, record: int) -> slice:
         """Return where the initial states of a record are in q."""
-        start = (4 + record) * self.elements
+        start = (self.base_law.size + record) * self.elements
         return slice(start, start + self.elements)
 
     def amplitude(self, group: int) -> int:
         """Index in q of the logarithm of a further group's amplitude."""
-        return (4 + len(self.groups)) * self.elements + group - 1
+        return (self.base_law.size + len(self.groups)) * self.elements + group - 1
 
     @property
     def searched(self) -> int:
@@ -79,25 +84,19 @@ class Form:
         """Delay of the angle behind the drive."""
         return float(q[-1]) if self.longest_delay_s > 0 else 0.0
 
-    def rows(self, sign: Floats, q: Floats, record: int) -> Floats:
-        """Rows (A, beta, gamma, n, h0_deg) of k candidates: shapes (k,), (k, size) -> (k, elements, 5).
-
-        A sign 0 gives h = 0.
-        """
-        slope, saturation, n, rho = np.moveaxis(q[:, self.law].reshape(len(q), self.elements, 4), 2, 0)
-        slope, saturation, n = np.exp(slope), np.exp(saturation), np.exp(n)
+    def values(self, q: Floats, record: int) -> Floats:
+        """Rows of values of the elements in one record: shape (k, size) -> (k, elements, constants and state)."""
+        constants = q[:, self.law].reshape(len(q), self.elements, self.base_law.size).copy()
         if self.groups[record] > 0:
-            size = np.exp(q[:, self.amplitude(self.groups[record])])[:, np.newaxis]
-            slope, saturation = slope * size, saturation * size
-        beta = slope / saturation**n / (1 + rho)
+            constants[:, :, :2] += q[:, self.amplitude(self.groups[record])][:, np.newaxis, np.newaxis]
         state = np.clip(q[:, self.state(record)], -1.0, 1.0)
-        sign = sign[:, np.newaxis]
-        return np.stack([sign * slope, beta, rho * beta, n, np.abs(sign) * state * saturation], axis=2)
+        return np.concatenate([constants, state[:, :, np.newaxis]], axis=2)
 
     def bounds(self, samples: Samples) -> tuple[Floats, Floats]:
         """Bounds of q, shapes (size,); those of the saturation scale with the range of the angle."""
         saturation = np.log(_SATURATION) + math.log(samples.span_deg())
-        law = [np.log(SLOPE), saturation, np.log(_SHARPNESS), np.array(_RHO)] * self.elements
+        constants = [np.array([one.low, one.high]) for one in self.base_law.constants]
+        law = [np.log(SLOPE), saturation, *constants] * self.elements
         states = [np.array([-1.0, 1.0])] * (self.elements * len(self.groups))
         rest = [np.log(_AMPLITUDE)] * max(self.groups)
         rest += [_ZERO * samples.span_deg() * np.array([-1.0, 1.0])] * (len(self.groups) - 1)
@@ -108,12 +107,14 @@ class Form:
 
     def hysteresis(self, paths: list[Floats], sign: Floats, q: Floats) -> Floats:
         """Compute h of k candidates along the paths of f, record after record: shape (k, m), deg."""
-        parts = []
-        for i, path in enumerate(paths):
-            rows = self.rows(sign, q, i)
-            h = hysteresis_batch(path, rows.reshape(-1, 5))
-            parts.append(h.reshape(len(q), self.elements, -1).sum(axis=1) if self.elements > 1 else h)
+        parts = [self.hysteresis_along(path, sign, q, i) for i, path in enumerate(paths)]
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+
+    def hysteresis_along(self, path: Floats, sign: Floats, q: Floats, record: int) -> Floats:
+        """Compute h of k candidates along the path of one record: shape (k, m), deg. A sign 0 gives h = 0."""
+        values = self.values(q, record).reshape(len(q) * self.elements, -1)
+        h = self.base_law.follow(path, np.repeat(sign, self.elements), values, self.place)
+        return h.reshape(len(q), self.elements, -1).sum(axis=1) if self.elements > 1 else h
 
     def angle(self, samples: Samples, point: Point) -> Floats:
         """Predict the angle f + h, shape (m,), deg."""
@@ -148,10 +149,16 @@ class Point:
     q: Floats
     c: Floats
 
+    def elements(self, form: Form, record: int = 0) -> list[Element]:
+        """Elements of h in one record, in their initial state."""
+        rows = form.values(self.q[np.newaxis], record)[0]
+        return [form.base_law.element(self.sign, row, form.place) for row in rows]
+
     def models(self, form: Form, record: int = 0) -> list[BoucWen]:
-        """Bouc-Wen law of each element in one record."""
-        rows = form.rows(np.array([self.sign]), self.q[np.newaxis], record)[0]
-        return [BoucWen(*row.tolist()) for row in rows]
+        """Elements of h in one record, of a form with the Bouc-Wen law."""
+        if form.base_law is not BOUC_WEN:
+            raise ValueError(f"law = {form.base_law.name}: expected bouc-wen")
+        return cast(list[BoucWen], self.elements(form, record))
 
 
 def without_hysteresis(form: Form, samples: Samples) -> Point:

@@ -91,7 +91,7 @@ def explore(samples: Samples, form: Form, effort: Effort) -> tuple[list[Point], 
         c = points[0].c
     # The two branches of a play deviate by its half width from the best curve without hysteresis.
     play = baseline.q.copy()
-    play[form.law] = np.tile([0.0, math.log(max(baseline_rmse, math.exp(low[1]))), math.log(5.0), 0.9], form.elements)
+    play[form.law] = form.base_law.play(math.log(max(baseline_rmse, math.exp(low[1])))) * form.elements
     return [*points, with_curve_of(form, samples, form, Point(-1.0, play, c))], evaluations
 
 
@@ -103,7 +103,7 @@ def with_curve_of(new: Form, samples: Samples, old: Form, point: Point) -> Point
     moved = replace(point, q=q, c=c)
     before, after = (sum(float(np.abs(np.diff(p)).sum()) for p in paths) for paths in (f, new.paths(samples, moved)))
     if before > 0 and after > 0:
-        slopes = slice(0, old.law.stop, 4)
+        slopes = slice(0, old.law.stop, old.base_law.size)
         moved.q[slopes] = np.clip(moved.q[slopes] + math.log(before / after), *np.log(SLOPE))
     return moved
 
