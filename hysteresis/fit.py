@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -13,8 +14,11 @@ from hysteresis.arrays import Floats, Mask
 from hysteresis.bouc_wen import BoucWen
 from hysteresis.display import html_table
 from hysteresis.form import Form, Point
+from hysteresis.law_choice import LawChoice
+from hysteresis.laws import BOUC_WEN, Element
 from hysteresis.metrics import Errors
 from hysteresis.record import DriveUnit, Record
+from hysteresis.response import Open
 from hysteresis.settings import IdentifySettings
 from hysteresis.uncertainty import Parameter
 
@@ -25,6 +29,11 @@ if TYPE_CHECKING:
 KinematicsLabel = Literal["analytic", "chain", "fitted", "theory"]
 """Origin of f: a model of the rig, a fit to the data, or the record's own theory."""
 
+_LAYER_WORDS = {
+    "saturation_deg": "saturation",
+    "slope_after_reversal": "slope after a reversal",
+    "reach_deg": "reach",
+}
 _PLACES = 257  # samples of f in identify.json: interpolation of a curve of 17 slopes is within 1e-5 of its range
 
 
@@ -37,7 +46,10 @@ class Fit:
     single-valued f of the same form, fitted to the same samples. If h is not significant, A = 0, h = 0 and f = plain.
     ``heldout_masks``, shapes (m_i,), mark the held-out samples of each record. ``bootstrap`` has the intervals by
     blocks beside those of the Jacobian in ``parameters``; ``seeds_agreeing`` counts the searches that ended within 1 %
-    of the best one.
+    of the best one. ``layer`` describes the hysteresis in a form that the data can fix, ``not_fixed`` says which of A,
+    beta, gamma and n they leave open (:mod:`hysteresis.response`). ``notes`` say what was left out. ``choice`` is how
+    the law was chosen, if it was. ``bouc_wen`` is the Bouc-Wen fit that stands beside a fit of another law; None if
+    this is the one.
     """
 
     observed: tuple[Record, ...]
@@ -62,6 +74,11 @@ class Fit:
     evaluations: int
     seeds_agreeing: int
     seconds: float
+    layer: dict[str, Parameter]
+    not_fixed: Open | None
+    notes: tuple[str, ...] = ()
+    choice: LawChoice | None = None
+    bouc_wen: Fit | None = None
 
     @property
     def records(self) -> tuple[str, ...]:
@@ -85,9 +102,26 @@ class Fit:
         return float(self.observed[0].drive[0])
 
     @property
+    def elements(self) -> list[Element]:
+        """Elements of h in the first record, of any law."""
+        return self.point.elements(self.form)
+
+    @property
     def models(self) -> list[BoucWen]:
-        """Elements of h in the first record."""
+        """Elements of h in the first record, of the Bouc-Wen law.
+
+        Raises
+        ------
+        ValueError
+            The fit has another law.
+        """
         return self.point.models(self.form)
+
+    @property
+    def law_title(self) -> str:
+        """Name of the law in words."""
+        title, number = self.form.base_law.title, self.form.elements
+        return title if number == 1 else f"{number} {title} elements"
 
     @property
     def model(self) -> BoucWen:
@@ -143,7 +177,12 @@ class Fit:
         return float(point.q[self.form.zeros][record - 1]) if record else 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the contents of identify.json (documented in docs/guide/identification.md)."""
+        """Return the contents of identify.json (documented in docs/guide/identification.md).
+
+        It is that of the Bouc-Wen layer; another law stands beside it under ``law``.
+        """
+        if self.bouc_wen is not None:
+            return self.bouc_wen.to_dict() | {"seconds": self.seconds, "law": self._of_law()}
         places = np.linspace(*self.drive_range, _PLACES)
         return {
             "schema": 1,
@@ -179,6 +218,29 @@ class Fit:
             "seed": self.settings.seed,
             "seeds": self.settings.seeds,
             "seeds_agreeing": self.seeds_agreeing,
+            "layer": {name: parameter.to_dict() for name, parameter in self.layer.items()},
+            "not_fixed": None if self.not_fixed is None else self.not_fixed.to_dict(),
+            "notes": list(self.notes),
+            "law": self._of_law(),
+        }
+
+    def _of_law(self) -> dict[str, Any]:
+        """Return the law of this fit, with all that :func:`hysteresis.laws.elements_of` and a reader need."""
+        places = np.linspace(*self.drive_range, _PLACES)
+        return {
+            "name": self.form.base_law.name,
+            "title": self.law_title,
+            "choice": None if self.choice is None else self.choice.to_dict(),
+            "parameters": {name: parameter.to_dict() for name, parameter in self.parameters.items()},
+            "layer": {name: parameter.to_dict() for name, parameter in self.layer.items()},
+            "train": self.train.to_dict(),
+            "heldout": self.heldout.to_dict(),
+            "warnings": list(self.warnings),
+            "sign": self.point.sign,
+            "values": self.form.values(self.point.q[np.newaxis], 0)[0].tolist(),
+            "place": list(self.form.place),
+            "delay_s": self.delay_s,
+            "f": {"drive": places.tolist(), "angle_deg": self.f(places).tolist()},
         }
 
     def to_dataframe(self, record: int = 0) -> pd.DataFrame:
@@ -215,13 +277,22 @@ class Fit:
         }
 
     def __repr__(self) -> str:
-        law = ", ".join(f"{name} = {self.parameters[name].value:.4g}" for name in ("A", "beta", "gamma", "n"))
+        shown = ("A", "beta", "gamma", "n") if self.form.base_law is BOUC_WEN else tuple(self.layer)
+        known = self.parameters | self.layer
+        law = ", ".join(f"{name} = {known[name].value:.4g}" for name in shown)
+        law = law if self.form.base_law is BOUC_WEN else f"{self.law_title}, {law}"
         errors = f"{self.heldout.rmse_deg:.3g} deg, without hysteresis {self.baseline_heldout.rmse_deg:.3g} deg"
         names = ", ".join(Path(name).name for name in self.records)
         return f"Fit({names}: f {self.kinematics}, {law}, held-out rmse {errors}, {len(self.warnings)} warnings)"
 
+    def _words(self) -> list[str]:
+        """Say what a reader needs beside the numbers: the choice of the law, what is not fixed, notes and warnings."""
+        words = [] if self.choice is None else [f"law: {self.choice.reason}"]
+        words += [] if self.not_fixed is None else [f"not fixed: {self.not_fixed.words}"]
+        return [*words, *(f"note: {text}" for text in self.notes), *(f"warning: {text}" for text in self.warnings)]
+
     def _repr_html_(self) -> str:
-        shown = {**self.parameters, "saturation_deg": self.saturation_deg}
+        shown = self.layer | self.parameters | {"saturation_deg": self.saturation_deg}
         rows = [
             (name, f"{p.value:.4g}", *("" if end is None else f"{end:.4g}" for end in (p.low, p.high)), p.unit)
             for name, p in shown.items()
@@ -231,15 +302,18 @@ class Fit:
             f"without hysteresis {self.baseline_train.rmse_deg:.3g} and {self.baseline_heldout.rmse_deg:.3g} deg",
             f"held out: {self.heldout_by}",
             f"noise floor: {self.noise_floor_deg:.2g} deg",
-            *(f"warning: {text}" for text in self.warnings),
+            *self._words(),
         ]
-        title = f"Bouc-Wen on {', '.join(self.records)}, kinematics {self.kinematics}"
+        title = f"{self.law_title} on {', '.join(self.records)}, kinematics {self.kinematics}"
         return html_table(title, rows, ("parameter", "value", "low (95 %)", "high (95 %)", "unit"), notes)
 
     def __str__(self) -> str:
-        lines = [f"Bouc-Wen on {', '.join(self.records)}, kinematics {self.kinematics}"]
-        lines += [f"  {name:<12} {parameter}" for name, parameter in self.parameters.items()]
-        lines += [f"  {'saturation':<12} {self.saturation_deg}"]
+        lines = [f"{self.law_title} on {', '.join(self.records)}, kinematics {self.kinematics}"]
+        layer = self.layer or {"saturation_deg": self.saturation_deg}
+        lines += [f"  {_LAYER_WORDS.get(name, name):<22} {parameter}" for name, parameter in layer.items()]
+        papers = " of the paper" if self.form.base_law is BOUC_WEN else ""
+        lines += [f"  parameters{papers}"]
+        lines += [f"    {name:<20} {parameter}" for name, parameter in self.parameters.items()]
         pairs = (("train", self.train, self.baseline_train), ("held out", self.heldout, self.baseline_heldout))
         for name, mine, plain in pairs:
             lines.append(
@@ -247,4 +321,5 @@ class Fit:
                 f"without hysteresis {plain.rmse_deg:.3g} deg rmse"
             )
         lines += [f"  held out by  {self.heldout_by}", f"  noise floor  {self.noise_floor_deg:.2g} deg"]
-        return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
+        lines += [fill(text, 118, initial_indent="  ", subsequent_indent="    ") for text in self._words()]
+        return "\n".join(lines if self.bouc_wen is None else [str(self.bouc_wen), *lines])

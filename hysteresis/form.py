@@ -24,7 +24,7 @@ import numpy as np
 from hysteresis.arrays import Floats
 from hysteresis.backbone import Backbone, fit_curves
 from hysteresis.bouc_wen import BoucWen
-from hysteresis.laws import BOUC_WEN, Element, Law, Place
+from hysteresis.laws import BOUC_WEN, EVERYWHERE, Element, Law, Place
 from hysteresis.samples import Samples
 
 SLOPE = (0.02, 20.0)
@@ -40,8 +40,8 @@ class Form:
 
     ``backbones``: f of each record, with shared coefficients. ``elements``: number of elements of h. ``groups``: group
     of each record, counted from 0; q holds the parameters of h in group 0, and h as a whole is scaled in each further
-    group. ``longest_delay_s``: upper bound of the delay, 0 for none. ``base_law``: of the elements. ``place``: where its
-    position is measured from.
+    group. ``longest_delay_s``: upper bound of the delay, 0 for none. ``base_law``: of the elements. ``place``: where
+    its position is measured from.
     """
 
     backbones: tuple[Backbone, ...]
@@ -49,7 +49,7 @@ class Form:
     groups: tuple[int, ...] = (0,)
     longest_delay_s: float = 0.0
     base_law: Law = BOUC_WEN
-    place: Place = Place()
+    place: Place = EVERYWHERE
 
     @property
     def law(self) -> slice:

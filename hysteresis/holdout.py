@@ -38,7 +38,7 @@ def hold_out(record: Record) -> Split:
         Too few samples for either part.
     """
     everything = np.ones(len(record.drive), dtype=bool)
-    complete = _complete_cycles(record)
+    complete = complete_cycles(record)
     if len(complete) >= 2:
         return _last_cycles(record, everything, complete[-max(1, len(complete) // 3)])
     return _blocks(record, everything, rising=(1, 6), falling=(3, 8))
@@ -51,13 +51,13 @@ def validate_within(record: Record, outer: Split) -> Split:
     blocks at other drives than those of :func:`hold_out`.
     """
     labels = cycle_index(record)
-    complete = [number for number in _complete_cycles(record) if outer.train[labels == number].all()]
+    complete = [number for number in complete_cycles(record) if outer.train[labels == number].all()]
     if len(complete) >= 2:
         return _last_cycles(record, outer.train, complete[-1])
     return _blocks(record, outer.train, rising=(4, 9), falling=(0, 5))
 
 
-def _complete_cycles(record: Record) -> list[int]:
+def complete_cycles(record: Record) -> list[int]:
     """Return the numbers of the cycles whose drive reverses and returns at least half-way."""
     complete = []
     for number, part in cycle_slices(record.drive, cycle_index(record)):

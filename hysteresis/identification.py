@@ -6,22 +6,28 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from hysteresis.backbone import Kinematics
 from hysteresis.fit import Fit, KinematicsLabel
-from hysteresis.form import Form
+from hysteresis.folds import without_first_stroke
+from hysteresis.form import Form, rmse
 from hysteresis.holdout import Split, hold_out
 from hysteresis.judgement import judge
+from hysteresis.law_choice import choose_law, fit_laws, searches
+from hysteresis.laws import LAWS, Place
 from hysteresis.model_choice import find_model
 from hysteresis.path import require_reversal
 from hysteresis.record import Record, RecordError
-from hysteresis.search import Effort
+from hysteresis.samples import join
+from hysteresis.search import Effort, Found
 from hysteresis.settings import DEFAULTS, IdentifySettings
 
 _LONGEST_DELAY = 0.02  # of the shortest record
+_COST = 1.25  # first strokes are left out if, with them, the error in the other samples is larger by this factor
 
 
 def identify(
@@ -34,7 +40,7 @@ def identify(
     splits: Sequence[Split] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Fit:
-    """Identify A, beta, gamma, n and the initial state of the improved Bouc-Wen law.
+    """Identify A, beta, gamma, n and the initial state of the improved Bouc-Wen law, or another law beside it.
 
     Parameters
     ----------
@@ -54,7 +60,8 @@ def identify(
         A label for each record: the amplitude of h is fitted for each label after the first. By default the preload,
         if all records have one.
     splits
-        Training and held-out samples of each record; by default :func:`hysteresis.holdout.hold_out`.
+        Training and held-out samples of each record; by default :func:`hysteresis.holdout.hold_out`, and a first stroke
+        that spoils the fit of the rest is left out of training (:func:`hysteresis.folds.without_first_stroke`).
     progress
         Called with (generations done, generations in all).
 
@@ -66,16 +73,70 @@ def identify(
     ValueError
         No record, kinematics without finite angles, or labels that do not match the records.
     """
-    began = time.perf_counter()
+    began, words = time.perf_counter(), list[str]()
     records = [record] if isinstance(record, Record) else list(record)
     _require_usable(records, settings.delay)
-    splits = [hold_out(r) for r in records] if splits is None else list(splits)
     bases, label = _kinematics(records, base, kinematics)
-    longest_delay_s = _longest_delay(records) if settings.delay else 0.0
-    form = Form(backbones=(), groups=_groups(records, amplitude_by), longest_delay_s=longest_delay_s)
-    found = find_model(records, splits, bases, form, _efforts(settings, progress), settings.elements)
-    fit = judge(records, splits, found, settings, label)
+    longest = _longest_delay(records) if settings.delay else 0.0
+    whole = [hold_out(r) for r in records] if splits is None else list(splits)
+    shorter = whole if splits is not None else _without_first_strokes(records, whole, words)
+    form = Form((), groups=_groups(records, amplitude_by), longest_delay_s=longest, place=_place(records, whole))
+    efforts = _efforts(settings, progress, 1 + bool(words) + searches(settings.law))
+    found, used = find_model(records, whole, bases, form, efforts, settings.elements), whole
+    if words:
+        other = find_model(records, shorter, bases, form, efforts, settings.elements)
+        found, used = (other, shorter) if _costs(records, shorter, found, other) else (found, whole)
+    fit = replace(judge(records, used, found, settings, label), notes=tuple(words) if used is shorter else ())
+    if settings.law != "bouc-wen" and found.point.sign:
+        fit = _with_law(records, used, bases, (fit, found), efforts)
     return replace(fit, seconds=time.perf_counter() - began)
+
+
+def _with_law(
+    records: Sequence[Record],
+    splits: Sequence[Split],
+    bases: Sequence[Kinematics] | None,
+    bouc_wen: tuple[Fit, Found],
+    efforts: Sequence[Effort],
+) -> Fit:
+    """Fit the law that the settings name, or choose one; ``bouc_wen`` is the fit that stands beside it."""
+    fit, found = bouc_wen
+    wanted = None if fit.settings.law == "auto" else fit.settings.law
+    laws = fit_laws(records, splits, bases, found, efforts, wanted)
+    choice = None
+    if wanted is None:
+        choice = choose_law(records, splits, laws)
+        one = choice.chosen.found
+    else:
+        one = laws.get(LAWS[wanted].title, found)
+    if one is found:
+        return replace(fit, choice=choice)
+    judged = judge(records, splits, one, fit.settings, fit.kinematics)
+    return replace(judged, choice=choice, bouc_wen=fit, notes=fit.notes)
+
+
+def _place(records: Sequence[Record], splits: Sequence[Split]) -> Place:
+    """Return the centre and half the range of the training angles."""
+    angle = np.concatenate([record.angle_deg[split.train] for record, split in zip(records, splits, strict=True)])
+    low, high = float(angle.min()), float(angle.max())
+    return Place(0.5 * (low + high), max(0.5 * (high - low), 1e-9))
+
+
+def _without_first_strokes(records: Sequence[Record], splits: Sequence[Split], words: list[str]) -> list[Split]:
+    """Leave first strokes that differ out of the training samples; ``words`` takes a word on each."""
+    shorter = []
+    for record, split in zip(records, splits, strict=True):
+        one, word = without_first_stroke(record, split)
+        shorter.append(one)
+        if word is not None:
+            words.append(f"{Path(record.source).name}: {word}" if record.source and len(records) > 1 else word)
+    return shorter
+
+
+def _costs(records: Sequence[Record], splits: Sequence[Split], kept: Found, left_out: Found) -> bool:
+    """Tell whether a fit with the first strokes has a much larger error in the other training samples."""
+    samples = join(records, [split.train for split in splits], timed=kept.form.longest_delay_s > 0)
+    return rmse(samples, kept.form, kept.point) > _COST * rmse(samples, left_out.form, left_out.point)
 
 
 # --- checks of the input -----------------------------------------------------------------------------------------
@@ -96,13 +157,13 @@ def _require_usable(records: Sequence[Record], delay: bool) -> None:
             raise RecordError(f"{name}: time: missing: expected times, to fit a delay")
 
 
-def _efforts(settings: IdentifySettings, progress: Callable[[int, int], None] | None) -> list[Effort]:
-    """One effort for each seed; all count generations together."""
+def _efforts(settings: IdentifySettings, progress: Callable[[int, int], None] | None, searched: int) -> list[Effort]:
+    """One effort for each seed; all count generations together, over ``searched`` searches."""
     s, done = settings, count(1)
 
     def tick() -> None:
         if progress is not None:
-            progress(next(done), s.generations * s.seeds)
+            progress(next(done), s.generations * s.seeds * searched)
 
     return [Effort(s.method, s.fitness, s.seed + i, s.population, s.generations, tick) for i in range(s.seeds)]
 

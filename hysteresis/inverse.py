@@ -1,8 +1,8 @@
 """The inverse of an identified model: the drive that makes the angle f + h follow a reference.
 
 h depends on the path of f (paper, eq. 7), so the path is found sample by sample. f is monotonic between two angles, h
-along it is the exact flow of :mod:`hysteresis.flow`, and f + h = angle is solved in a bracket. The inverse of f then
-gives the drive.
+along it is that of the law (any of :mod:`hysteresis.laws`), and f + h = angle is solved in a bracket. The inverse of f
+then gives the drive.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from scipy.optimize.elementwise import find_root
 
 from hysteresis.arrays import Floats
-from hysteresis.bouc_wen import BoucWen, hysteresis_batch
+from hysteresis.laws import Element
 
 _PRECISION = 1e-12  # of a root, relative to its bracket
 _PLACES = 2001  # drives at which f is checked to be monotone
@@ -27,7 +27,7 @@ class Layer(Protocol):
     """Identified model as the inverse uses it: a :class:`hysteresis.fit.Fit`, or one that was read from a file."""
 
     @property
-    def models(self) -> Sequence[BoucWen]:
+    def elements(self) -> Sequence[Element]:
         """Elements of h, with their initial state in the record."""
 
     @property
@@ -53,7 +53,7 @@ class UnreachableError(ValueError):
         self.sample = sample
 
 
-def inverse_hysteresis(angle_deg: ArrayLike, models: Sequence[BoucWen], f_start_deg: float) -> Floats:
+def inverse_hysteresis(angle_deg: ArrayLike, elements: Sequence[Element], f_start_deg: float) -> Floats:
     """Find the path of f along which f + h is a given angle.
 
     For a lagging model with |A| > 1, the angle first moves against f after a reversal; f then continues until the
@@ -63,8 +63,8 @@ def inverse_hysteresis(angle_deg: ArrayLike, models: Sequence[BoucWen], f_start_
     ----------
     angle_deg
         Shape (m,), deg, in order.
-    models
-        Elements whose h are added; ``h0_deg`` of each is its initial state.
+    elements
+        Their h are added; each is in its initial state.
     f_start_deg
         Initial f; the path starts there and leads to the first angle.
 
@@ -81,30 +81,33 @@ def inverse_hysteresis(angle_deg: ArrayLike, models: Sequence[BoucWen], f_start_
     angles = np.asarray(angle_deg, dtype=float)
     if angles.ndim != 1 or not np.isfinite(angles).all():
         raise ValueError(f"angle_deg of shape {angles.shape}: expected a row of finite numbers")
-    rows = np.array([model.row() for model in models]).reshape(-1, 5)
-    hysteresis_batch([f_start_deg], rows)  # raises if not admissible
-    reach = 2.0 * (1.0 + _ROUNDING) * sum(model.saturation_deg for model in models)
-    at, path = float(f_start_deg), np.empty(angles.size)
+    reach = 2.0 * (1.0 + _ROUNDING) * sum(element.saturation_deg for element in elements)
+    at, path, now = float(f_start_deg), np.empty(angles.size), list(elements)
+    _sum_along(now, np.array([at]))  # raises if one is not admissible
     for k, target in enumerate(angles.tolist()):
-        at, rows = _step(at, rows, target, reach)
+        at, now = _step(at, now, target, reach)
         path[k] = at
     return path
 
 
-def _step(at: float, rows: Floats, target: float, reach: float) -> tuple[float, Floats]:
-    """Move f from ``at`` until f + h = ``target``; return the new f and the rows with the new states."""
-    missing = target - at - float(rows[:, 4].sum())
+def _sum_along(elements: Sequence[Element], path: Floats) -> float:
+    return sum(float(element.along(path)[-1]) for element in elements)
+
+
+def _step(at: float, elements: list[Element], target: float, reach: float) -> tuple[float, list[Element]]:
+    """Move f from ``at`` until f + h = ``target``; return the new f and the elements in their new states."""
+    missing = target - at - _sum_along(elements, np.array([at]))
     if missing == 0.0:
-        return at, rows
-
-    def state(f: float) -> Floats:
-        return hysteresis_batch([at, f], rows)[:, 1]
-
+        return at, elements
     # |h| is within saturation at both ends, so this bracket contains the angle
     end = at + missing + float(np.copysign(reach, missing))
     span = abs(end - at)
-    f = float(brentq(lambda f: f + state(f).sum() - target, at, end, xtol=_PRECISION * span, rtol=1e-15))
-    return f, np.column_stack([rows[:, :4], state(f)])
+
+    def excess(f: float) -> float:
+        return f + _sum_along(elements, np.array([at, f])) - target
+
+    f = float(brentq(excess, at, end, xtol=_PRECISION * span, rtol=1e-15))
+    return f, [element.after(np.array([at, f])) for element in elements]
 
 
 def inverse_curve(f: Callable[[Floats], Floats], angle_deg: ArrayLike, drive_range: tuple[float, float]) -> Floats:
@@ -177,7 +180,7 @@ def compensating_drive(fit: Layer, reference_deg: ArrayLike, start_drive: float)
     if fit.delay_s > 0:
         raise ValueError("the fit has a delay: expected one without, a drive cannot act before its time")
     start = float(fit.f(np.array([start_drive]))[0])
-    path = inverse_hysteresis(reference_deg, fit.models, start)
+    path = inverse_hysteresis(reference_deg, fit.elements, start)
     return inverse_curve(fit.f, path, fit.drive_range)
 
 

@@ -12,8 +12,10 @@ from hysteresis.arrays import Floats, Mask
 from hysteresis.fit import Fit, KinematicsLabel
 from hysteresis.form import Form, Point, without_hysteresis
 from hysteresis.holdout import Split
+from hysteresis.laws import BOUC_WEN
 from hysteresis.metrics import Errors, errors, noise_floor
 from hysteresis.record import Record
+from hysteresis.response import open_parameters, response
 from hysteresis.samples import Samples, join
 from hysteresis.search import POLISH_SAMPLES, Found
 from hysteresis.settings import IdentifySettings
@@ -21,8 +23,6 @@ from hysteresis.uncertainty import Parameter, Uncertainty, bootstrap, coordinate
 
 _NO_HYSTERESIS = "no hysteresis above the noise in this record"
 _OVERSHOOT = -1.1  # of A; -1 is a play operator, and the steps of the drive do not resolve slightly less
-_ILL_CONDITIONED = 1e4
-_CORRELATED = 0.98
 _SATURATED = 0.95  # of the saturation
 _SUSPECT = 2.0  # held-out error in training errors
 _ROUNDING = 1e-9  # of the angle's range; smaller errors are rounding
@@ -41,10 +41,8 @@ def judge(
     ----------
     records, splits
         What was fitted, and its training and held-out samples.
-    found, settings
-        The model, and how it was searched. Only a least-squares fit has intervals.
-    kinematics
-        Origin of f.
+    found, settings, kinematics
+        The model, how it was searched (only a least-squares fit has intervals), and the origin of f.
     """
     form, point, least_squares = found.form, found.point, settings.fitness == "rmse"
     samples = join(records, [split.train for split in splits], timed=settings.delay)
@@ -57,7 +55,7 @@ def judge(
     train, heldout, baseline_train, baseline_heldout = (
         errors(samples.angle_deg[mask], angle[mask]) for angle in (predicted, without) for mask in masks
     )
-    # The coefficients of a fitted f mean nothing by themselves: the result tabulates f.
+    # The coefficients of a fitted f mean nothing by themselves: f is tabulated.
     hidden = form.backbones[0].names if kinematics == "fitted" else ()
     parameters, of_blocks = (_without(parameters_of(fine, form, point, s), hidden) for s in (spread, by_blocks))
     saturation = parameters.pop("saturation_deg")
@@ -79,6 +77,8 @@ def judge(
         bootstrap=of_blocks if least_squares and point.sign else {},
         correlations=_correlations(form, spread) if spread is not None and point.sign else {},
         warnings=(*of_law, *of_errors, *_search_warnings(point, settings.seeds, found.seeds_agreeing)),
+        layer=response(fine, form, point, spread) if point.sign else {},
+        not_fixed=open_parameters(fine, form, point, spread, parameters),
         form=form,
         point=point,
         baseline_point=baseline,
@@ -110,45 +110,25 @@ def _correlations(form: Form, spread: Uncertainty) -> dict[str, float]:
 
 
 def _law_warnings(fine: Samples, form: Form, point: Point, spread: Uncertainty | None) -> Iterator[str]:
-    low, high = form.bounds(fine)
-    for name, i in coordinates(form):
-        value, a, b = point.q[i], low[i], high[i]
-        end = a if value - a < 1e-3 * (b - a) else b if b - value < 1e-3 * (b - a) else None
-        if end is not None:
-            limit = end if name.startswith("gamma") else math.exp(end)
-            yield f"{'|A|' + name[1:] if name.startswith('A') else name} is at the bound of the search, {limit:.3g}"
-    for i, model in enumerate(point.models(form)):
-        if model.A < _OVERSHOOT:
-            of = f" of element {i + 1}" if form.elements > 1 else ""
-            yield f"A = {model.A:.3g}{of} is below -1: the predicted angle overshoots after the drive reverses"
-    yield from _spread_warnings(form, spread)
+    if spread is None:
+        yield "eq. 8 is a mean in which errors cancel: it does not determine the parameters, and gives no intervals"
+    if form.base_law is BOUC_WEN:
+        yield from _overshoot_warnings(form, point)
     yield from _saturation_warnings(fine, form, point)
     if point.sign > 0:
         yield "A > 0: h leads f, so the loop runs in the direction opposite to a lagging one"
 
 
-def _spread_warnings(form: Form, spread: Uncertainty | None) -> Iterator[str]:
-    """Warn of parameters that the data does not determine."""
-    if spread is None:
-        yield "eq. 8 is a mean in which errors cancel: it does not determine the parameters, and gives no intervals"
-        return
-    names = coordinates(form)
-    unidentifiable = [name for name, i in names if spread.unidentifiable[i]]
-    if unidentifiable:
-        yield f"the record does not determine {', '.join(unidentifiable)}: no interval"
-    elif spread.condition > _ILL_CONDITIONED:
-        yield (
-            f"parameters compensate for each other (condition number {spread.condition:.1e}): "
-            "judge the fit by its errors, not by single parameters"
-        )
-    pairs = [f"{a} and {b}" for (a, i), (b, j) in combinations(names, 2) if abs(spread.correlation(i, j)) > _CORRELATED]
-    if pairs:
-        yield f"the record determines only in combination: {'; '.join(pairs)} (correlation above {_CORRELATED:g})"
+def _overshoot_warnings(form: Form, point: Point) -> Iterator[str]:
+    for i, model in enumerate(point.models(form)):
+        if model.A < _OVERSHOOT:
+            of = f" of element {i + 1}" if form.elements > 1 else ""
+            yield f"A = {model.A:.3g}{of} is below -1: the predicted angle overshoots after the drive reverses"
 
 
 def _saturation_warnings(fine: Samples, form: Form, point: Point) -> Iterator[str]:
     h = form.hysteresis(form.paths(fine, point), np.array([point.sign]), point.q[np.newaxis])[0]
-    reached, limit = float(np.abs(h).max()), sum(model.saturation_deg for model in point.models(form))
+    reached, limit = float(np.abs(h).max()), sum(one.saturation_deg for one in point.elements(form))
     if max(form.groups) > 0:
         limit *= max(1.0, math.exp(max(point.q[form.amplitude(g)] for g in range(1, max(form.groups) + 1))))
     if reached < _SATURATED * limit:

@@ -1,4 +1,4 @@
-"""Laws of h that a form may have: Bouc-Wen, asymmetric Bouc-Wen, Prandtl-Ishlinskii, and generalised Prandtl-Ishlinskii.
+"""Laws of h that a form may have: Bouc-Wen and Prandtl-Ishlinskii, and an asymmetric or generalised form of each.
 
 Each law has two constants in common: |A|, the slope of h after a start from rest, and S, the largest |h|. A row of
 values holds log |A|, log S, the other constants, and the initial state from -1 to 1.
@@ -7,7 +7,7 @@ values holds log |A|, log S, the other constants, and the initial state from -1 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, Protocol, get_args
 
@@ -27,6 +27,10 @@ class Place(NamedTuple):
 
     centre_deg: float = 0.0
     half_deg: float = 1.0
+
+
+EVERYWHERE = Place()
+"""Place of a law that does not depend on position."""
 
 
 class Element(Protocol):
@@ -165,7 +169,9 @@ def _asymmetric(path: Floats, sign: Floats, values: Floats, place: Place) -> Flo
     law = np.stack([sign * slope, n, np.full(len(values), place.centre_deg), np.abs(sign) * start], axis=1)
     h, admissible = table_batch(np.ascontiguousarray(path), law, _psi_of(onward, (1 - rho) / (1 + rho)))
     if not admissible.all():
-        raise ValueError(f"asymmetric Bouc-Wen: values {values[int(np.argmin(admissible))]}: expected within the bounds")
+        raise ValueError(
+            f"asymmetric Bouc-Wen: values {values[int(np.argmin(admissible))]}: expected within the bounds"
+        )
     return h
 
 
@@ -283,3 +289,17 @@ LAWS: dict[LawName, Law] = {
     ),
 }
 """The laws from the simplest on: of those that predict alike, the first is chosen."""
+
+
+def elements_of(name: LawName, sign: float, values: Sequence[Sequence[float]], place: Sequence[float]) -> list[Element]:
+    """Make the elements of h again from numbers that were stored: name, sign, rows of values, and place.
+
+    Raises
+    ------
+    ValueError
+        Rows or a place that do not have the form of the law.
+    """
+    law = LAWS[name]
+    if len(place) != 2 or any(len(row) != law.size + 1 for row in values):
+        raise ValueError(f"values of {law.title}: expected rows of {law.size + 1} numbers and a place of 2")
+    return [law.element(sign, np.array(row, dtype=float), Place(*place)) for row in values]

@@ -12,13 +12,17 @@ import numpy as np
 from hysteresis.backbone import Backbone, Kinematics, fitted_backbone, given_backbone
 from hysteresis.form import Form, Point, rmse, without_hysteresis
 from hysteresis.holdout import Split, validate_within
+from hysteresis.laws import BOUC_WEN
 from hysteresis.record import Record
 from hysteresis.samples import Samples, join
 from hysteresis.search import (
+    COARSE,
+    FINE,
     POLISH_SAMPLES,
     Effort,
     Found,
     explore,
+    extended,
     polish,
     split_element,
     with_curve_of,
@@ -31,6 +35,7 @@ _AS_GOOD = 1.05  # a simpler form is chosen if its validation error is within th
 _NEAR = 1.5  # results of least squares within this factor of the best error are followed up
 _SHARES = (0.05, 0.2, 0.5)  # of the path to saturation: where the first of two elements may end
 _SAME_END = 1.01  # in errors: two searches ended alike
+_ASIDE = 0.3  # further constants of a wider law, from where least squares also start
 _ROUNDING = 1e-9  # of the angle's range; smaller errors are rounding
 
 Curves = Mapping[int, tuple[Backbone, ...]]
@@ -60,6 +65,8 @@ def find_model(
     form: Form,
     efforts: Sequence[Effort],
     elements: int | None,
+    contained: Found | None = None,
+    near: Form | None = None,
 ) -> Found:
     """Find the form of the model and its parameters.
 
@@ -78,17 +85,25 @@ def find_model(
         One for each search.
     elements
         Of h; None to choose.
+    contained
+        Optimum of a law of one element that the law of ``form`` contains: the search then starts from there, and the
+        result fits the training samples at least as well.
+    near
+        Form of another model of the same data: only its number of knots, the next lower and the next higher are tried.
     """
     fitness, timed = efforts[0].fitness, form.longest_delay_s > 0
     samples = join(records, [split.train for split in splits], timed=timed)
     curves = _curves(records, samples, bases)
+    if near is not None and bases is None:
+        at = _KNOTS.index(len(near.backbones[0].names) - 1)
+        curves = {knots: curves[knots] for knots in _KNOTS[max(0, at - 1) : at + 2]}
     wanted = (1, 2) if elements is None else (elements,)
     if fitness != "rmse" or (bases is not None and wanted == (1,)):
         form = replace(form, backbones=curves[min(_SEARCH_KNOTS, max(curves))])
-        optima = _search(samples.thinned(_SEARCH_SAMPLES * len(records)), form, efforts)
+        optima = _search(samples.thinned(_SEARCH_SAMPLES * len(records)), form, efforts, contained)
         found = Found(form, optima.points[0], optima.evaluations, optima.seeds_agreeing)
     else:
-        found = _choose(records, splits, curves, form, efforts, wanted)
+        found = _choose(records, splits, curves, form, efforts, wanted, contained)
     if fitness != "rmse":
         return found
     baseline = without_hysteresis(found.form, samples)
@@ -96,6 +111,10 @@ def find_model(
         return replace(found, point=baseline)
     fine = samples.thinned(POLISH_SAMPLES)
     point, calls = polish(fine, found.form, found.point)
+    if contained is not None and rmse(fine, found.form, point) > rmse(fine, contained.form, contained.point):
+        wider, start = extended(contained.form, contained.point, form.base_law, (0.0,) * _more(form, contained))
+        point, calls = polish(fine, wider, start)
+        found, baseline = replace(found, form=wider), without_hysteresis(wider, samples)
     point = point if _is_significant(fine, found.form, point, baseline) else baseline
     return replace(found, point=point, evaluations=found.evaluations + calls)
 
@@ -123,8 +142,20 @@ def _rounding(samples: Samples) -> float:
     return _ROUNDING * samples.span_deg()
 
 
-def _search(samples: Samples, form: Form, efforts: Sequence[Effort]) -> _Optima:
+def _more(form: Form, contained: Found) -> int:
+    return form.base_law.size - contained.form.base_law.size
+
+
+def _search(samples: Samples, form: Form, efforts: Sequence[Effort], contained: Found | None = None) -> _Optima:
     """Search globally on few samples, and refine the points that are found."""
+    if contained is not None:
+        aside = _ASIDE * np.eye(_more(form, contained))
+        wider = [
+            extended(contained.form, contained.point, form.base_law, more)
+            for more in np.concatenate([0 * aside[:1], aside, -aside]).tolist()
+        ]
+        ends, calls = _polish_all(samples, form, [with_curve_of(form, samples, *one) for one in wider])
+        return _Optima(ends[:1], calls, len(efforts))
     points: list[Point] = []
     errors: list[float] = []
     evaluations = 0
@@ -142,7 +173,8 @@ def _search(samples: Samples, form: Form, efforts: Sequence[Effort]) -> _Optima:
 
 
 def _polish_all(samples: Samples, form: Form, points: Sequence[Point]) -> tuple[list[Point], int]:
-    polished = [polish(samples, form, point) for point in points]
+    tolerance = FINE if form.base_law is BOUC_WEN and form.elements == 1 else COARSE
+    polished = [polish(samples, form, point, tolerance=tolerance) for point in points]
     return _nearest(samples, form, [point for point, _ in polished]), sum(calls for _, calls in polished)
 
 
@@ -159,6 +191,7 @@ def _choose(
     form: Form,
     efforts: Sequence[Effort],
     elements: Sequence[int],
+    contained: Found | None,
 ) -> Found:
     """Choose knots, elements and optimum by their error on a validation fold within the training samples.
 
@@ -171,7 +204,7 @@ def _choose(
     affordable = [knots for knots in curves if 3 * (knots + 6) <= few.train.sum()] or [min(curves)]
     forms = {knots: replace(form, backbones=curves[knots]) for knots in affordable}
     first = forms[min(affordable[-1], _SEARCH_KNOTS)]
-    optima = _search(few, first, efforts)
+    optima = _search(few, first, efforts, contained)
     evaluations = optima.evaluations
     baselines = [(one, without_hysteresis(one, few)) for one in forms.values()]
     tried = [_Candidate(rmse(fold, one, baseline), one, baseline) for one, baseline in baselines]

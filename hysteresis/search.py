@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,12 +14,15 @@ from scipy.optimize import least_squares
 
 from hysteresis.arrays import Floats
 from hysteresis.form import SLOPE, Form, Point, rmse, without_hysteresis
+from hysteresis.laws import Law
 from hysteresis.optimizers import Method, evolve
 from hysteresis.samples import Samples
 from hysteresis.settings import Fitness
 
 POLISH_SAMPLES = 2500
 """Samples that the last least squares use, about."""
+FINE, COARSE = 1e-10, 1e-5
+"""Tolerances of least squares: of a result, and of what only serves a comparison."""
 _POLISH_STEPS = 100
 _ROUNDS = 3  # of the global search; f is fitted again after each
 
@@ -108,6 +111,12 @@ def with_curve_of(new: Form, samples: Samples, old: Form, point: Point) -> Point
     return moved
 
 
+def extended(form: Form, point: Point, law: Law, more: Sequence[float]) -> tuple[Form, Point]:
+    """Give a model of one element another law that contains its own, with ``more`` as the further constants."""
+    at = form.law.stop
+    return replace(form, base_law=law), replace(point, q=np.concatenate([point.q[:at], more, point.q[at:]]))
+
+
 def split_element(form: Form, point: Point, share: float) -> tuple[Form, Point]:
     """Split the one element into two that saturate one after the other, at ``share`` and 2 - share of its path."""
     two = replace(form, elements=2)
@@ -137,23 +146,45 @@ def _score(samples: Samples, form: Form, c: Floats, fitness: Fitness) -> Callabl
     return score
 
 
-def polish(samples: Samples, form: Form, point: Point) -> tuple[Point, int]:
-    """Refine q and c together by least squares, h following the path of the same f; also the number of evaluations."""
+def polish(
+    samples: Samples,
+    form: Form,
+    point: Point,
+    held: Mapping[int, float] | None = None,
+    tolerance: float = FINE,
+) -> tuple[Point, int]:
+    """Refine q and c together by least squares, h following the path of the same f; also the number of evaluations.
+
+    ``held`` keeps entries of q at given values. ``tolerance`` is that of scipy's least squares, relative.
+    """
     residual = residual_of(samples, form, point.sign)
     low, high = form.bounds(samples)
     bounds = np.concatenate([low, form.backbones[0].low]), np.concatenate([high, form.backbones[0].high])
+    whole = np.concatenate([point.q, point.c])
+    free = np.ones(len(whole), dtype=bool)
+    for i, value in (held or {}).items():
+        whole[i], free[i] = value, False
+    whole = np.clip(whole, *bounds)
     calls = 0
 
     def counted(x: Floats) -> Floats:
         nonlocal calls
         calls += 1
-        return residual(x)
+        whole[free] = x
+        return residual(whole)
 
-    start = np.clip(np.concatenate([point.q, point.c]), *bounds)
     solution = least_squares(
-        counted, start, bounds=bounds, x_scale="jac", max_nfev=_POLISH_STEPS, ftol=1e-10, xtol=1e-10, gtol=1e-10
+        counted,
+        whole[free],
+        bounds=(bounds[0][free], bounds[1][free]),
+        x_scale="jac",
+        max_nfev=_POLISH_STEPS,
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance,
     )
-    return replace(point, q=solution.x[: form.size], c=solution.x[form.size :]), calls
+    whole[free] = solution.x
+    return replace(point, q=whole[: form.size].copy(), c=whole[form.size :].copy()), calls
 
 
 def residual_of(samples: Samples, form: Form, sign: float) -> Callable[[Floats], Floats]:

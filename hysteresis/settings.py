@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from hysteresis.laws import LAW_NAMES, LawName
 from hysteresis.optimizers import METHODS, Method
 
 Fitness = Literal["rmse", "paper-signed-mean"]
@@ -22,6 +23,9 @@ class IdentifySettings:
         First seed, and number of searches with consecutive seeds. The same settings give the same fit.
     elements
         Number of Bouc-Wen elements of h, 1 or 2; None chooses by validation within the training data.
+    law
+        Of h, see :mod:`hysteresis.laws`; ``"auto"`` chooses by folds within the training data, from these and two
+        Bouc-Wen elements. The Bouc-Wen layer is fitted in any case.
     delay
         Whether the angle may lag the drive in time, by up to 2 % of the shortest record.
     fitness
@@ -41,6 +45,7 @@ class IdentifySettings:
     seed: int = 0
     seeds: int = 1
     elements: int | None = 1
+    law: LawName | Literal["auto"] = "bouc-wen"
     delay: bool = False
     fitness: Fitness = "rmse"
     population: int = 100
@@ -51,6 +56,11 @@ class IdentifySettings:
             raise ValueError(f"fitness = {self.fitness!r}: expected 'rmse' or 'paper-signed-mean'")
         if self.method not in METHODS:
             raise ValueError(f"method = {self.method!r}: expected one of {', '.join(METHODS)}")
+        if self.law not in (*LAW_NAMES, "auto") or (self.law != "bouc-wen" and self.fitness != "rmse"):
+            expected = f"expected auto or one of {', '.join(LAW_NAMES)}; bouc-wen for the paper's fitness"
+            raise ValueError(f"law = {self.law!r}: {expected}")
+        if self.law not in ("bouc-wen", "auto") and self.elements != 1:
+            raise ValueError(f"elements = {self.elements}: expected 1 for law = {self.law!r}")
         if self.elements not in (None, 1, 2) or (self.elements != 1 and self.fitness != "rmse"):
             raise ValueError(f"elements = {self.elements}: expected 1, 2 or None; 1 for the paper's fitness")
         for name, least in (("population", 8), ("generations", 3), ("seeds", 1)):

@@ -1,9 +1,9 @@
 """Stop operators with a power-law density of thresholds: Prandtl-Ishlinskii (Iwan) laws with few constants.
 
 h = A sum w_k E_k[f]. Each stop E_k follows the increments of f and is held within +- r_k: h = A (f - sum w_k P_k[f]),
-with plays P_k. The thresholds are those of Segalman's four-parameter Iwan model (2005, doi 10.1115/1.1989354): a density
-proportional to r^chi up to the largest threshold R, and a share of the weight at R itself. The density is represented by
-:data:`THRESHOLDS` thresholds of equal weight, at the middles of its quantiles.
+with plays P_k. The thresholds are those of Segalman's four-parameter Iwan model (2005, doi 10.1115/1.1989354): a
+density proportional to r^chi up to the largest threshold R, and a share of the weight at R itself. The density is
+represented by :data:`THRESHOLDS` thresholds of equal weight, at the middles of its quantiles.
 
 In the generalised law the thresholds are r_k b(f) (Al Janaideh, Rakheja and Su 2009, doi
 10.1016/j.mechatronics.2009.02.001: plays between two curves, here f - r b and f + r b), with b = exp(a x + c x^2) and

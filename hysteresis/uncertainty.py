@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +11,12 @@ from scipy.special import stdtrit
 
 from hysteresis.arrays import Floats, Mask
 from hysteresis.form import Form, Point
+from hysteresis.laws import BOUC_WEN
 from hysteresis.samples import Samples
 from hysteresis.search import residual_of
 
 _CONFIDENCE = 0.95
+_GRADIENT_STEP = 1e-5  # of q, for what follows from it
 _STEP = 1e-6  # of finite differences; the kernel of h is exact to about 1e-13
 _UNIDENTIFIABLE = 1e-9  # of the largest column of the Jacobian; smaller columns are rounding
 _WIDEST_LOG = 30.0  # half width of a logarithm's interval; a wider one is not reported
@@ -229,9 +231,10 @@ def _of_all(line: Linearised, covariance: Floats) -> Floats:
 
 
 def coordinates(form: Form) -> list[tuple[str, int]]:
-    """Names and indices in x of the parameters of the law: (A, saturation_deg, n, gamma / beta) of each element."""
-    names = ("A", "saturation_deg", "n", "gamma / beta")
-    return [(name + _mark(i), 4 * i + j) for i in range(form.elements) for j, name in enumerate(names)]
+    """Names and indices in x of the parameters of the law: A, saturation_deg and its constants, of each element."""
+    names = ("A", "saturation_deg", *(constant.name for constant in form.base_law.constants))
+    size = form.base_law.size
+    return [(name + _mark(i), size * i + j) for i in range(form.elements) for j, name in enumerate(names)]
 
 
 def _mark(i: int) -> str:
@@ -247,16 +250,15 @@ def parameters_of(samples: Samples, form: Form, point: Point, spread: Uncertaint
     the saturation end at the bounds of the search. For h = 0 (sign 0) the intervals of its parameters are None.
     """
     found: dict[str, Parameter] = {}
-    reader = _Reader(spread, form.size + len(point.c))
+    reader = Reader.of(spread, samples, form, point)
+    bouc_wen = form.base_law is BOUC_WEN
     for i in range(form.elements):
-        found |= {name + _mark(i): value for name, value in _element(reader, samples, form, point, i).items()}
+        of_law = _element(reader, samples, form, point, i) if bouc_wen else _of_other_law(reader, form, point)
+        found |= {name + _mark(i): value for name, value in of_law.items()}
     for record in range(len(form.groups)):
-        for i, model in enumerate(point.models(form, record)):
-            place = form.state(record).start + i
-            saturation = model.saturation_deg if point.sign else 0.0
-            gradient = reader.along(4 * i + 1, model.h0_deg) + reader.along(place, saturation)
+        for i in range(form.elements):
             suffix = _mark(i) + (f"_record_{record + 1}" if record else "")
-            found[f"h0_deg{suffix}"] = reader.plain(model.h0_deg, gradient, "deg")
+            found[f"h0_deg{suffix}"] = _initial(reader, samples, form, point, (record, i))
     for group in range(1, max(form.groups) + 1):
         place = form.amplitude(group)
         found[f"amplitude_{group + 1}"] = reader.positive(math.exp(point.q[place]), reader.along(place), "1")
@@ -272,19 +274,66 @@ def parameters_of(samples: Samples, form: Form, point: Point, spread: Uncertaint
     return found
 
 
+def _initial(reader: Reader, samples: Samples, form: Form, point: Point, which: tuple[int, int]) -> Parameter:
+    """Return h at the first sample of a record, ``which`` = (record, element)."""
+    record, i = which
+    first = form.paths(samples, point)[record][:1]
+
+    def initial(q: Floats) -> float:
+        return float(replace(point, q=q).elements(form, record)[i].along(first)[0])
+
+    size, place = form.base_law.size, form.state(record).start + i
+    if point.sign == 0:
+        return reader.plain(0.0, reader.along(place, 0.0), "deg")
+    places = [*range(size * i, size * (i + 1)), place]
+    return reader.plain(initial(point.q), reader.gradient(initial, point.q, places), "deg")
+
+
+def _of_other_law(reader: Reader, form: Form, point: Point) -> dict[str, Parameter]:
+    """Return the constants of a law other than Bouc-Wen, of one element, and its saturation."""
+    law = form.base_law
+
+    def named(q: Floats) -> dict[str, tuple[float, str]]:
+        return law.named(point.sign, form.values(q[np.newaxis], 0)[0, 0])
+
+    def gradient(name: str) -> Floats:
+        return reader.gradient(lambda q: named(q)[name][0], point.q, range(law.size))
+
+    found = {name: reader.plain(value, gradient(name), unit) for name, (value, unit) in named(point.q).items()}
+    saturation = math.exp(point.q[1]) if point.sign else 0.0
+    return found | {"saturation_deg": reader.positive(saturation, reader.along(1), "deg")}
+
+
 @dataclass(frozen=True)
-class _Reader:
-    """Makes a parameter with an interval from a value and its gradient."""
+class Reader:
+    """Makes a parameter with an interval from a value and its gradient; ``bounds`` are those of q."""
 
     spread: Uncertainty | None
     size: int
+    bounds: tuple[Floats, Floats]
+
+    @classmethod
+    def of(cls, spread: Uncertainty | None, samples: Samples, form: Form, point: Point) -> Reader:
+        """Make a reader for one model."""
+        return cls(spread, form.size + len(point.c), form.bounds(samples))
 
     def along(self, at: int, value: float = 1.0) -> Floats:
+        """Return the gradient of a value times one entry of x, shape (s + p,)."""
         gradient = np.zeros(self.size)
         gradient[at] = value
         return gradient
 
+    def gradient(self, function: Callable[[Floats], float], q: Floats, places: Iterable[int]) -> Floats:
+        """Differentiate a function of q by central differences at some places, within the bounds: shape (s + p,)."""
+        found, (low, high) = np.zeros(self.size), self.bounds
+        for i in places:
+            up, down = q.copy(), q.copy()
+            up[i], down[i] = min(q[i] + _GRADIENT_STEP, high[i]), max(q[i] - _GRADIENT_STEP, low[i])
+            found[i] = (function(up) - function(down)) / (up[i] - down[i])
+        return found
+
     def plain(self, value: float, gradient: Floats, unit: str) -> Parameter:
+        """Return a parameter with the interval of its value."""
         half = math.inf if self.spread is None else self.spread.half_width(gradient)
         if not math.isfinite(half):
             return Parameter(value, None, None, unit)
@@ -301,7 +350,7 @@ class _Reader:
         return Parameter(value, math.exp(log_low), math.exp(log_high), unit)
 
 
-def _element(reader: _Reader, samples: Samples, form: Form, point: Point, i: int) -> dict[str, Parameter]:
+def _element(reader: Reader, samples: Samples, form: Form, point: Point, i: int) -> dict[str, Parameter]:
     low, high = form.bounds(samples)
     at = 4 * i
     _, log_saturation, _, rho = (float(v) for v in point.q[at : at + 4])

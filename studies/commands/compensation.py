@@ -14,6 +14,7 @@ from hysteresis.arrays import Floats
 from hysteresis.bouc_wen import BoucWen
 from hysteresis.files import write_files
 from hysteresis.inverse import UnreachableError, compensating_drive, uncompensated_drive
+from hysteresis.laws import Element, elements_of
 from hysteresis.record import RecordError
 from hysteresis.record_file import read_columns, read_record
 from hysteresis.settings import IdentifySettings
@@ -43,7 +44,7 @@ class Layer:
     """An identified hysteresis layer, with what the summary says of it."""
 
     source: str
-    models: Sequence[BoucWen]
+    elements: Sequence[Element]
     f: Callable[[Floats], Floats]
     plain: Callable[[Floats], Floats]
     drive_range: tuple[float, float]
@@ -90,7 +91,7 @@ def layer_of(fit: Fit) -> Layer:
     """Make the layer of the first record of a fit."""
     return Layer(
         source=f"the record {fit.records[0]}",
-        models=fit.models,
+        elements=fit.elements,
         f=fit.f,
         plain=fit.plain,
         drive_range=fit.drive_range,
@@ -112,29 +113,37 @@ def read_layer(path: Path) -> Layer:
         One line with the file, the field and what was expected.
     """
     stored = read_result(StoredModel, path, WHAT)
-    suffixes = ["", *(f"_{i}" for i in range(2, stored.elements + 1))]
-    parameters, curves = stored.parameters, stored.f
+    law, curves = stored.law, stored.f if stored.law is None else stored.law.f
     try:
         return Layer(
             source=str(path),
-            models=tuple(
-                BoucWen(*(parameters[name + suffix].value for name in ("A", "beta", "gamma", "n", "h0_deg")))
-                for suffix in suffixes
-            ),
+            elements=_bouc_wen(stored) if law is None else elements_of(law.name, law.sign, law.values, law.place),
             f=PchipInterpolator(curves.drive, curves.angle_deg),
-            plain=PchipInterpolator(curves.drive, curves.without_hysteresis_deg),
+            plain=PchipInterpolator(stored.f.drive, stored.f.without_hysteresis_deg),
             drive_range=(float(curves.drive[0]), float(curves.drive[-1])),
             drive_unit=stored.drive_unit,
             first_drive=stored.first_drive,
-            delay_s=parameters["delay_s"].value if "delay_s" in parameters else 0.0,
-            heldout_rmse_deg=stored.heldout.rmse_deg,
+            delay_s=_delay_s(stored),
+            heldout_rmse_deg=(stored if law is None else law).heldout.rmse_deg,
             without_hysteresis_rmse_deg=stored.baseline.heldout.rmse_deg,
-            warnings=stored.warnings,
+            warnings=(stored if law is None else law).warnings,
         )
     except KeyError as error:
         raise RecordError(f"{path}: parameters: {error.args[0]}: missing: expected {WHAT}") from None
     except (ValueError, IndexError) as error:
         raise RecordError(f"{path}: {error}: expected {WHAT}") from None
+
+
+def _bouc_wen(stored: StoredModel) -> list[Element]:
+    suffixes = ["", *(f"_{i}" for i in range(2, stored.elements + 1))]
+    names = ("A", "beta", "gamma", "n", "h0_deg")
+    return [BoucWen(*(stored.parameters[name + suffix].value for name in names)) for suffix in suffixes]
+
+
+def _delay_s(stored: StoredModel) -> float:
+    if stored.law is not None:
+        return stored.law.delay_s
+    return stored.parameters["delay_s"].value if "delay_s" in stored.parameters else 0.0
 
 
 def compensated(
@@ -159,7 +168,7 @@ def compensated(
         drive = compensating_drive(layer, wanted, layer.first_drive)
         plain = uncompensated_drive(layer, np.clip(wanted, *np.sort(layer.plain(np.array(layer.drive_range)))))
     except UnreachableError as error:
-        reach = sum(model.saturation_deg for model in layer.models)
+        reach = sum(model.saturation_deg for model in layer.elements)
         low, high = np.sort(layer.f(np.array(layer.drive_range))) + np.array([1, -1]) * reach
         found = f"column 'angle_deg' = {wanted[error.sample]:g}"
         raise RecordError(

@@ -89,17 +89,23 @@ def files_of_fit(out: Path, stem: str, records: int) -> list[Path]:
 
 
 def write_fit(fit: Fit, records: Sequence[Record], out: Path, stem: str) -> None:
-    """Write the JSON file of a fit, and for each record a CSV with f alone and with h at every sample."""
+    """Write the JSON file of a fit, and for each record a CSV with f alone and with h at every sample.
+
+    ``predicted_deg`` is by the Bouc-Wen layer. If the fit has another law, ``predicted_by_law_deg`` is by that law.
+    """
     texts = [json.dumps(fit.to_dict(), indent=2) + "\n"]
+    layer = fit.bouc_wen or fit
     for i, record in enumerate(records):
-        columns = (
-            record.drive,
-            record.angle_deg,
-            fit.plain(record.drive, i),
-            fit.predict(record.drive, record.time_s, i),
-            fit.heldout_masks[i].astype(int),
-        )
-        rows = zip(*(column.tolist() for column in columns), strict=True)
-        lines = ["drive,angle_deg,f_alone_deg,predicted_deg,heldout", *(",".join(map(repr, row)) for row in rows)]
+        columns = {
+            "drive": record.drive,
+            "angle_deg": record.angle_deg,
+            "f_alone_deg": layer.plain(record.drive, i),
+            "predicted_deg": layer.predict(record.drive, record.time_s, i),
+            "heldout": fit.heldout_masks[i].astype(int),
+        }
+        if fit.bouc_wen is not None:
+            columns["predicted_by_law_deg"] = fit.predict(record.drive, record.time_s, i)
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
         texts.append("\n".join(lines) + "\n")
     write_files(dict(zip(files_of_fit(out, stem, len(records)), texts, strict=True)))

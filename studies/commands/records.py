@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.markup import escape
@@ -13,6 +13,7 @@ from rich.table import Table
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
+from hysteresis.laws import LawName
 from hysteresis.optimizers import Method
 from hysteresis.record import RecordError
 from hysteresis.record_file import check_target, read_record
@@ -23,11 +24,14 @@ from studies.commands.tables import contributions_table, values_table
 from studies.progress import status
 from studies.results import write_result
 
+LAW = "Law of the hysteresis; auto chooses by folds within the training data."
 ELEMENTS = "Number of Bouc-Wen elements, 1 or 2; 0 chooses by validation within the training data."
 SEPARATION_MM = 2.2
 """Amplitude of a separation, if none is given."""
 
 Elements = Annotated[int, typer.Option("--elements", min=0, max=2, help=ELEMENTS)]
+
+LawChosen = Annotated[Literal["auto", LawName], typer.Option("--law", help=LAW)]
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,7 @@ class SearchChoice:
     method: Annotated[Method, typer.Option("--method", help="Method of the global search.")] = "genetic"
     seeds: Annotated[int, typer.Option("--seeds", min=1, help="Number of searches, with seeds from --seed on.")] = 1
     elements: Elements = 1
+    law: LawChosen = "auto"
     delay: Annotated[bool, typer.Option("--delay", help="Let the angle lag the drive by a time delay.")] = False
 
 
@@ -47,22 +52,29 @@ def identify(
     search: SearchChoice,
     common: Common,
 ) -> None:
-    """Identify the Bouc-Wen model on records, with the error on held-out data."""
+    """Identify the Bouc-Wen model, and the law that predicts best, on records, with the error on held-out data."""
     targets = {path.resolve() for path in files_of_fit(out, "identify", len(records))}
     for path in records:
         if path.resolve() in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
     loaded = [read_record(path) for path in records]
-    settings = IdentifySettings(
+    settings = _settings(
+        search.elements,
+        search.law,
         method=search.method,
         seed=common.seed,
         seeds=search.seeds,
-        elements=search.elements or None,
         delay=search.delay,
     )
     fit = identify_records(loaded, settings=settings, progress=common.shows_progress)
     write_fit(fit, loaded, out, "identify")
     common.show(fit.to_dict(), str(fit), f"wrote {out / 'identify.json'}")
+
+
+def _settings(elements: int, law: Literal["auto", LawName], **more: Any) -> IdentifySettings:
+    if law not in ("auto", "bouc-wen") and elements != 1:
+        raise RecordError(f"--elements {elements}: with --law {law}: expected 1")
+    return IdentifySettings(elements=elements or None, law=law, **more)
 
 
 def separate(
@@ -140,6 +152,7 @@ def compensate(
     ],
     out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
     elements: Elements = 0,
+    law: LawChosen = "bouc-wen",
     common: Common,
 ) -> None:
     """Find the drive that makes the angle follow a reference, from a record of the rig or its identify.json."""
@@ -147,7 +160,7 @@ def compensate(
 
     check_target(out, [record, reference])
     wanted = read_reference(reference)
-    settings = IdentifySettings(elements=elements or None, seed=common.seed)
+    settings = _settings(elements if law in ("auto", "bouc-wen") else elements or 1, law, seed=common.seed)
     layer = known_layer(record, settings=settings, progress=common.shows_progress)
     columns, summary = compensated(layer, wanted, str(reference))
     write_columns(columns, out)

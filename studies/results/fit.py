@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hysteresis.arrays import Floats
+from hysteresis.laws import LawName
 from hysteresis.metrics import Errors
+from hysteresis.plain import optional
 from hysteresis.uncertainty import Parameter
 
 WHAT = "the identify.json of `notchbend identify`"
@@ -42,8 +44,31 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class Angles:
+    """f at a number of drives, shapes (k,), deg."""
+
+    drive: Floats
+    angle_deg: Floats
+
+
+@dataclass(frozen=True)
+class StoredLaw:
+    """The law that was chosen: its elements as :func:`hysteresis.laws.elements_of` makes them again, and its f."""
+
+    name: LawName
+    title: str
+    sign: float
+    values: tuple[tuple[float, ...], ...]
+    place: tuple[float, float]
+    delay_s: float
+    f: Angles
+    heldout: Errors
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class StoredModel:
-    """A fit as far as the model can be evaluated again from it."""
+    """A fit as far as the model can be evaluated again from it; ``law`` is absent in files of earlier versions."""
 
     parameters: Mapping[str, Parameter]
     heldout: Errors
@@ -53,3 +78,4 @@ class StoredModel:
     f: Curve
     drive_unit: str
     first_drive: float
+    law: StoredLaw | None = optional()
