@@ -86,3 +86,8 @@ def test_a_known_rig_is_told_as_measured_joints():
     rig = rig_of(record)
     assert rig.joints == 12
     assert rig.preload_N == 20.0
+
+
+def test_effect_that_the_rig_does_not_have_is_refused():
+    with pytest.raises(ValueError, match="wear: the lumped rig does not have it"):
+        draw_lumped_case(1, "known", "wear", 0)

@@ -9,6 +9,7 @@ import pytest
 from hysteresis import Record
 from hysteresis.plain import to_plain
 from hysteresis.prandtl_ishlinskii import plays
+from hysteresis.record import RecordError
 from studies.commands.cli import call
 from validation.practice.benchmark.answers import answer_of
 from validation.practice.benchmark.features import NAMES, features
@@ -115,7 +116,7 @@ def test_classifier_learns_and_answers(records, tmp_path):
     from validation.practice.benchmark.classifier import ClassifierAnswerer, answer_of_votes, forest_of
 
     path = tmp_path / "training.json"
-    path.write_text(json.dumps(to_plain(Training(1, 0, tuple(examples())))))
+    path.write_text(json.dumps(to_plain(Training(1, 0, NAMES, tuple(examples())))))
     assert read_training(path).examples == tuple(examples())
     forest = forest_of(path)
     assert forest.names == ("backlash", "none", "thermal_drift")
@@ -142,6 +143,9 @@ def test_training_is_resumed(tmp_path, capsys):
     main(["--seed", "3", "--count", "1", "--out", str(path)])
     assert read_training(path).examples == first.examples
     assert "4 cases" in capsys.readouterr().out
+    path.write_text(json.dumps(to_plain(replace(first, names=first.names[1:]))))
+    with pytest.raises(RecordError, match="features of another version"):
+        read_training(path)
 
 
 def test_classifier_without_examples_is_refused_in_one_line(tmp_path, capsys):

@@ -9,14 +9,13 @@ import numpy as np
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
 from validation.practice.benchmark.sparse_regression import group_gains
-from validation.practice.benchmark.terms import ResidualTerms
-from validation.practice.catalogue import CATALOGUE
+from validation.practice.benchmark.terms import ResidualTerms, effects_of_terms
 from validation.practice.hidden.curve_with_plays import RADII
 
 NAMES: tuple[str, ...] = (
     "log of the residual over the noise",
     "correlation of neighbours",
-    *(f"gain of {name}" for name in CATALOGUE),
+    *(f"gain of {name}" for name in effects_of_terms()),
     *(f"loop of {radius:g}" for radius in RADII),
     "records",
     "log of the samples",
@@ -35,7 +34,7 @@ def features(records: Sequence[Record], found: ResidualTerms) -> Floats:
         [
             np.log10(found.over_noise),
             neighbours,
-            *(gains.get(name, 0.0) for name in CATALOGUE),
+            *(gains.get(name, 0.0) for name in effects_of_terms()),
             *np.clip(found.loops, -10.0, 10.0),
             len(records),
             np.log10(residual.size),

@@ -24,8 +24,9 @@ def size_of(effect: str, numbers: Numbers, rig: str) -> float | None:
     -------
     float or None
         Width of a backlash (the drive's unit); time delay (s); rate of a steady drift (deg/s); amplitude of a wheel's
-        run-out (the drive's unit); lost part of the preload; and with a known rig the plateau (MPa) and the angle at
-        which notches close (deg).
+        run-out (the drive's unit); lost part of the preload; width of a play without tension (the drive's unit). With
+        a known rig also the relative error of the drive's gain, the plateau (MPa) and the angle at which notches close
+        (deg).
     """
     match effect:
         case "backlash":
@@ -40,6 +41,10 @@ def size_of(effect: str, numbers: Numbers, rig: str) -> float | None:
             return _starting(numbers, "amplitude") if both is None else both
         case "preload_loss":
             return numbers.get("fraction")
+        case "preloaded_play":
+            return _starting(numbers, "free_width")
+        case "drive_gain" if rig == "known":
+            return numbers.get("error")
         case "superelastic_plateau" if rig == "known":
             return numbers.get("plateau_MPa")
         case "notch_closure" if rig == "known":

@@ -7,7 +7,7 @@ cases of either. ``real`` hides a change in measured records; its controls are t
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from validation.practice.catalogue import ANGLE_ALONE, CATALOGUE
 from validation.practice.draw import CLEAN, Case, draw_noiseless, with_white_noise
 from validation.practice.hidden import HiddenCase
 from validation.practice.hidden.draw import CONTROL, nth
-from validation.practice.lumped.cases import draw_lumped_noiseless
+from validation.practice.lumped.cases import LABELS, draw_lumped_noiseless
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 from validation.practice.protocols import KINDS, Kind
 from validation.practice.spoiled.draw import GENERATORS, Asked, draw_spoiled_protocol, draw_spoiled_sensor
@@ -125,25 +125,25 @@ def _seed(rng: Rng) -> int:
     return int(rng.integers(2**31))
 
 
-def _label(rng: Rng, number: int, kind: Kind, *, outside: bool) -> str:
+def _label(rng: Rng, number: int, kind: Kind, effects: Sequence[str], outside: Sequence[str] = ()) -> str:
     """Two cases of eight are clean, one is outside the catalogue where there is such, the others have an effect."""
     if number % 4 == 0:
         return CLEAN
     if outside and number % 8 == 3:
-        return str(rng.choice([*OUTSIDE_CATALOGUE]))
-    return str(rng.choice([name for name in CATALOGUE if kind == "known" or name not in ANGLE_ALONE]))
+        return str(rng.choice([*outside]))
+    return str(rng.choice([name for name in effects if kind == "known" or name not in ANGLE_ALONE]))
 
 
 def _own(rng: Rng, number: int) -> Drawn:
     kind = KINDS[int(rng.integers(2))]
-    label = _label(rng, number, kind, outside=True)
+    label = _label(rng, number, kind, [*CATALOGUE], [*OUTSIDE_CATALOGUE])
     noiseless, noise = draw_noiseless(_seed(rng), kind, label, number)
     return _simulated(with_white_noise(noiseless, noise), "own", kind, label)
 
 
 def _other(rng: Rng, number: int) -> Drawn:
     kind = KINDS[int(rng.integers(2))]
-    label = _label(rng, number, kind, outside=False)
+    label = _label(rng, number, kind, [name for name in LABELS if name in CATALOGUE])
     noiseless, noise = draw_lumped_noiseless(_seed(rng), kind, label, 0)
     return _simulated(with_white_noise(noiseless, noise), "other", kind, label)
 

@@ -41,7 +41,7 @@ class Thresholds:
 
     kept: float = 0.3
     nothing: float = 1.5
-    explained: float = 0.3
+    explained: float = 0.5
     alike: float = 0.9
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -29,6 +30,8 @@ WAVES = (1.0, 1.5, 2.0, 3.0, 4.0)
 """Revolutions of a wheel over the range of the drive."""
 GAPS = (0.02, 0.06, 0.15)
 """Half widths of a play, over half the range of the drive."""
+SLOW_PARTS = (0.1, 0.3)
+"""Speeds of the Stribeck curve, over the largest one of a record."""
 CREEP_PARTS = (0.02, 0.1, 0.4)
 """Times of creep and of a drift that saturates, over the duration of the longest record."""
 NEGLIGIBLE = 1e-8
@@ -173,8 +176,21 @@ def _terms(path: _Paths, predicted_deg: Floats) -> list[tuple[str, str, Floats]]
         *((f"sine of {w:g} turns", "wheel_eccentricity", np.sin(np.pi * w * u)) for w in WAVES),
         *((f"cosine of {w:g} turns", "wheel_eccentricity", np.cos(np.pi * w * u)) for w in WAVES),
         ("fourth power", "gravity", u**4),
+        ("cosine of the angle", "tip_load", np.cos(np.radians(predicted_deg))),
+        ("sine of the angle", "tip_load", np.sin(np.radians(predicted_deg))),
+        *((f"way at slow speed, {part:g}", "stribeck_friction", way * _slow(speed, part)) for part in SLOW_PARTS),
+        ("way along the stroke", "position_friction", way * u),
+        ("play by cycle", "run_in", path.settled * plays(u, [GAPS[-1]])[0]),
+        ("play over the preload", "preloaded_play", plays(u, [GAPS[1] / path.preload])[0]),
         ("square of the baseline's angle", "camera_misalignment", predicted_deg**2 / 100.0),
     ]
+
+
+@cache
+def effects_of_terms() -> tuple[str, ...]:
+    """Give the effects that terms stand for, in their order."""
+    none = np.zeros(2)
+    return tuple(dict.fromkeys(effect for _, effect, _ in _terms(_Paths(none, none, none, none, none, 1.0), none)))
 
 
 def _rate(values: Floats, seconds: Floats) -> Floats:
@@ -184,6 +200,11 @@ def _rate(values: Floats, seconds: Floats) -> Floats:
     ends = np.pad(values, SMOOTHED // 2, mode="edge")
     mean = np.convolve(ends, np.full(SMOOTHED, 1.0 / SMOOTHED), mode="valid")
     return np.asarray(np.gradient(mean, seconds))
+
+
+def _slow(speed: Floats, part: float) -> Floats:
+    """Stribeck's factor exp(-(v / v_s)^2), v_s being a part of the largest speed; 1 where there are no times."""
+    return np.exp(-((speed / (part * max(float(np.abs(speed).max()), 1e-12))) ** 2))
 
 
 def _lagged(u: Floats, time: Floats, part: float) -> Floats:

@@ -20,7 +20,7 @@ from rich.progress import track
 from hysteresis.files import read_text, write_files
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.record import RecordError
-from validation.practice.benchmark.features import features
+from validation.practice.benchmark.features import NAMES, features
 from validation.practice.benchmark.sources import SIMULATED, Drawn, draw_simulated
 from validation.practice.benchmark.sparse_regression import Thresholds, judge_terms, named_set
 from validation.practice.benchmark.terms import residual_terms
@@ -58,10 +58,11 @@ class Example:
 
 @dataclass(frozen=True)
 class Training:
-    """What the file holds."""
+    """What the file holds; ``names`` are those of the features."""
 
     schema: int
     seed: int
+    names: tuple[str, ...]
     examples: tuple[Example, ...]
 
 
@@ -99,13 +100,16 @@ def read_training(path: Path) -> Training:
     Raises
     ------
     RecordError
-        A file that is missing or malformed.
+        A file that is missing or malformed, or that has other features than this version.
     """
     try:
         values = json.loads(read_text(path, "the examples that the training command writes"))
     except json.JSONDecodeError as error:
         raise RecordError(f"{path}: not JSON, {error}") from None
-    return from_plain(Training, values, str(path))
+    training = from_plain(Training, values, str(path))
+    if training.names != NAMES:
+        raise RecordError(f"{path}: features of another version: expected examples drawn again")
+    return training
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -123,7 +127,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for k, (source, number) in enumerate(track(todo, description="cases"), start=1):
         examples.append(example_of(f"{source} {number}", draw_simulated(source, options.seed, number)))
         if k % STORED_EVERY == 0 or k == len(todo):
-            stored = Training(1, options.seed, tuple(examples))
+            stored = Training(1, options.seed, NAMES, tuple(examples))
             write_files({options.out: json.dumps(to_plain(stored)) + "\n"})
     chosen, hits, alarms = best_thresholds(examples)
     print(f"{len(examples)} cases; {chosen}: in the set {hits:.2f}, clean cases named {alarms:.2f}")  # noqa: T201

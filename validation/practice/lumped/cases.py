@@ -90,6 +90,10 @@ def effects(rng: Rng) -> Mapping[str, Change]:
     }
 
 
+LABELS = (*effects(np.random.default_rng(0)), CLEAN)
+"""Effects that the rig has, and ``clean``."""
+
+
 def _rest(rig: LumpedRig) -> float:
     """Stretch at rest of the softer tendon, mm: more slack than this leaves it loose at the centre."""
     return 20.0 / min(rig.tendon_N_per_mm)
@@ -125,8 +129,10 @@ def draw_lumped_noiseless(
     Raises
     ------
     ValueError
-        No draw has a size of the effect within :data:`SIZES`.
+        An effect that the rig does not have, or no draw with a size within :data:`SIZES`.
     """
+    if label not in LABELS:
+        raise ValueError(f"{label}: the lumped rig does not have it: expected one of {', '.join(LABELS)}")
     rng = np.random.default_rng((seed, zlib.crc32(f"{kind} {label}".encode()), number))
     for _ in range(40):
         rig, protocol = _draw_rig(rng), _draw_protocol(rng)
@@ -326,7 +332,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--effects", help="comma between; also clean; else all")
     parser.add_argument("--out", type=Path, required=True, help="folder")
     options = parser.parse_args(arguments)
-    labels = options.effects.split(",") if options.effects else [*effects(np.random.default_rng(0)), CLEAN]
+    labels = options.effects.split(",") if options.effects else [*LABELS]
     for label, number in track([*product(labels, range(options.count))], description="cases"):
         write_case(draw_lumped_case(options.seed, options.kind, label, number), options.out)
 
