@@ -6,6 +6,7 @@ Angles are in degrees; the drive keeps the unit of its record. Loops are the com
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 
@@ -18,6 +19,8 @@ from hysteresis.record import Record
 
 _CLOSED = 0.05  # of a cycle's drive range: largest gap of a closed cycle, and of turning points that repeat
 _BIN = 0.002  # of a cycle's drive range: closer samples of one branch are averaged
+
+_DRIFT_CYCLES = 4  # cycles from which a drift of their means can be told from their scatter
 
 
 # --- errors ------------------------------------------------------------------------------------------------------
@@ -279,6 +282,48 @@ def noise_floor(record: Record) -> float:
     return _local_noise(record.drive, record.angle_deg)
 
 
+def repeatability_deg(record: Record) -> float | None:
+    """Estimate the deviation of the angle from one cycle or trial to the next at equal drive and direction, deg.
+
+    No model of one rig comes nearer to a cycle that it has not seen. It is pooled over all drives, with the (K - 1)
+    correction. From four cycles on, a drift of the mean angle in proportion to the number of the cycle is taken out.
+    Between its samples a cycle is interpolated linearly; by how much that averages deviations, their correlation from
+    sample to sample tells. Unlike :func:`noise_floor` it counts what changes slowly along a cycle in full, and noise
+    that is white as noise.
+
+    Returns
+    -------
+    float or None
+        None where no two cycles repeat each other.
+    """
+    cycles = _repeats(record)
+    if len(cycles) < 2:
+        return None
+    deviations, factors = list[Floats](), list[Floats]()
+    for repeats in zip(*cycles, strict=True):
+        grid, angles, own = _at_equal_drive(record, repeats)
+        if grid.size:
+            deviations.append(angles - angles.mean(axis=0))
+            factors.append(own)
+    if not deviations:
+        return None
+    deviation, factor = np.concatenate(deviations, axis=1), np.concatenate(factors, axis=1)
+    count, level = len(cycles), deviation.mean(axis=1)
+    neighbours = sum(float(np.sum(d[:, 1:] * d[:, :-1])) for d in deviations)
+    whole = float(np.sum(deviation**2))
+    if whole == 0.0:
+        return 0.0
+    correlation = min(max(neighbours / whole, 0.0), 1.0)
+    averaged = float(np.mean(factor + (1 - factor) * correlation))
+    levels = float(level @ level) / (count - 1)
+    if count >= _DRIFT_CYCLES:
+        number = np.arange(count) - (count - 1) / 2
+        drift = float(number @ level) ** 2 / float(number @ number)
+        levels = (float(level @ level) - drift) / (count - 2)
+    shape = float(np.sum((deviation - level[:, None]) ** 2)) / ((count - 1) * deviation.shape[1])
+    return float(np.sqrt((levels + shape) / averaged))
+
+
 def _repeats(record: Record) -> list[list[slice]]:
     """Return the branches, as slices of the record, of the cycles that have the same turning points."""
     cycles = []
@@ -301,16 +346,22 @@ def _repeats(record: Record) -> list[list[slice]]:
 def _spread(record: Record, cycles: list[list[slice]]) -> float:
     squares = variance = 0.0
     for repeats in zip(*cycles, strict=True):
-        runs = [_monotone(record.drive[s], record.angle_deg[s]) for s in repeats]
-        low, high = max(x[0] for x, _ in runs), min(x[-1] for x, _ in runs)
-        grid = runs[0][0][(runs[0][0] >= low) & (runs[0][0] <= high)]
+        grid, angles, factors = _at_equal_drive(record, repeats)
         if grid.size == 0:
             continue
-        angles, factors = zip(*(_interpolate(grid, x, y) for x, y in runs), strict=True)
-        deviation = np.array(angles) - np.mean(angles, axis=0)
+        deviation = angles - np.mean(angles, axis=0)
         squares += float(np.sum(deviation**2))
-        variance += float(np.sum(factors)) * (1 - 1 / len(runs))
+        variance += float(np.sum(factors)) * (1 - 1 / len(repeats))
     return float(np.sqrt(squares / variance)) if variance > 0 else _local_noise(record.drive, record.angle_deg)
+
+
+def _at_equal_drive(record: Record, repeats: Sequence[slice]) -> tuple[Floats, Floats, Floats]:
+    """Drives of the first of several branches (g,), and all their angles there with the factors of noise, (K, g)."""
+    runs = [_monotone(record.drive[s], record.angle_deg[s]) for s in repeats]
+    low, high = max(x[0] for x, _ in runs), min(x[-1] for x, _ in runs)
+    grid = runs[0][0][(runs[0][0] >= low) & (runs[0][0] <= high)]
+    angles, factors = zip(*(_interpolate(grid, x, y) for x, y in runs), strict=True)
+    return grid, np.array(angles), np.array(factors)
 
 
 def _monotone(x: Floats, y: Floats) -> tuple[Floats, Floats]:

@@ -9,7 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hysteresis.metrics import closed_work_mJ, dissipated_area, errors, loop_width, noise_floor, signed_mean_fitness
+from hysteresis.metrics import (
+    closed_work_mJ,
+    dissipated_area,
+    errors,
+    loop_width,
+    noise_floor,
+    repeatability_deg,
+    signed_mean_fitness,
+)
 from hysteresis.record import Record
 from hysteresis.record_file import read_record
 
@@ -295,3 +303,32 @@ def test_virgin_branch_is_not_part_of_the_noise(measured: Path) -> None:
     """The virgin branch of this record ends 4 deg from where the cycles run; repeats agree far better."""
     record = read_record(measured / "surgical-manipulator-0-80.csv")
     assert noise_floor(record) < 0.3
+
+
+def trials(count, seed, step=0.02):
+    """Trials that load to 1 at drives of their own, 25 each, and their numbers."""
+    rng = np.random.default_rng(seed)
+    even = np.linspace(0, 1, 25)[1:-1]
+    drive = np.concatenate([np.concatenate([[0.0], even + rng.uniform(-step, step, 23), [1.0]]) for _ in range(count)])
+    return drive, np.repeat(np.arange(1, count + 1), 25), rng
+
+
+def test_repeatability_of_white_noise_and_of_trials_that_differ_as_a_whole():
+    """White noise of 0.05 deg; trials whose slope differs by 1 deg have a deviation of sqrt(mean of drive^2), 0.58."""
+    drive, trial, rng = trials(40, 1)
+    white = Record(drive, 30 * drive + rng.normal(0, 0.05, drive.size), drive_unit="N", cycle=trial)
+    assert repeatability_deg(white) == pytest.approx(0.05, rel=0.1)
+    slope = 30 + rng.normal(0, 1.0, 40)
+    whole = Record(drive, slope[trial - 1] * drive, drive_unit="N", cycle=trial)
+    assert repeatability_deg(whole) == pytest.approx(np.sqrt(np.mean(np.linspace(0, 1, 25) ** 2)), rel=0.2)
+    assert noise_floor(whole) > repeatability_deg(whole)
+
+
+def test_repeatability_takes_a_drift_out_and_needs_two_cycles():
+    drive, trial, rng = trials(8, 2)
+    noise = rng.normal(0, 0.05, drive.size)
+    drifting = Record(drive, 30 * drive + 0.5 * trial + noise, drive_unit="N", cycle=trial)
+    assert repeatability_deg(drifting) == pytest.approx(0.05, rel=0.2)
+    assert noise_floor(drifting) > 1.0
+    first = trial == 1
+    assert repeatability_deg(Record(drive[first], drive[first], drive_unit="N", cycle=trial[first])) is None

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.noise import NoiseFloor
+from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
 from validation.tracing.search.stepwise import Selection, Stages
@@ -31,6 +31,10 @@ def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Sel
     best, stages = selection.best, selection.stages
     samples = best.samples
     floor = NoiseFloor(min(baseline.noise.local_deg, best.noise.local_deg), best.noise.repeats_deg)
+    records = baseline.model.problem.records
+    repeats = repeatability_deg(records, best.residuals) if all(one.only_loads for one in records) else None
+    if repeats is not None:  # trials of few loads: neighbouring samples tell less than one trial from the next
+        floor = NoiseFloor(repeats, repeats)
     candidates = [Candidate(g, baseline.bic(samples) - g.bic(samples)) for stage in stages for g in stage]
     verdict, words = _verdict(policy, baseline, best, smooth, floor)
     best = baseline if verdict == "none" else best

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hysteresis import metrics
 from hysteresis.arrays import Floats
 from hysteresis.metrics import noise_floor
 from hysteresis.record import Record
@@ -50,6 +51,26 @@ def estimate_noise_floor(records: Sequence[PreparedRecord], residuals: Sequence[
         whole = np.concatenate([r - r.mean() for r in residuals])
         return NoiseFloor(math.sqrt(float(whole @ whole) / whole.size) if known is None else known, known)
     return NoiseFloor(math.sqrt(float(np.average(np.square(local), weights=weight))), known)
+
+
+def repeatability_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> float | None:
+    """Estimate the deviation from one cycle or trial to the next, deg (:func:`hysteresis.metrics.repeatability_deg`).
+
+    Parameters
+    ----------
+    residuals
+        Of a model, which are flatter than the angle, so that trials at other loads compare better.
+
+    Returns
+    -------
+    float or None
+        Root mean square over the records that have cycles or trials that repeat; None where none has.
+    """
+    known = []
+    for one, residual in zip(records, residuals, strict=True):
+        if one.cycles_repeat and (size := metrics.repeatability_deg(_residual_record(one, residual))) is not None:
+            known.append(max(size, one.rounding_deg))
+    return math.sqrt(float(np.mean(np.square(known)))) if known else None
 
 
 def _residual_record(one: PreparedRecord, residual: Floats) -> Record:
