@@ -3,6 +3,9 @@
 The fitted candidates are simulated over a small set of programs: the measured one at other preloads, amplitudes and
 rates, with a dwell, and with more cycles. The difference of two models is the root mean square of the difference of
 their angles, less a free offset. It is an upper estimate: fitted again to the new record, they may be nearer.
+
+Programs that would strain the metal or pull the tendons of a known rig too far, by any of the candidates, are left out
+(:class:`Limits`).
 """
 
 from __future__ import annotations
@@ -13,6 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_models.chain.solve import ChainSolution
+from fem_models.joint.strain import SUPERELASTIC
 from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats, Ints
@@ -39,7 +44,10 @@ from validation.tracing.settings import (
     PRELOAD_FACTORS,
     RATE_FACTORS,
     SAME_PROTOCOL,
+    TENSION_FACTOR,
 )
+
+_ROUNDING = 1e-6  # relative: a program that goes as far as the limit is within
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +96,23 @@ class Experiment:
         return "\n".join([",".join(there), *rows]) + "\n"
 
 
+@dataclass(frozen=True)
+class Limits:
+    """How far a program may go on a known rig: largest strain of a notch, and largest tension of a tendon, N.
+
+    The strain is that to which Nitinol is tested (:data:`fem_models.joint.strain.SUPERELASTIC`), or what the records
+    reached already. A rig declares no largest tension: it is a quarter more than in the records.
+    """
+
+    strain: float
+    tension_N: float
+
+    def allow(self, solution: ChainSolution) -> bool:
+        """Whether a run stays within; strains of measured joints are not known and not limited."""
+        strain, tension = _reached(solution)
+        return not (strain > (1 + _ROUNDING) * self.strain or tension > (1 + _ROUNDING) * self.tension_N)
+
+
 def next_experiment(trace: Trace) -> Experiment:
     """Propose the record that distinguishes most.
 
@@ -100,9 +125,10 @@ def next_experiment(trace: Trace) -> Experiment:
     if len(competitors) < 2:
         return Experiment(f"{_lacking(trace)} (no other effect explains these records nearly as well)")
     found = _most_different(trace, competitors)
-    if found is None:
+    if found is None or found[1][0] < trace.floor.deg:
         names = " and ".join(_name(fitted) for fitted in competitors)
-        return Experiment(f"{_lacking(trace)} (no program that was simulated distinguishes {names})")
+        limits = " within the strain and tension of the rig" if trace.known else ""
+        return Experiment(f"{_lacking(trace)} (no program that was simulated{limits} distinguishes {names})")
     trial, differences = found
     floor = trace.floor.deg
     noise = f", {differences[0] / floor:.2g} times the noise" if floor > 0 else ""
@@ -139,32 +165,63 @@ def _simulated(trace: Trace, problem: Problem, competitors: Sequence[Fitted]) ->
     """Angles of all competitors at each program that all of them can follow."""
     widest = max(range(len(trace.records)), key=lambda i: float(np.ptp(trace.records[i].drive)))
     known = isinstance(problem, RigProblem)
+    limits = [_limits(problem, fitted) for fitted in competitors] if isinstance(problem, RigProblem) else []
     for trial in _trials(trace, widest) if known else _altered(problem, widest):
         try:
-            yield trial, [_angle(fitted, widest, trial) for fitted in competitors]
+            if isinstance(problem, RigProblem):
+                runs = [_run_of_rig(problem, problem.runs[widest][0], trial, fitted) for fitted in competitors]
+                if all(limit.allow(run) for limit, run in zip(limits, runs, strict=True)):
+                    yield (
+                        trial,
+                        [
+                            observed_angle_deg(run.record.angle_deg, trial.inputs, _added(fitted)[1])
+                            for run, fitted in zip(runs, competitors, strict=True)
+                        ],
+                    )
+            else:
+                yield trial, [_angle_of_curve(problem, fitted, widest, trial) for fitted in competitors]
         except (SolverError, RigError, ValueError):  # ValueError: a preload that a rig cannot have with an effect
             continue
 
 
-def _angle(fitted: Fitted, widest: int, trial: Trial) -> Floats:
-    """Angle of a fitted model at a program in place of the widest record, shape (m,)."""
+def _added(fitted: Fitted) -> tuple[Values, Added]:
+    """Parameters of the baseline, and the forms of the effects with theirs."""
     baseline, more = fitted.model.values(fitted.x)
-    added = [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
-    problem = fitted.model.problem
-    if isinstance(problem, RigProblem):
-        return _angle_of_rig(problem, problem.runs[widest][0], trial, baseline, added)
+    return baseline, [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
+
+
+def _angle_of_curve(problem: Problem, fitted: Fitted, widest: int, trial: Trial) -> Floats:
+    """Angle of a fitted model at a program in place of the widest record, shape (m,)."""
     assert isinstance(problem, CurveProblem)
     records = list(problem.records)
     records[widest] = replace(records[widest], inputs=trial.inputs)
+    baseline, more = fitted.model.values(fitted.x)
+    added = [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
     return np.asarray(replace(problem, records=tuple(records)).predict(baseline, added)[widest])
 
 
-def _angle_of_rig(problem: RigProblem, run: Run, trial: Trial, baseline: Values, added: Added) -> Floats:
+def _run_of_rig(problem: RigProblem, run: Run, trial: Trial, fitted: Fitted) -> ChainSolution:
+    """Run a fitted rig through a program."""
+    baseline, added = _added(fitted)
     rig = run.rig if math.isnan(trial.preload_N) else replace(run.rig, preload_N=trial.preload_N)
     load_control = not isinstance(run.program, LoadProgram)
     program = np.maximum(trial.drive, 0.0) if load_control else problem.program(trial.drive, trial.time_s, trial.cycle)
     driven = problem.driven(Run(rig, program, 0), baseline)
-    return observed_angle_deg(driven.angle_deg(problem.rig(driven, baseline, added)), trial.inputs, added)
+    return driven.solve(problem.rig(driven, baseline, added))
+
+
+def _limits(problem: RigProblem, fitted: Fitted) -> Limits:
+    """Limits of a fitted rig, by what the records reached in it."""
+    baseline, added = _added(fitted)
+    driven = [problem.driven(run, baseline) for runs in problem.runs for run in runs]
+    reached = [_reached(run.solve(problem.rig(run, baseline, added))) for run in driven]
+    strain, tension = (max(values) for values in zip(*reached, strict=True))
+    return Limits(max(strain, SUPERELASTIC.strain), TENSION_FACTOR * tension)
+
+
+def _reached(solution: ChainSolution) -> tuple[float, float]:
+    """Largest strain and tension of a run; a strain that is not known counts as none."""
+    return float(np.nan_to_num(np.abs(solution.peak_strain)).max()), float(solution.segment_tensions_N.max())
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
@@ -308,8 +365,14 @@ def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
         half = f"a record at half the amplitude, {first.amplitude / 2:.3g} {unit}"
         out["amplitude"] = half, "at one amplitude play, loops and end stops look alike"
     if unit == "N":
+        if all(one.only_loads for one in problem.records):
+            unloading = "the same trials with unloading", "trials that only load show no loop of friction or metal"
+            out = {"unloading": unloading, **out}
         return out
-    if _all_same([p.preload_N for p in protocols]):
+    if any(math.isnan(p.preload_N) for p in protocols):
+        unknown = "the preload of every record, written into its sidecar (preload_N in [rig])"
+        out = {"preload": (unknown, "it is not known here, and without it effects of the tension do not show"), **out}
+    elif _all_same([p.preload_N for p in protocols]):
         such = f", such as {first.preload_N / 2:.3g} N" if first.preload_N > 0 else ""
         preload = f"a record at another preload{such}", "at one preload effects of the tension do not show"
         out = {"preload": preload, **out}

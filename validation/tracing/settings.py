@@ -263,6 +263,8 @@ SAME_PROTOCOL = 0.1
 
 PRELOAD_FACTORS, AMPLITUDE_FACTORS, RATE_FACTORS = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)
 """Factors on the protocol of the record with the widest drive, the gentlest first."""
+TENSION_FACTOR = max(AMPLITUDE_FACTORS)
+"""Largest tension of a proposed program over that of the records."""
 MANY_CYCLES, DWELL_PERIODS, DWELL_SAMPLES = 10, 10.0, 40
 """Cycles of a long record; periods that a dwell at full drive lasts, and its samples."""
 FEW_CYCLES, CYCLE_SAMPLES = 2, 88
