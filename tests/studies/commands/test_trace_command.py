@@ -250,7 +250,7 @@ def test_competitors_of_unknown_geometry_are_simulated_on_the_record_s_own_path(
     experiment = next_experiment(named)
     assert f"{best.names[0]} and {second.names[0]} differ by" in experiment.words
     assert experiment.program is not None
-    assert experiment.preload_N == 20.0  # a preload that was measured: nothing is known of others
+    assert experiment.preload_N in (10.0, 20.0)  # preloads that were measured; more would pull the tendons further
     assert second_opinion(named).words == "not run: the geometry is unknown"
     assert set(trace_report(named).effects[0].parameters)
     assert len(figures(named)) == 3
