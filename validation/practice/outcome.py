@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 MOST_REPORTED = 3
 """Names of the reported set that count."""
-CLAIMS = ("effect", "ambiguous")
+CLAIMS = ("effect", "partial", "ambiguous")
 """Verdicts that name an effect."""
 
 

@@ -37,6 +37,8 @@ def test_delay_puts_an_angle_beside_a_later_drive(record):
     np.testing.assert_allclose(late.drive, record.drive[steps:], atol=1e-9)
     np.testing.assert_allclose(late.tension_a_N, record.tension_a_N[steps:], atol=1e-9)  # it has the drive's clock
     np.testing.assert_array_equal(late.time_s, record.time_s[:-steps])
+    with pytest.raises(RecordError, match="expected a record with times"):
+        delayed(replace(record, time_s=None), 0.5)
 
 
 def test_drift_leap_and_loss_add_what_they_say(record):

@@ -17,11 +17,10 @@ from typing import Any
 from hysteresis.files import read_text
 from hysteresis.plain import to_plain
 from hysteresis.record import RecordError
+from validation.practice.outcome import CLAIMS
 
-CLAIMING = ("effect", "partial", "ambiguous")
-"""Verdicts that name effects."""
 UNANSWERED = "unanswered"
-VERDICTS = (*CLAIMING, "none", "unexplained", "error")
+VERDICTS = (*CLAIMS, "none", "unexplained", "error")
 EXPECTED = "an answer: a JSON object with schema, verdict and effects"
 
 
@@ -41,7 +40,7 @@ class CaseAnswer:
     Parameters
     ----------
     verdict
-        One of :data:`VERDICTS`; effects count with those of :data:`CLAIMING` alone.
+        One of :data:`VERDICTS`; effects count with those of :data:`CLAIMS` alone.
     effects
         In order.
     heldout_rmse_deg
@@ -56,7 +55,7 @@ class CaseAnswer:
     @property
     def named(self) -> tuple[NamedEffect, ...]:
         """Effects that are claimed."""
-        return self.effects if self.verdict in CLAIMING else ()
+        return self.effects if self.verdict in CLAIMS else ()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, as in the file."""
@@ -103,7 +102,7 @@ def answer_of(values: object, where: str) -> CaseAnswer:
         raise RecordError(f"{where}: verdict = {verdict!r}: expected one of {', '.join(VERDICTS)}")
     if not isinstance(effects, list):
         raise RecordError(f"{where}: effects = {str(effects)[:40]}: expected a list")
-    if verdict in CLAIMING and not effects:
+    if verdict in CLAIMS and not effects:
         raise RecordError(f"{where}: effects: none with the verdict {verdict}: expected at least one")
     named = tuple(_effect(one, f"{where}: effects[{k}]") for k, one in enumerate(effects))
     return CaseAnswer(1, verdict, named, _heldout(values, where))

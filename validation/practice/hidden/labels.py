@@ -13,7 +13,7 @@ import numpy as np
 
 from hysteresis.arrays import Floats
 from hysteresis.path import branches
-from hysteresis.record import Record
+from hysteresis.record import Record, RecordError
 
 STEADY = 0.002
 """Part of the drive's range: a smaller motion back is noise of the drive, not a reversal."""
@@ -28,7 +28,7 @@ _OF_DRIVE = ("drive", "tension_a_N", "tension_b_N")
 def clock(record: Record) -> Floats:
     """Time from the first sample, s, shape (m,); a record without times cannot have a change in time."""
     if record.time_s is None:
-        raise ValueError(f"{record.source or record.title}: no times: expected a record with times")
+        raise RecordError(f"{record.source or record.title}: no times: expected a record with times")
     return record.time_s - record.time_s[0]
 
 
