@@ -149,9 +149,9 @@ def _asymmetry(samples: Samples, form: Form, point: Point, spread: Uncertainty |
         form, point = extended(form, point, LAWS["asymmetric-bouc-wen"], (0.0, 0.0))
         point, _ = polish(samples, form, point, tolerance=COARSE)
         spread = uncertainty(samples, form, point)
-    reader = Reader.of(spread, samples, form, point)
-    value = math.tanh(point.q[4])
-    return reader.plain(value, reader.along(4, 1 - value**2), "1")
+    half = spread.half_width(np.eye(form.size + len(point.c))[4])
+    low, high = math.tanh(point.q[4] - half), math.tanh(point.q[4] + half)
+    return Parameter(math.tanh(point.q[4]), low, high, "1")
 
 
 def open_parameters(

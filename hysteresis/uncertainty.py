@@ -20,6 +20,9 @@ _GRADIENT_STEP = 1e-5  # of q, for what follows from it
 _STEP = 1e-6  # of finite differences; the kernel of h is exact to about 1e-13
 _UNIDENTIFIABLE = 1e-9  # of the largest column of the Jacobian; smaller columns are rounding
 _WIDEST_LOG = 30.0  # half width of a logarithm's interval; a wider one is not reported
+_WIDEST_STATE = 4.0  # saturations: an interval of an initial state that is wider says nothing
+_RANGES = {"chi": (-1.0, math.inf), "share_at_largest": (0.0, 1.0), "gamma_over_beta": (-1.0, 1.0)}
+"""Constants of laws that may be 0 or negative, with their ranges."""
 _DRAWS = 400
 _LEAST_RESIDUAL = 0.01  # share of a block's residual that survives the fit; below, that block alone sets a parameter
 
@@ -286,7 +289,10 @@ def _initial(reader: Reader, samples: Samples, form: Form, point: Point, which: 
     if point.sign == 0:
         return reader.plain(0.0, reader.along(place, 0.0), "deg")
     places = [*range(size * i, size * (i + 1)), place]
-    return reader.plain(initial(point.q), reader.gradient(initial, point.q, places), "deg")
+    found = reader.plain(initial(point.q), reader.gradient(initial, point.q, places), "deg")
+    largest = point.elements(form, record)[i].saturation_deg
+    known = found.low is not None and found.high is not None and found.high - found.low < _WIDEST_STATE * largest
+    return found if known else replace(found, low=None, high=None)
 
 
 def _of_other_law(reader: Reader, form: Form, point: Point) -> dict[str, Parameter]:
@@ -299,9 +305,27 @@ def _of_other_law(reader: Reader, form: Form, point: Point) -> dict[str, Paramet
     def gradient(name: str) -> Floats:
         return reader.gradient(lambda q: named(q)[name][0], point.q, range(law.size))
 
-    found = {name: reader.plain(value, gradient(name), unit) for name, (value, unit) in named(point.q).items()}
+    found = {
+        name: _bounded(reader, name, value, unit, gradient(name)) for name, (value, unit) in named(point.q).items()
+    }
     saturation = math.exp(point.q[1]) if point.sign else 0.0
     return found | {"saturation_deg": reader.positive(saturation, reader.along(1), "deg")}
+
+
+def _bounded(reader: Reader, name: str, value: float, unit: str, gradient: Floats) -> Parameter:
+    """Return a constant of a law; the interval of a number of one sign is that of its logarithm."""
+    if name in _RANGES:
+        one, (least, most) = reader.plain(value, gradient, unit), _RANGES[name]
+        if one.low is None or one.high is None:
+            return one
+        return replace(one, low=max(one.low, least), high=min(one.high, most))
+    if value == 0:
+        return Parameter(value, None, None, unit)
+    one = reader.positive(abs(value), gradient / value, unit)
+    if value > 0:
+        return one
+    low, high = (None if end is None else -end for end in (one.high, one.low))
+    return Parameter(value, low, high, unit)
 
 
 @dataclass(frozen=True)

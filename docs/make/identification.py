@@ -7,12 +7,14 @@ from pathlib import Path
 
 from docs.make.pages import DOCS, table, template
 from hysteresis.files import write_files
+from hysteresis.law_choice import LawChoice
 from validation.layer.identification import (
     DAVINCI_RATES,
     RecordScores,
     Score,
     catheter,
     davinci,
+    laws,
     single_records,
 )
 from validation.layer.recovery import NAMES, Coverage, MethodRecovery, coverage, recoveries
@@ -44,6 +46,7 @@ def page(folder: Path) -> str:
     return template("identification-results").format(
         single="\n\n".join(_single(record) for record in single_records(folder)),
         catheter=score_table(catheter(folder)),
+        laws="\n\n".join(_laws(*one) for one in laws(folder)),
         davinci=score_table(davinci(folder)),
         rates=" and ".join(DAVINCI_RATES),
         paper=_paper_table(paper_table()),
@@ -58,6 +61,19 @@ def page(folder: Path) -> str:
 
 def _single(record: RecordScores) -> str:
     return f"`{record.record}`, held out: {record.heldout_by}.\n\n{score_table(record.scores)}"
+
+
+def _laws(record: str, choice: LawChoice, notes: Sequence[str]) -> str:
+    rows = [
+        [
+            c.title + (" (chosen)" if c is choice.chosen else ""),
+            str(c.constants),
+            *(f"{e:.3f}" for e in (c.inner_rmse_deg, c.train_rmse_deg, c.heldout_rmse_deg)),
+        ]
+        for c in choice.candidates
+    ]
+    head = ["law", "constants", "inner folds, deg", "training, deg", "held-out rmse, deg"]
+    return "\n\n".join([f"`{record}`: {'; '.join(notes)}." if notes else f"`{record}`.", table(head, rows)])
 
 
 def _loop(fit: LoopFit) -> list[str]:

@@ -14,12 +14,15 @@ import numpy as np
 from hysteresis import Fit, Record, identify, read_record
 from hysteresis.arrays import Floats
 from hysteresis.holdout import Split, hold_out
+from hysteresis.law_choice import LawChoice
+from hysteresis.record import RecordError
 from hysteresis.samples import join
 from hysteresis.search import polish, with_curve_of
 from hysteresis.settings import IdentifySettings
 from validation.layer.comparators import Kind, fit_operator
 from validation.layer.interpolation import between_fits, between_operators, within_fit, within_operator
 
+SLACK = ("catheter-slack-0.1hz", "catheter-slack-0.3hz")
 SINGLE = ("surgical-manipulator-0-80", "tee-probe-antero-posterior")
 CATHETER_RATES_HZ = (0.1, 0.2, 0.3)
 DAVINCI_RATES = ("0.1hz", "0.3hz")
@@ -116,6 +119,17 @@ def catheter(folder: Path) -> tuple[Score, ...]:
     records = [read_record(folder / f"catheter-taut-{rate:g}hz.csv") for rate in CATHETER_RATES_HZ]
     splits = [largest_amplitudes(record, rate) for record, rate in zip(records, CATHETER_RATES_HZ, strict=True)]
     return compare(records, splits, delay=True)
+
+
+def laws(folder: Path) -> list[tuple[str, LawChoice, tuple[str, ...]]]:
+    """Fit each law of ``identify`` to the slack catheter: record, choice, and what was left out."""
+    found = []
+    for name in SLACK:
+        fit = identify(read_record(folder / f"{name}.csv"), settings=IdentifySettings(law="auto"))
+        if fit.choice is None:
+            raise RecordError(f"{name}: no hysteresis: expected a loop")
+        found.append((name, fit.choice, fit.notes))
+    return found
 
 
 def davinci(folder: Path) -> list[Score]:
