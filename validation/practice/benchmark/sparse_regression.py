@@ -39,7 +39,7 @@ class Thresholds:
         Part of the best effect's gain from which another effect alone is not distinguished.
     """
 
-    kept: float = 0.3
+    kept: float = 0.2
     nothing: float = 1.5
     explained: float = 0.5
     alike: float = 0.9
