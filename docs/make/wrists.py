@@ -20,6 +20,8 @@ from validation.measured.wrists import (
     Fit,
     Trials,
     WristStudy,
+    closure_by_geometry_deg,
+    measured_closure_deg,
     rest_deg,
     study,
     wrist,
@@ -37,6 +39,8 @@ def tables(found: WristStudy) -> str:
     spread = [f"'{tube}' {_error(error)}" for tube, error in found.repeatability.items()]
     rest = [f"'{tube}' {found.rigs[tube].precurvature_deg:.2f} deg" for tube in TUBES]
     parts = [
+        ("Traced without help: RMSE in deg on the held-out trials", trace_table(found)),
+        ("Closure of a notch, traced, by geometry and measured, deg", closure_table(found)),
         ("RMSE in deg after each stage", error_table(fits)),
         ("One trial against the mean of the tube's others, RMSE in deg of tip / notches", ", ".join(spread)),
         ("Precurvature of a notch", ", ".join(rest)),
@@ -46,6 +50,31 @@ def tables(found: WristStudy) -> str:
         ("Limits, and the force at which they are exceeded", strain_table(found)),
     ]
     return "\n\n".join(f"### {title}\n\n{text}" for title, text in parts)
+
+
+def trace_table(found: WristStudy) -> str:
+    """Format what the tracer names in the record of each tube, and the errors of tip and notches before and after."""
+    rows = []
+    for tube, report in found.traced.items():
+        names = " + ".join(f"`{effect.name}`" for effect in report.effects) or "none"
+        errors = [
+            f"{own['before']['heldout']['rmse_deg']:.2f} -> {own['after']['heldout']['rmse_deg']:.2f}"
+            for own in report.channels.values()
+        ]
+        rows.append([f"'{tube}'", f"{report.verdict}: {names}", f"{report.noise_floor_deg:.2f}", *errors])
+    heads = [name.replace("_", " ").replace("angle", "tip") for name in next(iter(found.traced.values())).channels]
+    return table(["tube", "verdict", "trials repeat to", *heads], rows)
+
+
+def closure_table(found: WristStudy) -> str:
+    """Format the closure angle of one notch: as traced, by geometry without a free parameter, and the largest angles measured."""
+    rows = []
+    for tube, report in found.traced.items():
+        angles = [e.parameters["angle_deg"] for e in report.effects if e.name == "notch_closure"]
+        traced = "not named" if not angles else f"{angles[0].value:.1f} ({angles[0].low:.1f} to {angles[0].high:.1f})"
+        by_geometry, measured = closure_by_geometry_deg(tube), measured_closure_deg(found.data[tube])
+        rows.append([f"'{tube}'", traced, f"{by_geometry:.1f}", f"{measured:.1f}"])
+    return table(["tube", "traced (95 %)", "w/(R_o + offset)", "mean of the largest angles"], rows)
 
 
 def error_table(fits: Sequence[Fit]) -> str:

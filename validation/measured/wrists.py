@@ -18,6 +18,8 @@ from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.rig import Friction, notched_tube
 from hysteresis import Record, read_record
 from hysteresis.arrays import Floats
+from validation.tracing import trace_records
+from validation.tracing.result import TraceReport, trace_report
 
 TUBES = ("90", "150")
 TRAINING: Mapping[str, tuple[int, ...]] = {"90": (1, 2, 3), "150": (1, 2)}
@@ -264,6 +266,27 @@ def repeatability(trials: Trials) -> Error:
     return Error(float(np.sqrt(np.concatenate(tip).mean())), float(np.sqrt(np.concatenate(notches).mean())))
 
 
+def traced(folder: Path, tube: str) -> TraceReport:
+    """Trace the record of a tube as ``notchbend trace`` does.
+
+    Raises
+    ------
+    RecordError
+        As :func:`hysteresis.record_file.read_record`.
+    """
+    return trace_report(trace_records([read_record(folder / f"notched-wrist-{tube}.csv")]))
+
+
+def measured_closure_deg(trials: Trials) -> float:
+    """Angle at which the notches of a tube are shut: mean over the notches of the largest angle of each."""
+    return float(trials.notches_deg.max(axis=0).mean())
+
+
+def closure_by_geometry_deg(tube: str) -> float:
+    """Angle at which the edges of a notch meet: width over the lever, of an arc."""
+    return float(np.degrees(joint_mechanics(preset(f"notched-wrist-{tube}")).closure_angle_rad))
+
+
 @dataclass(frozen=True)
 class WristStudy:
     """Everything that the page about the wrists shows.
@@ -280,6 +303,8 @@ class WristStudy:
         By tube, of :func:`repeatability`.
     structures
         Errors of :data:`ALTERNATIVES` in cross-validation, by name and tube.
+    traced
+        What :func:`validation.tracing.trace_records` finds in the record of each tube.
     """
 
     data: Mapping[str, Trials]
@@ -288,6 +313,7 @@ class WristStudy:
     rigs: Mapping[str, Rig]
     repeatability: Mapping[str, Error]
     structures: Mapping[str, Mapping[str, Error]]
+    traced: Mapping[str, TraceReport]
 
     def loaded(self, tube: str, steps: int) -> LoadControlRun:
         """Run the rig of a tube from rest to its largest measured force in equal steps."""
@@ -318,4 +344,5 @@ def study(folder: Path) -> WristStudy:
         structures={
             stage.name: {tube: cross_validation(stage, data[tube]) for tube in TUBES} for stage in ALTERNATIVES
         },
+        traced={tube: traced(folder, tube) for tube in TUBES},
     )

@@ -10,6 +10,8 @@ import numpy as np
 from hysteresis.arrays import Floats
 from validation.tracing.fitting.fitted import Fitted, rms
 
+_MOST_NOTCHES = 6  # of which each has its figure in a sentence
+
 ChannelTable = Mapping[str, Mapping[str, Any]]
 """By the channel's name: errors on held-out samples with the unit in their keys, then ``before`` and ``after``, each
 with the same of ``train`` and ``heldout`` samples."""
@@ -23,14 +25,27 @@ def channel_table(before: Fitted, after: Fitted) -> ChannelTable:
 
 def channel_words(channels: ChannelTable) -> list[str]:
     """One sentence with the held-out error of each channel beside the angle, before and after; none without any."""
-    parts = []
-    for name, own in channels.items():
-        (key,) = (k for k in own if k.startswith("rmse_"))
-        first, last = own["before"]["heldout"][key], own["after"]["heldout"][key]
-        if name != "angle":
-            change = f"{first:.3g} -> {last:.3g}" if own["before"] != own["after"] else f"{last:.3g}"
-            parts.append(f"{name.replace('_', ' ')} {change} {key.removeprefix('rmse_')}")
+    notches = {name: own for name, own in channels.items() if name.startswith("notch_")}
+    others = {name: own for name, own in channels.items() if name not in ("angle", *notches)}
+    if len(notches) > _MOST_NOTCHES:
+        parts = [_change(f"{len(notches)} notches", list(notches.values()))]
+    else:
+        parts = [_change(name.replace("_", " "), [own]) for name, own in notches.items()]
+    parts += [_change(name.replace("_", " "), [own]) for name, own in others.items()]
     return [f"Fitted together with the angle, rms on held-out data: {', '.join(parts)}."] if parts else []
+
+
+def _change(name: str, channels: Sequence[Mapping[str, Any]]) -> str:
+    """Held-out error of a channel before and after, or the range over several of one unit."""
+    (key,) = (k for k in channels[0] if k.startswith("rmse_"))
+    first, last = (_range([own[when]["heldout"][key] for own in channels]) for when in ("before", "after"))
+    change = f"{first} -> {last}" if any(own["before"] != own["after"] for own in channels) else last
+    return f"{name} {change} {key.removeprefix('rmse_')}"
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = min(values), max(values)
+    return f"{high:.3g}" if len(values) == 1 else f"{low:.3g} to {high:.3g}"
 
 
 def _by_channel(fitted: Fitted) -> dict[str, dict[str, dict[str, float]]]:
