@@ -67,7 +67,7 @@ def trace_table(found: WristStudy) -> str:
 
 
 def closure_table(found: WristStudy) -> str:
-    """Format the closure angle of one notch: as traced, by geometry without a free parameter, and the largest angles measured."""
+    """Format the closure angle of one notch: as traced, by geometry without a free parameter, and as measured."""
     rows = []
     for tube, report in found.traced.items():
         angles = [e.parameters["angle_deg"] for e in report.effects if e.name == "notch_closure"]
