@@ -65,11 +65,14 @@ def export(
 
 def _sources(given: str | None, measured: Path | None) -> list[str]:
     from validation.practice.benchmark.sources import REAL, SIMULATED, SOURCES
+    from validation.practice.hidden.draw import groups_of
 
     wanted = [*(SOURCES if measured else SIMULATED)] if given is None else given.split(",")
     if unknown := [name for name in wanted if name not in SOURCES]:
         raise RigError(f"--sources {unknown[0]}: expected some of {', '.join(SOURCES)}")
     require(REAL not in wanted or measured is not None, "--measured", "missing", "the folder of the measured records")
+    if REAL in wanted and measured is not None:
+        groups_of(measured)  # a folder without records is refused before any case is drawn
     return wanted
 
 

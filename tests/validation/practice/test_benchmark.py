@@ -135,6 +135,8 @@ def test_export_keeps_answers_apart(tmp_path, capsys):
     assert "--measured = missing" in capsys.readouterr().err
     assert call(["practice", "export", "--out", str(tmp_path / "new"), "--sources", "own,theirs"]) == 2
     assert "--sources theirs" in capsys.readouterr().err
+    assert call(["practice", "export", "--out", str(tmp_path / "new"), "--measured", str(tmp_path)]) == 2
+    assert f"{tmp_path}: no measured records" in capsys.readouterr().err
     assert not (tmp_path / "new").exists()
 
 
