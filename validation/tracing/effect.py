@@ -36,13 +36,51 @@ Need = Literal[
 Values = Mapping[str, float]
 
 
+Quantity = Literal[
+    "1",
+    "half stroke",
+    "1/half stroke",
+    "half range",
+    "1/half range",
+    "half range/duration",
+    "quarter cycle",
+    "wheel radius",
+]
+"""What a range of sense is counted in: half the largest stroke of the drive and range of the angle, the duration of
+the shortest record, a quarter of its cycle, the radius of the wheel."""
+
+
+@dataclass(frozen=True)
+class Sensible:
+    """Range in which a parameter makes sense, as distinct from the bounds of its fit.
+
+    Parameters
+    ----------
+    low, high
+        In the parameter's unit, or in the quantity ``per``.
+    because
+        Source or reason.
+    name, about
+        What words call the parameter, by default its name, and the number that its value counts from: a gain of 0.22 is
+        a "camera gain" of 1.22 about 1.
+    """
+
+    low: float
+    high: float
+    because: str
+    per: Quantity = "1"
+    name: str = ""
+    about: float = 0.0
+
+
 @dataclass(frozen=True)
 class FreeParameter:
     """A number that is fitted, within bounds.
 
     ``scale`` is a change that matters; it makes parameters comparable. A parameter with ``log`` is positive and is
     fitted by its logarithm; its scale is a relative change. A parameter that is ``linear`` has no action at 0 and acts
-    nearly in proportion to its value.
+    nearly in proportion to its value. An ``amount`` has no action at 0, either, but counts as an amount alone: the
+    search does not enlarge it. ``sensible`` is where it makes sense; None where there is no such limit.
     """
 
     name: str
@@ -52,6 +90,13 @@ class FreeParameter:
     scale: float
     log: bool = False
     linear: bool = False
+    amount: bool = False
+    sensible: Sensible | None = None
+
+    @property
+    def acts_from_zero(self) -> bool:
+        """Whether the parameter is an amount of the effect: 0 is no action."""
+        return self.amount or (self.linear and not self.log)
 
     def to_unit(self, value: float) -> float:
         """Coordinate of the fit, from a value."""
@@ -175,7 +220,7 @@ class RelativeParameter:
 
     ``unit`` is a product of ``drive`` and ``angle`` (half the largest range), ``time`` (duration of the shortest
     record) and ``-``. The bounds count in it, and so does the scale of one without ``log``. A parameter in ``drive``
-    gets the unit's name at its end.
+    gets the unit's name at its end. ``amount`` and ``sensible`` are as of :class:`FreeParameter`.
     """
 
     name: str
@@ -184,6 +229,8 @@ class RelativeParameter:
     high: float
     scale: float
     log: bool = False
+    amount: bool = False
+    sensible: Sensible | None = None
 
 
 @dataclass(frozen=True)

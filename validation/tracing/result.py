@@ -17,6 +17,7 @@ from hysteresis.uncertainty import Parameter
 from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.uncertainty import covariance
 
 if TYPE_CHECKING:  # a trace makes its own report
     from validation.tracing.next_experiment import Experiment
@@ -293,16 +294,8 @@ def _finite(value: float) -> float | None:
 
 def fitted_parameters(fitted: Fitted) -> list[dict[str, Parameter]]:
     """Values of the baseline's parameters and of each effect's, with 95 % intervals from the Jacobian."""
-    rows = fitted.rows
-    J, error = rows.jacobian[rows.train], rows.errors[rows.train]
-    train = error.size
-    count = max(2.0, fitted.samples * train / rows.errors.size)
-    variance = float(error @ error) / max(1, train - J.shape[1]) * train / count
-    scale = np.maximum(np.linalg.norm(J, axis=0), 1e-12)
-    _, singular, basis = np.linalg.svd(J / scale, full_matrices=False)
-    singular = np.maximum(singular, 1e-9 * singular[0])
-    deviation = np.sqrt(variance * ((basis.T / singular) ** 2).sum(axis=1)) / scale
-    half = float(student.ppf(0.975, max(1.0, count - J.shape[1]))) * deviation
+    found = covariance(fitted)
+    half = float(student.ppf(0.975, found.freedom)) * np.sqrt(np.diag(found.matrix))
     shown = [
         (
             p.name,

@@ -9,6 +9,7 @@ from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
+from validation.tracing.plausibility import implausible, remarks
 from validation.tracing.search.stepwise import Selection, Stages
 from validation.tracing.settings import (
     AT_FLOOR,
@@ -36,16 +37,23 @@ def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Sel
     if repeats is not None:  # trials of few loads: neighbouring samples tell less than one trial from the next
         floor = NoiseFloor(repeats, repeats)
     candidates = [Candidate(g, baseline.bic(samples) - g.bic(samples)) for stage in stages for g in stage]
-    verdict, words = _verdict(policy, baseline, best, smooth, floor)
-    best = baseline if verdict == "none" else best
     alike = max(VERY_STRONG_EVIDENCE, policy.distinct_share * (baseline.bic(samples) - best.bic(samples)))
+    verdict, words = _verdict(policy, baseline, best, smooth, floor)
+    if verdict == "effect" and (senseless := implausible(best)):
+        words.append(f"{' + '.join(best.names)} would explain the residual, but {'; '.join(senseless)}")
+        sensible = [g for g in _as_good(best, stages, alike) if not implausible(g)]
+        best = min(sensible, key=lambda g: g.bic(samples), default=best)
+        verdict = _verdict(policy, baseline, best, smooth, floor)[0] if sensible else "unexplained"
+    best = baseline if verdict == "none" else best
     confusable = _confusable(best, stages, alike) if verdict == "effect" else ()
     if any(confusable):
         verdict = "ambiguous"
     if verdict == "unexplained":
         words.append(_depends_on(smooth))
         best = baseline
-    elif best is not baseline and best.rmse_deg > AT_FLOOR * floor.deg:
+    elif best is not baseline:
+        words += remarks(best)
+    if verdict != "unexplained" and best is not baseline and best.rmse_deg > AT_FLOOR * floor.deg:
         remaining = (
             f"the remaining error is {best.rmse_deg:.2g} deg rms, {best.rmse_deg / floor.deg:.2g} times the noise"
         )
@@ -90,18 +98,23 @@ def _depends_on(smooth: Smooth, what: str = "the residual") -> str:
 
 
 def _confusable(best: Fitted, stages: Stages, alike: float) -> tuple[tuple[str, ...], ...]:
-    """For each effect of the best model, those that explain the records as well in its place."""
-    samples = best.samples
-    as_good = [
-        g for stage in stages for g in stage
-        if g is not best and len(g.names) <= len(best.names) and g.bic(samples) - best.bic(samples) < alike
-    ]  # fmt: skip
+    """For each effect of the best model, those that explain the records as well in its place, and make sense."""
+    as_good = [g for g in _as_good(best, stages, alike) if not implausible(g)]
     out: list[tuple[str, ...]] = []
     for name in best.names:
         others = set(best.names) - {name}
         found = [n for g in as_good if others <= set(g.names) for n in g.names if n not in best.names]
         out.append(tuple(dict.fromkeys(found)))
     return tuple(out)
+
+
+def _as_good(best: Fitted, stages: Stages, alike: float) -> list[Fitted]:
+    """Models of no more effects that explain the records as well."""
+    samples = best.samples
+    return [
+        g for stage in stages for g in stage
+        if g is not best and len(g.names) <= len(best.names) and g.bic(samples) - best.bic(samples) < alike
+    ]  # fmt: skip
 
 
 def is_explained(trace: Trace) -> bool:

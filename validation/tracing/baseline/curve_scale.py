@@ -57,4 +57,13 @@ class CurveScale:
         unit = "/".join(names.get(part, part) for part in parameter.unit.split("/"))
         name = f"{parameter.name}_{self.unit}" if parameter.unit == "drive" else parameter.name
         scale = parameter.scale if parameter.log else parameter.scale * factor
-        return FreeParameter(name, unit, parameter.low * factor, parameter.high * factor, scale, parameter.log)
+        return FreeParameter(
+            name,
+            unit,
+            parameter.low * factor,
+            parameter.high * factor,
+            scale,
+            log=parameter.log,
+            amount=parameter.amount,
+            sensible=parameter.sensible,
+        )

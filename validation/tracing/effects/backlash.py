@@ -16,10 +16,12 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-WIDTH = FreeParameter("width_mm", "mm", 0.0, 5.0, 0.05, linear=True)
+SENSIBLE_WIDTH = Sensible(0.0, 0.5, "a wider play leaves the angle still for most of the stroke", "half stroke")
+WIDTH = FreeParameter("width_mm", "mm", 0.0, 5.0, 0.05, linear=True, sensible=SENSIBLE_WIDTH)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -37,7 +39,9 @@ def _play(x: Floats, curve: CurveContext, values: Values) -> Floats:
 
 
 _CURVE = CurveForm(
-    (RelativeParameter("width", "drive", 0.0, 1.0, 0.01),), tuple({"width": w} for w in (0.02, 0.08, 0.25)), drive=_play
+    (RelativeParameter("width", "drive", 0.0, 1.0, 0.01, amount=True, sensible=SENSIBLE_WIDTH),),
+    tuple({"width": w} for w in (0.02, 0.08, 0.25)),
+    drive=_play,
 )
 
 EFFECT = Effect(

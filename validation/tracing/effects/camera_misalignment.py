@@ -12,11 +12,24 @@ from validation.tracing.effect import (
     RigForm,
     SampleInputs,
     Scale,
+    Sensible,
     Values,
 )
 
-GAIN = FreeParameter("gain", "-", -0.9, 5.0, 0.01, linear=True)
-PERSPECTIVE = FreeParameter("perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4, linear=True)
+SENSIBLE_GAIN = Sensible(
+    -0.1,
+    0.1,
+    "a scale in the picture, or the tube's own length, gives the gain to some per cent",
+    name="camera gain",
+    about=1.0,
+)
+SENSIBLE_PERSPECTIVE = Sensible(
+    -0.3, 0.3, "of a camera tilted by 15 to 20 deg at a distance of some tube lengths", "1/half range"
+)
+GAIN = FreeParameter("gain", "-", -0.9, 5.0, 0.01, linear=True, sensible=SENSIBLE_GAIN)
+PERSPECTIVE = FreeParameter(
+    "perspective_per_deg", "1/deg", -0.02, 0.02, 1e-4, linear=True, sensible=SENSIBLE_PERSPECTIVE
+)
 
 
 def observe(angle_deg: Floats, inputs: SampleInputs, values: Values) -> Floats:
@@ -38,7 +51,11 @@ def _both(scale: Scale, rig: Rig | None) -> list[Values]:
 
 
 _CURVE = CurveForm(
-    (RelativeParameter("perspective_per_deg", "1/angle", -0.5, 0.5, 0.005),),
+    (
+        RelativeParameter(
+            "perspective_per_deg", "1/angle", -0.5, 0.5, 0.005, amount=True, sensible=SENSIBLE_PERSPECTIVE
+        ),
+    ),
     ({"perspective_per_deg": 0.02}, {"perspective_per_deg": -0.02}),
     observe=observe,  # a gain is part of f
 )

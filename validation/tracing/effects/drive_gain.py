@@ -6,9 +6,16 @@ from dataclasses import replace
 
 from fem_models.rig import Rig
 from fem_models.rig.effects import DriveGain
-from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Values
+from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Sensible, Values
 
-ERROR = FreeParameter("error", "-", -0.5, 1.0, 0.005, linear=True)
+SENSIBLE_ERROR = Sensible(
+    -0.15,
+    0.15,
+    "a radius or a pitch is known to some per cent; a wrong wheel is off by more",
+    name="drive gain",
+    about=1.0,
+)
+ERROR = FreeParameter("error", "-", -0.5, 1.0, 0.005, linear=True, sensible=SENSIBLE_ERROR)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:

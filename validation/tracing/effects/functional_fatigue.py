@@ -17,13 +17,15 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
     combined_time,
     compound,
 )
 
+SENSIBLE_RESIDUAL = Sensible(-0.5, 0.5, "residual strains stay well below those of the bend", "half range")
 LOSS = FreeParameter("loop_loss", "-", 0.0, 1.0, 0.05, linear=True)
-RESIDUAL = FreeParameter("residual_deg", "deg", -5.0, 5.0, 0.02, linear=True)
+RESIDUAL = FreeParameter("residual_deg", "deg", -5.0, 5.0, 0.02, linear=True, sensible=SENSIBLE_RESIDUAL)
 CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
 
 
@@ -68,8 +70,8 @@ def _with_residual(theta: Floats, curve: CurveContext, values: Values) -> Floats
 
 _CURVE = CurveForm(
     (
-        RelativeParameter("loop_loss", "-", 0.0, 0.99, 0.02),
-        RelativeParameter("residual_deg", "angle", -1.0, 1.0, 0.002),
+        RelativeParameter("loop_loss", "-", 0.0, 0.99, 0.02, amount=True),
+        RelativeParameter("residual_deg", "angle", -1.0, 1.0, 0.002, amount=True, sensible=SENSIBLE_RESIDUAL),
         RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True),
     ),
     tuple({"loop_loss": 0.1, "residual_deg": side * 0.02, "cycles": c} for side in (-1, 1) for c in (1.0, 5.0)),

@@ -18,11 +18,14 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-ALONG = FreeParameter("ring_mass_along_g", "g", -200.0, 200.0, 0.2, linear=True)
-ACROSS = FreeParameter("ring_mass_across_g", "g", -200.0, 200.0, 0.2, linear=True)
+SENSIBLE_RING_MASS_ALONG = Sensible(-100.0, 100.0, "rings of millimetres with tools weigh grams")
+SENSIBLE_ALONG = Sensible(-0.5, 0.5, "more weight would bend the tube without the drive", "half range")
+ALONG = FreeParameter("ring_mass_along_g", "g", -200.0, 200.0, 0.2, linear=True, sensible=SENSIBLE_RING_MASS_ALONG)
+ACROSS = FreeParameter("ring_mass_across_g", "g", -200.0, 200.0, 0.2, linear=True, sensible=SENSIBLE_RING_MASS_ALONG)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -50,8 +53,8 @@ def _weight(theta: Floats, curve: CurveContext, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        RelativeParameter("along_deg", "angle", -0.8, 0.8, 0.005),
-        RelativeParameter("across_deg", "angle", -0.8, 0.8, 0.005),
+        RelativeParameter("along_deg", "angle", -0.8, 0.8, 0.005, amount=True, sensible=SENSIBLE_ALONG),
+        RelativeParameter("across_deg", "angle", -0.8, 0.8, 0.005, amount=True, sensible=SENSIBLE_ALONG),
     ),
     tuple({"along_deg": a, "across_deg": b} for a, b in ((0.02, 0.0), (-0.02, 0.0), (0.0, 0.02), (0.0, -0.02))),
     angle=_weight,

@@ -17,11 +17,15 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-BASE = FreeParameter("base_capstan", "-", 0.0, 2.0, 0.01, linear=True)
-GUIDE = FreeParameter("guide_N", "N", 0.0, 5.0, 0.02, linear=True)
+SENSIBLE_BASE_CAPSTAN = Sensible(0.0, 1.6, "mu phi of steel on steel, 0.5, round half a turn")
+SENSIBLE_GUIDE = Sensible(0.0, 2.0, "guides in series would hold the tendons at usual preloads")
+SENSIBLE_CAPSTAN = Sensible(0.0, 1.0, "mu of dry metal or polymer is below 1")
+BASE = FreeParameter("base_capstan", "-", 0.0, 2.0, 0.01, linear=True, sensible=SENSIBLE_BASE_CAPSTAN)
+GUIDE = FreeParameter("guide_N", "N", 0.0, 5.0, 0.02, linear=True, sensible=SENSIBLE_GUIDE)
 LEAST_MU = 1e-3
 
 
@@ -52,7 +56,9 @@ def _wrap(f: Floats, curve: CurveContext, values: Values) -> Floats:
 
 
 _CURVE = CurveForm(
-    (RelativeParameter("capstan", "-", 0.0, 5.0, 0.05),), ({"capstan": 0.1}, {"capstan": 0.6}), loop_size=_wrap
+    (RelativeParameter("capstan", "-", 0.0, 5.0, 0.05, amount=True, sensible=SENSIBLE_CAPSTAN),),
+    ({"capstan": 0.1}, {"capstan": 0.6}),
+    loop_size=_wrap,
 )
 
 EFFECT = Effect(

@@ -17,10 +17,15 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-GROWTH = FreeParameter("growth_per_mm", "1/mm", -20.0, 20.0, 0.02, linear=True)
+SENSIBLE_GROWTH = Sensible(
+    -2.5, 2.5, "a change by more than e^5 over the stroke is a tendon that jams", "1/half stroke"
+)
+SENSIBLE_GROWTH_OF_CURVE = Sensible(-1.8, 1.8, "a change by more than e^3.6 over the stroke is a tendon that jams")
+GROWTH = FreeParameter("growth_per_mm", "1/mm", -20.0, 20.0, 0.02, linear=True, sensible=SENSIBLE_GROWTH)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -39,7 +44,9 @@ def _along(f: Floats, curve: CurveContext, values: Values) -> Floats:
 
 
 _CURVE = CurveForm(
-    (RelativeParameter("growth", "-", -2.0, 2.0, 0.02),), ({"growth": 0.1}, {"growth": -0.1}), loop_size=_along
+    (RelativeParameter("growth", "-", -2.0, 2.0, 0.02, amount=True, sensible=SENSIBLE_GROWTH_OF_CURVE),),
+    ({"growth": 0.1}, {"growth": -0.1}),
+    loop_size=_along,
 )
 
 EFFECT = Effect(

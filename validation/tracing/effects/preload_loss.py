@@ -17,12 +17,15 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
     combined_time,
     compound,
 )
 
-FRACTION = FreeParameter("fraction", "-", 0.0, 0.95, 0.05, linear=True)
+SENSIBLE_FRACTION = Sensible(0.0, 0.9, "a tendon that has lost its preload is slack")
+SENSIBLE_WIDENING = Sensible(0.0, 5.0, "loops of slack tendons")
+FRACTION = FreeParameter("fraction", "-", 0.0, 0.95, 0.05, linear=True, sensible=SENSIBLE_FRACTION)
 CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
 
 
@@ -64,7 +67,7 @@ def _loop_free(f: Floats, curve: CurveContext, values: Values) -> Floats:
 _CYCLES = RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
 _CURVES = (
     CurveForm(  # records at other preloads show what a loss does
-        (RelativeParameter("fraction", "-", 0.0, 0.95, 0.02), _CYCLES),
+        (RelativeParameter("fraction", "-", 0.0, 0.95, 0.02, amount=True, sensible=SENSIBLE_FRACTION), _CYCLES),
         tuple({"fraction": 0.2, "cycles": c} for c in (1.0, 5.0)),
         backbone=_slope_known,
         loop_size=_loop_known,
@@ -72,8 +75,8 @@ _CURVES = (
     ),
     CurveForm(
         (
-            RelativeParameter("widening", "-", 0.0, 10.0, 0.05),
-            RelativeParameter("slope_loss", "-", -0.5, 0.9, 0.005),
+            RelativeParameter("widening", "-", 0.0, 10.0, 0.05, amount=True, sensible=SENSIBLE_WIDENING),
+            RelativeParameter("slope_loss", "-", -0.5, 0.9, 0.005, amount=True),
             _CYCLES,
         ),
         tuple({"widening": 0.2, "slope_loss": 0.01, "cycles": c} for c in (1.0, 5.0)),

@@ -16,13 +16,18 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-WIDTH = FreeParameter("free_width_mm", "mm", 0.0, 5.0, 0.05, linear=True)
+SENSIBLE_FREE_WIDTH = Sensible(0.0, 2.0, "fixings with more clearance are loose", "half stroke")
+SENSIBLE_PRELOADED_WIDTH = Sensible(
+    0.0, 0.5, "a wider play leaves the angle still for most of the stroke", "half stroke"
+)
+WIDTH = FreeParameter("free_width_mm", "mm", 0.0, 5.0, 0.05, linear=True, sensible=SENSIBLE_FREE_WIDTH)
 TENSION = FreeParameter("takes_up_N", "N", 0.05, 20.0, 0.3, log=True)
 """What tensions beyond the usual preloads take up does not change from record to record: it is play in gears."""
-AT_PRELOAD = FreeParameter("preloaded_width_mm", "mm", 0.0, 5.0, 0.05, linear=True)
+AT_PRELOAD = FreeParameter("preloaded_width_mm", "mm", 0.0, 5.0, 0.05, linear=True, sensible=SENSIBLE_PRELOADED_WIDTH)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -57,7 +62,7 @@ def _left(x: Floats, curve: CurveContext, values: Values) -> Floats:
 _CURVES = (
     CurveForm(
         (
-            RelativeParameter("free_width", "drive", 0.0, 3.0, 0.01),
+            RelativeParameter("free_width", "drive", 0.0, 3.0, 0.01, amount=True, sensible=SENSIBLE_FREE_WIDTH),
             RelativeParameter("takes_up", "-", 0.02, 1.0, 0.3, log=True),  # over the largest preload
         ),
         tuple({"free_width": w, "takes_up": 0.4} for w in (0.05, 0.25)),
@@ -65,7 +70,11 @@ _CURVES = (
         needs=frozenset({"preloads"}),
     ),
     CurveForm(  # the same operator as play: one preload does not tell them apart
-        (RelativeParameter("preloaded_width", "drive", 0.0, 1.0, 0.01),),
+        (
+            RelativeParameter(
+                "preloaded_width", "drive", 0.0, 1.0, 0.01, amount=True, sensible=SENSIBLE_PRELOADED_WIDTH
+            ),
+        ),
         tuple({"preloaded_width": w} for w in (0.02, 0.08, 0.25)),
         drive=_left,
         needs=frozenset({"one preload"}),

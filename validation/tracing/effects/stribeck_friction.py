@@ -17,10 +17,12 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-RISE = FreeParameter("rise", "-", 0.0, 10.0, 0.05, linear=True)
+SENSIBLE_RISE = Sensible(0.0, 4.0, "friction at rest is up to a few times that in motion")
+RISE = FreeParameter("rise", "-", 0.0, 10.0, 0.05, linear=True, sensible=SENSIBLE_RISE)
 SPEED = FreeParameter("speed_mm_per_s", "mm/s", 1e-4, 1e4, 0.3, log=True)
 
 
@@ -48,7 +50,7 @@ def _weakening(f: Floats, curve: CurveContext, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        RelativeParameter("rise", "-", 0.0, 10.0, 0.02),
+        RelativeParameter("rise", "-", 0.0, 10.0, 0.02, amount=True, sensible=SENSIBLE_RISE),
         RelativeParameter("speed", "drive/time", 1e-2, 1e5, 0.3, log=True),
     ),
     tuple({"rise": 0.2, "speed": part} for part in (1.0, 6.0, 40.0)),

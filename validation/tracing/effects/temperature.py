@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fem_models.rig import Rig, RigError
-from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Values
+from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Sensible, Values
 
-WARMER = FreeParameter("warmer_K", "K", -150.0, 150.0, 1.0, linear=True)
+SENSIBLE_WARMER = Sensible(-40.0, 40.0, "from a cold room to a body and a warm lamp")
+WARMER = FreeParameter("warmer_K", "K", -150.0, 150.0, 1.0, linear=True, sensible=SENSIBLE_WARMER)
 MPA_PER_K = 6.5
 """Rise of both plateaus with the temperature."""
 

@@ -18,11 +18,13 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
     combined_time,
 )
 
-FRACTION = FreeParameter("fraction", "-", 0.0, 5.0, 0.05, linear=True)
+SENSIBLE_FRACTION = Sensible(0.0, 4.0, "polymer tendons creep by up to a few times their elastic stretch")
+FRACTION = FreeParameter("fraction", "-", 0.0, 5.0, 0.05, linear=True, sensible=SENSIBLE_FRACTION)
 TIME = FreeParameter("time_s", "s", 1e-2, 1e5, 0.3, log=True)
 
 
@@ -47,7 +49,7 @@ def _stretch(x: Floats, curve: CurveContext, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        RelativeParameter("fraction", "-", 0.0, 0.95, 0.01),
+        RelativeParameter("fraction", "-", 0.0, 0.95, 0.01, amount=True, sensible=SENSIBLE_FRACTION),
         RelativeParameter("time_s", "time", 3e-3, 1e2, 0.3, log=True),
     ),
     tuple({"fraction": 0.03, "time_s": part} for part in (0.02, 0.1, 0.5, 2.0, 10.0)),

@@ -18,10 +18,13 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-LATE = FreeParameter("engages_after_mm", "mm", 0.0, 20.0, 0.05, linear=True)
+SENSIBLE_ENGAGES_AFTER = Sensible(0.0, 1.8, "a tendon that never takes hold", "half stroke")
+SENSIBLE_LAG = Sensible(0.0, 0.5, "a wider play leaves the angle still for most of the stroke", "half stroke")
+LATE = FreeParameter("engages_after_mm", "mm", 0.0, 20.0, 0.05, linear=True, sensible=SENSIBLE_ENGAGES_AFTER)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -47,7 +50,7 @@ def _hanging_on(x: Floats, curve: CurveContext, values: Values) -> Floats:
     return play(x, values["lag"], curve.initial_state) if "lag" in values else x
 
 
-_LAG = RelativeParameter("lag", "drive", 0.0, 0.8, 0.01)
+_LAG = RelativeParameter("lag", "drive", 0.0, 0.8, 0.01, sensible=SENSIBLE_LAG)
 _ABOVE = RelativeParameter("engages_above", "drive", -1.1, 0.9, 0.01)
 _BELOW = RelativeParameter("engages_below", "drive", -0.9, 1.1, 0.01)
 _CURVES = (

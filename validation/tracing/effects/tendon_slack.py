@@ -19,11 +19,14 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-SLACK = FreeParameter("slack_mm", "mm", 0.0, 5.0, 0.05, linear=True)
-CENTRE = FreeParameter("centre_mm", "mm", -5.0, 5.0, 0.05, linear=True)
+SENSIBLE_SLACK = Sensible(0.0, 0.9, "nothing moves with more", "half stroke")
+SENSIBLE_CENTRE = Sensible(-1.0, 1.0, "a dead zone outside the stroke does not show", "half stroke")
+SLACK = FreeParameter("slack_mm", "mm", 0.0, 5.0, 0.05, linear=True, sensible=SENSIBLE_SLACK)
+CENTRE = FreeParameter("centre_mm", "mm", -5.0, 5.0, 0.05, linear=True, sensible=SENSIBLE_CENTRE)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -67,7 +70,7 @@ def _soft(f: Floats, curve: CurveContext, values: Values) -> Floats:
     return _tendons(f * (curve.drive_half_range / curve.angle_half_range_deg), curve, values)[1]
 
 
-_SLACK = RelativeParameter("slack", "drive", 0.0, 0.9, 0.01)
+_SLACK = RelativeParameter("slack", "drive", 0.0, 0.9, 0.01, amount=True, sensible=SENSIBLE_SLACK)
 _CENTRE = RelativeParameter("centre", "drive", -1.0, 1.0, 0.01)
 _GIVE = RelativeParameter("give", "drive", 1e-3, 2.0, 0.2, log=True)  # stretch of a tendon by its preload
 _RATIO = RelativeParameter("stiffness_ratio", "-", 0.05, 50.0, 0.2, log=True)

@@ -15,11 +15,16 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
+SENSIBLE_TOE = Sensible(0.0, 300.0, "several times the toe of the reference rig's steel strand")
+SENSIBLE_TOE_OF_CURVE = Sensible(
+    0.0, 20.0, "several times the toe of the reference rig's steel strand at its least preload"
+)
 STARTS_N = (5.0, 20.0, 60.0)
-TOE = FreeParameter("toe_N", "N", 0.0, 500.0, 5.0)
+TOE = FreeParameter("toe_N", "N", 0.0, 500.0, 5.0, sensible=SENSIBLE_TOE)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -55,7 +60,7 @@ def _soft(f: Floats, curve: CurveContext, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        RelativeParameter("toe", "-", 0.0, 50.0, 0.2),
+        RelativeParameter("toe", "-", 0.0, 50.0, 0.2, amount=True, sensible=SENSIBLE_TOE_OF_CURVE),
         RelativeParameter("give", "drive", 1e-3, 2.0, 0.2, log=True),
         RelativeParameter("stiffness_ratio", "-", 0.05, 50.0, 0.2, log=True),
     ),

@@ -15,11 +15,16 @@ from validation.tracing.effect import (
     RigForm,
     SampleInputs,
     Scale,
+    Sensible,
     Values,
 )
 
-RATE = FreeParameter("deg_per_s", "deg/s", -10.0, 10.0, 1e-5, linear=True)
-SIZE = FreeParameter("size_deg", "deg", -50.0, 50.0, 0.02, linear=True)
+SENSIBLE_DEG = Sensible(
+    -1.0, 1.0, "an offset beyond the motion itself is a broken mounting, no drift", "half range/duration"
+)
+SENSIBLE_SIZE = Sensible(-1.0, 1.0, "an offset beyond the motion itself is a broken mounting, no drift", "half range")
+RATE = FreeParameter("deg_per_s", "deg/s", -10.0, 10.0, 1e-5, linear=True, sensible=SENSIBLE_DEG)
+SIZE = FreeParameter("size_deg", "deg", -50.0, 50.0, 0.02, linear=True, sensible=SENSIBLE_SIZE)
 TIME = FreeParameter("time_s", "s", 1e-2, 1e6, 0.3, log=True)
 
 
@@ -45,14 +50,14 @@ def _to_a_limit(scale: Scale, rig: Rig | None) -> list[Values]:
 _TIME: frozenset[Need] = frozenset({"time"})
 _CURVES = (
     CurveForm(
-        (RelativeParameter("deg_per_s", "angle/time", -2.0, 2.0, 0.005),),
+        (RelativeParameter("deg_per_s", "angle/time", -2.0, 2.0, 0.005, amount=True, sensible=SENSIBLE_DEG),),
         ({"deg_per_s": 0.01},),
         observe=observe,
         needs=_TIME,
     ),
     CurveForm(
         (
-            RelativeParameter("size_deg", "angle", -2.0, 2.0, 0.005),
+            RelativeParameter("size_deg", "angle", -2.0, 2.0, 0.005, amount=True, sensible=SENSIBLE_SIZE),
             RelativeParameter("time_s", "time", 3e-3, 1e3, 0.3, log=True),
         ),
         tuple({"size_deg": 0.01, "time_s": part} for part in (0.1, 0.5, 2.0, 10.0)),

@@ -14,10 +14,12 @@ from validation.tracing.effect import (
     RigForm,
     SampleInputs,
     Scale,
+    Sensible,
     Values,
 )
 
-DELAY = FreeParameter("delay_s", "s", -1e3, 1e3, 0.001, linear=True)
+SENSIBLE_DELAY = Sensible(-1.0, 1.0, "a longer delay is a phase that no loop of an open-loop rig has", "quarter cycle")
+DELAY = FreeParameter("delay_s", "s", -1e3, 1e3, 0.001, linear=True, sensible=SENSIBLE_DELAY)
 
 
 def observe(angle_deg: Floats, inputs: SampleInputs, values: Values) -> Floats:
@@ -31,7 +33,7 @@ def _starts(scale: Scale, rig: Rig | None) -> list[Values]:
 
 
 _CURVE = CurveForm(
-    (RelativeParameter("delay_s", "time", -0.2, 0.2, 1e-4),),
+    (RelativeParameter("delay_s", "time", -0.2, 0.2, 1e-4, amount=True, sensible=SENSIBLE_DELAY),),
     tuple({"delay_s": part} for part in (1e-3, 5e-3, 0.02)),
     observe=observe,
     needs=frozenset({"time"}),

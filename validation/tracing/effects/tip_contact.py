@@ -17,12 +17,14 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
+SENSIBLE_STIFFNESS = Sensible(1e-3, 1e4, "from a hair to a steel post")
 ABOVE = FreeParameter("y_mm", "mm", 0.0, 1e3, 0.1)
 BELOW = FreeParameter("y_mm", "mm", -1e3, -1e-6, 0.1)
-STIFFNESS = FreeParameter("stiffness_N_per_mm", "N/mm", 1e-4, 1e5, 0.3, log=True)
+STIFFNESS = FreeParameter("stiffness_N_per_mm", "N/mm", 1e-4, 1e5, 0.3, log=True, sensible=SENSIBLE_STIFFNESS)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -56,7 +58,7 @@ def _stop_below(theta: Floats, curve: CurveContext, values: Values) -> Floats:
     return theta - values["slope_loss"] * np.minimum(theta - values["angle_deg"], 0.0)
 
 
-_LOSS = RelativeParameter("slope_loss", "-", 0.0, 1.0, 0.02)
+_LOSS = RelativeParameter("slope_loss", "-", 0.0, 1.0, 0.02, amount=True)
 _CURVES = tuple(
     CurveForm(
         (RelativeParameter("angle_deg", "angle", -1.1, 1.1, 0.01), _LOSS),

@@ -19,11 +19,14 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-ALONG = FreeParameter("force_along_N", "N", -50.0, 50.0, 0.05, linear=True)
-ACROSS = FreeParameter("force_across_N", "N", -50.0, 50.0, 0.05, linear=True)
+SENSIBLE_FORCE_ALONG = Sensible(-20.0, 20.0, "instruments of this kind push and pull with up to some 10 N")
+SENSIBLE_ALONG = Sensible(-0.6, 0.6, "more load would bend the tube without the drive", "half range")
+ALONG = FreeParameter("force_along_N", "N", -50.0, 50.0, 0.05, linear=True, sensible=SENSIBLE_FORCE_ALONG)
+ACROSS = FreeParameter("force_across_N", "N", -50.0, 50.0, 0.05, linear=True, sensible=SENSIBLE_FORCE_ALONG)
 _NEARLY_STRAIGHT_RAD = 1e-3  # below it the levers are taken from their series
 
 
@@ -77,8 +80,8 @@ def _load(theta: Floats, curve: CurveContext, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        RelativeParameter("along_deg", "angle", -0.8, 0.8, 0.005),
-        RelativeParameter("across_deg", "angle", -0.8, 0.8, 0.005),
+        RelativeParameter("along_deg", "angle", -0.8, 0.8, 0.005, amount=True, sensible=SENSIBLE_ALONG),
+        RelativeParameter("across_deg", "angle", -0.8, 0.8, 0.005, amount=True, sensible=SENSIBLE_ALONG),
     ),
     tuple({"along_deg": a, "across_deg": b} for a, b in ((0.02, 0.0), (-0.02, 0.0), (0.0, 0.02), (0.0, -0.02))),
     angle=_load,

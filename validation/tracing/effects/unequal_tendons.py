@@ -18,13 +18,21 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-ARM = FreeParameter("arm_ratio", "-", 0.5, 2.0, 0.02)
-STIFFNESS = FreeParameter("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True)
-EA = FreeParameter("EA_ratio", "-", 0.1, 10.0, 0.05, log=True)
-REST = FreeParameter("rest_length_mm", "mm", -3.0, 3.0, 0.02, linear=True)
+SENSIBLE_ARM_RATIO = Sensible(0.8, 1.25, "holes are drilled to a tenth of the radius")
+SENSIBLE_STIFFNESS_RATIO = Sensible(0.33, 3.0, "two tendons of one kind, of free lengths that differ")
+SENSIBLE_EA_RATIO = Sensible(0.33, 3.0, "two tendons of one kind")
+SENSIBLE_REST_LENGTH = Sensible(-0.5, 0.5, "a longer tendon would be slack for half the stroke", "half stroke")
+SENSIBLE_SKEW = Sensible(-1.0, 1.0, "loops that differ by more are of different tendons")
+SENSIBLE_KINK = Sensible(-0.4, 0.4, "slopes of two tendons of one kind")
+SENSIBLE_EVEN = Sensible(-0.5, 0.5, "slopes of two tendons of one kind", "half range")
+ARM = FreeParameter("arm_ratio", "-", 0.5, 2.0, 0.02, sensible=SENSIBLE_ARM_RATIO)
+STIFFNESS = FreeParameter("stiffness_ratio", "-", 0.1, 10.0, 0.05, log=True, sensible=SENSIBLE_STIFFNESS_RATIO)
+EA = FreeParameter("EA_ratio", "-", 0.1, 10.0, 0.05, log=True, sensible=SENSIBLE_EA_RATIO)
+REST = FreeParameter("rest_length_mm", "mm", -3.0, 3.0, 0.02, linear=True, sensible=SENSIBLE_REST_LENGTH)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -87,17 +95,17 @@ def _skew(f: Floats, curve: CurveContext, values: Values) -> Floats:
     return np.exp(values["skew"] * f / curve.angle_half_range_deg)
 
 
-_SKEW = RelativeParameter("skew", "-", -2.0, 2.0, 0.02)
+_SKEW = RelativeParameter("skew", "-", -2.0, 2.0, 0.02, amount=True, sensible=SENSIBLE_SKEW)
 _CURVES = (
     CurveForm((_SKEW,), ({"skew": 0.1}, {"skew": -0.1}), loop_size=_skew),
     CurveForm(
-        (_SKEW, RelativeParameter("kink", "-", -0.6, 0.6, 0.01)),
+        (_SKEW, RelativeParameter("kink", "-", -0.6, 0.6, 0.01, amount=True, sensible=SENSIBLE_KINK)),
         tuple({"skew": skew, "kink": kink} for skew in (-0.1, 0.1) for kink in (-0.03, 0.03)),
         drive=_sides,
         loop_size=_skew,
     ),
     CurveForm(
-        (_SKEW, RelativeParameter("even_deg", "angle", -1.0, 1.0, 0.005)),
+        (_SKEW, RelativeParameter("even_deg", "angle", -1.0, 1.0, 0.005, amount=True, sensible=SENSIBLE_EVEN)),
         tuple({"skew": skew, "even_deg": even} for skew in (-0.1, 0.1) for even in (-0.01, 0.01)),
         backbone=_even,
         loop_size=_skew,

@@ -16,11 +16,17 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-SHEATH = FreeParameter("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True, linear=True)
-JOINT = FreeParameter("joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True, linear=True)
+SENSIBLE_LAG = Sensible(0.0, 1.0, "a rig that lags by more than a quarter of a cycle hardly moves", "quarter cycle")
+SENSIBLE_SHEATH = Sensible(0.0, 100.0, "100 N at 1 mm/s breaks such tendons")
+SENSIBLE_JOINT = Sensible(0.0, 1e4, "a joint that takes seconds to spring back")
+SHEATH = FreeParameter("sheath_N_s_per_mm", "N s/mm", 1e-6, 1e4, 0.2, log=True, linear=True, sensible=SENSIBLE_SHEATH)
+JOINT = FreeParameter(
+    "joint_Nmm_s_per_rad", "Nmm s/rad", 1e-4, 1e6, 0.2, log=True, linear=True, sensible=SENSIBLE_JOINT
+)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -49,7 +55,7 @@ def _damped_by_loop(theta: Floats, curve: CurveContext, values: Values) -> Float
     return lagged(theta, curve.inputs.time_s, values["lag_s"] * curve.loop_ratio)
 
 
-_LAG = RelativeParameter("lag_s", "time", 1e-5, 0.5, 0.3, log=True)
+_LAG = RelativeParameter("lag_s", "time", 1e-5, 0.5, 0.3, log=True, sensible=SENSIBLE_LAG)
 _LAGS: tuple[Values, ...] = ({"lag_s": 1e-3}, {"lag_s": 1e-2})
 _CURVES = (
     CurveForm((_LAG,), _LAGS, angle=_damped, needs=frozenset({"time"})),

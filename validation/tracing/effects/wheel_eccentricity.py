@@ -19,11 +19,19 @@ from validation.tracing.effect import (
     RelativeParameter,
     RigForm,
     Scale,
+    Sensible,
     Values,
 )
 
-SINE = FreeParameter("sine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
-COSINE = FreeParameter("cosine_mm", "mm", -20.0, 20.0, 0.02, linear=True)
+SENSIBLE_SINE = Sensible(
+    -0.1,
+    0.1,
+    "a bore is off by hundredths of a millimetre, a wheel that is not round by a tenth of its radius at most",
+    "wheel radius",
+    "run-out",
+)
+SINE = FreeParameter("sine_mm", "mm", -20.0, 20.0, 0.02, linear=True, sensible=SENSIBLE_SINE)
+COSINE = FreeParameter("cosine_mm", "mm", -20.0, 20.0, 0.02, linear=True, sensible=SENSIBLE_SINE)
 RADIUS = FreeParameter("radius_mm", "mm", 0.02, 200.0, 0.02, log=True)
 
 
@@ -65,8 +73,8 @@ def _uneven(x: Floats, curve: CurveContext, values: Values) -> Floats:
 
 _CURVE = CurveForm(
     (
-        RelativeParameter("sine", "drive", -1.0, 1.0, 0.005),
-        RelativeParameter("cosine", "drive", -1.0, 1.0, 0.005),
+        RelativeParameter("sine", "drive", -1.0, 1.0, 0.005, amount=True, sensible=SENSIBLE_SINE),
+        RelativeParameter("cosine", "drive", -1.0, 1.0, 0.005, amount=True, sensible=SENSIBLE_SINE),
         RelativeParameter("radius", "drive", 0.02, 0.7, 0.02, log=True),
     ),
     tuple(

@@ -1,0 +1,148 @@
+"""Ranges of sense: what is outside is shown, not named. Angles are changed by known numbers, or parameters by hand."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.chain.solve import simulate_chain
+from fem_models.load import sine
+from fem_models.rig import preset
+from hysteresis.record import Record
+from validation.tracing.baseline.curve import curve_problem
+from validation.tracing.baseline.known_rig import known_rig_problem
+from validation.tracing.effect import catalogue
+from validation.tracing.fitting import Model, fit
+from validation.tracing.fitting.holdout import divide_records
+from validation.tracing.fitting.uncertainty import covariance
+from validation.tracing.plausibility import implausible, remarks
+from validation.tracing.problem import AddedEffect
+from validation.tracing.trace import trace_records
+
+NOISE_DEG = 0.04
+
+
+def effect(name):
+    return next(effect for effect in catalogue() if effect.name == name)
+
+
+def records(gain=1.0, told=True):
+    """Two preloads of a clean rig whose angle is read with a gain."""
+    rng, out = np.random.default_rng(2), []
+    for preload, amplitude in ((20.0, 2.0), (10.0, 1.0)):
+        run = simulate_chain(preset("du2018", preload_N=preload), sine(amplitude, 0.1, cycles=2, samples_per_cycle=60))
+        angle = gain * run.angle_deg + rng.normal(0, NOISE_DEG, run.angle_deg.size)
+        rig = {"preload_N": preload} | ({"preset": "du2018"} if told else {})
+        out.append(Record(drive=run.drive, angle_deg=angle, time_s=run.time_s, cycle=run.cycle, rig=rig))
+    return out
+
+
+def fitted_with(problem, name, form, values):
+    """A model with one effect, fitted from given values."""
+    model = Model(problem, (AddedEffect(effect(name), form),))
+    x = model.coordinates(problem.start, [values])
+    return fit(model, divide_records(problem.records), x, threads=1, most_steps=15)
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return known_rig_problem(records())
+
+
+def with_values(fitted, **values):
+    """The same fit with some parameters of the effect set by hand."""
+    x, at = fitted.x.copy(), fitted.model.baseline_size
+    for place, parameter in enumerate(fitted.model.added[-1].form.parameters):
+        if parameter.name in values:
+            x[at + place] = parameter.to_unit(values[parameter.name])
+    return replace(fitted, x=x)
+
+
+@pytest.mark.parametrize("gain", [1.05, 1.22])
+def test_a_camera_gain_is_named_within_its_range_and_shown_outside(gain):
+    trace = trace_records(records(gain), effects=[effect("camera_misalignment")])
+    words = "; ".join(trace.words)
+    if gain == 1.05:
+        assert trace.augmented.names == ("camera_misalignment",)
+        assert "sensible" not in words
+        return
+    assert trace.verdict == "unexplained"
+    assert trace.effects == ()
+    assert "only with a camera gain of 1.22 (sensible: 0.9 to 1.1;" in words
+    assert trace.candidates[0].names == ("camera_misalignment",)  # shown
+
+
+def test_an_effect_whose_interval_contains_no_action_is_not_named(clean):
+    form = effect("camera_misalignment").rig_forms[0]
+    none = fitted_with(clean, "camera_misalignment", form, {"gain": 0.02})  # the records are clean
+    assert abs(none.model.values(none.x)[1][0]["gain"]) < 0.002
+    assert implausible(none) == ["camera_misalignment with no more than what the interval of no action allows"]
+    assert implausible(with_values(none, gain=0.05)) == []
+
+
+def test_the_covariance_is_that_of_linear_regression(clean):
+    """s^2 (J^T J)^-1 over the training samples, s^2 by the independent ones."""
+    form = effect("camera_misalignment").rig_forms[0]
+    fitted = fitted_with(clean, "camera_misalignment", form, {"gain": 0.02})
+    found = covariance(fitted)
+    train = fitted.holdout.train_mask
+    J, error = fitted.jacobian[train], fitted.error_deg[train]
+    alone = np.linalg.inv(J.T @ J) * (error @ error) / (error.size - J.shape[1])
+    count = fitted.samples * error.size / train.size
+    np.testing.assert_allclose(found.matrix, alone * error.size / count, rtol=1e-6)
+    assert found.freedom == pytest.approx(count - J.shape[1])
+
+
+def test_a_run_out_counts_in_radii_and_a_wheel_that_is_not_the_declared_one_is_told(clean):
+    form = effect("wheel_eccentricity").rig_forms[1]
+    fitted = fitted_with(clean, "wheel_eccentricity", form, {"sine_mm": 0.02, "cosine_mm": 0.02, "radius_mm": 0.75})
+    small = with_values(fitted, sine_mm=0.05, cosine_mm=0.0, radius_mm=0.75)
+    assert implausible(small) == []
+    (words,) = implausible(with_values(fitted, sine_mm=0.3, cosine_mm=0.0, radius_mm=0.75))
+    assert "only with a run-out of 0.3 mm (sensible: -0.075 to 0.075;" in words
+    declared = preset("du2018").wheel.radius_mm
+    assert f"a wheel radius of 0.75 mm, {declared:g} mm is declared" in "; ".join(remarks(small))
+    assert remarks(with_values(small, radius_mm=declared)) == []
+
+
+def test_a_parameter_at_its_bound_is_told(clean):
+    form = effect("guide_friction").rig_forms[0]
+    fitted = fitted_with(clean, "guide_friction", form, {"base_capstan": 0.02})
+    assert remarks(with_values(fitted, base_capstan=0.3)) == []
+    assert remarks(with_values(fitted, base_capstan=2.0)) == [
+        "guide_friction base_capstan is at its bound of 2: its size is not determined"
+    ]
+
+
+def test_ranges_follow_the_unit_of_the_drive_and_the_cycle():
+    """Half a half-stroke of play; a delay of a quarter of 10 s. Steps of 1 um are a thousand times as many."""
+    for scale, unit in ((1.0, "mm"), (1e3, "step")):
+        swings = [replace(r, drive=scale * r.drive, drive_unit=unit) for r in records(told=False)]
+        problem = curve_problem(swings, 200)
+        form = problem.scale.placed(effect("backlash").curve_forms[0])
+        play = fitted_with(problem, "backlash", form, {f"width_{unit}": 0.1 * scale})
+        (words,) = implausible(with_values(play, **{f"width_{unit}": 1.6 * scale}))
+        assert f"(sensible: 0 to {1.0 * scale:.3g};" in words
+        assert implausible(with_values(play, **{f"width_{unit}": 0.9 * scale})) == []
+    form = problem.scale.placed(effect("time_delay").curve_forms[0])
+    late = fitted_with(problem, "time_delay", form, {"delay_s": 0.1})
+    (words,) = implausible(with_values(late, delay_s=4.0))
+    assert "(sensible: -2.5 to 2.5;" in words
+
+
+def test_every_effect_has_a_range_of_sense_with_a_reason():
+    """Effects whose files say nothing here: closure and plateau are ranged by geometry and metal in their own files."""
+    without = set()
+    for one in catalogue():
+        forms = [*one.rig_forms, *one.curve_forms]
+        parameters = [p for form in forms for p in form.parameters]
+        if not any(p.sensible for p in parameters):
+            without.add(one.name)
+        for p in parameters:
+            if p.sensible:
+                assert len(p.sensible.because) > 20
+                assert p.sensible.low < p.sensible.high
+                assert math.isfinite(p.sensible.low)
+                assert math.isfinite(p.sensible.high)
+    assert without <= {"notch_closure", "superelastic_plateau"}
