@@ -44,13 +44,15 @@ def implausible(fitted: Fitted) -> list[str]:
     """Reasons not to name the effects of a model, one sentence's end each; none where all make sense.
 
     A parameter counts as outside its range where its whole interval is outside. An effect without action is one of
-    which no amount differs from 0, all tested together (Wald's test).
+    which no amount differs from 0, all tested together (Wald's test). Beside an equivalent rig or a curve this is not
+    tested: their parameters are nearly collinear with an effect, and the linear interval contains 0 where the fit
+    without the effect is far worse.
     """
     known = covariance(fitted)
     sizes = _sizes(fitted)
     estimates = list(_estimates(fitted, known.matrix, known.freedom))
     out = [words for one in estimates if (words := _outside(fitted, one, sizes))]
-    for name in fitted.names:
+    for name in fitted.names if isinstance(fitted.model.problem, KnownRigProblem) else ():
         places = [one.place for one in estimates if one.effect == name and one.parameter.acts_from_zero]
         if places and _is_no_action(fitted.x[places], known.matrix[np.ix_(places, places)], known.freedom):
             out.append(f"{name} with no more than what the interval of no action allows")
