@@ -227,7 +227,7 @@ def candidates_figure(trace: Trace) -> bytes:
 
 def _with_interval(fitted: Fitted) -> tuple[float, float]:
     """Held-out error and half its 95 % interval, for as many samples as are independent."""
-    out = [e[~t] for e, t in zip(fitted.errors, fitted.holdout.train, strict=True) if not t.all()]
+    out = [error for error in fitted.heldout_errors if error.size]
     count = max(2.0, independent_samples(fitted.heldout_error_deg.size, lag_one_correlation(out), len(out)))
     return fitted.heldout_rmse_deg, _Z * fitted.heldout_rmse_deg / math.sqrt(2 * count)
 

@@ -23,6 +23,7 @@ from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats, Ints
 from hysteresis.path import branches
 from validation.tracing.baseline.curve import CurveProblem
+from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.baseline.rig_problem import Added, RigProblem, observed_angle_deg
 from validation.tracing.baseline.runs import Run
 from validation.tracing.effect import SampleInputs, Values
@@ -192,7 +193,7 @@ def _added(fitted: Fitted) -> tuple[Values, Added]:
 
 def _angle_of_curve(problem: Problem, fitted: Fitted, widest: int, trial: Trial) -> Floats:
     """Angle of a fitted model at a program in place of the widest record, shape (m,)."""
-    assert isinstance(problem, CurveProblem)
+    assert isinstance(problem, CurveProblem | PlayProblem)
     records = list(problem.records)
     records[widest] = replace(records[widest], inputs=trial.inputs)
     baseline, more = fitted.model.values(fitted.x)

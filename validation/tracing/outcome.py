@@ -15,8 +15,9 @@ from validation.tracing.problem import AddedEffect
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.settings import KNOWN_RIG, MOST_COMPETITORS, BaselineName
 
-Verdict = Literal["none", "effect", "ambiguous", "unexplained"]
-"""Nothing is missing; effects are named; effects are named that others explain as well; none is named."""
+Verdict = Literal["none", "effect", "partial", "ambiguous", "unexplained"]
+"""Nothing is missing; effects are named; effects are named that leave much unexplained; effects are named that others
+explain as well; none is named."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +57,8 @@ class Trace:
         Reasons for the verdict.
     alike
         BIC difference below which effects are not distinguished.
+    reference
+        Number of the last records that are a reference: the others are compared with them.
     """
 
     model: BaselineName
@@ -68,6 +71,7 @@ class Trace:
     smooth: Smooth
     words: tuple[str, ...]
     alike: float
+    reference: int = 0
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -81,12 +85,17 @@ class Trace:
 
     @property
     def effects(self) -> tuple[AddedEffect, ...]:
-        """Effects that are named."""
-        return self.augmented.model.added
+        """Effects that are named; of records with a reference, those that the reference does not have."""
+        return self.augmented.model.added[len(self.baseline.names) :]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of these."""
+        return tuple(added.effect.name for added in self.effects)
 
     def __repr__(self) -> str:
         """One line: verdict, effects, held-out error before and after, noise."""
-        names = " + ".join(self.augmented.names)
+        names = " + ".join(self.names)
         errors = f"{self.baseline.heldout_rmse_deg:.3g}"
         if names:
             errors += f" -> {self.augmented.heldout_rmse_deg:.3g}"

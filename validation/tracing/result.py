@@ -18,6 +18,7 @@ from validation.tracing.fitting.channel_errors import ChannelTable, channel_tabl
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.uncertainty import covariance
+from validation.tracing.fitting.folds import Estimate, share
 
 if TYPE_CHECKING:  # a trace makes its own report
     from validation.tracing.next_experiment import Experiment
@@ -96,6 +97,18 @@ class SampleCount:
 
 
 @dataclass(frozen=True)
+class NoiseReport:
+    """Repeatability of the rig, sensor noise, and what the floor is from.
+
+    Repeatability is of cycles or trials that repeat each other; None where there are none.
+    """
+
+    repeatability_deg: float | None
+    sensor_deg: float
+    how: str
+
+
+@dataclass(frozen=True)
 class NextProgram:
     """File with the drive of the proposed record, and its preload; None where the records do not tell theirs."""
 
@@ -115,6 +128,8 @@ class FigureFile:
 class TraceReport:
     """What trace.json holds, field by field in its order.
 
+    ``explained_share`` is the part of the mean square held-out error above the noise floor that the named effects take,
+    or that the nearest candidate would take where none is named. ``reference`` are the records that were compared with.
     ``declared`` has the parameters of the baseline as fitted together with the effects. ``alike`` is the difference of
     the criterion below which candidates are not distinguished. ``words`` are reasons for the verdict.
     """
@@ -124,6 +139,9 @@ class TraceReport:
     noise_floor_deg: float
     before: FoldErrors
     verdict: str
+    explained_share: Estimate | None
+    noise: NoiseReport
+    reference: tuple[str, ...]
     effects: tuple[EffectReport, ...]
     after: FoldErrors
     multibody: MultibodyErrors | None
@@ -177,17 +195,23 @@ def trace_report(
     """Make the report of a trace; ``seconds`` and ``seed`` are passed through."""
     declared, *parameters = fitted_parameters(trace.augmented)
     before = errors_of(trace.baseline)
+    own = len(trace.baseline.names)
+    count = len(trace.records) - trace.reference
+    names = tuple(record_name(record.source, i) for i, record in enumerate(trace.records))
     named = trace.verdict not in UNNAMED
     return TraceReport(
         schema=1,
-        records=tuple(record_name(record.source, i) for i, record in enumerate(trace.records)),
+        records=names[:count],
         noise_floor_deg=trace.floor.deg,
         before=before,
         verdict=trace.verdict,
+        explained_share=_explained_share(trace),
+        noise=NoiseReport(trace.floor.repeats_deg, trace.floor.local_deg, trace.floor.how),
+        reference=names[count:],
         effects=_effects(trace, parameters) if named else (),
         after=errors_of(trace.augmented) if named else before,
         multibody=_multibody(opinion),
-        candidates=tuple(_candidate(candidate) for candidate in ranked(trace.candidates)),
+        candidates=tuple(_candidate(candidate, own) for candidate in ranked(trace.candidates)),
         next_experiment=experiment.words if experiment else "",
         rig_known=trace.known,
         model=trace.model,
@@ -219,35 +243,63 @@ def ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def in_words(report: TraceReport) -> list[str]:
-    """Sentences that say what a trace found, the verdict first."""
-    floor, before, after = report.noise_floor_deg, report.before.heldout, report.after.heldout
+    """Sentences that say what a trace found: the verdict, how sure it is and how much it explains, then reasons."""
+    before, after = report.before.heldout, report.after.heldout
     names = " and ".join(effect.name for effect in report.effects)
+    what = "What changed" if report.reference else "The residual"
     baseline = f"The baseline model has an error of {before.rmse_deg:.3g} deg rms on held-out data"
-    noise = f"the noise is {floor:.3g} deg"
+    noise = f"the noise floor is {report.noise_floor_deg:.3g} deg, from {report.noise.how}"
     falls = f"With {names} in the model it falls to {after.rmse_deg:.3g} deg; {noise}."
     reasons = [*channel_words(report.channels), *(text[:1].upper() + text[1:] + "." for text in report.words)]
+    others = [f"{e.name} or {' or '.join(e.confusable_with)}" for e in report.effects if e.confusable_with]
+    alike = [f"These records do not distinguish {'; '.join(others)}."] if others else []
+    share = _share_words(report.explained_share)
     match report.verdict:
         case "none":
-            return [f"No effect is missing. {baseline}; {noise}.", *reasons]
+            nothing = "Nothing has changed since the reference." if report.reference else "No effect is missing."
+            return [f"{nothing} {baseline}; {noise}.", *reasons]
         case "effect":
-            return [f"The residual is traced to {names}.", f"{baseline}.", falls, *reasons]
+            return [f"{what} is traced to {names}.", f"{baseline}.", falls, *reasons]
+        case "partial":
+            part = f"{what} is traced in part to {names}, which explains {share}."
+            left = (
+                f"The error that is left is {after.rmse_deg / max(report.noise_floor_deg, 1e-12):.2g} times the noise."
+            )
+            return [part, *alike, f"{baseline}.", falls, left, *reasons]
         case "ambiguous":
-            others = [f"{e.name} or {' or '.join(e.confusable_with)}" for e in report.effects if e.confusable_with]
-            alike = f"These records do not distinguish them: the BIC differs by less than {report.alike:.0f}."
             return [
-                f"The residual is traced to one of several: {'; '.join(others)}.",
-                alike,
+                f"{what} is traced to one of several effects: {'; '.join(others)}.",
+                *alike,
                 f"{baseline}.",
                 falls,
                 *reasons,
             ]
-    nearest = [c for c in report.candidates if c.heldout_rmse_deg is not None][:1]
-    return [
-        "The residual has structure that no effect of the catalogue explains.",
-        f"{baseline}; {noise}.",
-        *reasons,
-        *(f"The best candidate is {c.name}, with an error of {c.heldout_rmse_deg:.3g} deg." for c in nearest),
-    ]
+    nearest = min(
+        (c for c in report.candidates if c.heldout_rmse_deg is not None),
+        key=lambda c: c.heldout_rmse_deg or 0.0,
+        default=None,
+    )
+    near = [] if nearest is None else [_nearest_words(nearest, share)]
+    no_effect = "no effect of the catalogue explains it well enough to be named"
+    first = (
+        f"Something has changed since the reference, but {no_effect}."
+        if report.reference
+        else f"The residual has structure, but {no_effect}."
+    )
+    return [first, f"{baseline}; {noise}.", *near, *reasons]
+
+
+def _nearest_words(nearest: CandidateReport, share: str) -> str:
+    explains = f"; it explains {share}" if share else ""
+    return f"The nearest candidate is {nearest.name}, with an error of {nearest.heldout_rmse_deg:.3g} deg{explains}."
+
+
+def _share_words(share: Estimate | None) -> str:
+    """Say a share with its interval."""
+    if share is None:
+        return ""
+    low, high = 100 * share.low, 100 * share.high
+    return f"{100 * share.value:.0f} % ({low:.0f} to {high:.0f} %) of the squared held-out error above the noise"
 
 
 def _multibody(opinion: SecondOpinion | None) -> MultibodyErrors | None:
@@ -256,8 +308,32 @@ def _multibody(opinion: SecondOpinion | None) -> MultibodyErrors | None:
     return MultibodyErrors(opinion.before, opinion.after)
 
 
+def _explained_share(trace: Trace) -> Estimate | None:
+    """Share of the named effects, or of the nearest candidate; None where there is nothing to explain."""
+    best = trace.augmented
+    if trace.verdict == "none":
+        return None
+    if trace.verdict == "unexplained":
+        nearest = nearest_candidate(trace.candidates)
+        if nearest is None:
+            return None
+        best = nearest.fitted
+    before, after = trace.baseline.heldout_errors, best.heldout_errors
+    if [e.size for e in before] != [e.size for e in after]:
+        return None
+    return share(before, after, trace.floor.deg)
+
+
+def nearest_candidate(candidates: Sequence[Candidate]) -> Candidate | None:
+    """Candidate with the least held-out error; None where none has one."""
+    there = [c for c in candidates if math.isfinite(c.fitted.heldout_rmse_deg)]
+    return min(there, key=lambda c: c.fitted.heldout_rmse_deg, default=None)
+
+
 def _effects(trace: Trace, parameters: Sequence[Mapping[str, Parameter]]) -> tuple[EffectReport, ...]:
-    """Effects of the augmented model in the order in which they were added."""
+    """Effects that are named in the order in which they were added."""
+    own = len(trace.baseline.names)
+    parameters = parameters[own:]
     stages = [_stage(trace, k) for k in range(len(trace.effects) + 1)]
     return tuple(
         EffectReport(
@@ -275,16 +351,17 @@ def _stage(trace: Trace, k: int) -> tuple[Fitted, float]:
     """Model with the first k effects, and how much lower its criterion is than the baseline's."""
     if k == 0:
         return trace.baseline, 0.0
-    there = [c for c in trace.candidates if set(c.names) == set(trace.augmented.names[:k])]
+    own = len(trace.baseline.names)
+    there = [c for c in trace.candidates if set(c.names) == set(trace.augmented.names[: own + k])]
     if not there:  # an effect between was left out as needless
         return _stage(trace, k - 1)
     best = max(there, key=lambda c: c.delta_bic)
     return best.fitted, best.delta_bic
 
 
-def _candidate(candidate: Candidate) -> CandidateReport:
+def _candidate(candidate: Candidate, own: int) -> CandidateReport:
     return CandidateReport(
-        " + ".join(candidate.names), _finite(candidate.fitted.heldout_rmse_deg), float(candidate.delta_bic)
+        " + ".join(candidate.names[own:]), _finite(candidate.fitted.heldout_rmse_deg), float(candidate.delta_bic)
     )
 
 
@@ -319,4 +396,8 @@ def errors_of(fitted: Fitted) -> FoldErrors:
     """Errors over the fitted samples, and over the held-out ones."""
     observed, train = np.concatenate(fitted.model.problem.observed), fitted.holdout.train_mask
     predicted = observed + fitted.error_deg
-    return FoldErrors(errors(observed[train], predicted[train]), errors(observed[~train], predicted[~train]))
+    heldout, unseen = ~train, predicted
+    if fitted.fold_errors is not None:
+        unseen = observed + np.concatenate(fitted.fold_errors)
+        heldout = ~np.isnan(unseen)
+    return FoldErrors(errors(observed[train], predicted[train]), errors(observed[heldout], unseen[heldout]))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-BaselineName = Literal["rig", "equivalent rig", "curve"]
+BaselineName = Literal["rig", "equivalent rig", "curve", "play operators"]
 """Kind of baseline model, as in trace.json."""
 
 # --- verdict: when there is something to explain, and when it is explained -------------------------------------------
@@ -180,6 +180,21 @@ LARGEST_TOE_OF_CURVE = 100.0
 """Toe region over the largest preload that is used where the loop grows as much as any toe region allows."""
 CURVE_START_STEPS, CURVE_STARTS = 12, 3
 """Least-squares steps of the curve towards a start of an effect, and starts of a form that are then fitted."""
+LEAST_PLAY_SAMPLES = 150
+"""Samples of all records together from which play operators are fitted: five for a parameter, about."""
+PLAY_POWERS = (0, 1)
+"""Largest powers of the position that the widths of plays depend on, in the baselines that are compared."""
+PLAY_SAMPLES = 900
+"""Samples of a record that play operators are fitted to at most, about; turning points are never left out."""
+PLAY_CURVE = 8
+"""Columns of the spline f of play operators."""
+PLAY_RADII = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.22, 0.3)
+"""Radii of the plays over the largest range of the drive: as dense at small strokes as at large ones."""
+PLAY_START_PART = 0.5
+"""Part of the first stroke that a play may have been moved by: on a virgin branch its loop is half as wide."""
+PLAY_COEFFICIENT, PLAY_PRIOR = 20.0, 3e-3
+"""Bound of a coefficient, and weight of its prior, both over half the largest range of the angle. A coefficient of that
+half range counts as an error of 0.3 % of it."""
 GAIN_FACTOR, GAIN_SCALE = 3.0, 0.01
 """Bounds of a motor's gain as a factor either way, and its scale, relative to the gain that is started from."""
 GAIN_BRANCH_SAMPLES, GAIN_CORRECTIONS = 20, 4
@@ -258,6 +273,25 @@ HELD_OUT_RECORD = 0.3
 """Part of a record that is fitted: with less, the record as a whole counts as held out."""
 SAME_PROTOCOL = 0.1
 """Relative difference up to which preloads, amplitudes and rates are the same."""
+
+MOST_FOLDS, FOLD_BLOCKS, LEAST_FOLD_CYCLES = 4, 4, 3
+"""Folds of a cross-validation at most (more records or cycles are held out several at a time), blocks of a path without
+whole cycles, and cycles of a single record from which they are folds: two to learn from, one to predict."""
+BOOTSTRAP_DRAWS, BOOTSTRAP_SAMPLES, CONFIDENCE = 2000, 40, 0.95
+"""Draws of a bootstrap interval, neighbouring samples that are drawn together, and its level."""
+FOLD_CANDIDATES = 5
+"""Effects of a stage that go on to the folds."""
+FOLD_EFFECTS = 2
+"""Effects at most that folds may name one after the other."""
+FOLD_ALIKE = 1.05
+"""Rms error on held-out data over the best candidate's up to which candidates are not distinguished. Bootstrap intervals
+of a few records are too narrow for less: drag and delay of a catheter are 2 % apart."""
+PARTIAL_SHARE = 1.0 / 3.0
+"""Part of the mean square above the noise that effects must take from the held-out error to be named."""
+
+RIVAL_MARGIN, RIVAL_NOISE = 1.1, 3.0
+"""An equivalent rig with one effect is given up where it leaves more than the held-out error of play operators over the
+first number (its own error is of samples that it was fitted to) and more than the second number times the noise."""
 
 # --- next experiment and second opinion ------------------------------------------------------------------------------
 

@@ -13,6 +13,7 @@ The curve model is fitted where no equivalent rig explains the records, or only 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -29,6 +30,7 @@ from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
 from validation.tracing.baseline.known_rig import known_rig_problem, rig_under_tendon_force
 from validation.tracing.baseline.motor_drive import motor_drive_problem
+from validation.tracing.cross_validated import play_baselines, trace_by_folds, trace_change
 from validation.tracing.effect import Effect, catalogue
 from validation.tracing.fitting import Fitted, Model, fit
 from validation.tracing.fitting.evidence import (
@@ -43,12 +45,21 @@ from validation.tracing.outcome import Trace
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import Progress
 from validation.tracing.settings import CURVE, EARLY_STEPS, EQUIVALENT_RIG, KNOWN_RIG, MOST_STEPS, NOT_ALIKE, POLICIES
-from validation.tracing.verdict import best_of, confirmed_on_heldout, ended_above_noise, is_explained, judge
+from validation.tracing.verdict import (
+    best_of,
+    confirmed_on_heldout,
+    ended_above_noise,
+    is_explained,
+    judge,
+    partial_above_floor,
+    predicts_better,
+)
 
 
 def trace_records(
     records: Sequence[Record],
     *,
+    reference: Sequence[Record] = (),
     threads: int = 2,
     progress: Progress | None = None,
     effects: Sequence[Effect] | None = None,
@@ -59,6 +70,8 @@ def trace_records(
     ----------
     records
         At least one; they share the parameters of the rig.
+    reference
+        Records of the same rig before a change: then only what changed since is traced.
     threads
         For the derivatives.
     progress
@@ -74,10 +87,9 @@ def trace_records(
     if not records:
         raise RecordError("no record: expected at least one")
     report = progress or (lambda words: None)
-    numbered = [r if r.cycle is not None else replace(r, cycle=cycle_index(r)) for r in records]
-    for record in numbered:
-        if record.drive_unit != "N":
-            require_reversal(record)
+    numbered, old = _numbered(records), _numbered(reference)
+    if old:
+        return _traced_change(numbered, old, catalogue() if effects is None else effects, report)
     problem = known_rig_problem(numbered) or motor_drive_problem(numbered)
     notes = problem.channel_words if problem else _rigs_not_used(numbered)
     tried = catalogue() if effects is None else effects
@@ -86,8 +98,29 @@ def trace_records(
             trace = _trace_unknown_geometry(numbered, tried, threads, report)
         else:
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
-    trace = confirmed_on_heldout(trace)
+    trace = trace if trace.baseline.fold_errors is not None else partial_above_floor(confirmed_on_heldout(trace))
     return replace(trace, words=(*trace.words, *notes))
+
+
+def _numbered(records: Sequence[Record]) -> list[Record]:
+    """Give every sample its cycle; refuse records that never reverse."""
+    numbered = [r if r.cycle is not None else replace(r, cycle=cycle_index(r)) for r in records]
+    for record in numbered:
+        if record.drive_unit != "N":
+            require_reversal(record)
+    return numbered
+
+
+def _traced_change(
+    records: Sequence[Record], reference: Sequence[Record], effects: Sequence[Effect], report: Progress
+) -> Trace:
+    """Trace what changed since a reference."""
+    for record in (*records, *reference):
+        if record.drive_unit == "N":
+            where = record.source or "record"
+            raise RecordError(f"{where}: drive.unit = N: expected a drive that reverses, to compare with a reference")
+    with threadpool_limits(1, user_api="blas"):
+        return trace_change(records, reference, effects, report)
 
 
 def find_effects(search: Search, baseline: Fitted, *, down_to_noise: bool = False) -> Trace:
@@ -139,12 +172,16 @@ def _with_better_baseline(search: Search, trace: Trace) -> Trace:
 def _trace_unknown_geometry(
     records: Sequence[Record], effects: Sequence[Effect], threads: int, report: Progress
 ) -> Trace:
-    """Trace records by the simplest rig that explains them, or else by a curve with a loop.
+    """Trace records by the simplest rig that explains them, or else by a curve with a loop or by play operators.
 
     The curve model is also fitted when the equivalent rig needs effects to explain the records. It then counts if it
-    explains them without an effect, or if the rig needs several.
+    explains them without an effect, or if the rig needs several. Where neither comes near the noise, play operators are
+    chosen if they predict better; a search that is far behind their held-out error is given up.
     """
-    rig, by_rig = _trace_equivalent_rig(records, effects, threads, report)
+    report("the baseline model (play operators)")
+    plays = play_baselines(records)
+    rival_deg = math.inf if plays is None else plays.heldout_deg
+    rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, rival_deg)
     traces = [by_rig] if by_rig else []
     explained = by_rig is not None and is_explained(by_rig)
     if by_rig is None or not explained or by_rig.effects:
@@ -152,24 +189,33 @@ def _trace_unknown_geometry(
             search = Search(curve_problem(records, elements=elements), CURVE, effects, 1, report)
             baseline = _baseline_of_all_samples(search)
             if by_rig is None or not explained:
-                traces.append(find_effects(search, baseline))
+                if baseline.rmse_deg <= rival_deg:
+                    traces.append(find_effects(search, baseline))
             elif len(by_rig.effects) > 1 or nothing_to_explain(baseline, CURVE):
                 traces += [one for one in [find_effects(search, baseline)] if one.verdict != "unexplained"]
     unexplained = not explained and all(trace.verdict == "unexplained" for trace in traces)
     if rig and by_rig and unexplained and ended_above_noise(by_rig, rig.policy):
         traces.append(find_effects(rig, by_rig.baseline, down_to_noise=True))
-    best = best_of(traces)
-    return refit_without_heldout(best, POLICIES[best.model], threads, report)
+    best = best_of(traces) if traces else None
+    by_folds = None
+    if plays is not None and (best is None or not is_explained(best)):
+        by_folds = trace_by_folds(plays, effects, report)
+    if best is None or (by_folds is not None and by_folds.augmented.heldout_rmse_deg < best.augmented.rmse_deg):
+        assert by_folds is not None
+        return by_folds
+    best = refit_without_heldout(best, POLICIES[best.model], threads, report)
+    return by_folds if by_folds is not None and predicts_better(by_folds, best) else best
 
 
 def _trace_equivalent_rig(
-    records: Sequence[Record], effects: Sequence[Effect], threads: int, report: Progress
+    records: Sequence[Record], effects: Sequence[Effect], threads: int, report: Progress, rival_deg: float
 ) -> tuple[Search | None, Trace | None]:
     """Trace records by an equivalent rig; None where no such rig follows them."""
     if records[0].drive_unit == "N":
         return None, None
     with suppress(SolverError, RigError):
-        search = Search(equivalent_rig_problem(records), EQUIVALENT_RIG, effects, threads, report)
+        problem = equivalent_rig_problem(records)
+        search = Search(problem, EQUIVALENT_RIG, effects, threads, report, rival_deg=rival_deg)
         search = replace(search, early=_baseline_of_all_samples(search, EARLY_STEPS))
         baseline = _baseline_of_all_samples(search)
         if baseline.rmse_deg < NOT_ALIKE * search.problem.scale.angle_deg:

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
+from validation.tracing.fitting.folds import share
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
 from validation.tracing.plausibility import implausible, remarks
+from validation.tracing.search.by_folds import FoundByFolds
 from validation.tracing.search.stepwise import Selection, Stages
 from validation.tracing.settings import (
     AT_FLOOR,
     EXPLAINED_SHARE,
+    PARTIAL_SHARE,
     SIGNIFICANT_LOOSE,
     VERY_STRONG_EVIDENCE,
     WORTH_NAMING,
@@ -142,6 +147,11 @@ def best_of(traces: list[Trace]) -> Trace:
     return min(traces, key=cost)
 
 
+def predicts_better(by_folds: Trace, other: Trace) -> bool:
+    """Whether a cross-validated trace predicts better, with its effects or without, than one whose model was chosen."""
+    return by_folds.augmented.heldout_rmse_deg < other.augmented.heldout_rmse_deg
+
+
 def confirmed_on_heldout(trace: Trace) -> Trace:
     """Take effects back that leave the held-out error far above the noise, and no lower than it was.
 
@@ -154,3 +164,60 @@ def confirmed_on_heldout(trace: Trace) -> Trace:
     reason = f"with {names} the held-out error is {after:.3g} deg, that of the baseline model is {before:.3g} deg"
     words = (reason, _depends_on(trace.smooth))
     return replace(trace, verdict="unexplained", augmented=trace.baseline, confusable=(), words=words)
+
+
+def partial_above_floor(trace: Trace) -> Trace:
+    """Say that effects explain a part only, where the held-out error with them is far above the noise."""
+    if trace.verdict not in ("effect", "ambiguous"):
+        return trace
+    left = trace.augmented.heldout_rmse_deg
+    return trace if left <= AT_FLOOR * trace.floor.deg else replace(trace, verdict="partial")
+
+
+def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int = 0, floor: NoiseFloor) -> Trace:
+    """Judge what folds have found: their held-out errors decide.
+
+    Parameters
+    ----------
+    words
+        Remarks on the records, which are passed on.
+    reference
+        Number of the last records that are a reference.
+    """
+    baseline, best = found.baseline, found.best
+    samples, smooth = best.samples, smooth_functions(baseline)
+    candidates = tuple(Candidate(g, baseline.bic(samples) - g.bic(samples)) for g in found.candidates)
+    before, after = baseline.heldout_rmse_deg, best.heldout_rmse_deg
+    explained = share(baseline.heldout_errors, best.heldout_errors, floor.deg)
+    reasons, verdict = list(words), cast("Verdict", "effect")
+    if best is baseline or explained.value < PARTIAL_SHARE:
+        verdict = "none" if before <= AT_FLOOR * floor.deg else "unexplained"
+        if best is not baseline:
+            reasons.insert(
+                0, f"{' + '.join(best.names)} takes {100 * explained.value:.0f} % of the error above the noise"
+            )
+        best = baseline
+        if verdict == "unexplained":
+            reasons.insert(0, _depends_on(smooth))
+    elif after > AT_FLOOR * floor.deg:
+        verdict = "partial"
+        reasons.insert(0, _depends_on(smooth_functions(best), "what is left"))
+    alike = found.alike if best is not baseline else ()
+    if verdict == "effect" and any(alike):
+        verdict = "ambiguous"
+    near = {name for names in alike for name in names}
+    gains = [c.delta_bic for c in candidates if set(c.names) & near]
+    least = max((c.delta_bic for c in candidates if c.names == best.names), default=0.0) - min(gains, default=0.0)
+    return Trace(
+        model="play operators",
+        verdict=verdict,
+        baseline=baseline,
+        augmented=best,
+        candidates=candidates,
+        confusable=alike,
+        floor=floor,
+        smooth=smooth,
+        words=tuple(reasons),
+        alike=max(VERY_STRONG_EVIDENCE, 1.0 + least),
+        reference=reference,
+    )

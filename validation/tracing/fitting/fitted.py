@@ -53,6 +53,9 @@ class Fitted:
         Runs of the model that the fit took.
     channels
         Errors of the channels that were fitted, too; None where there are none.
+    fold_errors
+        Errors of all samples, each by a fit that has not seen it, shapes (m_i,), deg, NaN where there is none; None
+        where samples are held out once (``holdout``).
     """
 
     model: Model
@@ -62,6 +65,7 @@ class Fitted:
     jacobian: Floats
     evaluations: int
     channels: ChannelErrors | None = None
+    fold_errors: tuple[Floats, ...] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -83,10 +87,17 @@ class Fitted:
         """Errors of the training samples."""
         return np.asarray(self.error_deg[self.holdout.train_mask])
 
+    @cached_property
+    def heldout_errors(self) -> list[Floats]:
+        """Errors of the held-out samples of each record."""
+        if self.fold_errors is not None:
+            return [error[~np.isnan(error)] for error in self.fold_errors]
+        return [error[~train] for error, train in zip(self.errors, self.holdout.train, strict=True)]
+
     @property
     def heldout_error_deg(self) -> Floats:
         """Errors of the held-out samples."""
-        return np.asarray(self.error_deg[~self.holdout.train_mask])
+        return np.concatenate(self.heldout_errors)
 
     @cached_property
     def train_rmse_deg(self) -> float:

@@ -18,15 +18,41 @@ from validation.tracing.settings import LEAST_NOISE, MAD_TO_SIGMA, NOISE_BRANCH_
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Standard deviation of the angle's noise, deg: from neighbouring samples, and from cycles that repeat, or None."""
+    """Error of the angle that no model can be blamed for.
+
+    Parameters
+    ----------
+    local_deg
+        Sensor noise, from neighbouring samples.
+    repeats_deg
+        Repeatability, from cycles or trials that repeat each other; None where there are none.
+    reference_deg
+        Error that is left on a reference, of records that are compared with one.
+    by_repeats
+        Whether repeatability is the floor where it is known. Otherwise the smaller estimate is: cycles that change
+        count as noise in one of them, corners of the loop in the other.
+    """
 
     local_deg: float
     repeats_deg: float | None
+    reference_deg: float | None = None
+    by_repeats: bool = False
 
     @property
     def deg(self) -> float:
-        """The smaller estimate: cycles that change count as noise in one of them, corners of the loop in the other."""
-        return self.local_deg if self.repeats_deg is None else min(self.local_deg, self.repeats_deg)
+        """The floor."""
+        if self.repeats_deg is None:
+            floor = self.local_deg
+        else:
+            floor = self.repeats_deg if self.by_repeats else min(self.local_deg, self.repeats_deg)
+        return max(floor, self.reference_deg or 0.0)
+
+    @property
+    def how(self) -> str:
+        """Where the floor is from."""
+        if self.reference_deg is not None and self.reference_deg >= self.deg:
+            return "what is left unexplained of the reference"
+        return "cycles that repeat each other" if self.deg == self.repeats_deg else "neighbouring samples"
 
 
 def estimate_noise_floor(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> NoiseFloor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,7 +16,7 @@ from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.starts import FormStarts
-from validation.tracing.settings import STEPS, SearchPolicy
+from validation.tracing.settings import RIVAL_MARGIN, RIVAL_NOISE, STEPS, SearchPolicy
 
 Progress = Callable[[str], None]
 """Called with what is being computed."""
@@ -35,6 +36,8 @@ class Search:
         Called with what is being computed.
     early
         The baseline after a few steps, before it has absorbed an effect; effects are started beside it, too.
+    rival_deg
+        Held-out error of another kind of baseline, which makes a search give up that does not come near it.
     """
 
     problem: Any
@@ -43,6 +46,7 @@ class Search:
     threads: int
     report: Progress
     early: Fitted | None = None
+    rival_deg: float = math.inf
     _forms: dict[str, list[FormStarts]] = field(default_factory=dict)
 
     def forms(self, effect: Effect) -> list[FormStarts]:
@@ -55,6 +59,10 @@ class Search:
                 found = [FormStarts(f.form, [*f.starts, *({**declared, **v} for v in f.starts)]) for f in found]
             self._forms[effect.name] = found
         return self._forms[effect.name]
+
+    def gives_up(self, fitted: Fitted) -> bool:
+        """Whether a model with one effect leaves far more than a rival without any."""
+        return fitted.rmse_deg > max(self.rival_deg / RIVAL_MARGIN, RIVAL_NOISE * fitted.noise.deg)
 
     def with_effect(
         self, fitted: Fitted, added: AddedEffect, x: Floats, most_steps: int = STEPS, known: Floats | None = None

@@ -94,7 +94,7 @@ def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise:
         if not models:
             break
         stages.append(models)
-        if not is_worth_adding(best, models[0], len(search.effects)):
+        if search.gives_up(models[0]) or not is_worth_adding(best, models[0], len(search.effects)):
             break
         front, best = models[:EXTENDED_MODELS], models[0]
         follow = down_to_noise or (policy.absorbs_effects and beats_smooth_functions(best, smooth))

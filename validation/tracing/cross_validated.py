@@ -1,0 +1,125 @@
+"""Trace records of unknown geometry by prediction: play operators as the baseline, folds that choose and report.
+
+Also what changed since a reference: both share one baseline with all that it cannot explain, and only the new records
+may have a further effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hysteresis.record import Record
+from validation.tracing.baseline.play_operators import play_problem
+from validation.tracing.effect import CurveForm, Effect, Values
+from validation.tracing.fitting import Fitted, Model
+from validation.tracing.fitting.fitted import rms
+from validation.tracing.fitting.folds import folds_of, has_folds
+from validation.tracing.fitting.holdout import Holdout
+from validation.tracing.fitting.noise import NoiseFloor
+from validation.tracing.outcome import Trace
+from validation.tracing.problem import AddedEffect
+from validation.tracing.search.by_folds import FoldFits, find_by_folds, fit_all
+from validation.tracing.search.search import Progress
+from validation.tracing.settings import LEAST_PLAY_SAMPLES, PLAY_POWERS
+from validation.tracing.verdict import judge_by_folds
+
+FIRST_STROKE = "the first stroke of each record, which starts from an unknown state, is left out"
+
+
+@dataclass(frozen=True, eq=False)
+class PlayBaselines:
+    """Play operators of constant and of position-dependent width, fitted to all samples, and the folds of the records.
+
+    ``heldout_deg`` is the rms error on samples that a fit has not seen, where inner folds chose between the two.
+    """
+
+    fitted: tuple[Fitted, ...]
+    fits: FoldFits
+    heldout_deg: float
+
+
+def play_baselines(records: Sequence[Record]) -> PlayBaselines | None:
+    """Fit play operators to records; None where they have no parts that can predict each other."""
+    if records[0].drive_unit == "N":
+        return None
+    problems = [play_problem(records, powers=powers) for powers in PLAY_POWERS]
+    prepared = problems[0].records
+    if not has_folds(prepared) or sum(one.kept.size for one in prepared) < LEAST_PLAY_SAMPLES:
+        return None
+    fitted = tuple(fit_all(Model(problem)) for problem in problems)
+    fits = FoldFits(folds_of(prepared))
+    return PlayBaselines(fitted, fits, rms(np.concatenate(fits.heldout(fits.chosen(fitted)))))
+
+
+def trace_by_folds(baselines: PlayBaselines, effects: Sequence[Effect], report: Progress) -> Trace:
+    """Trace records by play operators."""
+    found = find_by_folds(baselines.fitted, effects, baselines.fits, report)
+    return _reported(judge_by_folds(found, [FIRST_STROKE], floor=_floor(found.best)))
+
+
+def trace_change(
+    records: Sequence[Record], reference: Sequence[Record], effects: Sequence[Effect], report: Progress
+) -> Trace:
+    """Trace what changed between a reference and records of the same rig.
+
+    Effects that the reference is found to have act on all records. The error that is left on the reference is the
+    floor: a rig that has not changed leaves as much on the new records.
+
+    Raises
+    ------
+    RecordError
+        Records of different units of the drive.
+    """
+    old = play_baselines(reference)
+    before = None if old is None else trace_by_folds(old, effects, report)
+    shared = () if before is None else before.effects
+    values = [] if before is None or not shared else before.augmented.model.values(before.augmented.x)[1]
+    baselines = [_shared_baseline(records, reference, shared, values, powers) for powers in PLAY_POWERS]
+    prepared = baselines[0].model.problem.records
+    others = [effect for effect in effects if effect.name not in {one.effect.name for one in shared}]
+    found = find_by_folds(baselines, others, FoldFits(folds_of(prepared, len(records))), report)
+    left = _left_of_reference(found.baseline, len(records)) if before is None else before.augmented.heldout_rmse_deg
+    floor = replace(_floor(found.best), reference_deg=left)
+    words = [FIRST_STROKE]
+    if shared:
+        names = " + ".join(one.effect.name for one in shared)
+        words.append(f"the reference itself shows {names}, which all records are given")
+    return _reported(judge_by_folds(found, words, reference=len(reference), floor=floor))
+
+
+def _shared_baseline(
+    records: Sequence[Record],
+    reference: Sequence[Record],
+    shared: Sequence[AddedEffect],
+    values: Sequence[Values],
+    powers: int,
+) -> Fitted:
+    """Fit one baseline to the records and their reference, with the effects that both have, from their values."""
+    forms: list[CurveForm] = [one.form.form for one in shared]
+    problem = play_problem(records, powers=powers, reference=reference, shared=forms)
+    added = tuple(AddedEffect(one.effect, problem.placed(form)) for one, form in zip(shared, forms, strict=True))
+    return fit_all(Model(problem, added), values)
+
+
+def _left_of_reference(baseline: Fitted, records: int) -> float:
+    """Error that the shared baseline leaves on the reference, deg rms."""
+    return rms(np.concatenate(baseline.errors[records:]))
+
+
+def _floor(fitted: Fitted) -> NoiseFloor:
+    return replace(fitted.noise, by_repeats=True)
+
+
+def _reported(trace: Trace) -> Trace:
+    """Say how samples were held out."""
+    by = "each part in turn, by a fit without it; inner folds chose the baseline and the effects"
+
+    def named(fitted: Fitted) -> Fitted:
+        return replace(fitted, holdout=Holdout(fitted.holdout.train, by))
+
+    baseline = named(trace.baseline)
+    augmented = baseline if trace.augmented is trace.baseline else named(trace.augmented)
+    return replace(trace, baseline=baseline, augmented=augmented)

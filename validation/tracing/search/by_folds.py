@@ -1,0 +1,229 @@
+"""Trace records by prediction: effects are named that lower the error on data that the fit has not seen.
+
+The criterion over all samples says little of baselines whose parameters are many and linear: they absorb a part of
+every effect. Here the folds decide.
+
+1. The baselines are fitted to all samples, and every effect beside the one that predicts best. The few effects with the
+   lowest error are candidates.
+2. In every fold, the baselines and the candidates are compared by folds inside the training samples. The best one
+   predicts the samples that were held out, and that error is reported.
+3. An effect is named if most folds choose an effect, if the held-out error falls beyond its interval, and if it
+   matters. Then a further effect is searched for beside it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fem_models.rig.checks import RigError, SolverError
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Effect, Values
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.folds import Fold, fold_errors, gain, mean_square
+from validation.tracing.fitting.holdout import Holdout
+from validation.tracing.fitting.least_squares import fit
+from validation.tracing.fitting.model import Model
+from validation.tracing.problem import AddedEffect, Problem
+from validation.tracing.search.search import Progress
+from validation.tracing.search.starts import linearised_gain
+from validation.tracing.settings import (
+    FOLD_ALIKE,
+    FOLD_CANDIDATES,
+    FOLD_EFFECTS,
+    INFEASIBLE_DEG,
+    LEAST_GAIN,
+    STEPS,
+    WORTH_NAMING,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class FoldFits:
+    """Fits of models to the training samples of folds, each computed once."""
+
+    folds: tuple[Fold, ...]
+    fits: dict[tuple[int, frozenset[int]], Fitted | None] = field(default_factory=dict)
+
+    def fitted(self, candidate: Fitted, left_out: tuple[int, ...]) -> Fitted | None:
+        """Fit a model without some folds, from prior means that have seen no data; None without a solution."""
+        key = (id(candidate), frozenset(left_out))
+        if key not in self.fits:
+            self.fits[key] = self._fit(candidate, left_out)
+        return self.fits[key]
+
+    def _fit(self, candidate: Fitted, left_out: tuple[int, ...]) -> Fitted | None:
+        first, *others = (self.folds[i] for i in left_out)
+        with suppress(SolverError, RigError):
+            return _fit(candidate.model, first.training(*others), candidate.x)
+        return None
+
+    def errors(self, candidate: Fitted, fold: int, *also_left_out: int) -> list[Floats]:
+        """Errors of a model on a fold that it was fitted without; large where it has no solution."""
+        fitted = self.fitted(candidate, (fold, *also_left_out))
+        if fitted is None:
+            return [np.full(int(test.sum()), INFEASIBLE_DEG) for test in self.folds[fold].test if test.any()]
+        return fold_errors(fitted, self.folds[fold])
+
+    def heldout(self, candidates: Sequence[Fitted]) -> list[Floats]:
+        """Errors on all folds, each by the model named for it."""
+        return [error for fold, one in enumerate(candidates) for error in self.errors(one, fold)]
+
+    def everywhere(self, candidate: Fitted) -> list[Floats]:
+        """Errors of one model on all folds."""
+        return self.heldout([candidate] * len(self.folds))
+
+    def chosen_without(self, candidates: Sequence[Fitted], fold: int) -> Fitted:
+        """Model that predicts best inside the training samples of a fold."""
+        inner = [i for i in range(len(self.folds)) if i != fold]
+        costs = [mean_square([e for i in inner for e in self.errors(one, i, fold)]) for one in candidates]
+        return candidates[int(np.argmin(costs))]
+
+    def chosen(self, candidates: Sequence[Fitted]) -> list[Fitted]:
+        """Model that each fold chooses by the samples of the others."""
+        return [self.chosen_without(candidates, fold) for fold in range(len(self.folds))]
+
+    def with_fold_errors(self, fitted: Fitted, by: Sequence[Fitted]) -> Fitted:
+        """Give a fit to all samples the held-out errors of the models that the folds chose."""
+        rows = [np.full(error.size, np.nan) for error in fitted.errors]
+        for fold, one in zip(range(len(self.folds)), by, strict=True):
+            parts = iter(self.errors(one, fold))
+            for row, test in zip(rows, self.folds[fold].test, strict=True):
+                if test.any():
+                    row[test] = next(parts)
+        return replace(fitted, fold_errors=tuple(rows))
+
+
+@dataclass(frozen=True, eq=False)
+class FoundByFolds:
+    """What the folds found.
+
+    Parameters
+    ----------
+    baseline, best
+        Fits to all samples with the errors of the outer folds; the same where nothing is named.
+    candidates
+        Every model that went to the folds.
+    alike
+        For each named effect, those that are not distinguished from it.
+    """
+
+    baseline: Fitted
+    best: Fitted
+    candidates: tuple[Fitted, ...]
+    alike: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """An effect that is named: the fit with it, what each fold chose, and the effects that predict as well."""
+
+    fitted: Fitted
+    chosen: list[Fitted]
+    alike: tuple[str, ...]
+
+
+def find_by_folds(
+    baselines: Sequence[Fitted], effects: Sequence[Effect], fits: FoldFits, report: Progress
+) -> FoundByFolds:
+    """Search for effects beside one of several baselines.
+
+    Parameters
+    ----------
+    baselines
+        Fits to all samples (:func:`fit_all`) of models of the same records.
+    """
+    chosen = fits.chosen(baselines)
+    baseline = min(baselines, key=lambda one: mean_square(fits.everywhere(one)))
+    first = list(chosen)
+    best, candidates, alike = baseline, list[Fitted](), list[tuple[str, ...]]()
+    for _ in range(FOLD_EFFECTS):
+        front = front_runners(best, effects, report)
+        if not front:
+            break
+        report("cross-validation")
+        candidates += [fits.with_fold_errors(one, [one] * len(fits.folds)) for one in front]
+        step = _named(fits, best, chosen, [*baselines, *([best] if best is not baseline else [])], front)
+        if step is None:
+            break
+        best, chosen = step.fitted, step.chosen
+        alike.append(step.alike)
+    before = fits.with_fold_errors(baseline, first)
+    after = before if best is baseline else fits.with_fold_errors(best, chosen)
+    return FoundByFolds(before, after, tuple(candidates), tuple(alike))
+
+
+def fit_all(model: Model, effects: Sequence[Values] = ()) -> Fitted:
+    """Fit a model to all samples, from the problem's start and from values of its effects.
+
+    Raises
+    ------
+    SolverError, RigError
+        The model has no solution there.
+    """
+    return _fit(model, _everything(model.problem), model.coordinates(model.problem.start, effects))
+
+
+def _everything(problem: Problem) -> Holdout:
+    return Holdout(tuple(np.ones(one.kept.size, dtype=bool) for one in problem.records), "nothing")
+
+
+def _fit(model: Model, holdout: Holdout, start: Floats) -> Fitted:
+    mean = Model(model.problem).coordinates(model.problem.start, [])
+    return fit(model, holdout, start, threads=1, most_steps=STEPS, prior_mean=mean)
+
+
+def front_runners(best: Fitted, effects: Sequence[Effect], report: Progress) -> list[Fitted]:
+    """Fit each effect beside a model to all samples; those with the lowest error."""
+    problem, fitted = best.model.problem, list[Fitted]()
+    for effect in effects:
+        if effect.name in best.names:
+            continue
+        starts = [
+            start
+            for form in problem.forms(effect)
+            for values in problem.starts(form)
+            if (start := linearised_gain(best, AddedEffect(effect, form), values)) is not None
+        ]
+        if not starts or (first := max(starts, key=lambda one: one.gain)).gain < LEAST_GAIN:
+            continue
+        report(" + ".join([*best.names, effect.name]))
+        with suppress(SolverError, RigError):
+            model = Model(problem, (*best.model.added, first.added))
+            fitted.append(_fit(model, _everything(problem), first.x))
+    return sorted(fitted, key=lambda one: one.mean_square)[:FOLD_CANDIDATES]
+
+
+def _named(
+    fits: FoldFits, before: Fitted, without: Sequence[Fitted], contained: Sequence[Fitted], front: Sequence[Fitted]
+) -> _Step | None:
+    """Effect that the folds name beside a model; None where they name none.
+
+    Parameters
+    ----------
+    without
+        What each fold chose before.
+    contained
+        Models without a further effect that folds may choose.
+    """
+    errors = {id(one): fits.everywhere(one) for one in front}
+    best = min(front, key=lambda one: mean_square(errors[id(one)]))
+    limit = FOLD_ALIKE**2 * mean_square(errors[id(best)])
+
+    def is_alike(one: Fitted) -> bool:
+        near = mean_square(errors[id(one)]) <= limit
+        return near or not gain(errors[id(one)], errors[id(best)]).is_positive
+
+    similar = [one for one in front if one is not best and is_alike(one)]
+    chosen = fits.chosen([*contained, best, *similar])
+    old, new = fits.heldout(without), fits.heldout(chosen)
+    mattered = mean_square(new) < WORTH_NAMING**2 * mean_square(old)
+    taken = Counter(len(one.names) > len(before.names) for one in chosen)[True]
+    if not (mattered and 2 * taken > len(chosen) and gain(old, new).is_positive):
+        return None
+    sure = [one for one in similar if gain(old, errors[id(one)]).is_positive]
+    return _Step(best, chosen, tuple(dict.fromkeys(one.names[-1] for one in sure)))
