@@ -57,7 +57,7 @@ def call(arguments: Sequence[str]) -> int:
     Bad input and usage errors are reported in one line and give 2; Ctrl-C gives 130.
     """
     try:
-        code = app(args=list(arguments), standalone_mode=False, prog_name="notchbend")
+        code = app(args=repeated(arguments, "trace", "--reference"), standalone_mode=False, prog_name="notchbend")
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
     except BAD_INPUT as error:
@@ -72,6 +72,23 @@ def call(arguments: Sequence[str]) -> int:
     if code == INTERRUPTED:  # the library turns KeyboardInterrupt into this exit code, without a message
         return _complain("interrupted", INTERRUPTED)
     return code if isinstance(code, int) else 0
+
+
+def repeated(arguments: Sequence[str], command: str, option: str) -> list[str]:
+    """Repeat an option of a command before each of its values: ``--option a b`` becomes ``--option a --option b``.
+
+    The command line library takes one value an option. A value ends at the next option.
+    """
+    if not arguments or arguments[0] != command:
+        return list(arguments)
+    out, inside = list[str](), False
+    for one in arguments:
+        if inside and not one.startswith("-") and out[-1] != option:
+            out.append(option)
+        elif one.startswith("-"):
+            inside = one == option
+        out.append(one)
+    return out
 
 
 def _with_value(message: str, arguments: Sequence[str]) -> str:

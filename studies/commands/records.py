@@ -118,14 +118,22 @@ def trace(
     *,
     records: Annotated[list[Path], typer.Argument(help="Records of one rig, CSV; they share its parameters.")],
     out: Out,
+    reference: Annotated[
+        list[Path] | None,
+        typer.Option("--reference", help="Records before a change, CSV: then only what changed since is traced."),
+    ] = None,
     threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for the derivatives.")] = 2,
     common: Common,
 ) -> None:
-    """Trace the residual of records to the effect that the model lacks, with the error before and after."""
+    """Trace the residual of records to the effect that the model lacks, with the error before and after.
+
+    With --reference: what changed between the reference and the records.
+    """
     from studies.commands.tracing import require_kept, summary, trace_files, write_trace
 
-    require_kept(out, records)
-    found = trace_files(records, seed=common.seed, threads=threads, progress=common.shows_progress)
+    old = reference or []
+    require_kept(out, [*records, *old])
+    found = trace_files(records, reference=old, seed=common.seed, threads=threads, progress=common.shows_progress)
     write_trace(found, out)
     common.show(found.report.to_dict(), *summary(found.report), f"report: {out / 'report.html'}")
 

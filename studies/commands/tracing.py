@@ -50,7 +50,14 @@ def require_kept(out: Path, records: Iterable[Path]) -> None:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
 
 
-def trace_files(paths: Sequence[Path], *, seed: int = 0, threads: int = 2, progress: bool = False) -> Traced:
+def trace_files(
+    paths: Sequence[Path],
+    *,
+    reference: Sequence[Path] = (),
+    seed: int = 0,
+    threads: int = 2,
+    progress: bool = False,
+) -> Traced:
     """Read records and trace them (:func:`trace_loaded`).
 
     Raises
@@ -58,14 +65,24 @@ def trace_files(paths: Sequence[Path], *, seed: int = 0, threads: int = 2, progr
     RecordError, RigError, SolverError
         Records that cannot be used, a rig that cannot exist, or one that cannot follow its drive.
     """
-    return trace_loaded([read_record(path) for path in paths], seed=seed, threads=threads, progress=progress)
+    new, old = ([read_record(path) for path in some] for some in (paths, reference))
+    return trace_loaded(new, reference=old, seed=seed, threads=threads, progress=progress)
 
 
-def trace_loaded(records: Sequence[Record], *, seed: int = 0, threads: int = 2, progress: bool = False) -> Traced:
+def trace_loaded(
+    records: Sequence[Record],
+    *,
+    reference: Sequence[Record] = (),
+    seed: int = 0,
+    threads: int = 2,
+    progress: bool = False,
+) -> Traced:
     """Trace records, propose the next experiment, and run the multibody model for a second opinion.
 
     Parameters
     ----------
+    reference
+        Records before a change; see :func:`validation.tracing.trace_records`.
     seed
         Stored with the result; nothing in a trace is random.
     threads
@@ -73,11 +90,11 @@ def trace_loaded(records: Sequence[Record], *, seed: int = 0, threads: int = 2, 
     progress
         Whether to show on a terminal what is being computed.
     """
-    for record in records:
+    for record in (*records, *reference):
         _require_moving(record)
     start = time.perf_counter()
     with status_of_steps(progress, "tracing") as report:
-        trace = trace_records(records, threads=threads, progress=report)
+        trace = trace_records(records, reference=reference, threads=threads, progress=report)
         report("the next experiment")
         experiment = next_experiment(trace)
         report("the multibody model")

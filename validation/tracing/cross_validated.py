@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hysteresis.record import Record
-from validation.tracing.baseline.play_operators import play_problem
+from validation.tracing.baseline.play_operators import PlayProblem, play_problem
 from validation.tracing.effect import CurveForm, Effect, Values
 from validation.tracing.fitting import Fitted, Model
 from validation.tracing.fitting.fitted import rms
@@ -21,9 +21,9 @@ from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.outcome import Trace
 from validation.tracing.problem import AddedEffect
-from validation.tracing.search.by_folds import FoldFits, find_by_folds, fit_all
+from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
 from validation.tracing.search.search import Progress
-from validation.tracing.settings import LEAST_PLAY_SAMPLES, PLAY_POWERS
+from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_POWERS, REFERENCE_MOST
 from validation.tracing.verdict import judge_by_folds
 
 FIRST_STROKE = "the first stroke of each record, which starts from an unknown state, is left out"
@@ -65,8 +65,9 @@ def trace_change(
 ) -> Trace:
     """Trace what changed between a reference and records of the same rig.
 
-    Effects that the reference is found to have act on all records. The error that is left on the reference is the
-    floor: a rig that has not changed leaves as much on the new records.
+    Effects that the reference shows act on all records. The error that is left on the reference is the floor: a rig
+    that has not changed leaves as much on the new records. A named effect that predicts the new records as well where
+    it acts on all of them is no change: a fast record shows a delay that slow ones of the same rig hide.
 
     Raises
     ------
@@ -77,17 +78,44 @@ def trace_change(
     before = None if old is None else trace_by_folds(old, effects, report)
     shared = () if before is None else before.effects
     values = [] if before is None or not shared else before.augmented.model.values(before.augmented.x)[1]
-    baselines = [_shared_baseline(records, reference, shared, values, powers) for powers in PLAY_POWERS]
-    prepared = baselines[0].model.problem.records
-    others = [effect for effect in effects if effect.name not in {one.effect.name for one in shared}]
-    found = find_by_folds(baselines, others, FoldFits(folds_of(prepared, len(records))), report)
-    left = _left_of_reference(found.baseline, len(records)) if before is None else before.augmented.heldout_rmse_deg
-    floor = replace(_floor(found.best), reference_deg=left)
     words = [FIRST_STROKE]
     if shared:
-        names = " + ".join(one.effect.name for one in shared)
-        words.append(f"the reference itself shows {names}, which all records are given")
+        words.append(f"the reference itself shows {_names(shared)}, which all records are given")
+    while True:
+        baselines = [_shared_baseline(records, reference, shared, values, powers) for powers in PLAY_POWERS]
+        fits = FoldFits(folds_of(baselines[0].model.problem.records, len(records)))
+        known = {one.effect.name for one in shared}
+        found = find_by_folds(baselines, [e for e in effects if e.name not in known], fits, report)
+        new = found.best.model.added[len(shared) :]
+        more, values = (*shared, *new), found.best.model.values(found.best.x)[1]
+        if not new or not _predicts_as_well(found, records, reference, more, values):
+            break
+        shared = more
+        words.append(f"{_names(new)} predicts as well where it acts on the reference, too: no change")
+    left = REFERENCE_MOST * _left_of_reference(found.baseline, len(records))
+    if before is not None:  # blocks of one short record are hard to predict: no floor for others
+        left = min(left, before.augmented.heldout_rmse_deg)
+    floor = replace(_floor(found.best), reference_deg=left)
     return _reported(judge_by_folds(found, words, reference=len(reference), floor=floor))
+
+
+def _names(effects: Sequence[AddedEffect]) -> str:
+    return " + ".join(one.effect.name for one in effects)
+
+
+def _predicts_as_well(
+    found: FoundByFolds,
+    records: Sequence[Record],
+    reference: Sequence[Record],
+    shared: Sequence[AddedEffect],
+    values: Sequence[Values],
+) -> bool:
+    """Whether new records are predicted as well by effects that act on the reference, too."""
+    problem = found.best.model.problem
+    assert isinstance(problem, PlayProblem)
+    everywhere = _shared_baseline(records, reference, shared, values, problem.powers)
+    fits = FoldFits(folds_of(everywhere.model.problem.records, len(records)))
+    return rms(np.concatenate(fits.everywhere(everywhere))) <= FOLD_ALIKE * found.best.heldout_rmse_deg
 
 
 def _shared_baseline(
@@ -105,7 +133,7 @@ def _shared_baseline(
 
 
 def _left_of_reference(baseline: Fitted, records: int) -> float:
-    """Error that the shared baseline leaves on the reference, deg rms."""
+    """Give the error that the shared baseline leaves on the reference, deg rms."""
     return rms(np.concatenate(baseline.errors[records:]))
 
 

@@ -279,13 +279,16 @@ MOST_FOLDS, FOLD_BLOCKS, LEAST_FOLD_CYCLES = 4, 4, 3
 whole cycles, and cycles of a single record from which they are folds: two to learn from, one to predict."""
 BOOTSTRAP_DRAWS, BOOTSTRAP_SAMPLES, CONFIDENCE = 2000, 40, 0.95
 """Draws of a bootstrap interval, neighbouring samples that are drawn together, and its level."""
+REFERENCE_MOST = 2.0
+"""Floor of a comparison with a reference at most, over the rms error of the shared model on the reference, which was
+fitted to it."""
 FOLD_CANDIDATES = 5
 """Effects of a stage that go on to the folds."""
 FOLD_EFFECTS = 2
 """Effects at most that folds may name one after the other."""
 FOLD_ALIKE = 1.05
-"""Rms error on held-out data over the best candidate's up to which candidates are not distinguished. Bootstrap intervals
-of a few records are too narrow for less: drag and delay of a catheter are 2 % apart."""
+"""Rms error on held-out data over the best candidate's up to which candidates are not distinguished. Bootstrap
+intervals of a few records are too narrow for less: drag and delay of a catheter are 2 % apart."""
 PARTIAL_SHARE = 1.0 / 3.0
 """Part of the mean square above the noise that effects must take from the held-out error to be named."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import cast
 
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
 from validation.tracing.fitting.fitted import Fitted
@@ -19,6 +18,7 @@ from validation.tracing.settings import (
     AT_FLOOR,
     EXPLAINED_SHARE,
     PARTIAL_SHARE,
+    SIGNIFICANT,
     SIGNIFICANT_LOOSE,
     VERY_STRONG_EVIDENCE,
     WORTH_NAMING,
@@ -189,10 +189,12 @@ def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int 
     candidates = tuple(Candidate(g, baseline.bic(samples) - g.bic(samples)) for g in found.candidates)
     before, after = baseline.heldout_rmse_deg, best.heldout_rmse_deg
     explained = share(baseline.heldout_errors, best.heldout_errors, floor.deg)
-    reasons, verdict = list(words), cast("Verdict", "effect")
-    if best is baseline or explained.value < PARTIAL_SHARE:
+    reasons = list(words)
+    verdict: Verdict = "effect"
+    near = before <= SIGNIFICANT * floor.deg
+    if best is baseline or near or explained.value < PARTIAL_SHARE:
         verdict = "none" if before <= AT_FLOOR * floor.deg else "unexplained"
-        if best is not baseline:
+        if best is not baseline and not near:
             reasons.insert(
                 0, f"{' + '.join(best.names)} takes {100 * explained.value:.0f} % of the error above the noise"
             )
@@ -205,8 +207,8 @@ def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int 
     alike = found.alike if best is not baseline else ()
     if verdict == "effect" and any(alike):
         verdict = "ambiguous"
-    near = {name for names in alike for name in names}
-    gains = [c.delta_bic for c in candidates if set(c.names) & near]
+    others = {name for names in alike for name in names}
+    gains = [c.delta_bic for c in candidates if set(c.names) & others]
     least = max((c.delta_bic for c in candidates if c.names == best.names), default=0.0) - min(gains, default=0.0)
     return Trace(
         model="play operators",

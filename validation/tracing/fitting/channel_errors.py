@@ -60,8 +60,13 @@ def _by_channel(fitted: Fitted) -> dict[str, dict[str, dict[str, float]]]:
             series.append((channel.name, channel.unit, channel.measured, [e / channel.weight for e in own]))
     out = {}
     for name, unit, measured, errors in series:
-        parts = {"train": masks, "heldout": [~mask for mask in masks]}
-        out[name] = {fold: _errors(unit, measured, errors, chosen) for fold, chosen in parts.items()}
+        unseen, outside = errors, [~mask for mask in masks]
+        if name == "angle" and fitted.fold_errors is not None:
+            unseen, outside = fitted.fold_errors, [~np.isnan(error) for error in fitted.fold_errors]
+        out[name] = {
+            "train": _errors(unit, measured, errors, masks),
+            "heldout": _errors(unit, measured, unseen, outside),
+        }
     return out
 
 
