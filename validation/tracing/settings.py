@@ -186,8 +186,9 @@ PLAY_POWERS = (0, 1)
 """Largest powers of the position that the widths of plays depend on, in the baselines that are compared."""
 PLAY_SAMPLES = 900
 """Samples of a record that play operators are fitted to at most, about; turning points are never left out."""
-PLAY_CURVE = 8
-"""Columns of the spline f of play operators."""
+PLAY_CURVE, PLAY_CURVE_SCALE = 8, 30.0
+"""Columns of the spline f of play operators, and their scale over half the largest range of the angle: so large that
+the prior does not pull f to nothing."""
 PLAY_RADII = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.22, 0.3)
 """Radii of the plays over the largest range of the drive: as dense at small strokes as at large ones."""
 PLAY_START_PART = 0.5

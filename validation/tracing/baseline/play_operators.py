@@ -25,13 +25,14 @@ from hysteresis.path import branches
 from hysteresis.prandtl_ishlinskii import plays
 from hysteresis.record import Record
 from validation.tracing.baseline.curve_scale import CurveScale, PlacedForm
-from validation.tracing.baseline.samples import kept_samples, mean_slope, middle_of
+from validation.tracing.baseline.samples import kept_samples, middle_of
 from validation.tracing.effect import CurveContext, CurveForm, Effect, FreeParameter, Need, Values, cycles_repeat
 from validation.tracing.prepared import PreparedRecord, RecordSet, prepare
 from validation.tracing.problem import require_one_unit
 from validation.tracing.settings import (
     PLAY_COEFFICIENT,
     PLAY_CURVE,
+    PLAY_CURVE_SCALE,
     PLAY_PRIOR,
     PLAY_RADII,
     PLAY_SAMPLES,
@@ -152,7 +153,7 @@ class PlayProblem(RecordSet):
             if form.backbone is not None and self.is_compared:
                 f = form.backbone(f, context, mine)
             if form.loop_size is not None:
-                weight = weight * form.loop_size(f, context, mine)
+                weight = weight * self._loop_size(i, form, mine, f)
         theta = f + weight * (loops @ coefficients[PLAY_CURVE:])
         for form, mine in acting:
             if form.angle is not None:
@@ -160,6 +161,20 @@ class PlayProblem(RecordSet):
             if form.observe is not None:
                 theta = form.observe(theta, self.inputs[i], mine)
         return theta
+
+    @cached_property
+    def _loop_sizes(self) -> dict[tuple[Any, ...], Floats]:
+        return {}
+
+    def _loop_size(self, i: int, form: CurveForm, mine: Values, f: Floats) -> Floats:
+        """Factor on the loop, remembered: derivatives by the widths of plays leave f as it is."""
+        assert form.loop_size is not None
+        key = (i, id(form), *mine.values(), f.tobytes())
+        if key not in self._loop_sizes:
+            if len(self._loop_sizes) > _MOST_REMEMBERED:
+                self._loop_sizes.clear()
+            self._loop_sizes[key] = form.loop_size(f, self._context(i), mine)
+        return self._loop_sizes[key]
 
     def _columns(self, acting: Sequence[tuple[CurveForm, Values]]) -> list[tuple[Floats, Floats]]:
         """Columns of f and of the plays of each record, remembered: most calls change the coefficients alone."""
@@ -273,15 +288,15 @@ def play_problem(
         time=min(float(one.inputs.time_s[-1] - one.inputs.time_s[0]) for one in used),
         unit=records[0].drive_unit,
     )
-    line = mean_slope(drives, observed) * (np.linspace(low, high, PLAY_CURVE) - middle)  # a straight f
-    widths = len(PLAY_RADII) * (powers + 1)
-    names = [f"f_{k}" for k in range(PLAY_CURVE)] + [f"play_{k}" for k in range(widths)]
     bound = PLAY_COEFFICIENT * scale.angle
+    curve = [FreeParameter(f"f_{k}", "deg", -bound, bound, PLAY_CURVE_SCALE * scale.angle) for k in range(PLAY_CURVE)]
+    widths = range(len(PLAY_RADII) * (powers + 1))
+    parameters = (*curve, *(FreeParameter(f"play_{k}", "deg", -bound, bound, scale.angle) for k in widths))
     return PlayProblem(
         records=used,
         powers=powers,
-        parameters=tuple(FreeParameter(name, "deg", -bound, bound, scale.angle) for name in names),
-        start=dict(zip(names, [*line.tolist(), *[0.0] * widths], strict=True)),
+        parameters=parameters,
+        start={parameter.name: 0.0 for parameter in parameters},
         middle=middle,
         scale=scale,
         range=(low - middle, high - middle),

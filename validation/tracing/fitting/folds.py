@@ -67,6 +67,27 @@ def folds_of(records: Sequence[PreparedRecord], traced: int | None = None) -> tu
     )
 
 
+def inner_folds(records: Sequence[PreparedRecord], folds: Sequence[Fold], outer: int) -> tuple[Fold, ...]:
+    """Folds inside the training samples of an outer fold: the other folds, or parts of the only other one.
+
+    Without the latter a fit inside one of two records would have nothing to learn from.
+    """
+    others = tuple(fold for i, fold in enumerate(folds) if i != outer)
+    if len(others) > 1:
+        return others
+    whole = others[0].test
+    labels = [_within(one)[0] for one in records]
+    parts = np.unique(np.concatenate([label[mask] for label, mask in zip(labels, whole, strict=True)]))
+    groups = np.array_split(parts, min(MOST_FOLDS, parts.size))
+    return tuple(
+        Fold(
+            tuple(mask & np.isin(label, group) for label, mask in zip(labels, whole, strict=True)),
+            f"part {i + 1} of {others[0].name}",
+        )
+        for i, group in enumerate(groups)
+    )
+
+
 def _cycles(one: PreparedRecord) -> Ints:
     """Numbers of the cycles of a record."""
     return np.unique(one.inputs.cycle[one.inputs.cycle >= 1])

@@ -24,10 +24,11 @@ from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.effect import Effect, Values
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.folds import Fold, fold_errors, gain, mean_square
+from validation.tracing.fitting.folds import Fold, fold_errors, folds_of, gain, inner_folds, mean_square
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
+from validation.tracing.prepared import PreparedRecord
 from validation.tracing.problem import AddedEffect, Problem
 from validation.tracing.search.search import Progress
 from validation.tracing.search.starts import linearised_gain
@@ -47,31 +48,38 @@ class FoldFits:
     """Fits of models to the training samples of folds, each computed once."""
 
     folds: tuple[Fold, ...]
+    inner: tuple[tuple[Fold, ...], ...]
     fits: dict[tuple[int, frozenset[int]], Fitted | None] = field(default_factory=dict)
 
-    def fitted(self, candidate: Fitted, left_out: tuple[int, ...]) -> Fitted | None:
+    @classmethod
+    def of(cls, records: Sequence[PreparedRecord], traced: int | None = None) -> FoldFits:
+        """Divide records into folds, and each training set again; as in :func:`folds_of`."""
+        folds = folds_of(records, traced)
+        return cls(folds, tuple(inner_folds(records, folds, i) for i in range(len(folds))))
+
+    def fitted(self, candidate: Fitted, *left_out: Fold) -> Fitted | None:
         """Fit a model without some folds, from prior means that have seen no data; None without a solution."""
-        key = (id(candidate), frozenset(left_out))
+        key = (id(candidate), frozenset(map(id, left_out)))
         if key not in self.fits:
             self.fits[key] = self._fit(candidate, left_out)
         return self.fits[key]
 
-    def _fit(self, candidate: Fitted, left_out: tuple[int, ...]) -> Fitted | None:
-        first, *others = (self.folds[i] for i in left_out)
+    def _fit(self, candidate: Fitted, left_out: tuple[Fold, ...]) -> Fitted | None:
+        first, *others = left_out
         with suppress(SolverError, RigError):
             return _fit(candidate.model, first.training(*others), candidate.x)
         return None
 
-    def errors(self, candidate: Fitted, fold: int, *also_left_out: int) -> list[Floats]:
+    def errors(self, candidate: Fitted, fold: Fold, *also_left_out: Fold) -> list[Floats]:
         """Errors of a model on a fold that it was fitted without; large where it has no solution."""
-        fitted = self.fitted(candidate, (fold, *also_left_out))
+        fitted = self.fitted(candidate, fold, *also_left_out)
         if fitted is None:
-            return [np.full(int(test.sum()), INFEASIBLE_DEG) for test in self.folds[fold].test if test.any()]
-        return fold_errors(fitted, self.folds[fold])
+            return [np.full(int(test.sum()), INFEASIBLE_DEG) for test in fold.test if test.any()]
+        return fold_errors(fitted, fold)
 
     def heldout(self, candidates: Sequence[Fitted]) -> list[Floats]:
         """Errors on all folds, each by the model named for it."""
-        return [error for fold, one in enumerate(candidates) for error in self.errors(one, fold)]
+        return [e for fold, one in zip(self.folds, candidates, strict=True) for e in self.errors(one, fold)]
 
     def everywhere(self, candidate: Fitted) -> list[Floats]:
         """Errors of one model on all folds."""
@@ -79,8 +87,8 @@ class FoldFits:
 
     def chosen_without(self, candidates: Sequence[Fitted], fold: int) -> Fitted:
         """Model that predicts best inside the training samples of a fold."""
-        inner = [i for i in range(len(self.folds)) if i != fold]
-        costs = [mean_square([e for i in inner for e in self.errors(one, i, fold)]) for one in candidates]
+        outer, inner = self.folds[fold], self.inner[fold]
+        costs = [mean_square([e for one in inner for e in self.errors(model, one, outer)]) for model in candidates]
         return candidates[int(np.argmin(costs))]
 
     def chosen(self, candidates: Sequence[Fitted]) -> list[Fitted]:
@@ -90,9 +98,9 @@ class FoldFits:
     def with_fold_errors(self, fitted: Fitted, by: Sequence[Fitted]) -> Fitted:
         """Give a fit to all samples the held-out errors of the models that the folds chose."""
         rows = [np.full(error.size, np.nan) for error in fitted.errors]
-        for fold, one in zip(range(len(self.folds)), by, strict=True):
+        for fold, one in zip(self.folds, by, strict=True):
             parts = iter(self.errors(one, fold))
-            for row, test in zip(rows, self.folds[fold].test, strict=True):
+            for row, test in zip(rows, fold.test, strict=True):
                 if test.any():
                     row[test] = next(parts)
         return replace(fitted, fold_errors=tuple(rows))

@@ -1,0 +1,155 @@
+"""Play operators, folds and references, on loops by stop operators that no model of the tracer has exactly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hysteresis.arrays import Floats
+from hysteresis.record import Record, RecordError
+from validation.tracing import trace_records
+from validation.tracing.baseline.curve import curve_problem
+from validation.tracing.baseline.play_operators import play_problem, spline_columns
+from validation.tracing.cross_validated import play_baselines, trace_by_folds, trace_change
+from validation.tracing.effect import catalogue
+from validation.tracing.fitting import Model
+from validation.tracing.fitting.folds import folds_of, gain, mean_square, share
+from validation.tracing.result import in_words, trace_report
+from validation.tracing.search.by_folds import FoldFits, fit_all
+
+NOISE_DEG = 0.02
+STOPS_MM = (0.13, 0.37, 0.6, 0.9)  # limits of the stops; none is a radius of the model
+
+
+def angle_of(drive: Floats) -> Floats:
+    """Angle of a curve with stop operators (Iwan 1966): s moves with the drive within its limits."""
+    out = 9.0 * drive + 0.5 * drive**2 - 0.25 * drive**3
+    for limit in STOPS_MM:
+        s, last = 0.0, drive[0]
+        row = np.empty(drive.size)
+        for i, x in enumerate(drive):
+            s = min(limit, max(-limit, s + x - last))
+            last, row[i] = x, s
+        out = out + 1.5 * row
+    return out
+
+
+def record(name: str, seed: int, *, rate_Hz: float = 0.1, delay_s: float = 0.0, cycles: int = 5) -> Record:
+    """Record of cycles of decaying amplitude, which nest."""
+    time = np.arange(0.0, cycles / rate_Hz, 1.0 / (90 * rate_Hz))
+    drive = 2.0 * np.exp(-0.12 * time * rate_Hz) * np.sin(2 * np.pi * rate_Hz * time)
+    angle = angle_of(drive)
+    noise = NOISE_DEG * np.random.default_rng(seed).normal(size=time.size)
+    late = np.interp(time - delay_s, time, angle)
+    return Record(drive=drive, angle_deg=late + noise, drive_unit="mm", time_s=time, source=name)
+
+
+@pytest.fixture(scope="module")
+def slow_and_fast() -> list[Record]:
+    return [record("slow", 1), record("faster", 2, rate_Hz=0.2), record("fast", 3, rate_Hz=0.4)]
+
+
+def test_loops_that_nest_are_predicted_by_plays_and_not_by_bouc_wen(slow_and_fast: list[Record]) -> None:
+    plays = play_baselines(slow_and_fast)
+    assert plays is not None
+    span = float(np.ptp(slow_and_fast[0].angle_deg))
+    assert plays.heldout_deg < 0.005 * span
+    bouc_wen = fit_all(Model(curve_problem(slow_and_fast, elements=1)))
+    assert bouc_wen.rmse_deg > 2 * plays.heldout_deg  # though of samples that it was fitted to
+
+
+def test_no_sample_of_a_fold_is_fitted(slow_and_fast: list[Record]) -> None:
+    problem = play_problem(slow_and_fast, powers=0)
+    fitted, folds = fit_all(Model(problem)), folds_of(problem.records)
+    assert np.all(sum(fold.test[0].astype(int) for fold in folds) == 1)
+    spoiled = [one if i != 1 else replace(one, angle_deg=-one.angle_deg) for i, one in enumerate(slow_and_fast)]
+    other = fit_all(Model(play_problem(spoiled, powers=0)))
+    start = replace(other, x=fitted.x)
+    mine = FoldFits.of(problem.records).fitted(fitted, folds[1])
+    with_spoiled = FoldFits.of(start.model.problem.records).fitted(start, folds[1])
+    assert mine is not None
+    assert with_spoiled is not None
+    # the scale of the coefficients is the largest range of all records, which the sign does not change
+    assert with_spoiled.x == pytest.approx(mine.x, abs=1e-6)
+
+
+def test_a_delay_is_named_with_its_size(slow_and_fast: list[Record]) -> None:
+    late = [
+        record(f"{one.source} late", 10 + i, rate_Hz=0.1 * 2**i, delay_s=0.05) for i, one in enumerate(slow_and_fast)
+    ]
+    plays = play_baselines(late)
+    assert plays is not None
+    trace = trace_by_folds(plays, catalogue(), lambda words: None)
+    assert "time_delay" in {*trace.names, *(name for names in trace.confusable for name in names)}
+    report = trace_report(trace)
+    assert report.explained_share is not None
+    assert report.explained_share.value > 0.8
+    assert report.after.heldout.rmse_deg < 0.5 * report.before.heldout.rmse_deg
+    if trace.names[0] == "time_delay":
+        assert report.effects[0].parameters["delay_s"].value == pytest.approx(0.05, rel=0.15)
+
+
+def test_a_change_is_found_and_no_change_is_none(slow_and_fast: list[Record]) -> None:
+    again = [record("again", 21), record("again fast", 22, rate_Hz=0.4)]
+    effects = catalogue()
+    same = trace_change(again, slow_and_fast, effects, lambda words: None)
+    assert same.verdict == "none"
+    assert in_words(trace_report(same))[0].startswith("Nothing has changed")
+    width = 0.15
+    loose = [replace(one, angle_deg=angle_of(_play(one.drive, width / 2)) + _noise(one, 5)) for one in again]
+    changed = trace_records(loose, reference=slow_and_fast)
+    report = trace_report(changed)
+    assert report.reference == ("slow", "faster", "fast")
+    assert report.records == ("again", "again fast")
+    assert "backlash" in {*changed.names, *(name for names in changed.confusable for name in names)}
+    if changed.names[0] == "backlash":
+        (found,) = report.effects[0].parameters.values()
+        assert found.value == pytest.approx(width, rel=0.2)
+
+
+def test_what_the_reference_shows_as_well_is_no_change() -> None:
+    late = [record("a", 31, delay_s=0.05), record("b", 32, rate_Hz=0.2, delay_s=0.05)]
+    fast = [record("c", 33, rate_Hz=0.8, delay_s=0.05)]
+    trace = trace_change(fast, late, catalogue(), lambda words: None)
+    assert "time_delay" not in trace.names
+    assert trace.verdict == "none"
+
+
+def test_a_reference_under_a_force_is_refused(slow_and_fast: list[Record]) -> None:
+    under_force = replace(slow_and_fast[0], drive_unit="N")
+    with pytest.raises(RecordError, match=r"drive.unit = N"):
+        trace_records([under_force], reference=[under_force])
+    with pytest.raises(RecordError, match="expected mm"):
+        trace_records([slow_and_fast[0]], reference=[replace(slow_and_fast[1], drive_unit="deg")])
+
+
+def test_the_spline_goes_on_straight() -> None:
+    x = np.linspace(-3.0, 3.0, 61)
+    columns = spline_columns(x, -1.0, 1.0, 8)
+    assert columns.sum(axis=1) == pytest.approx(1.0)  # partition of unity
+    outside = columns[x >= 1.0 - 1e-9]
+    assert np.abs(np.diff(outside, 2, axis=0)).max() < 1e-9
+
+
+def test_gain_and_share_by_hand() -> None:
+    before, after = [np.full(400, 0.5)], [np.full(400, 0.3)]
+    better = gain(before, after)
+    assert (better.value, better.low, better.high) == pytest.approx((0.16, 0.16, 0.16))
+    assert not gain(before, before).is_positive
+    part = share(before, after, 0.1)
+    assert part.value == pytest.approx((0.25 - 0.09) / (0.25 - 0.01))
+    assert mean_square([np.array([3.0, 4.0])]) == 12.5
+
+
+def _play(drive: Floats, radius: float) -> Floats:
+    out, p = np.empty(drive.size), drive[0]
+    for i, x in enumerate(drive):
+        p = max(x - radius, min(x + radius, p))
+        out[i] = p
+    return out
+
+
+def _noise(one: Record, seed: int) -> Floats:
+    return NOISE_DEG * np.random.default_rng(seed).normal(size=one.drive.size)
