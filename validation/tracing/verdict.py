@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
 from validation.tracing.fitting.folds import share
+from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
 from validation.tracing.plausibility import implausible, remarks

@@ -150,7 +150,8 @@ def find_by_folds(
     first = list(chosen)
     best, candidates, alike = baseline, list[Fitted](), list[tuple[str, ...]]()
     for _ in range(FOLD_EFFECTS):
-        front = front_runners(best, effects, report)
+        like_named = {name for names in alike for name in names}  # would share the size of the named effect
+        front = front_runners(best, [e for e in effects if e.name not in like_named], report)
         if not front:
             break
         report("cross-validation")
