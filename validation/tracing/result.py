@@ -17,8 +17,8 @@ from hysteresis.uncertainty import Parameter
 from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.uncertainty import covariance
 from validation.tracing.fitting.folds import Estimate, share
+from validation.tracing.fitting.uncertainty import covariance
 
 if TYPE_CHECKING:  # a trace makes its own report
     from validation.tracing.next_experiment import Experiment

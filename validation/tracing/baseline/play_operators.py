@@ -128,15 +128,19 @@ class PlayProblem(RecordSet):
         Each record is an independent run of the operators: drive, f, backbone, plays, angle, observe.
         """
         acting = [(placed.form, placed.relative_values(mine)) for placed, mine in added]
+        acting.sort(key=lambda one: self._is_shared(one[0]))  # so that a change counts in the unit of the record
         coefficients = np.array([values[parameter.name] for parameter in self.parameters])
         return [
             self._record(i, coefficients, columns, self._acting(i, acting))
             for i, columns in enumerate(self._columns(acting))
         ]
 
+    def _is_shared(self, form: CurveForm) -> bool:
+        return any(form is one for one in self.shared)
+
     def _acting(self, i: int, forms: Sequence[tuple[CurveForm, Values]]) -> Sequence[tuple[CurveForm, Values]]:
         """Forms that act on a record."""
-        return forms if self.changed[i] else [one for one in forms if any(one[0] is form for form in self.shared)]
+        return forms if self.changed[i] else [one for one in forms if self._is_shared(one[0])]
 
     def _record(
         self,
@@ -208,7 +212,7 @@ class PlayProblem(RecordSet):
             drive_half_range=self.scale.drive,
             angle_half_range_deg=self.scale.angle,
             straight_deg=0.0,
-            initial_state=0.0,
+            initial_state=float(np.sign(self.arrived[i])),
             preload_ratio=1.0,
             loop_ratio=1.0,
             toe_ratio=0.0,
