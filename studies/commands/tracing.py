@@ -16,10 +16,12 @@ from hysteresis.record_file import read_record
 from studies.commands.identification import STANDSTILL_DEG
 from studies.progress import status_of_steps
 from studies.report.trace_page import trace_page
-from validation.tracing import trace_records
+from validation.tracing import catalogue, trace_records
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import next_experiment
-from validation.tracing.result import FigureFile, NextProgram, TraceReport, in_words, trace_report
+from validation.tracing.outcome import Trace
+from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report
+from validation.tracing.search.detection import detection_limits
 from validation.tracing.second_opinion import second_opinion
 
 NEXT = "next-experiment.csv"
@@ -95,6 +97,8 @@ def trace_loaded(
     start = time.perf_counter()
     with status_of_steps(progress, "tracing") as report:
         trace = trace_records(records, reference=reference, threads=threads, progress=report)
+        report("detection limits")
+        limits = limits_of(trace)
         report("the next experiment")
         experiment = next_experiment(trace)
         report("the multibody model")
@@ -102,7 +106,7 @@ def trace_loaded(
         report("figures")
         drawn = figures(trace)
     seconds = time.perf_counter() - start
-    found = trace_report(trace, experiment=experiment, opinion=opinion, seconds=seconds, seed=seed)
+    found = trace_report(trace, experiment=experiment, opinion=opinion, limits=limits, seconds=seconds, seed=seed)
     program = experiment.csv()
     found = replace(
         found,
@@ -110,6 +114,13 @@ def trace_loaded(
         figures=tuple(FigureFile(name, caption) for name, (_, caption) in drawn.items()),
     )
     return Traced(found, {name: png for name, (png, _) in drawn.items()}, program)
+
+
+def limits_of(trace: Trace) -> list[DetectionLimit]:
+    """Give the detection limits of the records; none where named effects leave nothing to find."""
+    if trace.verdict not in ("none", "partial", "unexplained"):
+        return []
+    return detection_limits(trace.augmented, catalogue(), trace.floor.deg)
 
 
 def write_trace(traced: Traced, out: Path) -> None:

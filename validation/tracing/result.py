@@ -109,6 +109,16 @@ class NoiseReport:
 
 
 @dataclass(frozen=True)
+class DetectionLimit:
+    """Smallest size of an effect that records would have shown in nine of ten repetitions."""
+
+    name: str
+    parameter: str
+    size: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class NextProgram:
     """File with the drive of the proposed record, and its preload; None where the records do not tell theirs."""
 
@@ -129,7 +139,8 @@ class TraceReport:
     """What trace.json holds, field by field in its order.
 
     ``explained_share`` is the part of the mean square held-out error above the noise floor that the named effects take,
-    or that the nearest candidate would take where none is named. ``reference`` are the records that were compared with.
+    or that the nearest candidate would take where none is named. ``detection_limits`` has the smallest size of each
+    effect that the records would have shown. ``reference`` are the records that were compared with.
     ``declared`` has the parameters of the baseline as fitted together with the effects. ``alike`` is the difference of
     the criterion below which candidates are not distinguished. ``words`` are reasons for the verdict.
     """
@@ -144,6 +155,7 @@ class TraceReport:
     reference: tuple[str, ...]
     effects: tuple[EffectReport, ...]
     after: FoldErrors
+    detection_limits: tuple[DetectionLimit, ...]
     multibody: MultibodyErrors | None
     candidates: tuple[CandidateReport, ...]
     next_experiment: str
@@ -189,6 +201,7 @@ def trace_report(
     *,
     experiment: Experiment | None = None,
     opinion: SecondOpinion | None = None,
+    limits: Sequence[DetectionLimit] = (),
     seconds: float | None = None,
     seed: int = 0,
 ) -> TraceReport:
@@ -210,6 +223,7 @@ def trace_report(
         reference=names[count:],
         effects=_effects(trace, parameters) if named else (),
         after=errors_of(trace.augmented) if named else before,
+        detection_limits=tuple(limits),
         multibody=_multibody(opinion),
         candidates=tuple(_candidate(candidate, own) for candidate in ranked(trace.candidates)),
         next_experiment=experiment.words if experiment else "",
@@ -257,7 +271,7 @@ def in_words(report: TraceReport) -> list[str]:
     match report.verdict:
         case "none":
             nothing = "Nothing has changed since the reference." if report.reference else "No effect is missing."
-            return [f"{nothing} {baseline}; {noise}.", *reasons]
+            return [f"{nothing} {baseline}; {noise}.", *_limit_words(report.detection_limits), *reasons]
         case "effect":
             return [f"{what} is traced to {names}.", f"{baseline}.", falls, *reasons]
         case "partial":
@@ -292,6 +306,14 @@ def in_words(report: TraceReport) -> list[str]:
 def _nearest_words(nearest: CandidateReport, share: str) -> str:
     explains = f"; it explains {share}" if share else ""
     return f"The nearest candidate is {nearest.name}, with an error of {nearest.heldout_rmse_deg:.3g} deg{explains}."
+
+
+def _limit_words(limits: Sequence[DetectionLimit]) -> list[str]:
+    """Say from what size on effects would have been seen."""
+    if not limits:
+        return []
+    shown = ", ".join(f"{one.name} from {one.size:.2g} {one.unit}" for one in limits)
+    return [f"In nine of ten such records these would have been found: {shown}."]
 
 
 def _share_words(share: Estimate | None) -> str:

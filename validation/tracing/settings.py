@@ -297,6 +297,10 @@ RIVAL_MARGIN, RIVAL_NOISE = 1.1, 3.0
 """An equivalent rig with one effect is given up where it leaves more than the held-out error of play operators over the
 first number (its own error is of samples that it was fitted to) and more than the second number times the noise."""
 
+NINE_OF_TEN, DETECTION_RUNS, SAME_ACTION = 1.28, 6, 0.1
+"""Standard deviations above which nine of ten of a normal distribution lie, runs of the model in which the size of a
+detection limit is found, and how near its action comes to what is needed: the rules are no sharper than a tenth."""
+
 # --- next experiment and second opinion ------------------------------------------------------------------------------
 
 PRELOAD_FACTORS, AMPLITUDE_FACTORS, RATE_FACTORS = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)

@@ -18,6 +18,7 @@ from validation.tracing.fitting import Model
 from validation.tracing.fitting.folds import folds_of, gain, mean_square, share
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.search.by_folds import FoldFits, fit_all
+from validation.tracing.search.detection import detection_limits
 
 NOISE_DEG = 0.02
 STOPS_MM = (0.13, 0.37, 0.6, 0.9)  # limits of the stops; none is a radius of the model
@@ -153,3 +154,22 @@ def _play(drive: Floats, radius: float) -> Floats:
 
 def _noise(one: Record, seed: int) -> Floats:
     return NOISE_DEG * np.random.default_rng(seed).normal(size=one.drive.size)
+
+
+def test_a_detection_limit_is_where_an_effect_begins_to_be_named(slow_and_fast: list[Record]) -> None:
+    plays = play_baselines(slow_and_fast)
+    assert plays is not None
+    clean = trace_by_folds(plays, catalogue(), lambda words: None)
+    limits = {one.name: one for one in detection_limits(clean.augmented, catalogue(), clean.floor.deg)}
+    delay_s = limits["time_delay"].size
+    assert limits["time_delay"].parameter == "delay_s"
+
+    def names(size_s: float) -> set[str]:
+        late = [record(f"{i}", 40 + i, rate_Hz=0.1 * 2**i, delay_s=size_s) for i in range(3)]
+        baselines = play_baselines(late)
+        assert baselines is not None
+        trace = trace_by_folds(baselines, catalogue(), lambda words: None)
+        return {*trace.names, *(name for near in trace.confusable for name in near)}
+
+    assert "time_delay" in names(2.0 * delay_s)
+    assert "time_delay" not in names(0.25 * delay_s)

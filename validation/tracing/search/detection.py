@@ -1,0 +1,131 @@
+"""Detection limits: the smallest size of each effect that these records would have shown.
+
+An effect is added to the model that was found, larger and larger, and the records are thought of as made with it. What
+the other parameters cannot absorb of its action (their linearised fit) must be large enough to be named by the rules of
+the search: worth naming against the error that is left, beyond the bar of the criterion, and by a margin that nine of
+ten repetitions pass. Limits of this kind are those of a linearised fit; a search may miss an effect of that size for
+want of a start.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Effect, FreeParameter, Values
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.least_squares import solve
+from validation.tracing.fitting.model import Model
+from validation.tracing.problem import AddedEffect
+from validation.tracing.result import DetectionLimit
+from validation.tracing.settings import (
+    DETECTION_RUNS,
+    LARGEST_FACTOR,
+    NINE_OF_TEN,
+    SAME_ACTION,
+    VERY_STRONG_EVIDENCE,
+    WORTH_NAMING,
+)
+
+
+def detection_limits(fitted: Fitted, effects: Sequence[Effect], floor_deg: float) -> list[DetectionLimit]:
+    """Give the detection limit of each effect with an amount that a model does not have.
+
+    Effects without a limit within the bounds of their parameters are left out: no size that the fit allows would show.
+
+    Parameters
+    ----------
+    fitted
+        The model that was found, fitted to records.
+    floor_deg
+        Noise floor; the error that is left counts where it is larger.
+    """
+    left = max(floor_deg, fitted.heldout_rmse_deg if math.isfinite(fitted.heldout_rmse_deg) else 0.0)
+    needed = needed_rms_deg(fitted, left, len(effects))
+    out = []
+    for effect in effects:
+        if effect.name in fitted.names:
+            continue
+        found = [limit for form in _forms(fitted, effect) if (limit := _limit(fitted, effect, form, needed))]
+        if found:
+            out.append(found[0])
+    return out
+
+
+def needed_rms_deg(fitted: Fitted, left_deg: float, effects: int) -> float:
+    """Rms action, which other parameters cannot absorb, of an effect that would be named in nine of ten repetitions.
+
+    With the action a and the error that is left s, the error before is sqrt(s^2 + a^2). The rules ask for a ratio of
+    the errors of ``WORTH_NAMING`` and for a gain n log(1 + a^2 / s^2) of the criterion; n are independent samples. The
+    amplitude of the action is known to s / sqrt(n).
+    """
+    count = max(2.0, fitted.samples)
+    bar = VERY_STRONG_EVIDENCE + 2 * math.log(max(1, effects)) + math.log(count)
+    by_criterion = math.sqrt(math.expm1(min(bar / count, 50.0)))
+    by_worth = math.sqrt(1 / WORTH_NAMING**2 - 1)
+    return left_deg * (max(by_criterion, by_worth) + NINE_OF_TEN / math.sqrt(count))
+
+
+def _forms(fitted: Fitted, effect: Effect) -> list[Any]:
+    """Forms with an amount, those with the fewest parameters first."""
+    forms = [f for f in fitted.model.problem.forms(effect) if any(p.acts_from_zero for p in f.parameters)]
+    return sorted(forms, key=lambda form: len(form.parameters))
+
+
+def _limit(fitted: Fitted, effect: Effect, form: Any, needed_deg: float) -> DetectionLimit | None:
+    """Scale the first start of a form until its action is as large as needed; None beyond its bounds."""
+    starts = fitted.model.problem.starts(form)
+    own = {p.name for p in form.parameters}
+    if not starts:
+        return None
+    start = {name: value for name, value in starts[0].items() if name in own}
+    amount = next(p for p in form.parameters if p.acts_from_zero and start[p.name])
+    most = _largest_factor(form.parameters, start)
+    factor = min(1.0, most)
+    for _ in range(DETECTION_RUNS):
+        action = action_deg(fitted, AddedEffect(effect, form), _scaled(form.parameters, start, factor))
+        if action is None or action <= 0.0:
+            return None
+        step = needed_deg / action
+        if abs(step - 1.0) < SAME_ACTION:
+            return DetectionLimit(effect.name, amount.name, abs(start[amount.name]) * factor, amount.unit)
+        factor = float(np.clip(factor * step, 1.0 / LARGEST_FACTOR, LARGEST_FACTOR))
+        if factor > most:
+            return None
+    return None  # no size has just the action that is needed
+
+
+def _largest_factor(parameters: Sequence[FreeParameter], start: Values) -> float:
+    factors = [
+        (p.high if start[p.name] > 0 else p.low) / start[p.name]
+        for p in parameters
+        if p.acts_from_zero and start[p.name]
+    ]
+    return min(factors, default=0.0)
+
+
+def _scaled(parameters: Sequence[FreeParameter], start: Values, factor: float) -> dict[str, float]:
+    return {p.name: start[p.name] * (factor if p.acts_from_zero else 1.0) for p in parameters}
+
+
+def action_deg(fitted: Fitted, added: AddedEffect, values: Values) -> float | None:
+    """Rms change of the angle by an effect, less what the other parameters absorb of it; None without a solution."""
+    model = Model(fitted.model.problem, (*fitted.model.added, added))
+    baseline, effects = fitted.model.values(fitted.x)
+    low, high = model.bounds()
+    x = np.clip(model.coordinates(baseline, [*effects, values]), low, high)
+    try:
+        change = fitted.holdout.stacked(model.errors(x)) - fitted.error_deg
+    except (SolverError, RigError):
+        return None
+    if not np.isfinite(change).all():
+        return None
+    jacobian: Floats = fitted.jacobian
+    remaining = change + jacobian @ solve(jacobian, -change)
+    return math.sqrt(float(remaining @ remaining) / remaining.size)
