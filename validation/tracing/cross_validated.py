@@ -16,9 +16,9 @@ from validation.tracing.baseline.play_operators import PlayProblem, play_problem
 from validation.tracing.effect import CurveForm, Effect, Values
 from validation.tracing.fitting import Fitted, Model
 from validation.tracing.fitting.fitted import rms
-from validation.tracing.fitting.folds import has_folds
+from validation.tracing.fitting.folds import folds_of, has_folds
 from validation.tracing.fitting.holdout import Holdout
-from validation.tracing.fitting.noise import NoiseFloor
+from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
 from validation.tracing.outcome import Trace
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
@@ -50,7 +50,7 @@ def play_baselines(records: Sequence[Record]) -> PlayBaselines | None:
     if not has_folds(prepared) or sum(one.kept.size for one in prepared) < LEAST_PLAY_SAMPLES:
         return None
     fitted = tuple(fit_all(Model(problem)) for problem in problems)
-    fits = FoldFits.of(prepared)
+    fits = FoldFits(folds_of(prepared))
     return PlayBaselines(fitted, fits, rms(np.concatenate(fits.heldout(fits.chosen(fitted)))))
 
 
@@ -83,7 +83,7 @@ def trace_change(
         words.append(f"the reference itself shows {_names(shared)}, which all records are given")
     while True:
         baselines = [_shared_baseline(records, reference, shared, values, powers) for powers in PLAY_POWERS]
-        fits = FoldFits.of(baselines[0].model.problem.records, len(records))
+        fits = FoldFits(folds_of(baselines[0].model.problem.records, len(records)))
         known = {one.effect.name for one in shared}
         found = find_by_folds(baselines, [e for e in effects if e.name not in known], fits, report)
         new = found.best.model.added[len(shared) :]
@@ -114,7 +114,7 @@ def _predicts_as_well(
     problem = found.best.model.problem
     assert isinstance(problem, PlayProblem)
     everywhere = _shared_baseline(records, reference, shared, values, problem.powers)
-    fits = FoldFits.of(everywhere.model.problem.records, len(records))
+    fits = FoldFits(folds_of(everywhere.model.problem.records, len(records)))
     return rms(np.concatenate(fits.everywhere(everywhere))) <= FOLD_ALIKE * found.best.heldout_rmse_deg
 
 
@@ -138,7 +138,9 @@ def _left_of_reference(baseline: Fitted, records: int) -> float:
 
 
 def _floor(fitted: Fitted) -> NoiseFloor:
-    return replace(fitted.noise, by_repeats=True)
+    """Give the floor of a fit: what one cycle differs from the next, drift taken out, where cycles repeat."""
+    repeats = repeatability_deg(fitted.model.problem.records, fitted.residuals)
+    return replace(fitted.noise, repeats_deg=repeats, by_repeats=True)
 
 
 def _reported(trace: Trace) -> Trace:

@@ -275,6 +275,8 @@ HELD_OUT_RECORD = 0.3
 SAME_PROTOCOL = 0.1
 """Relative difference up to which preloads, amplitudes and rates are the same."""
 
+LEAST_FOLD_RECORDS = 2
+"""Records above which a record is a fold."""
 MOST_FOLDS, FOLD_BLOCKS, LEAST_FOLD_CYCLES = 4, 4, 3
 """Folds of a cross-validation at most (more records or cycles are held out several at a time), blocks of a path without
 whole cycles, and cycles of a single record from which they are folds: two to learn from, one to predict."""

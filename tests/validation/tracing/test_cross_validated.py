@@ -68,8 +68,8 @@ def test_no_sample_of_a_fold_is_fitted(slow_and_fast: list[Record]) -> None:
     spoiled = [one if i != 1 else replace(one, angle_deg=-one.angle_deg) for i, one in enumerate(slow_and_fast)]
     other = fit_all(Model(play_problem(spoiled, powers=0)))
     start = replace(other, x=fitted.x)
-    mine = FoldFits.of(problem.records).fitted(fitted, folds[1])
-    with_spoiled = FoldFits.of(start.model.problem.records).fitted(start, folds[1])
+    mine = FoldFits(folds).fitted(fitted, folds[1])
+    with_spoiled = FoldFits(folds).fitted(start, folds[1])
     assert mine is not None
     assert with_spoiled is not None
     # the scale of the coefficients is the largest range of all records, which the sign does not change

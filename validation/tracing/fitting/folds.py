@@ -1,7 +1,8 @@
 """Cross-validation: folds that report, folds inside them that choose, and whether one model predicts better.
 
 A figure that is printed as held out comes from a fold that has chosen nothing (nested cross-validation; Varma, Simon
-2006, doi 10.1186/1471-2105-7-91). A fold is a record where there are several, else a cycle, else a block of the path.
+2006, doi 10.1186/1471-2105-7-91). A fold is a record where there are several; half of one of two records, since a fit
+without one of them could not learn what their protocols tell together; else a cycle, else a block of the path.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from validation.tracing.settings import (
     CONFIDENCE,
     FOLD_BLOCKS,
     LEAST_FOLD_CYCLES,
+    LEAST_FOLD_RECORDS,
     MOST_FOLDS,
 )
 
@@ -54,9 +56,13 @@ def folds_of(records: Sequence[PreparedRecord], traced: int | None = None) -> tu
         default.
     """
     own = list(records[:traced])
-    if len(own) > 1:
-        labels: list[Ints] = [np.full(one.kept.size, i) for i, one in enumerate(own)]
-        names = [Path(one.record.source).name or f"record {i + 1}" for i, one in enumerate(own)]
+    labels: list[Ints]
+    if len(own) > LEAST_FOLD_RECORDS:
+        labels = [np.full(one.kept.size, i) for i, one in enumerate(own)]
+        names = [_name(one, i) for i, one in enumerate(own)]
+    elif len(own) > 1:
+        labels = [_half(one) + 2 * i for i, one in enumerate(own)]
+        names = [f"{half} half of {_name(one, i)}" for i, one in enumerate(own) for half in ("first", "second")]
     else:
         label, names = _within(own[0])
         labels = [label]
@@ -67,25 +73,16 @@ def folds_of(records: Sequence[PreparedRecord], traced: int | None = None) -> tu
     )
 
 
-def inner_folds(records: Sequence[PreparedRecord], folds: Sequence[Fold], outer: int) -> tuple[Fold, ...]:
-    """Folds inside the training samples of an outer fold: the other folds, or parts of the only other one.
+def _name(one: PreparedRecord, i: int) -> str:
+    return Path(one.record.source).name or f"record {i + 1}"
 
-    Without the latter a fit inside one of two records would have nothing to learn from.
-    """
-    others = tuple(fold for i, fold in enumerate(folds) if i != outer)
-    if len(others) > 1:
-        return others
-    whole = others[0].test
-    labels = [_within(one)[0] for one in records]
-    parts = np.unique(np.concatenate([label[mask] for label, mask in zip(labels, whole, strict=True)]))
-    groups = np.array_split(parts, min(MOST_FOLDS, parts.size))
-    return tuple(
-        Fold(
-            tuple(mask & np.isin(label, group) for label, mask in zip(labels, whole, strict=True)),
-            f"part {i + 1} of {others[0].name}",
-        )
-        for i, group in enumerate(groups)
-    )
+
+def _half(one: PreparedRecord) -> Ints:
+    """0 in the first half of a record and 1 in the second, divided between two cycles where there are several."""
+    cycles, middle = one.inputs.cycle, one.kept.size // 2
+    starts = np.flatnonzero(np.diff(cycles)) + 1
+    cut = int(starts[np.argmin(np.abs(starts - middle))]) if starts.size else middle
+    return (np.arange(one.kept.size) >= cut).astype(np.int64)
 
 
 def _cycles(one: PreparedRecord) -> Ints:

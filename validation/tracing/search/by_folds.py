@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -24,11 +25,10 @@ from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.effect import Effect, Values
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.folds import Fold, fold_errors, folds_of, gain, inner_folds, mean_square
+from validation.tracing.fitting.folds import Fold, fold_errors, gain, mean_square
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
-from validation.tracing.prepared import PreparedRecord
 from validation.tracing.problem import AddedEffect, Problem
 from validation.tracing.search.search import Progress
 from validation.tracing.search.starts import linearised_gain
@@ -48,14 +48,7 @@ class FoldFits:
     """Fits of models to the training samples of folds, each computed once."""
 
     folds: tuple[Fold, ...]
-    inner: tuple[tuple[Fold, ...], ...]
     fits: dict[tuple[int, frozenset[int]], Fitted | None] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, records: Sequence[PreparedRecord], traced: int | None = None) -> FoldFits:
-        """Divide records into folds, and each training set again; as in :func:`folds_of`."""
-        folds = folds_of(records, traced)
-        return cls(folds, tuple(inner_folds(records, folds, i) for i in range(len(folds))))
 
     def fitted(self, candidate: Fitted, *left_out: Fold) -> Fitted | None:
         """Fit a model without some folds, from prior means that have seen no data; None without a solution."""
@@ -87,7 +80,8 @@ class FoldFits:
 
     def chosen_without(self, candidates: Sequence[Fitted], fold: int) -> Fitted:
         """Model that predicts best inside the training samples of a fold."""
-        outer, inner = self.folds[fold], self.inner[fold]
+        outer = self.folds[fold]
+        inner = [one for one in self.folds if one is not outer]
         costs = [mean_square([e for one in inner for e in self.errors(model, one, outer)]) for model in candidates]
         return candidates[int(np.argmin(costs))]
 
@@ -195,7 +189,7 @@ def front_runners(best: Fitted, effects: Sequence[Effect], report: Progress) -> 
         starts = [
             start
             for form in problem.forms(effect)
-            for values in problem.starts(form)
+            for values in either_sign(form, problem.starts(form))
             if (start := linearised_gain(best, AddedEffect(effect, form), values)) is not None
         ]
         if not starts or (first := max(starts, key=lambda one: one.gain)).gain < LEAST_GAIN:
@@ -205,6 +199,13 @@ def front_runners(best: Fitted, effects: Sequence[Effect], report: Progress) -> 
             model = Model(problem, (*best.model.added, first.added))
             fitted.append(_fit(model, _everything(problem), first.x))
     return sorted(fitted, key=lambda one: one.mean_square)[:FOLD_CANDIDATES]
+
+
+def either_sign(form: Any, starts: Sequence[Values]) -> list[Values]:
+    """Give starts, and these with the amounts of the other sign where their bounds allow one."""
+    signed = {p.name for p in form.parameters if p.acts_from_zero and p.low < 0 < p.high}
+    mirrored = [{name: -v if name in signed else v for name, v in start.items()} for start in starts if signed]
+    return [*starts, *(other for other in mirrored if other not in starts)]
 
 
 def _named(
