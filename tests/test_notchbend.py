@@ -115,7 +115,9 @@ def test_identify_of_several_records_and_settings_is_that_of_the_command(record:
         nb.write_record(one, path)
     options = ["--elements", "0", "--seed", "3", "--out", str(tmp_path / "fit"), "--quiet"]
     assert call(["identify", *map(str, paths), *options]) == 0
-    fit = nb.identify([nb.read_record(path) for path in paths], settings=nb.IdentifySettings(elements=None, seed=3))
+    fit = nb.identify(
+        [nb.read_record(path) for path in paths], settings=nb.IdentifySettings(elements=None, law="auto", seed=3)
+    )
     assert without_time(fit.to_dict()) == without_time(json.loads((tmp_path / "fit" / "identify.json").read_text()))
     table = np.genfromtxt(tmp_path / "fit" / "identify-2.csv", delimiter=",", names=True)
     for name, column in fit.to_dataframe(1).items():

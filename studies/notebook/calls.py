@@ -6,6 +6,7 @@ Imports inside a function are needed by it alone, so that ``import notchbend`` i
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
     from validation.tracing.outcome import Trace
 
 _FOR_COMPENSATION = IdentifySettings(elements=None)
+
+
+OF_THE_COMMAND = replace(DEFAULTS, law="auto")
+"""Settings that ``notchbend identify`` has by default."""
 
 
 def simulate(rig: Rig, program: LoadProgram, engine: EngineName = "multibody") -> Record:
@@ -53,7 +58,7 @@ def simulate(rig: Rig, program: LoadProgram, engine: EngineName = "multibody") -
 def identify(
     records: Record | Sequence[Record],
     *,
-    settings: IdentifySettings = DEFAULTS,
+    settings: IdentifySettings = OF_THE_COMMAND,
     use_rig: bool = True,
     progress: bool = False,
 ) -> Fit:
@@ -64,7 +69,7 @@ def identify(
     Parameters
     ----------
     settings
-        Of the search and of the model.
+        Of the search and of the model; by default folds choose the law, as the command has it.
     use_rig
         False ignores the rig and fits the curve.
     progress
@@ -80,11 +85,13 @@ def identify(
     return identify_records(_listed(records), settings=settings, use_rig=use_rig, progress=progress)
 
 
-def trace(records: Record | Sequence[Record], *, threads: int = 2) -> Trace:
+def trace(records: Record | Sequence[Record], *, reference: Record | Sequence[Record] = (), threads: int = 2) -> Trace:
     """Trace the residual of records of one rig to the physical effect that the model lacks.
 
     Parameters
     ----------
+    reference
+        Records of the same rig before a change: then only what changed since is traced.
     threads
         For derivatives.
 
@@ -95,7 +102,7 @@ def trace(records: Record | Sequence[Record], *, threads: int = 2) -> Trace:
     """
     from validation.tracing import trace_records
 
-    return trace_records(_listed(records), threads=threads)
+    return trace_records(_listed(records), reference=_listed(reference), threads=threads)
 
 
 def separate(

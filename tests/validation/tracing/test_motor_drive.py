@@ -33,7 +33,7 @@ def measured(rig, seed, unit="deg", mm=MM_PER_DEG):
 def test_gain_and_effect_are_found_together():
     mm = -MM_PER_DEG  # a motor that turns in the other direction
     rigs = [preset("du2018", preload_N=T) for T in (20.0, 10.0)]
-    records = [measured(replace(rig, slack=Slack(0.2, 0.2)), i, mm=mm) for i, rig in enumerate(rigs)]
+    records = [measured(replace(rig, slack=Slack(0.35, 0.35)), i, mm=mm) for i, rig in enumerate(rigs)]
     trace = trace_records(records)
     assert trace.known
     assert trace.augmented.names == ("tendon_slack",)
@@ -48,7 +48,7 @@ def test_gain_and_effect_are_found_together():
 
 def test_the_next_record_is_in_turns_of_the_motor():
     rigs = [preset("du2018", preload_N=T) for T in (20.0, 10.0)]
-    trace = trace_records([measured(replace(rig, slack=Slack(0.2, 0.2)), i) for i, rig in enumerate(rigs)])
+    trace = trace_records([measured(replace(rig, slack=Slack(0.35, 0.35)), i) for i, rig in enumerate(rigs)])
     experiment = next_experiment(trace)
     assert experiment.csv().startswith("drive_deg,time_s\n")
     assert experiment.program is None  # which is in mm
