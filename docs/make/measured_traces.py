@@ -26,7 +26,7 @@ HEADING = "## Results"
 
 def page(reports: Mapping[str, TraceReport]) -> str:
     """Markdown of all groups: a table, then each with its verdict, parameters and figure."""
-    head = ["records", "model", "verdict", "noise, deg", "before, deg", "after, deg", "after / before", "s"]
+    head = ["records", "model", "verdict", "floor, deg", "before, deg", "after, deg", "share explained, %", "s"]
     parts = [table(head, [_row(name, report) for name, report in reports.items()])]
     parts += [_section(name, report) for name, report in reports.items()]
     return "\n\n".join(parts) + "\n"
@@ -36,9 +36,18 @@ def _row(name: str, report: TraceReport) -> list[str]:
     before, after = report.before.heldout.rmse_deg, report.after.heldout.rmse_deg
     named = " + ".join(_alike(effect) for effect in report.effects)
     numbers = [f"{value:.3g}" for value in (report.noise_floor_deg, before, after)]
-    nearest = [f"; best candidate {_plus(c.name)}, {c.heldout_rmse_deg:.3g} deg" for c in report.candidates[:1]]
+    there = [c for c in report.candidates if c.heldout_rmse_deg is not None]
+    there.sort(key=lambda c: c.heldout_rmse_deg or 0.0)
+    nearest = [f"; nearest {_plus(c.name)}, {c.heldout_rmse_deg:.3g} deg" for c in there[:1]]
     verdict = f"{report.verdict}: {named}" if named else report.verdict + "".join(nearest)
-    return [f"`{name}`", report.model, verdict, *numbers, f"{after / before:.2f}", f"{report.seconds:.0f}"]
+    return [f"`{name}`", report.model, verdict, *numbers, _share(report), f"{report.seconds:.0f}"]
+
+
+def _share(report: TraceReport) -> str:
+    if (share := report.explained_share) is None:
+        return "-"
+    own = f"{100 * share.value:.0f} ({100 * share.low:.0f} to {100 * share.high:.0f})"
+    return own if report.effects else f"nearest: {own}"
 
 
 def _plus(names: str) -> str:

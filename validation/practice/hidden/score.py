@@ -1,0 +1,157 @@
+"""Score the tracer on measured records with a hidden change.
+
+    python -m validation.practice.hidden.score --measured DIR --seed 7 --count 40 --out hidden.json
+
+Each case is traced, and so is its control, the untouched records. What is named in the control is not counted for or
+against. A change is in the set if it is named or not distinguished from a named effect. Lost counts and leaps are in no
+model: there nothing new may be named.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.progress import track
+
+from hysteresis.record import Record
+from validation.practice.hidden.changes import OUTSIDE
+from validation.practice.hidden.draw import HiddenCase, nth
+from validation.tracing import Trace, trace_records
+
+SAME_SIZE = 0.25
+"""Relative deviation up to which a size counts as found."""
+
+
+@dataclass(frozen=True)
+class HiddenOutcome:
+    """What the tracer said of one case, and of its control; ``size`` is found over true, None where not found."""
+
+    name: str
+    group: str
+    change: str
+    ratio: float
+    verdict: str
+    named: tuple[str, ...]
+    alike: tuple[str, ...]
+    of_control: tuple[str, ...]
+    size: float | None
+    before_deg: float
+    after_deg: float
+    seconds: float
+
+    @property
+    def new(self) -> tuple[str, ...]:
+        """Effects that are named in the case alone."""
+        return tuple(name for name in self.named if name not in self.of_control)
+
+    @property
+    def in_set(self) -> bool:
+        """Whether the change is named, or not distinguished from a named effect."""
+        return self.change in {*self.named, *self.alike}
+
+
+def outcome(case: HiddenCase, control: Trace) -> HiddenOutcome:
+    """Trace a case and compare it with its truth and with the trace of its control."""
+    start = time.perf_counter()
+    trace = trace_records(case.case.records)
+    near = tuple(dict.fromkeys(name for names in trace.confusable for name in names))
+    return HiddenOutcome(
+        name=case.case.name,
+        group=case.group,
+        change=case.change,
+        ratio=case.case.truth.ratios[0],
+        verdict=trace.verdict,
+        named=trace.names,
+        alike=near,
+        of_control=(*control.names, *(name for names in control.confusable for name in names)),
+        size=None if case.change in OUTSIDE else _found_over_true(trace, case),
+        before_deg=trace.baseline.heldout_rmse_deg,
+        after_deg=trace.augmented.heldout_rmse_deg,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _found_over_true(trace: Trace, case: HiddenCase) -> float | None:
+    """Size of the change in the best model that has it, over the true one."""
+    models = [trace.augmented, *(c.fitted for c in trace.candidates)]
+    there = [one for one in models if case.change in one.names and math.isfinite(one.heldout_rmse_deg)]
+    if not there:
+        return None
+    best = min(there, key=lambda one: one.heldout_rmse_deg)
+    values = dict(zip(best.names, best.model.values(best.x)[1], strict=True))[case.change]
+    numbers = case.case.truth.numbers[case.change]
+    found, true = _size(values, case.control), _size(numbers, case.control)
+    return None if not found or not true else found / true
+
+
+def _size(values: object, records: Sequence[Record]) -> float | None:
+    """One number for the size of a change, whatever form it was drawn or fitted in."""
+    assert isinstance(values, dict)
+    known = {
+        name.rsplit("_", 1)[0] if name.endswith(("_mm", "_deg", "_s", "_step")) else name: values[name]
+        for name in values
+    }
+    if "deg_per_s" in values:
+        return float(values["deg_per_s"])
+    if "size" in known and "time" in known:  # mean rate over the longest record
+        longest = max(float(np.ptp(one.time_s)) for one in records if one.time_s is not None)
+        return float(-known["size"] * np.expm1(-longest / known["time"]) / longest)
+    if "sine" in known:
+        return math.hypot(known["sine"], known["cosine"])
+    return next((float(known[name]) for name in ("delay", "width", "amplitude") if name in known), None)
+
+
+def table(outcomes: Sequence[HiddenOutcome]) -> list[str]:
+    """Rows of a page: by change, in the set, named first, size within a quarter, and nothing new for those outside."""
+    rows = [
+        "| hidden change | cases | in the set | first | size within 25 %, of those in the set | something new named |"
+    ]
+    rows.append("|---|---|---|---|---|---|")
+    for change in dict.fromkeys(one.change for one in outcomes):
+        rows.append(_row(change.replace("_", " "), [one for one in outcomes if one.change == change]))
+    inside = [one for one in outcomes if one.change not in OUTSIDE]
+    outside = [one for one in outcomes if one.change in OUTSIDE]
+    rows += [_row("all of the catalogue", inside), _row("lost counts and leaps", outside)]
+    return rows
+
+
+def _row(name: str, some: Sequence[HiddenOutcome]) -> str:
+    found = [one for one in some if one.in_set]
+    sized = sum(one.size is not None and abs(one.size - 1) <= SAME_SIZE for one in found)
+    first = sum(one.named[:1] == (one.change,) for one in some)
+    outside = bool(some) and some[0].change in OUTSIDE
+    own = ("-", "-", "-") if outside else (f"{len(found)}", f"{first}", f"{sized} of {len(found)}")
+    new = sum(any(name != one.change and one.change not in one.alike for name in one.new) for one in some)
+    return f"| {name} | {len(some)} | {' | '.join(own)} | {new} |"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Trace cases and their controls, print the table and write all outcomes."""
+    parser = argparse.ArgumentParser(prog="python -m validation.practice.hidden.score", description=__doc__)
+    parser.add_argument("--measured", type=Path, required=True, help="folder of the measured records")
+    parser.add_argument("--seed", type=int, required=True, help="of the set")
+    parser.add_argument("--count", type=int, default=40, help="cases")
+    parser.add_argument("--out", type=Path, required=True, help="JSON")
+    options = parser.parse_args(arguments)
+    controls: dict[tuple[str, ...], Trace] = {}
+    outcomes = list[HiddenOutcome]()
+    for number in track(range(options.count), description="cases"):
+        case = nth(options.measured, options.seed, number)
+        key = tuple(record.source for record in case.control)
+        if key not in controls:
+            controls[key] = trace_records(case.control)
+        outcomes.append(outcome(case, controls[key]))
+        stored = {"seed": options.seed, "cases": [asdict(one) for one in outcomes]}
+        options.out.write_text(json.dumps(stored, indent=1) + "\n")
+    print("\n".join(table(outcomes)))  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
