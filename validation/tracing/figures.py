@@ -64,8 +64,13 @@ def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
     if any(map(_followed, trace.candidates)):
         out["trace-candidates.png"] = (
             candidates_figure(trace),
-            "Left: error on held-out data, with a 95 % interval. Right: how much higher the BIC is than the best one; "
-            "models in the shaded range are not distinguished.",
+            "Error on held-out data, with a 95 % interval"
+            + (
+                ": of folds that each fit has not seen."
+                if trace.baseline.fold_errors is not None
+                else " (left). Right: how much higher the BIC is than the best one; models in the shaded range are not "
+                "distinguished."
+            ),
         )
     return out
 
@@ -191,15 +196,20 @@ def _followed(candidate: Candidate) -> bool:
 
 def candidates_figure(trace: Trace) -> bytes:
     """Candidates ranked: held-out error with its interval, and BIC above the best one."""
-    best = ranked([c for c in trace.candidates if _followed(c)])[:_MOST_BARS]
-    names = [" + ".join(c.names) for c in best]
+    by_folds = trace.baseline.fold_errors is not None
+    best = ranked([c for c in trace.candidates if _followed(c)])
+    if by_folds:
+        best.sort(key=lambda c: c.fitted.heldout_rmse_deg)
+    best = best[:_MOST_BARS]
+    names = [" + ".join(c.names[len(trace.baseline.names) :]) for c in best]
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH_IN, 1.3 + 0.34 * (len(best) + 1)), layout="constrained")
-        left, right = figure.subplots(1, 2, sharey=True)
+        panels = figure.subplots(1, 1 if by_folds else 2, sharey=True, squeeze=False)[0]
+        left = panels[0]
         places = np.arange(len(best) + 1)
         for at, fitted in zip(places, [*(c.fitted for c in best), trace.baseline], strict=True):
             value, half = _with_interval(fitted)
-            chosen = fitted is trace.augmented and fitted is not trace.baseline
+            chosen = bool(trace.names) and fitted.names == trace.augmented.names and fitted is not trace.baseline
             colour = AFTER if chosen else BEFORE if fitted is trace.baseline else MEASURED
             left.errorbar(value, at, xerr=half, fmt="o", ms=6 if chosen else 5, color=colour, lw=1.6, capsize=3)
         left.axvline(trace.floor.deg, color="#333", lw=1, ls=":")
@@ -209,20 +219,26 @@ def candidates_figure(trace: Trace) -> bytes:
         )  # fmt: skip
         left.set_xlim(left=0)
         left.set_xlabel("held-out error, deg rms")
-        above = [best[0].delta_bic - c.delta_bic for c in best] + [best[0].delta_bic]
-        colours = [AFTER if c.fitted is trace.augmented else MEASURED for c in best] + [BEFORE]
-        right.axvspan(0, trace.alike, color=BAND, zorder=0)
-        right.hlines(places, 0, above, color=colours, lw=1.2)
-        right.scatter(above, places, color=colours, s=28, zorder=3)
-        right.set_xscale("symlog", linthresh=10)
-        right.set_xlim(left=min(-0.4, 1.1 * min(above)))
-        right.set_xlabel("BIC above the best")
+        for right in panels[1:]:
+            _bic_above_best(right, trace, best, places)
         left.set_yticks(places, [*names, "baseline model alone"])
         left.invert_yaxis()
         left.grid(axis="y", visible=False)
-        right.grid(axis="y", visible=False)
-        right.tick_params(axis="y", length=0)
         return _png(figure)
+
+
+def _bic_above_best(axis: Axes, trace: Trace, best: Sequence[Candidate], places: Any) -> None:
+    """Draw how much higher the BIC of each candidate is than the best one's, the baseline last."""
+    above = [best[0].delta_bic - c.delta_bic for c in best] + [best[0].delta_bic]
+    colours = [AFTER if c.fitted is trace.augmented else MEASURED for c in best] + [BEFORE]
+    axis.axvspan(0, trace.alike, color=BAND, zorder=0)
+    axis.hlines(places, 0, above, color=colours, lw=1.2)
+    axis.scatter(above, places, color=colours, s=28, zorder=3)
+    axis.set_xscale("symlog", linthresh=10)
+    axis.set_xlim(left=min(-0.4, 1.1 * min(above)))
+    axis.set_xlabel("BIC above the best")
+    axis.grid(axis="y", visible=False)
+    axis.tick_params(axis="y", length=0)
 
 
 def _with_interval(fitted: Fitted) -> tuple[float, float]:

@@ -263,11 +263,13 @@ def in_words(report: TraceReport) -> list[str]:
     what = "What changed" if report.reference else "The residual"
     baseline = f"The baseline model has an error of {before.rmse_deg:.3g} deg rms on held-out data"
     noise = f"the noise floor is {report.noise_floor_deg:.3g} deg, from {report.noise.how}"
-    falls = f"With {names} in the model it falls to {after.rmse_deg:.3g} deg; {noise}."
+    share = _share_words(report.explained_share)
+    explains = f"; {'they explain' if len(report.effects) > 1 else 'it explains'} {share}" if share else ""
+    falls = f"With {names} in the model it falls to {after.rmse_deg:.3g} deg{explains}. {noise[:1].upper()}{noise[1:]}."
     reasons = [*channel_words(report.channels), *(text[:1].upper() + text[1:] + "." for text in report.words)]
     others = [f"{e.name} or {' or '.join(e.confusable_with)}" for e in report.effects if e.confusable_with]
+    alone = [e.name for e in report.effects if not e.confusable_with]
     alike = [f"These records do not distinguish {'; '.join(others)}."] if others else []
-    share = _share_words(report.explained_share)
     match report.verdict:
         case "none":
             nothing = "Nothing has changed since the reference." if report.reference else "No effect is missing."
@@ -275,14 +277,14 @@ def in_words(report: TraceReport) -> list[str]:
         case "effect":
             return [f"{what} is traced to {names}.", f"{baseline}.", falls, *reasons]
         case "partial":
-            part = f"{what} is traced in part to {names}, which explains {share}."
+            part = f"{what} is traced in part to {names}."
             left = (
                 f"The error that is left is {after.rmse_deg / max(report.noise_floor_deg, 1e-12):.2g} times the noise."
             )
             return [part, *alike, f"{baseline}.", falls, left, *reasons]
         case "ambiguous":
             return [
-                f"{what} is traced to one of several effects: {'; '.join(others)}.",
+                f"{what} is traced to one of several effects: {', with '.join(others + alone)}.",
                 *alike,
                 f"{baseline}.",
                 falls,
