@@ -218,7 +218,7 @@ def _trace_equivalent_rig(
         search = Search(problem, EQUIVALENT_RIG, effects, threads, report, rival_deg=rival_deg)
         search = replace(search, early=_baseline_of_all_samples(search, EARLY_STEPS))
         baseline = _baseline_of_all_samples(search)
-        if baseline.rmse_deg < NOT_ALIKE * search.problem.scale.angle_deg:
+        if baseline.rmse_deg < NOT_ALIKE * search.problem.scale.angle_deg and not search.is_far_behind(baseline):
             return search, find_effects(search, baseline)
     return None, None
 

@@ -16,7 +16,7 @@ from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.starts import FormStarts
-from validation.tracing.settings import RIVAL_MARGIN, RIVAL_NOISE, STEPS, SearchPolicy
+from validation.tracing.settings import RIVAL_FAR, RIVAL_MARGIN, RIVAL_NOISE, STEPS, SearchPolicy
 
 Progress = Callable[[str], None]
 """Called with what is being computed."""
@@ -59,6 +59,14 @@ class Search:
                 found = [FormStarts(f.form, [*f.starts, *({**declared, **v} for v in f.starts)]) for f in found]
             self._forms[effect.name] = found
         return self._forms[effect.name]
+
+    def is_far_behind(self, baseline: Fitted) -> bool:
+        """Whether a fitted baseline leaves more than a rival predicts to, and both are far above the noise.
+
+        Near the noise a rival may have absorbed an effect that this baseline lacks, and is to be given.
+        """
+        far = self.rival_deg > RIVAL_FAR * baseline.noise.deg
+        return far and baseline.rmse_deg > RIVAL_MARGIN * self.rival_deg
 
     def gives_up(self, fitted: Fitted) -> bool:
         """Whether a model with one effect leaves far more than a rival without any."""
