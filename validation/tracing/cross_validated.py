@@ -6,7 +6,7 @@ may have a further effect.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,11 +15,13 @@ from hysteresis.record import Record
 from validation.tracing.baseline.play_operators import PlayProblem, play_problem
 from validation.tracing.effect import CurveForm, Effect, Values
 from validation.tracing.fitting import Fitted, Model
+from validation.tracing.fitting.channel_errors import ChannelFit
 from validation.tracing.fitting.fitted import rms
 from validation.tracing.fitting.folds import folds_of, has_folds
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
 from validation.tracing.outcome import Trace
+from validation.tracing.prepared import channel_values
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
 from validation.tracing.search.search import Progress
@@ -57,7 +59,22 @@ def play_baselines(records: Sequence[Record]) -> PlayBaselines | None:
 def trace_by_folds(baselines: PlayBaselines, effects: Sequence[Effect], report: Progress) -> Trace:
     """Trace records by play operators."""
     found = find_by_folds(baselines.fitted, effects, baselines.fits, report)
-    return _reported(judge_by_folds(found, [FIRST_STROKE], floor=_floor(found.best)))
+    trace = _reported(judge_by_folds(found, [FIRST_STROKE], floor=_floor(found.best)))
+    return replace(trace, channel_fits=tuple(_channel_fits(trace.records)))
+
+
+def _channel_fits(records: Sequence[Record]) -> Iterator[ChannelFit]:
+    """Fit play operators to every channel that all records have beside the angle, by the same folds."""
+    values = [channel_values(record) for record in records]
+    for name in values[0]:
+        if all(name in own and np.ptp(own[name]) > 0 for own in values):
+            as_angle = [replace(record, angle_deg=own[name]) for record, own in zip(records, values, strict=True)]
+            plays = play_baselines(as_angle)
+            assert plays is not None  # as of the angle
+            chosen = plays.fits.chosen(plays.fitted)
+            yield ChannelFit(
+                name, "deg" if name.startswith("notch") else "N", plays.fits.with_fold_errors(plays.fitted[0], chosen)
+            )
 
 
 def trace_change(

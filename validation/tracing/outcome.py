@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from hysteresis.display import html_table
 from hysteresis.record import Record
+from validation.tracing.fitting.channel_errors import ChannelFit
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.fitting.smooth import Smooth
@@ -59,6 +60,8 @@ class Trace:
         BIC difference below which effects are not distinguished.
     reference
         Number of the last records that are a reference: the others are compared with them.
+    channel_fits
+        Channels beside the angle that were fitted by themselves.
     """
 
     model: BaselineName
@@ -72,6 +75,7 @@ class Trace:
     words: tuple[str, ...]
     alike: float
     reference: int = 0
+    channel_fits: tuple[ChannelFit, ...] = ()
 
     @property
     def records(self) -> tuple[Record, ...]:

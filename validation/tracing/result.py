@@ -14,7 +14,7 @@ from scipy.stats import t as student
 from hysteresis.metrics import Errors, errors
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.uncertainty import Parameter
-from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words
+from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words, with_channel_fits
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import Estimate, share
@@ -242,7 +242,9 @@ def trace_report(
         alike=trace.alike,
         seconds=seconds,
         seed=seed,
-        channels=channel_table(trace.baseline, trace.augmented if named else trace.baseline),
+        channels=with_channel_fits(
+            channel_table(trace.baseline, trace.augmented if named else trace.baseline), trace.channel_fits
+        ),
     )
 
 

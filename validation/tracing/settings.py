@@ -301,6 +301,10 @@ the first number, where that error is more than the third number times the noise
 given up where it leaves more than the held-out error of play operators over the first number (its own error is of
 samples that it was fitted to) and more than the second number times the noise."""
 
+NINE_OF_TEN, DETECTION_RUNS, SAME_ACTION = 1.28, 6, 0.1
+"""Standard deviations above which nine of ten of a normal distribution lie, runs of the model in which the size of a
+detection limit is found, and how near its action comes to what is needed: the rules are no sharper than a tenth."""
+
 # --- next experiment and second opinion ------------------------------------------------------------------------------
 
 PRELOAD_FACTORS, AMPLITUDE_FACTORS, RATE_FACTORS = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)

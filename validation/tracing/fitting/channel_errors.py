@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,20 @@ def channel_table(before: Fitted, after: Fitted) -> ChannelTable:
     return {name: {**last[name]["heldout"], "before": first[name], "after": last[name]} for name in last}
 
 
+class ChannelFit(NamedTuple):
+    """A channel that was fitted by itself, as if it were the angle: its name, its unit, and the fit."""
+
+    name: str
+    unit: str
+    fitted: Fitted
+
+
+def with_channel_fits(table: ChannelTable, fits: Sequence[ChannelFit]) -> ChannelTable:
+    """Add channels that were fitted by themselves; effects are not added to them."""
+    own = {one.name: _by_channel(one.fitted, one.unit)["angle"] for one in fits}
+    return {**table, **{name: {**e["heldout"], "before": e, "after": e} for name, e in own.items()}}
+
+
 def channel_words(channels: ChannelTable) -> list[str]:
     """One sentence with the held-out error of each channel beside the angle, before and after; none without any."""
     notches = {name: own for name, own in channels.items() if name.startswith("notch_")}
@@ -32,7 +46,7 @@ def channel_words(channels: ChannelTable) -> list[str]:
     else:
         parts = [_change(name.replace("_", " "), [own]) for name, own in notches.items()]
     parts += [_change(name.replace("_", " "), [own]) for name, own in others.items()]
-    return [f"Fitted together with the angle, rms on held-out data: {', '.join(parts)}."] if parts else []
+    return [f"Beside the angle, rms on held-out data: {', '.join(parts)}."] if parts else []
 
 
 def _change(name: str, channels: Sequence[Mapping[str, Any]]) -> str:
@@ -48,10 +62,10 @@ def _range(values: Sequence[float]) -> str:
     return f"{high:.3g}" if len(values) == 1 else f"{low:.3g} to {high:.3g}"
 
 
-def _by_channel(fitted: Fitted) -> dict[str, dict[str, dict[str, float]]]:
+def _by_channel(fitted: Fitted, unit: str = "deg") -> dict[str, dict[str, dict[str, float]]]:
     problem, masks = fitted.model.problem, fitted.holdout.train
     series: list[tuple[str, str, Sequence[Floats], Sequence[Floats]]] = [
-        ("angle", "deg", problem.observed, fitted.errors)
+        ("angle", unit, problem.observed, fitted.errors)
     ]
     if fitted.channels is not None:
         count = len(masks)
