@@ -15,6 +15,8 @@ from hysteresis.arrays import Floats, Ints
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record
 from validation.tracing.effect import SampleInputs, Values, cycles_repeat
+from validation.tracing.sensors.drive_steps import drive_step_deg
+from validation.tracing.sensors.readings import Readings, filled, kept_readings, readings_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,16 +32,23 @@ class PreparedRecord:
     inputs
         What is known of those samples besides the angle. Its drive may be converted (a motor's turns to tendon
         length and back), so that it agrees with the record's drive up to rounding only.
+    readings
+        Which samples of the record are readings; None: all.
     """
 
     record: Record
     kept: Ints
     inputs: SampleInputs
+    readings: Readings | None = None
 
     @cached_property
     def angle_deg(self) -> Floats:
-        """Measured angle of the samples that are used, shape (m,)."""
-        return self.record.angle_deg[self.kept]
+        """Measured angle of the samples that are used, shape (m,); between readings where a sample is none."""
+        return self.filled(self.record.angle_deg[self.kept])
+
+    def filled(self, values: Floats) -> Floats:
+        """Values of the samples that are used, with those that are no readings from the readings about them."""
+        return values if self.readings is None else filled(values, self.readings.read[self.kept])
 
     @cached_property
     def drive(self) -> Floats:
@@ -84,6 +93,11 @@ class PreparedRecord:
         """Standard deviation of the error that rounding to the record's digits makes: 1/sqrt(12) of a digit."""
         steps = np.diff(np.unique(np.round(self.record.angle_deg, 9)))
         return float(np.quantile(steps, 0.1)) / math.sqrt(12) if steps.size else 0.0
+
+    @cached_property
+    def drive_step_deg(self) -> float:
+        """See :func:`validation.tracing.sensors.drive_steps.drive_step_deg`."""
+        return drive_step_deg(self.record)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,10 +172,16 @@ def channel_values(record: Record) -> dict[str, Floats]:
 
 
 def prepared(record: Record, kept: Ints) -> PreparedRecord:
-    """Thin a record to some of its samples; times count from its first sample, samples where there are no times."""
+    """Thin a record to some of its samples, or to the readings of a sensor that holds its values.
+
+    Times count from its first sample, samples where there are no times.
+    """
+    readings = readings_of(record)
+    if readings.held > 1:
+        kept = kept_readings(record, readings, kept)
     time = np.arange(record.drive.size, dtype=float) if record.time_s is None else record.time_s - record.time_s[0]
     inputs = SampleInputs(record.drive[kept], time[kept], cycle_index(record)[kept], timed=record.time_s is not None)
-    return PreparedRecord(record, kept, inputs)
+    return PreparedRecord(record, kept, inputs, None if readings.read.all() else readings)
 
 
 def prepare(records: Sequence[Record], kept: Sequence[Ints]) -> tuple[PreparedRecord, ...]:

@@ -257,6 +257,30 @@ SAMPLES_OF_BRANCH = 8.0
 MOST_CORRELATION = 0.99
 """Largest autocorrelation of neighbouring errors that is used."""
 
+# --- sensors ---------------------------------------------------------------------------------------------------------
+
+HELD_SHARE, HELD_STEP = 0.5, 3.0
+"""Part of the values that are equal to the one before, and median change in steps of the sensor, from which a sensor
+counts as slower than its log."""
+SPIKE, SPIKE_APART = 8.0, 0.3
+"""Least distance of a spike from its neighbours over its usual size, and largest distance of these neighbours from
+theirs over that of the spike: of a leap it is 1, of a kink about one half."""
+MOST_SPIKES, LEAST_SPIKE_RECORD = 0.03, 40
+"""Largest part of a record's samples that are spikes, and samples of a record in which they are looked for."""
+STEPS_TOLD = 0.5
+"""Error by the steps of the drive over the noise floor from which the words tell it."""
+MOST_WANDER = 3.0
+"""Rms residual over the noise of neighbouring samples up to which what does not repeat counts as the sensor's: practice
+wanders and ripples are up to 3 times the noise, lost counts and jumps of the rig are more."""
+CORRELATED, MOST_CORRELATED = 1.2, 1.9
+"""Third difference of every second sample over that of all samples: 1 of white noise, 1.3 to 1.41 of an autoregressive
+one with correlations of 0.5 to 1, 8 of a smooth function. Between these numbers noise counts as correlated."""
+DECIMATIONS = (1, 2, 4, 8)
+"""Distances of the samples whose third differences tell the correlation of noise."""
+NEAR_NOISE = 2.0**0.5
+"""Rms residual of a known rig over the noise up to which no effect is named: what the rig is off by is then no more
+than the noise itself, and no sidecar is exact. Of a lumped rig with 3 % error, wheels and friction were named there."""
+
 # --- smooth functions of the residual, and tests of dependence -------------------------------------------------------
 
 SMOOTH_FUNCTION_BIC = 6.0

@@ -44,8 +44,10 @@ from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.outcome import Trace
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import Progress
+from validation.tracing.sensors.readings import sensor_words
 from validation.tracing.settings import CURVE, EARLY_STEPS, EQUIVALENT_RIG, KNOWN_RIG, MOST_STEPS, NOT_ALIKE, POLICIES
 from validation.tracing.verdict import (
+    above_noise,
     best_of,
     confirmed_on_heldout,
     ended_above_noise,
@@ -98,8 +100,9 @@ def trace_records(
             trace = _trace_unknown_geometry(numbered, tried, threads, report)
         else:
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
-    trace = trace if trace.baseline.fold_errors is not None else partial_above_floor(confirmed_on_heldout(trace))
-    return replace(trace, words=(*trace.words, *notes))
+    if trace.baseline.fold_errors is None:
+        trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
+    return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 
 
 def _numbered(records: Sequence[Record]) -> list[Record]:

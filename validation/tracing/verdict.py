@@ -8,7 +8,7 @@ from dataclasses import replace
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import share
-from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
+from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg, sensor_noise_deg
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
 from validation.tracing.plausibility import implausible, remarks
@@ -17,6 +17,8 @@ from validation.tracing.search.stepwise import Selection, Stages
 from validation.tracing.settings import (
     AT_FLOOR,
     EXPLAINED_SHARE,
+    KNOWN_RIG,
+    NEAR_NOISE,
     PARTIAL_SHARE,
     SIGNIFICANT,
     SIGNIFICANT_LOOSE,
@@ -44,6 +46,9 @@ def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Sel
     candidates = [Candidate(g, baseline.bic(samples) - g.bic(samples)) for stage in stages for g in stage]
     alike = max(VERY_STRONG_EVIDENCE, policy.distinct_share * (baseline.bic(samples) - best.bic(samples)))
     verdict, words = _verdict(policy, baseline, best, smooth, floor)
+    named = best if verdict == "effect" else baseline
+    if verdict != "none" and (reason := _is_noise(policy, baseline, named, floor)) is not None:
+        verdict, (floor, words) = "none", reason
     if verdict == "effect" and (senseless := implausible(best)):
         words.append(f"{' + '.join(best.names)} would explain the residual, but {'; '.join(senseless)}")
         sensible = [g for g in _as_good(best, stages, alike) if not implausible(g)]
@@ -96,6 +101,28 @@ def _verdict(
     if curve_does_as_well(best, smooth):
         return "effect", [f"a free curve ({', '.join(smooth.names)}) does as well as {names}, and names no cause"]
     return "effect", []
+
+
+def _is_noise(
+    policy: SearchPolicy, baseline: Fitted, named: Fitted, floor: NoiseFloor
+) -> tuple[NoiseFloor, list[str]] | None:
+    """Floor and reasons where the baseline's error is noise that neighbouring samples do not show; None otherwise.
+
+    An effect that changes from cycle to cycle, and is ``named``, leaves less to differ.
+    """
+    records, error = baseline.model.problem.records, baseline.rmse_deg
+    found = [sensor_noise_deg(records, fitted.residuals) for fitted in (baseline, named)]
+    noise = min((size for size in found if size is not None), default=0.0)
+    if error <= significant_ratio(baseline, policy) * noise:
+        by_repeats = floor.repeats_deg is not None
+        how = "what one cycle differs from the next" if by_repeats else "correlated noise of the sensor"
+        raised = NoiseFloor(floor.local_deg if by_repeats else noise, noise if by_repeats else None, by_repeats=True)
+        return raised, [f"the error of {error:.2g} deg is {how}, {noise:.2g} deg"]
+    if policy is KNOWN_RIG and error <= NEAR_NOISE * floor.deg:
+        return floor, [
+            f"the error of {error:.2g} deg is {error / floor.deg:.2g} times the noise: too little to be named"
+        ]
+    return None
 
 
 def _depends_on(smooth: Smooth, what: str = "the residual") -> str:
@@ -164,6 +191,19 @@ def confirmed_on_heldout(trace: Trace) -> Trace:
     reason = f"with {names} the held-out error is {after:.3g} deg, that of the baseline model is {before:.3g} deg"
     words = (reason, _depends_on(trace.smooth))
     return replace(trace, verdict="unexplained", augmented=trace.baseline, confusable=(), words=words)
+
+
+def above_noise(trace: Trace) -> Trace:
+    """Find nothing missing where the baseline, fitted to its end, leaves no more than noise.
+
+    Without an effect to name, that is what a first effect may leave.
+    """
+    error, over = trace.baseline.rmse_deg, SIGNIFICANT if trace.effects else SIGNIFICANT_LOOSE
+    if trace.verdict == "none" or error > over * trace.floor.deg:
+        return trace
+    without = f"{' + '.join(trace.augmented.names)} is not needed: without it, " if trace.effects else ""
+    words = (f"{without}the error is {error:.2g} deg, {error / trace.floor.deg:.2g} times the noise",)
+    return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=words)
 
 
 def partial_above_floor(trace: Trace) -> Trace:

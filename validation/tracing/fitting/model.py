@@ -64,6 +64,8 @@ class Model:
     def errors(self, x: Floats) -> list[Floats]:
         """Predicted less measured angle of each record, deg; then each channel of each record, times its weight.
 
+        Errors of the angle between readings are those of the readings about them.
+
         Raises
         ------
         SolverError, RigError
@@ -75,4 +77,6 @@ class Model:
         series = [(1.0, measured) for measured in problem.observed]
         series += [(channel.weight, measured) for channel in problem.channels for measured in channel.measured]
         predicted = problem.predict_series(baseline, forms)
-        return [w * (own - measured) for own, (w, measured) in zip(predicted, series, strict=True)]
+        errors = [w * (own - measured) for own, (w, measured) in zip(predicted, series, strict=True)]
+        angle = [one.filled(error) for one, error in zip(problem.records, errors, strict=False)]
+        return [*angle, *errors[len(angle) :]]

@@ -13,7 +13,16 @@ from hysteresis.arrays import Floats
 from hysteresis.metrics import noise_floor
 from hysteresis.record import Record
 from validation.tracing.prepared import PreparedRecord
-from validation.tracing.settings import LEAST_NOISE, MAD_TO_SIGMA, NOISE_BRANCH_SAMPLES
+from validation.tracing.settings import (
+    CORRELATED,
+    DECIMATIONS,
+    LEAST_NOISE,
+    MAD_TO_SIGMA,
+    MOST_CORRELATED,
+    MOST_CORRELATION,
+    MOST_WANDER,
+    NOISE_BRANCH_SAMPLES,
+)
 
 
 @dataclass(frozen=True)
@@ -60,18 +69,20 @@ def estimate_noise_floor(records: Sequence[PreparedRecord], residuals: Sequence[
 
     The local estimate is the median absolute third difference of neighbouring samples along each branch, over sqrt(20)
     (the norm of the coefficients 1, -3, 3, -1). It is at least the rounding error of the record's digits, 1/sqrt(12) of
-    one, and a part of the angle's range that no sensor resolves. Branches of fewer than eight samples are left out.
+    one, a part of the angle's range that no sensor resolves, and the error that the steps of the drive make. That one
+    repeats with the cycles, and adds to what these differ by. Branches of fewer than eight samples are left out.
     """
     local, repeats, weight = [], [], []
     for one, residual in zip(records, residuals, strict=True):
         least = max(one.rounding_deg, LEAST_NOISE * float(np.ptp(one.record.angle_deg)))
+        steps = one.drive_step_deg
         third = [np.diff(residual[b], 3) for b in one.branches if b.stop - b.start >= NOISE_BRANCH_SAMPLES]
         if third:
             size = MAD_TO_SIGMA * float(np.median(np.abs(np.concatenate(third)))) / math.sqrt(20)
-            local.append(max(size, least))
+            local.append(max(size, least, steps))
             weight.append(residual.size)
         if one.cycles_repeat:
-            repeats.append(max(noise_floor(_residual_record(one, residual)), least))
+            repeats.append(math.hypot(max(noise_floor(_residual_record(one, residual)), least), steps))
     known = math.sqrt(float(np.mean(np.square(repeats)))) if repeats else None
     if not local:  # short branches only: without cycles that repeat, the whole residual may be noise
         whole = np.concatenate([r - r.mean() for r in residuals])
@@ -95,8 +106,63 @@ def repeatability_deg(records: Sequence[PreparedRecord], residuals: Sequence[Flo
     known = []
     for one, residual in zip(records, residuals, strict=True):
         if one.cycles_repeat and (size := metrics.repeatability_deg(_residual_record(one, residual))) is not None:
-            known.append(max(size, one.rounding_deg))
+            known.append(math.hypot(max(size, one.rounding_deg), one.drive_step_deg))
     return math.sqrt(float(np.mean(np.square(known)))) if known else None
+
+
+def sensor_noise_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> float | None:
+    """Estimate the noise with what neighbouring samples hide: a sensor's wander, ripple, outliers, correlated noise.
+
+    It is what one cycle differs from the next, where the residual is no more than a few times the noise of neighbouring
+    samples or where this is correlated: what does not repeat is no property of the rig. More is a rig that changes,
+    such as after lost counts. Where no cycles repeat, it is the standard deviation of correlated noise alone.
+
+    Returns
+    -------
+    float or None
+        None where neither can be told.
+    """
+    local, found = estimate_noise_floor(records, residuals).local_deg, correlated_noise_deg(records, residuals)
+    repeats, row = repeatability_deg(records, residuals), np.concatenate([r - r.mean() for r in residuals])
+    if repeats is None:
+        return found
+    return repeats if float(row @ row) <= (MOST_WANDER * local) ** 2 * row.size or found is not None else None
+
+
+def correlated_noise_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> float | None:
+    """Estimate correlated noise by the third differences of samples 1, 2, 4 and 8 apart, standard deviation in deg.
+
+    Of noise with correlations c^k (first-order autoregression) their mean square is 20 times the variance times
+    (1 - C)(1 - C/2 + C^2/10), C being c^j for samples j apart. That of white noise is the same for all j; that of a
+    smooth function grows as j^6.
+
+    Returns
+    -------
+    float or None
+        None for noise that is white, or structure that is smooth.
+    """
+    sizes = np.array([_third_difference_deg(records, residuals, j) for j in DECIMATIONS])
+    if not np.all(sizes > 0) or sizes[1] / sizes[0] < CORRELATED:
+        return None
+    if np.any(sizes[1:] / sizes[:-1] > MOST_CORRELATED):
+        return None
+    c = np.linspace(0.0, MOST_CORRELATION, 200)[:, None] ** np.array(DECIMATIONS)
+    shape = np.sqrt((1 - c) * (1 - c / 2 + c**2 / 10))
+    ratio = np.log(sizes / shape)
+    best = int(np.argmin(np.var(ratio, axis=1)))
+    return float(np.exp(np.mean(ratio[best])))
+
+
+def _third_difference_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats], apart: int) -> float:
+    """Median third difference of samples some apart along each branch, as the standard deviation of white noise."""
+    found = [
+        np.diff(residual[b][first::apart], 3)
+        for one, residual in zip(records, residuals, strict=True)
+        for b in one.branches
+        for first in range(apart)
+    ]
+    row = np.concatenate(found)
+    return MAD_TO_SIGMA * float(np.median(np.abs(row))) / math.sqrt(20) if row.size else math.nan
 
 
 def _residual_record(one: PreparedRecord, residual: Floats) -> Record:

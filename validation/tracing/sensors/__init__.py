@@ -1,0 +1,1 @@
+"""What the sensors of a record did to it, found in the record alone."""
