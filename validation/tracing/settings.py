@@ -278,8 +278,9 @@ one with correlations of 0.5 to 1, 8 of a smooth function. Between these numbers
 DECIMATIONS = (1, 2, 4, 8)
 """Distances of the samples whose third differences tell the correlation of noise."""
 NEAR_NOISE = 2.0**0.5
-"""Rms residual of a known rig over the noise up to which no effect is named: what the rig is off by is then no more
-than the noise itself, and no sidecar is exact. Of a lumped rig with 3 % error, wheels and friction were named there."""
+"""Rms residual of a known rig over the noise up to which it is not unexplained, and up to which no effect is named
+beside measured joints: what these are off by makes as much. Beside a lumped rig with 3 % error, wheels and friction
+were named there."""
 
 # --- smooth functions of the residual, and tests of dependence -------------------------------------------------------
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from fem_models.rig.joints import MeasuredJoint
+from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import share
@@ -118,11 +120,17 @@ def _is_noise(
         how = "what one cycle differs from the next" if by_repeats else "correlated noise of the sensor"
         raised = NoiseFloor(floor.local_deg if by_repeats else noise, noise if by_repeats else None, by_repeats=True)
         return raised, [f"the error of {error:.2g} deg is {how}, {noise:.2g} deg"]
-    if policy is KNOWN_RIG and error <= NEAR_NOISE * floor.deg:
+    if policy is KNOWN_RIG and (named is baseline or _is_measured(baseline)) and error <= NEAR_NOISE * floor.deg:
         return floor, [
             f"the error of {error:.2g} deg is {error / floor.deg:.2g} times the noise: too little to be named"
         ]
     return None
+
+
+def _is_measured(baseline: Fitted) -> bool:
+    """Whether the rig is known by measured joints, whose stiffness and tendons are off by some percent."""
+    problem = baseline.model.problem
+    return isinstance(problem, KnownRigProblem) and isinstance(problem.runs[0][0].rig.joint, MeasuredJoint)
 
 
 def _depends_on(smooth: Smooth, what: str = "the residual") -> str:

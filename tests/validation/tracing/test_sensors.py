@@ -72,6 +72,8 @@ def test_steps_of_the_drive_make_an_error_that_is_measured_and_commanded_steps_m
     coarse = replace(coarse, drive=rounded(DRIVE, 0.02))
     assert drive_step_deg(coarse) == pytest.approx(20.0 * np.std(coarse.drive - DRIVE), rel=0.1)
     assert drive_step_deg(record(20.0 * DRIVE)) < 0.01
+    few = 2.0 * np.sin(np.linspace(0, 4 * np.pi, 65))
+    assert drive_step_deg(Record(drive=few, angle_deg=20.0 * few)) == 0.0
     ladder = np.tile(np.concatenate([np.arange(0, 2, 0.02), np.arange(2, 0, -0.02)]), 2)
     assert drive_step_deg(Record(drive=ladder, angle_deg=20.0 * ladder)) < 1e-9
     assert "0.12 deg" in sensor_words([coarse], 0.1)[0]

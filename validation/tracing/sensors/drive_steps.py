@@ -9,13 +9,15 @@ import numpy as np
 from hysteresis.record import Record
 from validation.tracing.settings import MAD_TO_SIGMA
 
+_ON_A_STEP, _MOSTLY = 0.05, 0.95  # distance from a multiple of the step, over it; part of the samples
+
 
 def drive_step_deg(record: Record) -> float:
     """Give the standard deviation of the error that rounding of the drive makes in the angle, deg.
 
     A step rounds with a standard deviation of 1/sqrt(12) of it. It counts as far as the drive itself shows it, in its
     third differences along the record: a drive that is commanded in equal steps is exact. The mean slope of the angle
-    makes degrees of it. Zero under a tendon force.
+    makes degrees of it. Zero under a tendon force, and where the drive's values are no multiples of one step.
     """
     drive = record.drive
     spans = float(np.ptp(drive)), float(np.ptp(record.angle_deg))
@@ -23,5 +25,8 @@ def drive_step_deg(record: Record) -> float:
     if record.drive_unit == "N" or drive.size < 8 or levels.size == 0:
         return 0.0
     step = float(np.quantile(levels, 0.1))
+    counts = (drive - drive[0]) / step
+    if float(np.mean(np.abs(counts - np.round(counts)) < _ON_A_STEP)) < _MOSTLY:  # no multiples of one step
+        return 0.0
     shown = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(drive, 3)))) / math.sqrt(20)
     return min(step / math.sqrt(12), shown) * spans[1] / spans[0]
