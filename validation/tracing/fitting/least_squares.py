@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -16,6 +17,9 @@ from validation.tracing.fitting.fitted import ChannelErrors, Fitted
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.model import Model
 from validation.tracing.settings import CONVERGED, DIFFERENCE_STEP, INFEASIBLE_DEG, INSIDE_BOUNDS, STEPS
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 @dataclass(eq=False)
@@ -139,14 +143,15 @@ def differentiate(
         except (SolverError, RigError):
             return np.zeros_like(errors)
 
-    return np.column_stack([known, *_in_threads(column, range(known.shape[1], x.size), threads)])
+    return np.column_stack([known, *in_threads(column, range(known.shape[1], x.size), threads)])
 
 
-def _in_threads(column: Callable[[int], Floats], items: Iterable[int], threads: int) -> list[Floats]:
+def in_threads(do: Callable[[Item], Result], items: Iterable[Item], threads: int) -> list[Result]:
+    """Do something to all items, in their order; the kernels release the lock of the interpreter."""
     if threads <= 1:
-        return [column(i) for i in items]
+        return [do(item) for item in items]
     with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(column, items))
+        return list(pool.map(do, items))
 
 
 def solve(columns: Floats, target: Floats) -> Floats:

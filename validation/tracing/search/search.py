@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from fem_models.rig import RigError
@@ -71,6 +71,10 @@ class Search:
     def gives_up(self, fitted: Fitted) -> bool:
         """Whether a model with one effect leaves far more than a rival without any."""
         return fitted.rmse_deg > max(self.rival_deg / RIVAL_MARGIN, RIVAL_NOISE * fitted.noise.deg)
+
+    def of_one_thread(self) -> Search:
+        """Give the search for one of several threads; the starts of forms are shared."""
+        return replace(self, threads=1)
 
     def with_effect(
         self, fitted: Fitted, added: AddedEffect, x: Floats, most_steps: int = STEPS, known: Floats | None = None
