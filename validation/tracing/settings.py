@@ -335,6 +335,10 @@ NINE_OF_TEN, DETECTION_RUNS, SAME_ACTION = 1.28, 6, 0.1
 """Standard deviations above which nine of ten of a normal distribution lie, runs of the model in which the size of a
 detection limit is found, and how near its action comes to what is needed: the rules are no sharper than a tenth."""
 
+RIVAL_FITTED = 1.3
+"""Held-out error of play operators over the error that a curve leaves of samples that it was fitted to, up to which the
+curve does not promise to predict better."""
+
 # --- next experiment and second opinion ------------------------------------------------------------------------------
 
 PRELOAD_FACTORS, AMPLITUDE_FACTORS, RATE_FACTORS = (1.0, 0.5, 2.0), (1.0, 0.5, 1.25), (1.0, 0.1, 10.0)

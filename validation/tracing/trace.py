@@ -189,10 +189,11 @@ def _trace_unknown_geometry(
     explained = by_rig is not None and is_explained(by_rig)
     if by_rig is None or not explained or by_rig.effects:
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
-            search = Search(curve_problem(records, elements=elements), CURVE, effects, 1, report)
+            problem = curve_problem(records, elements=elements)
+            search = Search(problem, CURVE, effects, 1, report, rival_deg=rival_deg)
             baseline = _baseline_of_all_samples(search)
             if by_rig is None or not explained:
-                if baseline.rmse_deg <= rival_deg:
+                if not search.is_no_better(baseline):
                     traces.append(find_effects(search, baseline))
             elif len(by_rig.effects) > 1 or nothing_to_explain(baseline, CURVE):
                 traces += [one for one in [find_effects(search, baseline)] if one.verdict != "unexplained"]

@@ -61,7 +61,7 @@ class NoiseFloor:
         """Where the floor is from."""
         if self.reference_deg is not None and self.reference_deg >= self.deg:
             return "what is left unexplained of the reference"
-        return "cycles that repeat each other" if self.deg == self.repeats_deg else "neighbouring samples"
+        return "cycles or trials that repeat each other" if self.deg == self.repeats_deg else "neighbouring samples"
 
 
 def estimate_noise_floor(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> NoiseFloor:

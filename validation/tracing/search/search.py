@@ -16,7 +16,7 @@ from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.starts import FormStarts
-from validation.tracing.settings import RIVAL_FAR, RIVAL_MARGIN, RIVAL_NOISE, STEPS, SearchPolicy
+from validation.tracing.settings import RIVAL_FAR, RIVAL_FITTED, RIVAL_MARGIN, RIVAL_NOISE, STEPS, SearchPolicy
 
 Progress = Callable[[str], None]
 """Called with what is being computed."""
@@ -68,9 +68,18 @@ class Search:
         far = self.rival_deg > RIVAL_FAR * baseline.noise.deg
         return far and baseline.rmse_deg > RIVAL_MARGIN * self.rival_deg
 
+    def is_no_better(self, baseline: Fitted) -> bool:
+        """Whether a fitted baseline leaves about what a rival predicts to, or more, far above the noise."""
+        if baseline.rmse_deg > self.rival_deg:
+            return True
+        far = self.rival_deg > RIVAL_FAR * baseline.noise.deg
+        return far and baseline.rmse_deg > self.rival_deg / RIVAL_FITTED
+
     def gives_up(self, fitted: Fitted) -> bool:
-        """Whether a model with one effect leaves far more than a rival without any."""
-        return fitted.rmse_deg > max(self.rival_deg / RIVAL_MARGIN, RIVAL_NOISE * fitted.noise.deg)
+        """Whether a rig with one effect leaves far more than a rival without any."""
+        return self.policy.screened and fitted.rmse_deg > max(
+            self.rival_deg / RIVAL_MARGIN, RIVAL_NOISE * fitted.noise.deg
+        )
 
     def of_one_thread(self) -> Search:
         """Give the search for one of several threads; the starts of forms are shared."""
