@@ -229,7 +229,7 @@ def trace_report(
         next_experiment=experiment.words if experiment else "",
         rig_known=trace.known,
         model=trace.model,
-        heldout_by=trace.baseline.holdout.by,
+        heldout_by=_heldout_by(trace),
         declared=declared,
         words=trace.words,
         smooth=SmoothReport(trace.smooth.names, math.sqrt(trace.smooth.square)),
@@ -332,6 +332,14 @@ def _multibody(opinion: SecondOpinion | None) -> MultibodyErrors | None:
     if opinion is None or opinion.before is None or opinion.after is None:
         return None
     return MultibodyErrors(opinion.before, opinion.after)
+
+
+def _heldout_by(trace: Trace) -> str:
+    """Say how samples were held out, and whether the choice between effects has seen them."""
+    by = trace.baseline.holdout.by
+    if trace.baseline.fold_errors is not None:
+        return by
+    return f"{by}; no fit that is reported has seen them, but the choice between effects has"
 
 
 def _explained_share(trace: Trace) -> Estimate | None:
