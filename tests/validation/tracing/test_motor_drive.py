@@ -33,7 +33,7 @@ def measured(rig, seed, unit="deg", mm=MM_PER_DEG):
 def test_gain_and_effect_are_found_together():
     mm = -MM_PER_DEG  # a motor that turns in the other direction
     rigs = [preset("du2018", preload_N=T) for T in (20.0, 10.0)]
-    records = [measured(replace(rig, slack=Slack(0.35, 0.35)), i, mm=mm) for i, rig in enumerate(rigs)]
+    records = [measured(replace(rig, slack=Slack(0.2, 0.2)), i, mm=mm) for i, rig in enumerate(rigs)]
     trace = trace_records(records)
     assert trace.known
     assert trace.augmented.names == ("tendon_slack",)
