@@ -46,9 +46,8 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
         found = [starts for starts in in_threads(partial(_starts, base), forms, search.threads) if starts]
         found.sort(key=lambda starts: -starts[0].gain)
         known = base.rows.jacobian if policy.screened else None
-        chosen = [start for starts in found[:most] for start in starts]
-        first = partial(_first_steps, search.one_of(len(chosen)), fitted, known)
-        there = in_threads(first, chosen, search.threads)
+        first = partial(_first_steps, search.of_one_thread(), fitted, known)
+        there = in_threads(first, [s for starts in found[:most] for s in starts], search.threads)
         screened += [Screened(number, one) for one in there if one is not None]
     screened.sort(key=lambda one: one.fitted.square)
     if not policy.screened:
@@ -114,11 +113,10 @@ def _lead_on(search: Search, fitted: Fitted, candidates: list[Fitted]) -> list[F
     far = math.inf if search.policy.absorbs_effects else search.policy.near
     most = (COMPETITOR_AT_NOISE if is_noise(best) else far) * best.square
 
-    alone = search.one_of(sum(g.square <= most for g in leading.values()))
-
     def led_on(candidate: Fitted) -> Fitted:
         if candidate.square > most:
             return candidate
+        alone = search.of_one_thread()
         return best_of_other_loops(alone, _with_richer_form(alone, fitted, candidate))
 
     return [*in_threads(led_on, leading.values(), search.threads), *rest]

@@ -38,9 +38,7 @@ def no_worse_than_contained(search: Search, models: list[Fitted], contained: lis
     contained
         Models with one effect less each.
     """
-    best_first = sorted(contained, key=lambda one: one.square)
-    again = [g for g in models if any(contains(g, one) and is_worse(g, one) for one in best_first)]
-    alone = search.one_of(len(again))
+    alone, best_first = search.of_one_thread(), sorted(contained, key=lambda one: one.square)
 
     def no_worse(larger: Fitted) -> Fitted:
         for smaller in best_first:

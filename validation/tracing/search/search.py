@@ -81,9 +81,9 @@ class Search:
             self.rival_deg / RIVAL_MARGIN, RIVAL_NOISE * fitted.noise.deg
         )
 
-    def one_of(self, count: int) -> Search:
-        """Give the search for one of several tasks in threads, or for the only one; the starts of forms are shared."""
-        return replace(self, threads=1) if count > 1 else self
+    def of_one_thread(self) -> Search:
+        """Give the search for one of several threads; the starts of forms are shared."""
+        return replace(self, threads=1)
 
     def with_effect(
         self, fitted: Fitted, added: AddedEffect, x: Floats, most_steps: int = STEPS, known: Floats | None = None

@@ -128,7 +128,7 @@ def _best_of_restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fi
     ]  # fmt: skip
     samples = best.samples
     competitors = sorted(competitors, key=lambda g: g.bic(samples))[:MOST_COMPETITORS]
-    started, alone = [best, *competitors], search.one_of(1 + len(competitors))
+    started, alone = [best, *competitors], search.of_one_thread()
     fits = in_threads(lambda g: best_of_restarts(alone, g), started, search.threads)
     again = {id(g): fit for g, fit in zip(started, fits, strict=True)}
     stages = [[again.get(id(g), g) for g in stage] for stage in stages]
@@ -143,10 +143,9 @@ def _with_restarted_competitors(search: Search, best: Fitted, stages: Stages) ->
     samples = best.samples
     limit = best.bic(samples) + COMPETITOR_BIC
 
-    near = {id(g) for stage in stages for g in stage if g.names != best.names and g.bic(samples) < limit}
-    alone = search.one_of(len(near))
+    alone = search.of_one_thread()
 
     def again(g: Fitted) -> Fitted:
-        return best_of_restarts(alone, g) if id(g) in near else g
+        return best_of_restarts(alone, g) if g.names != best.names and g.bic(samples) < limit else g
 
     return [in_threads(again, stage, search.threads) for stage in stages]
