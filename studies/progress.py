@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -47,13 +45,10 @@ def status(show: bool, text: str) -> Iterator[None]:
 
 @contextmanager
 def status_of_steps(show: bool, text: str) -> Iterator[Callable[[str], None]]:
-    """Show which step is running, for work of an unknown number of steps; the yielded call names the step.
-
-    Beside it are the count of steps begun and the elapsed time, s.
-    """
-    console, start, count = Console(stderr=True), time.monotonic(), itertools.count(1)
+    """Show which step is running, for work of an unknown number of steps; the yielded call names the step."""
+    console = Console(stderr=True)
     if show and console.is_terminal:
         with console.status(text) as line:
-            yield lambda step: line.update(f"{text}: {next(count)}. {step}, {time.monotonic() - start:.0f} s")
+            yield lambda step: line.update(f"{text}: {step}")
     else:
         yield lambda step: None

@@ -14,10 +14,7 @@ from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Fitted, Holdout, Model, fit
 from validation.tracing.problem import AddedEffect
-from validation.tracing.search import Search
-from validation.tracing.search.candidates import candidates_with_one_more
 from validation.tracing.search.starts import joint_linearised_gain, joint_starts, linearised_gain
-from validation.tracing.settings import KNOWN_RIG
 
 EFFECTS = {effect.name: effect for effect in catalogue()}
 
@@ -69,32 +66,3 @@ def test_drag_is_found_from_a_start_that_is_too_small():
     start = linearised_gain(fitted, AddedEffect(drag, drag.rig_forms[0]), {"sheath_N_s_per_mm": 0.02})
     found = Model(fitted.model.problem, (start.added,)).values(start.x)[1][0]
     assert found["sheath_N_s_per_mm"] > 0.2
-
-
-def test_threads_do_not_change_the_candidates():
-    fitted = baseline(lambda rig: replace(rig, drag=Drag(joint_Nmm_s_per_rad=8.0)))
-    effects = [EFFECTS[name] for name in ("viscous_drag", "camera_misalignment", "gravity")]
-    found = [
-        candidates_with_one_more(Search(fitted.model.problem, KNOWN_RIG, effects, threads, str), fitted, None)
-        for threads in (1, 2)
-    ]
-    assert [g.names for g in found[0]] == [g.names for g in found[1]]
-    assert found[0]
-    for one, other in zip(*found, strict=True):
-        assert np.array_equal(one.x, other.x)
-
-
-def test_an_effect_on_the_reading_shares_the_run_of_its_rig():
-    fitted = baseline()
-    run, effect = fitted.model.problem.runs[0][0], EFFECTS["camera_misalignment"]
-    form = effect.rig_forms[0]
-    rig = fitted.model.problem.rig(run, *_values(fitted, ()))
-    with_effect = fitted.model.problem.rig(run, *_values(fitted, [(form, {p.name: 0.01 for p in form.parameters})]))
-    run.solved.clear()
-    angle = run.angle_deg(rig)
-    assert run.angle_deg(with_effect) is angle
-    assert np.array_equal(angle, run.solve(rig).record.angle_deg[run.skip :])
-
-
-def _values(fitted, added):
-    return fitted.model.values(fitted.x)[0], added
