@@ -44,9 +44,6 @@ MOST_EFFECTS = 3
 """Effects that are added one after the other at most."""
 EXTENDED_MODELS = 2
 """Best models of a stage to which a further effect is added."""
-EXTENDED_SQUARE = 12.0
-"""Mean square over the best model's up to which another model of a stage is extended: one that leaves more lacks the
-larger effect, beside which its own is found from the best model."""
 MOST_COMPETITORS = 3
 """Models beside the best one that are fitted as thoroughly, and between which the next experiment is to decide."""
 COMPETITOR_SQUARE = 1.5
@@ -151,8 +148,6 @@ APPROACH_SAMPLES = 24
 """Samples over the drive's range on the way from rest to the first sample of a record that begins elsewhere."""
 EXACT_REPEAT = 1e-9
 """Part of the drive's range up to which cycles repeat each other exactly and need not be run again."""
-REMEMBERED_RUNS = 64
-"""Runs of a record whose angles are kept, for models that differ in the reading alone."""
 KNOWN_RIG_SAMPLES, LEAST_RECORD_SAMPLES = 4000, 200
 """Samples that a known rig is fitted to, of all records together, and of one record at least."""
 EQUIVALENT_RIG_SAMPLES, REFINED_SAMPLES = 300, 1200
@@ -353,7 +348,7 @@ NEARLY_MOST = 0.9
 """Part of the largest difference between competitors: the gentlest program that reaches it is proposed."""
 ONE_SIDED = 0.25
 """Part of half the drive's range: a drive whose middle is further away is not about zero."""
-MULTIBODY_CYCLES, MULTIBODY_CYCLE_SAMPLES = 4.0, 100
+MULTIBODY_CYCLES, MULTIBODY_CYCLE_SAMPLES = 12.0, 100
 """Cycles of drive that the multibody model runs in all, about: it takes a third of a second for each. Samples that
 count as a cycle, where a record has more of them."""
 

@@ -259,7 +259,7 @@ def test_competitors_of_unknown_geometry_are_simulated_on_the_record_s_own_path(
 def test_multibody_errors_are_those_of_the_same_runs():
     """Both engines follow the same laws; measured joints have no shear and no soft rings."""
     found = traced(WIDTH_MM)
-    opinion = second_opinion(found, cycles=12.0)
+    opinion = second_opinion(found)
     for errors, fitted in ((opinion.before, found.baseline), (opinion.after, found.augmented)):
         whole = np.sqrt(fitted.mean_square)
         assert errors.rmse_deg == pytest.approx(whole, rel=0.2)

@@ -83,8 +83,6 @@ class RigProblem(RecordSet, ABC):
 
         Effects on the reading act on the angle alone.
         """
-        if not self.channels:
-            return self.predict(values, added)
         of_records = list[Floats]()
         for runs, inputs in zip(self.runs, self.inputs, strict=True):
             parts = [self.driven(run, values).observed(self.rig(run, values, added), self.channels) for run in runs]

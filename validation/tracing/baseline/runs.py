@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +18,7 @@ from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing.effect import Need, SampleInputs, Scale, cycles_repeat
 from validation.tracing.prepared import Channel, PreparedRecord
-from validation.tracing.settings import APPROACH_SAMPLES, EXACT_REPEAT, FROM_REST, REMEMBERED_RUNS, SAME_PRELOAD
+from validation.tracing.settings import APPROACH_SAMPLES, EXACT_REPEAT, FROM_REST, SAME_PRELOAD
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,6 @@ class Run:
 
     Cycles that repeat each other exactly need not be run again by a rig without a memory for time and cycles:
     ``short`` ends after the second one, and ``where`` gives its sample that stands for each sample of the run.
-    ``solved`` has the angles of the latest rigs: effects on the reading alone share the run of their rig.
     """
 
     rig: Rig
@@ -35,7 +34,6 @@ class Run:
     skip: int
     short: LoadProgram | None = None
     where: Ints | None = None
-    solved: dict[Rig, Floats] = field(default_factory=dict)
 
     def solve(self, rig: Rig) -> ChainSolution:
         """Run a rig through it."""
@@ -45,13 +43,6 @@ class Run:
 
     def angle_deg(self, rig: Rig) -> Floats:
         """Angle of a rig along the record, shape (m,)."""
-        if (found := self.solved.get(rig)) is None:
-            if len(self.solved) >= REMEMBERED_RUNS:
-                self.solved.clear()
-            found = self.solved[rig] = self._angle_deg(rig)
-        return found
-
-    def _angle_deg(self, rig: Rig) -> Floats:
         if not isinstance(self.program, LoadProgram):
             return self.solve(rig).record.angle_deg[self.skip :]
         if self.short is None or not _forgets(rig):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -17,9 +16,6 @@ from validation.tracing.fitting.fitted import ChannelErrors, Fitted
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.model import Model
 from validation.tracing.settings import CONVERGED, DIFFERENCE_STEP, INFEASIBLE_DEG, INSIDE_BOUNDS, STEPS
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 
 @dataclass(eq=False)
@@ -143,15 +139,14 @@ def differentiate(
         except (SolverError, RigError):
             return np.zeros_like(errors)
 
-    return np.column_stack([known, *in_threads(column, range(known.shape[1], x.size), threads)])
+    return np.column_stack([known, *_in_threads(column, range(known.shape[1], x.size), threads)])
 
 
-def in_threads(do: Callable[[Item], Result], items: Iterable[Item], threads: int) -> list[Result]:
-    """Do something to all items, in their order; the kernels release the lock of the interpreter."""
+def _in_threads(column: Callable[[int], Floats], items: Iterable[int], threads: int) -> list[Floats]:
     if threads <= 1:
-        return [do(item) for item in items]
+        return [column(i) for i in items]
     with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(do, items))
+        return list(pool.map(column, items))
 
 
 def solve(columns: Floats, target: Floats) -> Floats:

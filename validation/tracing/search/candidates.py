@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from hysteresis.arrays import Floats
-from validation.tracing.effect import Effect
 from validation.tracing.fitting.evidence import is_noise
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.least_squares import in_threads
 from validation.tracing.fitting.model import Model
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.restarts import best_of_other_loops
 from validation.tracing.search.search import Search
-from validation.tracing.search.starts import FormStarts, Start, best_starts
+from validation.tracing.search.starts import best_starts
 from validation.tracing.settings import COMPETITOR_AT_NOISE, FEW_STEPS, OTHER_FORM_SQUARE
 
 
@@ -42,30 +38,17 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
     screened: list[Screened] = []
     for number, base in enumerate(bases):
         others = [effect for effect in search.effects if effect.name not in fitted.names]
-        forms = [(effect, search.forms(effect)) for effect in others]
-        found = [starts for starts in in_threads(partial(_starts, base), forms, search.threads) if starts]
+        found = [starts for e in others if (starts := best_starts(base, e, search.forms(e)))]
         found.sort(key=lambda starts: -starts[0].gain)
         known = base.rows.jacobian if policy.screened else None
-        first = partial(_first_steps, search.of_one_thread(), fitted, known)
-        there = in_threads(first, [s for starts in found[:most] for s in starts], search.threads)
-        screened += [Screened(number, one) for one in there if one is not None]
+        for start in [s for starts in found[:most] for s in starts]:
+            there = search.with_effect(fitted, start.added, start.x, policy.first_steps, known)
+            if there is not None:
+                screened.append(Screened(number, there))
     screened.sort(key=lambda one: one.fitted.square)
     if not policy.screened:
         return [one.fitted for one in screened]
     return _lead_on(search, fitted, _finish(search, fitted, screened))
-
-
-def _starts(base: Fitted, forms: tuple[Effect, list[FormStarts]]) -> list[Start]:
-    return best_starts(base, *forms)
-
-
-def _first_steps(search: Search, fitted: Fitted, known: Floats | None, start: Start) -> Fitted | None:
-    """Take the first steps from a start; where it has no solution, from where it was run."""
-    steps = search.policy.first_steps
-    there = search.with_effect(fitted, start.added, start.x, steps, known)
-    if there is not None:
-        return there
-    return search.with_effect(fitted, start.added, start.unmoved, steps)
 
 
 def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> list[Fitted]:
@@ -110,16 +93,12 @@ def _lead_on(search: Search, fitted: Fitted, candidates: list[Fitted]) -> list[F
             leading.setdefault(candidate.names[-1], candidate)
     rest = [g for g in candidates if leading.get(g.names[-1]) is not g]
     best = min(candidates, key=lambda g: g.square)
-    far = math.inf if search.policy.absorbs_effects else search.policy.near
-    most = (COMPETITOR_AT_NOISE if is_noise(best) else far) * best.square
+    most = COMPETITOR_AT_NOISE * best.square if is_noise(best) else math.inf
 
     def led_on(candidate: Fitted) -> Fitted:
-        if candidate.square > most:
-            return candidate
-        alone = search.of_one_thread()
-        return best_of_other_loops(alone, _with_richer_form(alone, fitted, candidate))
+        return best_of_other_loops(search, _with_richer_form(search, fitted, candidate))
 
-    return [*in_threads(led_on, leading.values(), search.threads), *rest]
+    return [*(led_on(g) if g.square <= most else g for g in leading.values()), *rest]
 
 
 def _with_richer_form(search: Search, fitted: Fitted, candidate: Fitted) -> Fitted:

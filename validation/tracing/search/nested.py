@@ -11,7 +11,7 @@ from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.effect import Values
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.least_squares import differentiate, fit, fitted_at, in_threads
+from validation.tracing.fitting.least_squares import differentiate, fit, fitted_at
 from validation.tracing.fitting.model import Model
 from validation.tracing.search.search import Search
 from validation.tracing.settings import CONTAINED_TOLERANCE, FEW_STEPS, INSIDE_BOUNDS, NOTHING
@@ -38,15 +38,13 @@ def no_worse_than_contained(search: Search, models: list[Fitted], contained: lis
     contained
         Models with one effect less each.
     """
-    alone, best_first = search.of_one_thread(), sorted(contained, key=lambda one: one.square)
-
-    def no_worse(larger: Fitted) -> Fitted:
-        for smaller in best_first:
+    out = []
+    for larger in models:
+        for smaller in sorted(contained, key=lambda one: one.square):
             if contains(larger, smaller) and is_worse(larger, smaller):
-                larger = _from_contained(alone, larger, smaller)
-        return larger
-
-    return in_threads(no_worse, models, search.threads)
+                larger = _from_contained(search, larger, smaller)
+        out.append(larger)
+    return out
 
 
 def _from_contained(search: Search, larger: Fitted, smaller: Fitted) -> Fitted:

@@ -12,7 +12,7 @@ from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.fitting.evidence import is_noise
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.least_squares import fit, in_threads
+from validation.tracing.fitting.least_squares import fit
 from validation.tracing.search.search import Search
 from validation.tracing.settings import (
     FEW_STEPS,
@@ -35,11 +35,6 @@ def best_of_other_loops(search: Search, fitted: Fitted) -> Fitted:
     for x in other_loops(fitted, LOOP_FACTORS):
         search.report(f"{' + '.join(fitted.names) or 'the baseline model'}, from another loop")
         with suppress(SolverError, RigError):
-            if not search.policy.absorbs_effects:
-                there = fit(fitted.model, fitted.holdout, x, threads=search.threads, most_steps=FEW_STEPS)
-                if there.square >= PROMISING**2 * fitted.square:
-                    continue
-                x = there.x
             found.append(fit(fitted.model, fitted.holdout, x, threads=search.threads))
     return min(found, key=lambda other: other.square)
 
@@ -52,17 +47,14 @@ def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
     """
     if not (search.policy.restarted and fitted.names):
         return fitted
-
-    def restarted(x: Floats) -> Fitted:
+    found = [fitted]
+    for x in (*other_loops(fitted), *(along_the_valley(fitted) if search.policy.along_valley else ())):
         search.report(f"{' + '.join(fitted.names)}, from another start")
         with suppress(SolverError, RigError):
-            there = fit(fitted.model, fitted.holdout, x, threads=1, most_steps=FEW_STEPS)
+            there = fit(fitted.model, fitted.holdout, x, threads=search.threads, most_steps=FEW_STEPS)
             if there.train_square < PROMISING**2 * fitted.train_square:
-                return fit(fitted.model, fitted.holdout, there.x, threads=1)
-        return fitted
-
-    starts = (*other_loops(fitted), *(along_the_valley(fitted) if search.policy.along_valley else ()))
-    return min([fitted, *in_threads(restarted, starts, search.threads)], key=lambda other: other.train_square)
+                found.append(fit(fitted.model, fitted.holdout, there.x, threads=search.threads))
+    return min(found, key=lambda other: other.train_square)
 
 
 def other_loops(fitted: Fitted, factors: Sequence[float] = LOOP_FACTORS_FINAL) -> list[Floats]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from fem_models.rig import RigError
@@ -80,10 +80,6 @@ class Search:
         return self.policy.screened and fitted.rmse_deg > max(
             self.rival_deg / RIVAL_MARGIN, RIVAL_NOISE * fitted.noise.deg
         )
-
-    def of_one_thread(self) -> Search:
-        """Give the search for one of several threads; the starts of forms are shared."""
-        return replace(self, threads=1)
 
     def with_effect(
         self, fitted: Fitted, added: AddedEffect, x: Floats, most_steps: int = STEPS, known: Floats | None = None

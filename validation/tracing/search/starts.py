@@ -36,15 +36,12 @@ class Start:
     ----------
     x
         Coordinates, shape (p,).
-    unmoved
-        Coordinates for which the model was run, shape (p,).
     gain
         Linearised gain: part of the training samples' sum of squares that the effect would explain, were it linear.
     """
 
     added: AddedEffect
     x: Floats
-    unmoved: Floats
     gain: float
 
 
@@ -99,7 +96,7 @@ def linearised_gain(fitted: Fitted, added: AddedEffect, values: Values, *, enlar
     others = solve(jacobian, -(error + change))
     residual = error + change + jacobian @ others
     gain = 1 - float(residual @ residual) / whole
-    best = Start(added, _moved(x, others, low, high), x, gain)
+    best = Start(added, _moved(x, others, low, high), gain)
     steps = solve(np.column_stack([jacobian, change]), -error)
     factor = float(steps[-1])
     if factor <= 0:
@@ -107,8 +104,7 @@ def linearised_gain(fitted: Fitted, added: AddedEffect, values: Values, *, enlar
     residual = error + np.column_stack([jacobian, change]) @ steps
     if (linear := 1 - float(residual @ residual) / whole) <= gain:
         return best
-    moved = _moved(x, steps[:-1] * min(1.0, LARGEST_STEP / factor), low, high)
-    best = Start(added, moved, x, linear)
+    best = Start(added, _moved(x, steps[:-1] * min(1.0, LARGEST_STEP / factor), low, high), linear)
     if enlarged or not any(p.linear for p in added.form.parameters) or 1 / LARGEST_STEP < factor < LARGEST_STEP:
         return best
     by = {p.name: min(factor, LARGEST_FACTOR) if p.linear else 1.0 for p in added.form.parameters}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from validation.tracing.fitting.evidence import (
@@ -12,7 +11,6 @@ from validation.tracing.fitting.evidence import (
     significant_ratio,
 )
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.least_squares import in_threads
 from validation.tracing.fitting.smooth import Smooth
 from validation.tracing.search.candidates import candidates_with_one_more
 from validation.tracing.search.exchange import exchanged, pruned
@@ -25,7 +23,6 @@ from validation.tracing.settings import (
     COMPETITOR_BIC,
     COMPETITOR_SQUARE,
     EXTENDED_MODELS,
-    EXTENDED_SQUARE,
     MOST_COMPETITORS,
     MOST_EFFECTS,
     SIGNIFICANT_LOOSE,
@@ -99,9 +96,7 @@ def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise:
         stages.append(models)
         if search.gives_up(models[0]) or not is_worth_adding(best, models[0], len(search.effects)):
             break
-        best = models[0]
-        far = math.inf if policy.absorbs_effects else EXTENDED_SQUARE
-        front = [g for g in models[:EXTENDED_MODELS] if g.square <= far * best.square]
+        front, best = models[:EXTENDED_MODELS], models[0]
         follow = down_to_noise or (policy.absorbs_effects and beats_smooth_functions(best, smooth))
         limit = significant if follow else max(SIGNIFICANT_LOOSE, significant)
     return best, stages
@@ -128,9 +123,7 @@ def _best_of_restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fi
     ]  # fmt: skip
     samples = best.samples
     competitors = sorted(competitors, key=lambda g: g.bic(samples))[:MOST_COMPETITORS]
-    started, alone = [best, *competitors], search.of_one_thread()
-    fits = in_threads(lambda g: best_of_restarts(alone, g), started, search.threads)
-    again = {id(g): fit for g, fit in zip(started, fits, strict=True)}
+    again = {id(g): best_of_restarts(search, g) for g in (best, *competitors)}
     stages = [[again.get(id(g), g) for g in stage] for stage in stages]
     found = min(again.values(), key=lambda g: g.bic(samples))
     return (found if found is again[id(best)] else pruned(search, found)), stages
@@ -143,9 +136,7 @@ def _with_restarted_competitors(search: Search, best: Fitted, stages: Stages) ->
     samples = best.samples
     limit = best.bic(samples) + COMPETITOR_BIC
 
-    alone = search.of_one_thread()
-
     def again(g: Fitted) -> Fitted:
-        return best_of_restarts(alone, g) if g.names != best.names and g.bic(samples) < limit else g
+        return best_of_restarts(search, g) if g.names != best.names and g.bic(samples) < limit else g
 
-    return [in_threads(again, stage, search.threads) for stage in stages]
+    return [[again(g) for g in stage] for stage in stages]
