@@ -275,6 +275,8 @@ wanders and ripples are up to 3 times the noise, lost counts and jumps of the ri
 CORRELATED, MOST_CORRELATED = 1.2, 1.9
 """Third difference of every second sample over that of all samples: 1 of white noise, 1.3 to 1.41 of an autoregressive
 one with correlations of 0.5 to 1, 8 of a smooth function. Between these numbers noise counts as correlated."""
+MOST_OF_RESIDUAL = 1.3
+"""Correlated noise over the rms residual at most: an estimate beyond is of structure that looks like it."""
 DECIMATIONS = (1, 2, 4, 8)
 """Distances of the samples whose third differences tell the correlation of noise."""
 NEAR_NOISE = 2.0**0.5

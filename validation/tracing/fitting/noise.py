@@ -20,6 +20,7 @@ from validation.tracing.settings import (
     MAD_TO_SIGMA,
     MOST_CORRELATED,
     MOST_CORRELATION,
+    MOST_OF_RESIDUAL,
     MOST_WANDER,
     NOISE_BRANCH_SAMPLES,
 )
@@ -124,9 +125,12 @@ def sensor_noise_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floa
     """
     local, found = estimate_noise_floor(records, residuals).local_deg, correlated_noise_deg(records, residuals)
     repeats, row = repeatability_deg(records, residuals), np.concatenate([r - r.mean() for r in residuals])
+    rms_deg = math.sqrt(float(row @ row) / row.size)
+    if found is not None and found > MOST_OF_RESIDUAL * rms_deg:
+        found = None  # noise is no larger than the residual that it is a part of: that is structure
     if repeats is None:
         return found
-    return repeats if float(row @ row) <= (MOST_WANDER * local) ** 2 * row.size or found is not None else None
+    return repeats if rms_deg <= MOST_WANDER * local or found is not None else None
 
 
 def correlated_noise_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> float | None:
