@@ -110,7 +110,7 @@ def _answerer(by: By, training: Path | None) -> Answerer:
             return by_sparse_regression
         import_module("sklearn")
     except ImportError as error:
-        raise MissingError(f"--by {by}: {error}: expected pip install notchbend[rivals]") from None
+        raise MissingError(f"--by {by}: {error}: expected pip install notchbend[comparison]") from None
     from validation.practice.benchmark.classifier import ClassifierAnswerer, forest_of
 
     require(

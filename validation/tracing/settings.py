@@ -322,7 +322,7 @@ intervals of a few records are too narrow for less: drag and delay of a catheter
 PARTIAL_SHARE = 1.0 / 3.0
 """Part of the mean square above the noise that effects must take from the held-out error to be named."""
 
-RIVAL_MARGIN, RIVAL_NOISE, RIVAL_FAR = 1.1, 3.0, 5.0
+COMPETITOR_MARGIN, COMPETITOR_NOISE, COMPETITOR_FAR = 1.1, 3.0, 5.0
 """No effects are searched for beside an equivalent rig that leaves more than the held-out error of play operators times
 the first number, where that error is more than the third number times the noise. An equivalent rig with one effect is
 given up where it leaves more than the held-out error of play operators over the first number (its own error is of
@@ -332,7 +332,7 @@ NINE_OF_TEN, DETECTION_RUNS, SAME_ACTION = 1.28, 6, 0.1
 """Standard deviations above which nine of ten of a normal distribution lie, runs of the model in which the size of a
 detection limit is found, and how near its action comes to what is needed: the rules are no sharper than a tenth."""
 
-RIVAL_FITTED = 1.3
+COMPETITOR_FITTED = 1.3
 """Held-out error of play operators over the error that a curve leaves of samples that it was fitted to, up to which the
 curve does not promise to predict better."""
 

@@ -183,14 +183,14 @@ def _trace_unknown_geometry(
     """
     report("the baseline model (play operators)")
     plays = play_baselines(records)
-    rival_deg = math.inf if plays is None else plays.heldout_deg
-    rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, rival_deg)
+    competitor_deg = math.inf if plays is None else plays.heldout_deg
+    rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, competitor_deg)
     traces = [by_rig] if by_rig else []
     explained = by_rig is not None and is_explained(by_rig)
     if by_rig is None or not explained or by_rig.effects:
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
             problem = curve_problem(records, elements=elements)
-            search = Search(problem, CURVE, effects, 1, report, rival_deg=rival_deg)
+            search = Search(problem, CURVE, effects, 1, report, competitor_deg=competitor_deg)
             baseline = _baseline_of_all_samples(search)
             if by_rig is None or not explained:
                 if not search.is_no_better(baseline):
@@ -212,14 +212,14 @@ def _trace_unknown_geometry(
 
 
 def _trace_equivalent_rig(
-    records: Sequence[Record], effects: Sequence[Effect], threads: int, report: Progress, rival_deg: float
+    records: Sequence[Record], effects: Sequence[Effect], threads: int, report: Progress, competitor_deg: float
 ) -> tuple[Search | None, Trace | None]:
     """Trace records by an equivalent rig; None where no such rig follows them."""
     if records[0].drive_unit == "N":
         return None, None
     with suppress(SolverError, RigError):
         problem = equivalent_rig_problem(records)
-        search = Search(problem, EQUIVALENT_RIG, effects, threads, report, rival_deg=rival_deg)
+        search = Search(problem, EQUIVALENT_RIG, effects, threads, report, competitor_deg=competitor_deg)
         search = replace(search, early=_baseline_of_all_samples(search, EARLY_STEPS))
         baseline = _baseline_of_all_samples(search)
         if baseline.rmse_deg < NOT_ALIKE * search.problem.scale.angle_deg and not search.is_far_behind(baseline):

@@ -96,7 +96,7 @@ def _verdict(
     if best is baseline:
         return "unexplained", []
     if not beats_smooth_functions(best, smooth):
-        against = smooth.rival or smooth
+        against = smooth.competitor or smooth
         return "unexplained", [f"smooth functions of {', '.join(against.names)} fit better than {names}"]
     if best.rmse_deg > AT_FLOOR * floor.deg and explained < EXPLAINED_SHARE:
         return "unexplained", [f"{names} explains {100 * explained:.0f} % of the mean square above the noise"]

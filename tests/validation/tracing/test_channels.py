@@ -141,7 +141,7 @@ def test_a_curve_of_the_only_input_of_records_that_load_does_not_veto():
     n, square = found.angle_samples, found.mean_square
     best = Smooth(("the drive",), 0.1 * square, 12, (0.9,))
     assert not beats_smooth_functions(found, best)
-    assert beats_smooth_functions(found, replace(best, rival=Smooth((), square, 2, ())))
+    assert beats_smooth_functions(found, replace(best, competitor=Smooth((), square, 2, ())))
     # a free function vetoes where it is better by what also separates names
     same = found.x.size
     for margin, stands in ((0.9, True), (1.1, False)):

@@ -2,7 +2,7 @@
 
 A random forest (Breiman 2001, doi 10.1023/A:1010933404324) votes for an effect, for none, or for something outside the
 catalogue. It names an effect if enough trees do; how many is chosen on its training cases by the trees that have not
-seen them. Needs ``pip install notchbend[rivals]``.
+seen them. Needs ``pip install notchbend[comparison]``.
 """
 
 from __future__ import annotations

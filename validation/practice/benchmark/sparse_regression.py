@@ -2,7 +2,7 @@
 
 Sequentially thresholded least squares (Brunton, Proctor, Kutz 2016, doi 10.1073/pnas.1517384113) keeps few terms of
 :mod:`validation.practice.benchmark.terms`. Each stands for an effect; the effect whose terms explain most is named. The
-thresholds were chosen on practice seeds, see ``docs/validation/benchmark.md``. Needs ``pip install notchbend[rivals]``.
+thresholds were chosen on practice seeds, see ``docs/validation/benchmark.md``. Needs ``notchbend[comparison]``.
 """
 
 from __future__ import annotations

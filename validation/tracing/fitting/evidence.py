@@ -48,8 +48,8 @@ def beats_smooth_functions(fitted: Fitted, smooth: Smooth) -> bool:
 
     They must be better by the evidence that also distinguishes one effect from another.
     """
-    samples, rival = fitted.angle_samples, smooth.rival or smooth
-    return fitted.angle_bic(samples) < rival.bic(samples) + VERY_STRONG_EVIDENCE
+    samples, competitor = fitted.angle_samples, smooth.competitor or smooth
+    return fitted.angle_bic(samples) < competitor.bic(samples) + VERY_STRONG_EVIDENCE
 
 
 def curve_does_as_well(fitted: Fitted, smooth: Smooth) -> bool:

@@ -37,7 +37,7 @@ class Smooth:
         Number of parameters, those of the model included.
     gains
         Part of the mean square that each function takes away.
-    rival
+    competitor
         The functions that a named effect must be better than, where they are not all of these: a curve of the only
         input of records that only load fits whatever they show, and speaks against no effect.
     """
@@ -46,7 +46,7 @@ class Smooth:
     square: float
     parameters: int
     gains: tuple[float, ...]
-    rival: Smooth | None = None
+    competitor: Smooth | None = None
 
     def bic(self, samples: float) -> float:
         """Criterion of the model with these functions."""
@@ -69,8 +69,8 @@ def smooth_functions(fitted: Fitted, samples: float | None = None) -> Smooth:
         return _selected(fitted, samples, bases)
     others = {name: basis for name, basis in bases.items() if "direction" not in name and "rising" not in name}
     del others["the distance since the last reversal"]
-    rivals = {name: basis for name, basis in others.items() if name not in _OF_THE_DRIVE}
-    return replace(_selected(fitted, samples, others), rival=_selected(fitted, samples, rivals))
+    competitors = {name: basis for name, basis in others.items() if name not in _OF_THE_DRIVE}
+    return replace(_selected(fitted, samples, others), competitor=_selected(fitted, samples, competitors))
 
 
 def _selected(fitted: Fitted, samples: float, bases: Mapping[str, Floats]) -> Smooth:

@@ -16,7 +16,14 @@ from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.starts import FormStarts
-from validation.tracing.settings import RIVAL_FAR, RIVAL_FITTED, RIVAL_MARGIN, RIVAL_NOISE, STEPS, SearchPolicy
+from validation.tracing.settings import (
+    COMPETITOR_FAR,
+    COMPETITOR_FITTED,
+    COMPETITOR_MARGIN,
+    COMPETITOR_NOISE,
+    STEPS,
+    SearchPolicy,
+)
 
 Progress = Callable[[str], None]
 """Called with what is being computed."""
@@ -36,7 +43,7 @@ class Search:
         Called with what is being computed.
     early
         The baseline after a few steps, before it has absorbed an effect; effects are started beside it, too.
-    rival_deg
+    competitor_deg
         Held-out error of another kind of baseline, which makes a search give up that does not come near it.
     """
 
@@ -46,7 +53,7 @@ class Search:
     threads: int
     report: Progress
     early: Fitted | None = None
-    rival_deg: float = math.inf
+    competitor_deg: float = math.inf
     _forms: dict[str, list[FormStarts]] = field(default_factory=dict)
 
     def forms(self, effect: Effect) -> list[FormStarts]:
@@ -61,24 +68,24 @@ class Search:
         return self._forms[effect.name]
 
     def is_far_behind(self, baseline: Fitted) -> bool:
-        """Whether a fitted baseline leaves more than a rival predicts to, and both are far above the noise.
+        """Whether a fitted baseline leaves more than a competitor predicts to, and both are far above the noise.
 
-        Near the noise a rival may have absorbed an effect that this baseline lacks, and is to be given.
+        Near the noise a competitor may have absorbed an effect that this baseline lacks, and is to be given.
         """
-        far = self.rival_deg > RIVAL_FAR * baseline.noise.deg
-        return far and baseline.rmse_deg > RIVAL_MARGIN * self.rival_deg
+        far = self.competitor_deg > COMPETITOR_FAR * baseline.noise.deg
+        return far and baseline.rmse_deg > COMPETITOR_MARGIN * self.competitor_deg
 
     def is_no_better(self, baseline: Fitted) -> bool:
-        """Whether a fitted baseline leaves about what a rival predicts to, or more, far above the noise."""
-        if baseline.rmse_deg > self.rival_deg:
+        """Whether a fitted baseline leaves about what a competitor predicts to, or more, far above the noise."""
+        if baseline.rmse_deg > self.competitor_deg:
             return True
-        far = self.rival_deg > RIVAL_FAR * baseline.noise.deg
-        return far and baseline.rmse_deg > self.rival_deg / RIVAL_FITTED
+        far = self.competitor_deg > COMPETITOR_FAR * baseline.noise.deg
+        return far and baseline.rmse_deg > self.competitor_deg / COMPETITOR_FITTED
 
     def gives_up(self, fitted: Fitted) -> bool:
-        """Whether a rig with one effect leaves far more than a rival without any."""
+        """Whether a rig with one effect leaves far more than a competitor without any."""
         return self.policy.screened and fitted.rmse_deg > max(
-            self.rival_deg / RIVAL_MARGIN, RIVAL_NOISE * fitted.noise.deg
+            self.competitor_deg / COMPETITOR_MARGIN, COMPETITOR_NOISE * fitted.noise.deg
         )
 
     def with_effect(
