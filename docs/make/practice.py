@@ -17,6 +17,12 @@ from validation.practice.summary import Rate, Spread, Summary
 
 PAGE = DOCS / "validation" / "practice.md"
 HEADINGS = {"known": "## Known rig", "unknown": "## Unknown geometry"}
+SOURCE_HEADINGS = {
+    "own": "",
+    "lumped": ", records from another generator",
+    "sensors": ", spoiled sensors",
+    "protocols": ", spoiled protocols",
+}
 VERDICTS = ("none", "unexplained", "error")
 _RATES = {
     "first, not of the angle alone": "first, without effects of the angle alone",
@@ -29,7 +35,8 @@ _RATES = {
 
 def tables(request: Request, found: Summary) -> str:
     """Markdown of a score: rates, errors and times, confusion matrix."""
-    options = {"count": request.count, "others": request.others, "effects": request.effects}
+    source = None if request.source == "own" else request.source
+    options = {"source": source, "count": request.count, "others": request.others, "effects": request.effects}
     command = f"python -m validation.practice.score --set {request.set} --kind {request.kind}"
     command += "".join(f" --{name} {value}" for name, value in options.items() if value is not None)
     spreads = {
@@ -46,6 +53,8 @@ def tables(request: Request, found: Summary) -> str:
     if found.by_effect:
         head = ["effect", "first", "interval %", "within set", "interval %"]
         blocks.append(table(head, [_both(name, rates) for name, rates in found.by_effect.items()]))
+    if request.source in ("sensors", "protocols"):
+        return "\n\n".join([*blocks, _by_kind(found.confusion)]) + "\n"
     blocks.append("Confusion matrix. Rows: injected effect. Columns: effect named first, by its number.")
     blocks.append(_matrix(found.confusion))
     return "\n\n".join(blocks) + "\n"
@@ -54,7 +63,8 @@ def tables(request: Request, found: Summary) -> str:
 def put_section(page: Path, request: Request, text: str) -> None:
     """Replace the section of the kind of a score; append it if the page has none."""
     labels = (request.effects or "").split(",")
-    heading = HEADINGS[request.kind] + (", pairs and effects outside the catalogue" if SLOW.issuperset(labels) else "")
+    heading = HEADINGS[request.kind] + SOURCE_HEADINGS[request.source]
+    heading += ", pairs and effects outside the catalogue" if SLOW.issuperset(labels) else ""
     prose = page.read_text(encoding="utf-8") if page.exists() else "# Practice score\n"
     before, found, after = prose.partition(f"{heading}\n")
     _, next_heading, rest = after.partition("\n## ") if found else ("", "", "")
@@ -78,17 +88,26 @@ def _spread(name: str, values: Spread) -> list[str]:
     return [name, *(f"{value:.3g}" for value in (values.median, values.largest))]
 
 
+def _by_kind(matrix: Mapping[str, Mapping[str, int]]) -> str:
+    """Answers by what spoils a record; effects with their counts."""
+    rows = []
+    for label, counts in matrix.items():
+        named = [f"`{name}` {count}" for name, count in counts.items() if name not in VERDICTS]
+        rows.append([label.replace("_", " "), *(str(counts.get(v, 0)) for v in VERDICTS), ", ".join(named)])
+    return table(["spoiled by", *VERDICTS, "named first"], rows)
+
+
 def _matrix(matrix: Mapping[str, Mapping[str, int]]) -> str:
     columns = [*CATALOGUE, *VERDICTS]
     columns += sorted({name for row in matrix.values() for name in row} - set(columns))
     numbers = {name: str(i + 1) if name in CATALOGUE else name for i, name in enumerate(columns)}
+    there = [*(label for label in LABELS if label in matrix), *(label for label in matrix if label not in LABELS)]
     rows = [
         [
             f"{numbers[label]} `{label}`" if label in CATALOGUE else label,
             *(str(matrix[label].get(c, "")) for c in columns),
         ]
-        for label in LABELS
-        if label in matrix
+        for label in there
     ]
     return table(["injected", *(numbers[c] for c in columns)], rows)
 

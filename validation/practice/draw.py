@@ -34,7 +34,19 @@ from validation.practice.size import (
 )
 
 SetName = Literal[
-    "work", "score", "score-2", "score-3", "score-4", "score-5", "score-6", "score-7", "score-8", "score-9"
+    "work",
+    "score",
+    "score-2",
+    "score-3",
+    "score-4",
+    "score-5",
+    "score-6",
+    "score-7",
+    "score-8",
+    "score-9",
+    "score-10",
+    "score-11",
+    "score-12",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -47,6 +59,9 @@ SETS: dict[SetName, int] = {
     "score-7": 20_261_128,
     "score-8": 20_261_129,
     "score-9": 20_261_130,
+    "score-10": 20_261_131,
+    "score-11": 20_261_132,
+    "score-12": 20_261_133,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

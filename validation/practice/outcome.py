@@ -33,7 +33,7 @@ class Outcome:
     """A case with the tracer's answer, in the order of the stored file.
 
     The fields are those of :class:`validation.practice.draw.Truth` and of :class:`Answer`; ``truth`` has the injected
-    effects.
+    effects, ``describes`` the effects that count neither way because they describe what a sensor does.
     """
 
     label: str
@@ -53,6 +53,12 @@ class Outcome:
     before_deg: float | None
     after_deg: float | None
     seconds: float
+    describes: tuple[str, ...] = ()
+
+    @property
+    def names_falsely(self) -> bool:
+        """Whether an effect is named that was not injected and does not describe the sensor."""
+        return self.verdict in CLAIMS and bool({*self.named} - {*self.truth, *self.describes})
 
     @property
     def column(self) -> str:

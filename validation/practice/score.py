@@ -3,7 +3,8 @@
 ``python -m validation.practice.score --set score --kind known --count 10 --workers 2 --out DIR`` traces every case,
 writes one JSON file per case, and ``DIR/score.json``. Cases with a stored outcome are not traced again, except for
 those on which the tracer stopped with an error: after a change of the tracer, use another DIR.
-``docs.make.practice`` puts the score into the documentation.
+``docs.make.practice`` puts the score into the documentation. ``--source`` takes other cases: of the lumped rig, or
+clean ones whose sensors or protocols are spoiled.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
@@ -24,11 +25,11 @@ from rich.progress import Progress
 from hysteresis import Record
 from hysteresis.files import write_files
 from hysteresis.plain import from_plain, to_plain
-from validation.practice.cases import labels
-from validation.practice.draw import CLEAN, LABELS, PAIR, SETS, Case, SetName, draw_case
+from validation.practice.draw import CLEAN, PAIR, SETS, Case, SetName
 from validation.practice.outcome import Answer, Outcome
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 from validation.practice.protocols import KINDS, Kind
+from validation.practice.spoiled.draw import SOURCES, Source, draw_labelled
 from validation.practice.summary import summary
 
 Tracer = Callable[[Sequence[Record], int], Answer]
@@ -54,6 +55,7 @@ class Request:
     count: int | None
     others: int | None
     effects: str | None
+    source: Source = "own"
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,7 @@ class Job:
     label: str
     number: int
     file: Path
+    source: Source = "own"
 
 
 def trace(records: Sequence[Record], seed: int) -> Answer:
@@ -84,7 +87,13 @@ def trace(records: Sequence[Record], seed: int) -> Answer:
 
 
 def jobs(
-    set_name: SetName, kind: Kind, count: int, labels: Sequence[str], folder: Path, others: int | None = None
+    set_name: SetName,
+    kind: Kind,
+    count: int,
+    labels: Sequence[str],
+    folder: Path,
+    others: int | None = None,
+    source: Source = "own",
 ) -> list[Job]:
     """List all cases of a score: ``count`` of each label, twice as many clean ones and pairs.
 
@@ -92,11 +101,14 @@ def jobs(
     """
 
     def count_of(label: str) -> int:
+        if source in ("sensors", "protocols"):
+            return count
         number = count if others is None or label not in SLOW else others
         return 2 * number if label in TWICE else number
 
+    name = set_name if source == "own" else f"{set_name}-{source}"
     return [
-        Job(set_name, kind, label, number, folder / "cases" / f"{set_name}-{kind}-{label}-{number:02d}.json")
+        Job(set_name, kind, label, number, folder / "cases" / f"{name}-{kind}-{label}-{number:02d}.json", source)
         for label in labels
         for number in range(count_of(label))
     ]
@@ -104,7 +116,7 @@ def jobs(
 
 def run_job(job: Job, tracer: Tracer = trace) -> None:
     """Draw a case, trace it and write the outcome; an error of the tracer is an outcome, too."""
-    case = draw_case(job.set_name, job.kind, job.label, job.number)
+    case, describes = draw_labelled(job.source, SETS[job.set_name], job.kind, job.label, job.number)
     started = time.perf_counter()
     try:
         answer = tracer(case.records, 0)
@@ -112,7 +124,7 @@ def run_job(job: Job, tracer: Tracer = trace) -> None:
         where = traceback.extract_tb(error.__traceback__)[-1]
         answer = Answer("error", f"{type(error).__name__} at {where.name}: {error}")
     outcome = outcome_of(job.label, case, answer, time.perf_counter() - started)
-    write_files({job.file: json.dumps(to_plain(outcome)) + "\n"})
+    write_files({job.file: json.dumps(to_plain(replace(outcome, describes=describes))) + "\n"})
 
 
 def outcome_of(label: str, case: Case, answer: Answer, seconds: float) -> Outcome:
@@ -181,7 +193,8 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--count", type=int, default=COUNT, help="cases of each effect; twice as many clean and pairs")
     parser.add_argument("--others", type=int, help="the same for pairs and for effects outside the catalogue")
     parser.add_argument("--workers", type=int, default=2, help="processes")
-    parser.add_argument("--effects", type=labels, default=[*LABELS], help=f"by commas, of {', '.join(LABELS)}")
+    parser.add_argument("--source", choices=[*SOURCES], default="own", help="where the cases come from")
+    parser.add_argument("--effects", help="labels by commas; all of the source by default")
     parser.add_argument("--out", type=Path, default=Path("practice"), help="folder of the outcomes")
     parser.add_argument("--quiet", action="store_true", help="no progress and no rates")
     return parser.parse_args(arguments)
@@ -190,7 +203,12 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trace, summarise and write."""
     options = parse(arguments)
-    todo = jobs(options.set, options.kind, options.count, options.effects, options.out, options.others)
+    known = SOURCES[options.source]
+    chosen = [*known] if options.effects is None else options.effects.split(",")
+    for label in chosen:
+        if label not in known:
+            raise SystemExit(f"--effects: {label!r}: expected some of {', '.join(known)}")
+    todo = jobs(options.set, options.kind, options.count, chosen, options.out, options.others, options.source)
     run_all(todo, options.workers, quiet=options.quiet)
     request = Request(
         schema=1,
@@ -198,7 +216,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         kind=options.kind,
         count=None if options.count == COUNT else options.count,
         others=options.others,
-        effects=None if options.effects == [*LABELS] else ",".join(options.effects),
+        effects=options.effects,
+        source=options.source,
     )
     found = summary(read_outcomes(todo))
     contents = {**to_plain(request), **to_plain(found)}

@@ -9,11 +9,14 @@ from dataclasses import dataclass
 
 from validation.practice.catalogue import ANGLE_ALONE, CATALOGUE
 from validation.practice.draw import CLEAN, PAIR
+from validation.practice.lumped.outside import LUMPED_OUTSIDE
 from validation.practice.outcome import Outcome
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 
 NEAR_FLOOR = 1.3
 """Largest held-out error over the noise that counts as explained."""
+OUTSIDE = frozenset({*OUTSIDE_CATALOGUE, *LUMPED_OUTSIDE})
+"""Labels of what is in no catalogue."""
 UNNAMED = ("none", "unexplained")
 """Verdicts that name no effect."""
 Z_95 = 1.959964
@@ -148,10 +151,11 @@ def _single_rates(single: Sequence[Outcome]) -> dict[str, Rate]:
 
 
 def _other_rates(outcomes: Sequence[Outcome]) -> dict[str, Rate]:
-    """Rates of the cases with no effect, with two, and with one outside the catalogue."""
+    """Rates of the cases with no effect, with two, with one outside the catalogue, and of spoiled clean ones."""
     clean = [one for one in outcomes if one.label == CLEAN]
     pairs = [one for one in outcomes if one.label == PAIR]
-    outside = [one for one in outcomes if one.label in OUTSIDE_CATALOGUE]
+    outside = [one for one in outcomes if one.label in OUTSIDE]
+    spoiled = [one for one in outcomes if one.label not in {*CATALOGUE, CLEAN, PAIR, *OUTSIDE}]
     return {
         "clean: no effect claimed": rate_of(clean, lambda one: one.verdict in UNNAMED),
         "clean: none": rate_of(clean, lambda one: one.verdict == "none"),
@@ -160,4 +164,7 @@ def _other_rates(outcomes: Sequence[Outcome]) -> dict[str, Rate]:
             [one for one in pairs if not ANGLE_ALONE & set(one.truth)], lambda one: one.both_named
         ),
         "outside: unexplained": rate_of(outside, lambda one: one.verdict == "unexplained"),
+        "outside: no effect claimed": rate_of(outside, lambda one: one.verdict in UNNAMED),
+        "spoiled: an effect named falsely": rate_of(spoiled, lambda one: one.names_falsely),
+        "spoiled: none": rate_of(spoiled, lambda one: one.verdict == "none"),
     }

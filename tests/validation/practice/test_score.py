@@ -10,14 +10,13 @@ from docs.make.practice import main as write_page
 from docs.make.practice import put_section, tables
 from hysteresis.plain import to_plain
 from validation.practice import score
-from validation.practice.draw import LABELS
 from validation.practice.outcome import Answer, Outcome
 from validation.practice.score import Request
 from validation.practice.summary import Spread, confusion, rate_of_hits, summary, wilson_interval
 
 KEYS = [
     "label", "name", "truth", "numbers", "ratios", "beyond_curve", "engine", "rig", "noise_deg", "verdict", "message",
-    "named", "confusable", "noise_floor_deg", "before_deg", "after_deg", "seconds",
+    "named", "confusable", "noise_floor_deg", "before_deg", "after_deg", "seconds", "describes",
 ]  # fmt: skip
 
 
@@ -60,6 +59,9 @@ def test_summary_of_a_table_made_by_hand() -> None:
         "pairs: both named": (2, 3),
         "pairs, neither of the angle alone: both named": (1, 1),
         "outside: unexplained": (1, 2),
+        "outside: no effect claimed": (1, 2),
+        "spoiled: an effect named falsely": (0, 0),
+        "spoiled: none": (0, 0),
         "right: held-out error within 1.3 of the noise": (1, 2),  # 0.06/0.05 = 1.2 and 0.1/0.05 = 2
         "errors": (0, 13),
     }
@@ -144,8 +146,24 @@ def test_page_leaves_out_rates_of_no_case() -> None:
     assert not any(part in text for part in ("| first", "pairs", "over the noise"))
 
 
-def test_unknown_label_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        score.parse(["--effects", "backlsh"])
-    assert "backlsh" in capsys.readouterr().err
-    assert score.parse([]).effects == [*LABELS]
+@pytest.mark.parametrize("given", [["--effects", "backlsh"], ["--source", "lumped", "--effects", "held,pair"]])
+def test_unknown_label_is_refused(given: list[str]) -> None:
+    with pytest.raises(SystemExit, match=r"--effects: '(backlsh|held)': expected some of backlash, "):
+        score.main(given)
+
+
+def test_cases_of_other_sources_are_scored(tmp_path: Path) -> None:
+    """A leap of the lumped rig is outside of the catalogue; a drive gain describes the sensor that has one."""
+    todo = [
+        *score.jobs("work", "unknown", 1, ["leap"], tmp_path, source="lumped"),
+        *score.jobs("work", "unknown", 1, ["drive_gain", "outliers"], tmp_path, source="sensors"),
+    ]
+    assert [job.label for job in todo] == ["leap", "drive_gain", "outliers"]
+    for job in todo:
+        score.run_job(job, lambda records, seed: Answer("effect", "", ("drive_gain",), (), 0.03, 0.1, 0.1))
+    leap, gain, outliers = score.read_outcomes(todo)
+    assert (leap.names_falsely, gain.names_falsely, outliers.names_falsely) == (True, False, True)
+    rates = summary([leap, gain, outliers]).rates
+    assert (rates["spoiled: an effect named falsely"].hits, rates["outside: unexplained"].hits) == (1, 0)
+    request = Request(1, "work", "unknown", 1, None, None, "sensors")
+    assert "| outliers | 0 | 0 | 0 | `drive_gain` 1 |" in tables(request, summary([gain, outliers]))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -22,7 +22,10 @@ from rich.progress import track
 from hysteresis.record import Record
 from validation.practice.cases import write_case
 from validation.practice.draw import CLEAN, Case, Noiseless, draw_noiseless, with_white_noise
-from validation.practice.lumped.cases import draw_lumped_noiseless
+from validation.practice.draw import LABELS as OWN_LABELS
+from validation.practice.lumped.cases import LABELS as LUMPED_LABELS
+from validation.practice.lumped.cases import draw_lumped_case, draw_lumped_noiseless
+from validation.practice.lumped.outside import LUMPED_OUTSIDE, draw_lumped_outside
 from validation.practice.planned import PlanChange
 from validation.practice.protocols import KINDS, Kind
 from validation.practice.spoiled.plans import PLANS
@@ -30,6 +33,14 @@ from validation.practice.spoiled.sensors import SENSORS, Sensor
 
 Generator = Literal["own", "lumped"]
 GENERATORS: tuple[Generator, ...] = ("own", "lumped")
+Source = Literal["own", "lumped", "sensors", "protocols"]
+SOURCES: Mapping[Source, tuple[str, ...]] = {
+    "own": OWN_LABELS,
+    "lumped": (*LUMPED_LABELS, *LUMPED_OUTSIDE),
+    "sensors": tuple(SENSORS),
+    "protocols": tuple(PLANS),
+}
+"""Where scored cases come from, and their labels: effects, or what spoils a clean case."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +89,29 @@ def draw_spoiled_protocol(asked: Asked, name: str) -> Case:
 def _noiseless(asked: Asked, change: PlanChange | None) -> tuple[Noiseless, np.random.Generator]:
     draw = draw_noiseless if asked.generator == "own" else draw_lumped_noiseless
     return draw(asked.seed, asked.kind, asked.label, asked.number, change)
+
+
+def draw_labelled(source: Source, seed: int, kind: Kind, label: str, number: int) -> tuple[Case, tuple[str, ...]]:
+    """Draw a case of a source, and the effects that describe what its sensor does: they count neither way.
+
+    Spoiled cases are clean; their generators take turns.
+
+    Raises
+    ------
+    SolverError, ValueError
+        No draw has an effect of moderate size.
+    """
+    if source == "own":
+        noiseless, rng = draw_noiseless(seed, kind, label, number)
+        return with_white_noise(noiseless, rng), ()
+    if source == "lumped":
+        draw = draw_lumped_outside if label in LUMPED_OUTSIDE else draw_lumped_case
+        return draw(seed, kind, label, number), ()
+    asked = Asked(seed, kind, number, GENERATORS[number % 2])
+    if source == "protocols":
+        return draw_spoiled_protocol(asked, label), ()
+    case, sensor = draw_spoiled_sensor(asked, label)
+    return case, sensor.describes
 
 
 def as_logged(record: Record) -> Record:
