@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hysteresis.arrays import Floats
+from hysteresis.leaps import Leap, find_leap
 from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles
 from hysteresis.record import Record
 
@@ -297,16 +298,13 @@ def repeatability_deg(record: Record) -> float | None:
         None where no two cycles repeat each other.
     """
     cycles = _repeats(record)
-    if len(cycles) < 2:
+    parts = _deviations(record, cycles)
+    if not parts:
         return None
-    deviations, factors = list[Floats](), list[Floats]()
-    for repeats in zip(*cycles, strict=True):
-        grid, angles, own = _at_equal_drive(record, repeats)
-        if grid.size:
-            deviations.append(angles - angles.mean(axis=0))
-            factors.append(own)
-    if not deviations:
-        return None
+    deviations, factors = [part.deviation for part in parts], [part.factors for part in parts]
+    leap = _leap_of(parts)
+    if leap is not None:
+        deviations = np.split(leap.left, np.cumsum([d.shape[1] for d in deviations])[:-1], axis=1)
     deviation, factor = np.concatenate(deviations, axis=1), np.concatenate(factors, axis=1)
     count, level = len(cycles), deviation.mean(axis=1)
     neighbours = sum(float(np.sum(d[:, 1:] * d[:, :-1])) for d in deviations)
@@ -322,6 +320,76 @@ def repeatability_deg(record: Record) -> float | None:
         levels = (float(level @ level) - drift) / (count - 2)
     shape = float(np.sum((deviation - level[:, None]) ** 2)) / ((count - 1) * deviation.shape[1])
     return float(np.sqrt((levels + shape) / averaged))
+
+
+@dataclass(frozen=True)
+class CycleLeap:
+    """From one instant on, a record is off by a constant against the cycles before, at equal drive and direction.
+
+    Parameters
+    ----------
+    sample
+        First sample behind it.
+    size_deg
+        Mean change of the angle.
+    """
+
+    sample: int
+    size_deg: float
+
+
+def leap_between_cycles(record: Record) -> CycleLeap | None:
+    """Find a leap: a camera or a clamp that moved, counts that an encoder lost.
+
+    The angle, or the drive, is off by a constant from one sample on. This must explain nearly all of what one cycle
+    differs from the next, and far more than a steady drift does.
+
+    Returns
+    -------
+    CycleLeap or None
+        None where no two cycles repeat each other, or without a leap.
+    """
+    cycles = _repeats(record)
+    parts = _deviations(record, cycles)
+    found = _leap_of(parts) if parts else None
+    if found is None:
+        return None
+    at = np.cumsum([part.deviation.shape[1] for part in parts])
+    branch = int(np.searchsorted(at, found.phase, side="right"))
+    part, where = parts[branch], cycles[found.cycle][branch]
+    drive = part.drives[found.phase - (int(at[branch - 1]) if branch else 0)]
+    sample = where.start + int(np.argmin(np.abs(record.drive[where] - drive)))
+    return CycleLeap(sample, found.size_deg)
+
+
+@dataclass(frozen=True, eq=False)
+class _Deviations:
+    """Of K cycles on one branch at g drives in the order of time: (g,), (K, g) less the mean, (g,), (K, g)."""
+
+    drives: Floats
+    deviation: Floats
+    slope: Floats
+    factors: Floats
+
+
+def _deviations(record: Record, cycles: list[list[slice]]) -> list[_Deviations]:
+    """Deviations of cycles that repeat each other from their mean, by branch; empty where none do."""
+    out = []
+    for repeats in zip(*cycles, strict=True) if len(cycles) > 1 else ():
+        grid, angles, factors = _at_equal_drive(record, repeats)
+        if grid.size == 0:
+            continue
+        first = record.drive[repeats[0]]
+        drives = grid if first[-1] >= first[0] else -grid
+        mean = angles.mean(axis=0)
+        slope = np.gradient(mean, drives) if grid.size > 1 else np.zeros(1)
+        out.append(_Deviations(drives, angles - mean, slope, factors))
+    return out
+
+
+def _leap_of(parts: list[_Deviations]) -> Leap | None:
+    deviation = np.concatenate([part.deviation for part in parts], axis=1)
+    return find_leap(deviation, np.concatenate([part.slope for part in parts]))
 
 
 def _repeats(record: Record) -> list[list[slice]]:

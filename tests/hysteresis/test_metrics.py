@@ -1,6 +1,7 @@
 """Metrics against formulas: polygons, ellipses, planted noise."""
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from hysteresis.metrics import (
     closed_work_mJ,
     dissipated_area,
     errors,
+    leap_between_cycles,
     loop_width,
     noise_floor,
     repeatability_deg,
@@ -332,3 +334,35 @@ def test_repeatability_takes_a_drift_out_and_needs_two_cycles():
     assert noise_floor(drifting) > 1.0
     first = trial == 1
     assert repeatability_deg(Record(drive[first], drive[first], drive_unit="N", cycle=trial[first])) is None
+
+
+def cycles_with(change, rng: np.random.Generator) -> Record:
+    """Four cycles of a loop with noise of 0.05 deg, and a change of the angle along the samples."""
+    k = np.arange(480)
+    phase = 2 * np.pi * k / 120
+    angle = 10 * np.sin(phase) + 0.3 * np.cos(phase) + rng.normal(0, 0.05, k.size)
+    return Record(drive=np.sin(phase), angle_deg=angle + change(k), cycle=1 + k // 120)
+
+
+def test_a_leap_between_cycles_is_found_where_it_is_and_left_out_of_repeatability() -> None:
+    rng = np.random.default_rng(3)
+    for at, size in [(150, 0.8), (300, -0.6), (390, 1.2)]:
+        record = cycles_with(lambda k, at=at, size=size: size * (k >= at), rng)
+        leap = leap_between_cycles(record)
+        assert abs(leap.sample - at) <= 3
+        assert leap.size_deg == pytest.approx(size, rel=0.1)
+        assert repeatability_deg(record) == pytest.approx(0.05, rel=0.25)
+
+
+def test_counts_that_are_lost_are_a_leap_of_the_drive() -> None:
+    record = cycles_with(lambda k: 0.0 * k, np.random.default_rng(4))
+    leap = leap_between_cycles(replace(record, drive=record.drive + 0.06 * (np.arange(480) >= 260)))
+    assert abs(leap.sample - 260) <= 8
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_drift_wander_and_noise_are_no_leap(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    steps = np.convolve(rng.normal(0, 1, 480 + 80), np.ones(81) / 9, "valid")
+    changes = [lambda k: 0.0 * k, lambda k: 0.004 * k, lambda k: 0.3 * np.log1p(k), lambda k: 0.3 * steps]
+    assert [leap_between_cycles(cycles_with(change, rng)) for change in changes] == [None] * 4

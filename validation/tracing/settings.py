@@ -319,6 +319,9 @@ FOLD_EFFECTS = 2
 FOLD_ALIKE = 1.05
 """Rms error on held-out data over the best candidate's up to which candidates are not distinguished. Bootstrap
 intervals of a few records are too narrow for less: drag and delay of a catheter are 2 % apart."""
+NOT_TOLD = 0.01
+"""Part of the squares that an effect takes which another one may leave to count as not distinguished, and least part of
+the baseline's that a further effect takes: real records have structure of that size that no model has."""
 PARTIAL_SHARE = 1.0 / 3.0
 """Part of the mean square above the noise that effects must take from the held-out error to be named."""
 

@@ -7,6 +7,7 @@ without one of them could not learn what their protocols tell together; else a c
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -109,6 +110,11 @@ def mean_square(errors: Sequence[Floats]) -> float:
     """Mean square of all errors, deg^2."""
     row = np.concatenate(list(errors))
     return float(row @ row) / row.size
+
+
+def log_score(errors: Sequence[Floats], noise_deg: float) -> float:
+    """Log likelihood of the errors of one fold, less a constant; their variance has that of the noise added."""
+    return -0.5 * sum(e.size for e in errors) * math.log(max(mean_square(errors) + noise_deg**2, 1e-300))
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.effect import Effect, Values
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.folds import Fold, fold_errors, gain, mean_square
+from validation.tracing.fitting.folds import Fold, fold_errors, gain, log_score, mean_square
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
@@ -38,6 +38,7 @@ from validation.tracing.settings import (
     FOLD_EFFECTS,
     INFEASIBLE_DEG,
     LEAST_GAIN,
+    NOT_TOLD,
     STEPS,
     WORTH_NAMING,
 )
@@ -79,11 +80,15 @@ class FoldFits:
         return self.heldout([candidate] * len(self.folds))
 
     def chosen_without(self, candidates: Sequence[Fitted], fold: int) -> Fitted:
-        """Model that predicts best inside the training samples of a fold."""
-        outer = self.folds[fold]
+        """Model that predicts best inside the training samples of a fold: the highest log score of the inner folds.
+
+        Each inner fold has an error of its own. One that nothing predicts, because its records alone reach so far,
+        says no more than the others. What is below the noise counts little.
+        """
+        outer, noise = self.folds[fold], candidates[0].noise.local_deg
         inner = [one for one in self.folds if one is not outer]
-        costs = [mean_square([e for one in inner for e in self.errors(model, one, outer)]) for model in candidates]
-        return candidates[int(np.argmin(costs))]
+        scores = [sum(log_score(self.errors(model, one, outer), noise) for one in inner) for model in candidates]
+        return candidates[int(np.argmax(scores))]
 
     def chosen(self, candidates: Sequence[Fitted]) -> list[Fitted]:
         """Model that each fold chooses by the samples of the others."""
@@ -151,13 +156,17 @@ def find_by_folds(
         report("cross-validation")
         candidates += [fits.with_fold_errors(one, [one] * len(fits.folds)) for one in front]
         step = _named(fits, best, chosen, [*baselines, *([best] if best is not baseline else [])], front)
-        if step is None:
+        if step is None or _square(fits, chosen) - _square(fits, step.chosen) < NOT_TOLD * _square(fits, first):
             break
         best, chosen = step.fitted, step.chosen
         alike.append(step.alike)
     before = fits.with_fold_errors(baseline, first)
     after = before if best is baseline else fits.with_fold_errors(best, chosen)
     return FoundByFolds(before, after, tuple(candidates), tuple(alike))
+
+
+def _square(fits: FoldFits, chosen: Sequence[Fitted]) -> float:
+    return mean_square(fits.heldout(chosen))
 
 
 def fit_all(model: Model, effects: Sequence[Values] = ()) -> Fitted:
@@ -221,8 +230,9 @@ def _named(
         Models without a further effect that folds may choose.
     """
     errors = {id(one): fits.everywhere(one) for one in front}
-    best = min(front, key=lambda one: mean_square(errors[id(one)]))
-    limit = FOLD_ALIKE**2 * mean_square(errors[id(best)])
+    old, best = fits.heldout(without), min(front, key=lambda one: mean_square(errors[id(one)]))
+    least = mean_square(errors[id(best)])
+    limit = max(FOLD_ALIKE**2 * least, least + NOT_TOLD * max(0.0, mean_square(old) - least))
 
     def is_alike(one: Fitted) -> bool:
         near = mean_square(errors[id(one)]) <= limit
@@ -230,7 +240,7 @@ def _named(
 
     similar = [one for one in front if one is not best and is_alike(one)]
     chosen = fits.chosen([*contained, best, *similar])
-    old, new = fits.heldout(without), fits.heldout(chosen)
+    new = fits.heldout(chosen)
     mattered = mean_square(new) < WORTH_NAMING**2 * mean_square(old)
     taken = Counter(len(one.names) > len(before.names) for one in chosen)[True]
     if not (mattered and 2 * taken > len(chosen) and gain(old, new).is_positive):

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints, Mask
+from hysteresis.metrics import leap_between_cycles
 from hysteresis.path import branches, cycle_index
 from hysteresis.record import Record
 from validation.tracing.sensors.drive_steps import drive_step_deg
@@ -73,10 +75,24 @@ def sensor_words(records: Sequence[Record], floor_deg: float) -> tuple[str, ...]
         words.append(f"the sensor repeats its values for {slow} samples: only samples where they change are used")
     if spikes:
         words.append(f"{spikes} of {samples} angles are isolated spikes, which are left out")
+    words += [_leap_words(record, i) for i, record in enumerate(records) if record.drive_unit != "N"]
     steps = max(drive_step_deg(record) for record in records)
     if steps > STEPS_TOLD * floor_deg:
         words.append(f"the steps in which the drive is recorded make an error of {steps:.2g} deg")
-    return tuple(words)
+    return tuple(word for word in words if word)
+
+
+def _leap_words(record: Record, number: int) -> str:
+    """Say where a record is off against its own earlier cycles; empty where it is not."""
+    leap = leap_between_cycles(record)
+    if leap is None:
+        return ""
+    name = Path(record.source).name or f"record {number + 1}"
+    when = f"sample {leap.sample + 1}" if record.time_s is None else f"{record.time_s[leap.sample]:.3g} s"
+    return (
+        f"{name} is off by {abs(leap.size_deg):.2g} deg from {when} on, against the same drive in its other cycles: a "
+        f"leap of the sensor or a clamp, or lost counts; repeatability leaves it out"
+    )
 
 
 def held_updates(drive: Floats, angle_deg: Floats) -> Mask | None:
