@@ -13,6 +13,7 @@ import numpy as np
 
 from fem_models.chain.compiled import chain_njit
 from fem_models.chain.laws import (
+    BY_TENSION,
     Guide,
     Span,
     crossing,
@@ -29,6 +30,7 @@ from hysteresis.arrays import Floats
 
 BAND = 5  # half width of the tangent by the headings of the rings; it is stored as tangent[i, j - i + BAND]
 BAND_OF_JOINTS = 4  # the same by the angles of the joints
+BY_DEPTH = -1  # whether the tip touches its stop
 OPEN_STIFFNESS = 1e-9  # of EA/pitch, in the tangent only: a slack tendon past a sliding guide leaves the slip open
 
 
@@ -89,12 +91,13 @@ def loaded(rig: Parameters) -> bool:
 
 
 @chain_njit()
-def external_moments(x: Floats, rig: Parameters, work: Work) -> float:
+def external_moments(x: Floats, rig: Parameters, work: Work, touched: int) -> float:
     """Fill the moments of weight, tip load and tip stop on every joint, their slopes and the tip's levers.
 
     Returns the stiffness of the stop, N/mm, where the tip touches it. Ring i hangs at its centre, half a pitch beyond
     joint i, and carries the joints of those beyond. What a joint has more than the next one depends on the heading of
     its own ring alone, and on the push of the stop. A dead force on the tip acts on the same levers as the stop.
+    ``touched`` is 1 or 0 where it is given whether the tip touches, else :data:`BY_DEPTH`.
     """
     n = work.external.size
     work.external[:] = 0.0
@@ -105,7 +108,9 @@ def external_moments(x: Floats, rig: Parameters, work: Work) -> float:
         heading += x[3 * i + 3]
         tip_y += (rig.pitch if i < n - 1 else 0.5 * rig.pitch) * math.sin(heading)
     side = 1.0 if rig.stop_y >= 0.0 else -1.0
-    push = side * rig.stop_stiffness * max(0.0, side * (tip_y - rig.stop_y))
+    depth = side * (tip_y - rig.stop_y)
+    touches = depth > 0.0 if touched == BY_DEPTH else touched == 1
+    push = side * rig.stop_stiffness * depth if touches else 0.0
     moment = 0.0
     for i in range(n - 1, -1, -1):
         cs, sn = math.cos(heading), math.sin(heading)
@@ -118,7 +123,7 @@ def external_moments(x: Floats, rig: Parameters, work: Work) -> float:
         work.restoring[i] += length * (rig.tip_y * sn + rig.tip_x * cs)
         work.lever[3 * i + 3] = length * cs
         heading -= x[3 * i + 3]
-    return rig.stop_stiffness if push != 0.0 else 0.0
+    return rig.stop_stiffness if touches else 0.0
 
 
 @chain_njit()
@@ -142,12 +147,15 @@ def by_headings(work: Work) -> None:
 
 
 @chain_njit(forceinline=True)
-def free_span(x: Floats, load: Load, rig: Parameters, work: Work) -> Span:
-    """Tensions between wheel and base: given under load control, else of what the wheel winds in."""
+def free_span(x: Floats, load: Load, rig: Parameters, work: Work, taut: int) -> Span:
+    """Tensions between wheel and base: given under load control, else of what the wheel winds in.
+
+    ``taut`` as of :func:`fem_models.chain.laws.segment`.
+    """
     if rig.load_control:
         return Span(tension=(load.drive, 0.0), own=(0.0, 0.0), cross=0.0, by_angle=(0.0, 0.0))
-    a, slope_a = free_tension(load.drive - x[1] - load.slack[0], 0, rig, work.guess[0])
-    b, slope_b = free_tension(-load.drive - x[2] - load.slack[1], 1, rig, work.guess[1])
+    a, slope_a = free_tension(load.drive - x[1] - load.slack[0], 0, rig, work.guess[0], taut)
+    b, slope_b = free_tension(-load.drive - x[2] - load.slack[1], 1, rig, work.guess[1], taut)
     return Span(tension=(a, b), own=(slope_a, slope_b), cross=0.0, by_angle=(0.0, 0.0))
 
 
@@ -205,8 +213,9 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
     for row in (0, 3 * n + 1, 3 * n + 2):
         add(band, row, row, 1.0)
         b[row] = 0.0
-    stop = external_moments(x, rig, work)
-    near, rest = free_span(x, load, rig, work), crossing(rig.rest, rig).length  # where the tendons have their lengths
+    stop = external_moments(x, rig, work, BY_DEPTH)
+    near = free_span(x, load, rig, work, BY_TENSION)
+    rest = crossing(rig.rest, rig).length  # where the tendons have their lengths
     work.tension[0, 0], work.tension[1, 0] = near.tension
     largest = 0.0
     for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
@@ -216,7 +225,11 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
         path = crossing(theta, rig)
         lever_a, lever_b = path.lever
         far = segment(
-            x[u] - x[v] - path.length[0] + rest[0], x[u + 1] - x[v + 1] - path.length[1] + rest[1], path.lever, rig
+            x[u] - x[v] - path.length[0] + rest[0],
+            x[u + 1] - x[v + 1] - path.length[1] + rest[1],
+            path.lever,
+            rig,
+            BY_TENSION,
         )
         ta, tb = far.tension
         work.tension[0, i + 1], work.tension[1, i + 1] = ta, tb

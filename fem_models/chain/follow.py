@@ -28,7 +28,7 @@ from fem_models.load.stepping import (
     reach_after_success,
     too_short,
 )
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Ints
 
 FRICTION, MATERIAL, DRAG, WHEEL = range(4)  # places of the energies while they are summed
 
@@ -53,6 +53,15 @@ class Run(NamedTuple):
     angles: Floats
     tensions: Floats
     energies: Floats
+
+
+class Tape(NamedTuple):
+    """Steps that were accepted, shapes (s, ...), for :mod:`fem_models.chain.moved`; the first is the rig at rest."""
+
+    sample: Ints  # (s,), that the step leads to
+    part: Floats  # (s,) of the path to it
+    x: Floats  # (s, 3 N + 3)
+    state: Floats  # (s, 2, N) of the guides
 
 
 class Failure(NamedTuple):
@@ -218,11 +227,11 @@ def learn(motion: Motion, work: Work, length: float, direction: float, last_dire
 
 
 @chain_njit()
-def load_at(k: int, path: Path, motion: Motion) -> Load:
+def load_at(k: int, path: Path, crept: Floats) -> Load:
     """Load at a sample, the creep so far in its slack."""
     return Load(
         drive=path.drive[k],
-        slack=(path.slack[k, 0] + motion.crept[0], path.slack[k, 1] + motion.crept[1]),
+        slack=(path.slack[k, 0] + crept[0], path.slack[k, 1] + crept[1]),
         loop_scale=path.loop_scale[k],
         friction_scale=path.friction_scale[k],
         rest_angle=path.rest_angle[k],
@@ -231,11 +240,17 @@ def load_at(k: int, path: Path, motion: Motion) -> Load:
 
 
 @chain_njit()
+def creep_on(part: float, rig: Parameters, tension: Floats, crept: Floats) -> None:
+    """Let the tendons creep by a part of what is left, at tensions (2, N + 1)."""
+    for side in range(2):
+        goal = rig.creep[side] * (tension[side, 0] - rig.preload[side])
+        crept[side] += part * (goal - crept[side])
+
+
+@chain_njit()
 def note(k: int, path: Path, rig: Parameters, work: Work, motion: Motion, run: Run) -> None:
     """Write the results of sample k, and let the tendons creep."""
-    for side in range(2):
-        goal = rig.creep[side] * (work.tension[side, 0] - rig.preload[side])
-        motion.crept[side] += path.creep[k] * (goal - motion.crept[side])
+    creep_on(path.creep[k], rig, work.tension, motion.crept)
     for i in range(run.angles.shape[1]):
         run.angles[k, i] = motion.x[3 * i + 3]
     run.tensions[k] = work.tension
@@ -244,23 +259,62 @@ def note(k: int, path: Path, rig: Parameters, work: Work, motion: Motion, run: R
     run.energies[k, 2], run.energies[k, 3] = energy[MATERIAL], energy[DRAG]
 
 
+@chain_njit()
+def tape_of(steps: int, joints: int) -> Tape:
+    """Make an empty tape for a number of steps; for none it is not written on."""
+    return Tape(
+        sample=np.full(steps, -1, dtype=np.int64),
+        part=np.zeros(steps),
+        x=np.zeros((steps, 3 * joints + 3)),
+        state=np.zeros((steps, 2, joints)),
+    )
+
+
+@chain_njit()
+def cut(tape: Tape, steps: int, length: int) -> Tape:
+    """Copy the first steps of a tape to one of another length."""
+    out = tape_of(length, tape.state.shape[2])
+    out.sample[:steps] = tape.sample[:steps]
+    out.part[:steps] = tape.part[:steps]
+    out.x[:steps] = tape.x[:steps]
+    out.state[:steps] = tape.state[:steps]
+    return out
+
+
+@chain_njit()
+def noted(tape: Tape, step: int, k: int, part: float, motion: Motion) -> Tape:
+    """Write a step on a tape, which grows; return the tape."""
+    if tape.part.size == 0:
+        return tape
+    if step == tape.part.size:
+        tape = cut(tape, step, 2 * step)
+    tape.sample[step], tape.part[step] = k, part
+    tape.x[step] = motion.x
+    tape.state[step] = motion.state
+    return tape
+
+
 @chain_njit(nogil=True)  # batches run in threads
-def follow(path: Path, rig: Parameters, memory: Memory, run: Run) -> Failure:
-    """Visit the samples from rest and fill the results; between samples everything moves in proportion."""
+def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) -> tuple[Failure, Tape]:
+    """Visit the samples from rest and fill the results; between samples everything moves in proportion.
+
+    The tape that is returned holds the steps, unless the one given is empty.
+    """
     joints, control = run.angles.shape[1], path.control
     motion, work = motion_at_rest(rig, joints), work_space(rig, joints)
     here = at = at_rest(rig.rest)
     start = Attempt(load=here, rate=0.0, iterations=10 * path.iterations, fine=True)
     if newton(motion.x, rig, memory, work, work.state, start) < 0:
-        return Failure(sample=0, start=0.0, end=0.0)
+        return Failure(sample=0, start=0.0, end=0.0), tape
     motion.limit[:] = work.limit
     motion.state[:] = work.state
+    tape, steps = noted(tape, 0, -1, 1.0, motion), 1
     wheel_force, wound = work.tension[0, 0] - work.tension[1, 0], 0.0
     if rig.load_control:
         wound = wound_in(motion.x, rig, work)
     reach, last_direction = control.max_step, 0.0
     for k in range(path.drive.size):
-        goal = load_at(k, path, motion)
+        goal = load_at(k, path, motion.crept)
         direction = np.sign(goal.drive - here.drive)
         done = 0.0
         while done < 1.0:
@@ -277,10 +331,11 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run) -> Failure:
                 if step.fine:
                     last_direction = math.nan
                 if too_short(reach, control):
-                    return Failure(sample=k, start=at.drive, end=load.drive)
+                    return Failure(sample=k, start=at.drive, end=load.drive), tape
                 continue
             learn(motion, work, step.length, direction, last_direction)
             accept(rig, memory, work, motion, load, rate)
+            tape, steps = noted(tape, steps, k, step.part, motion), steps + 1
             now = work.tension[0, 0] - work.tension[1, 0]
             winding = wound_in(motion.x, rig, work) if rig.load_control else load.drive
             motion.energy[WHEEL] += 0.5 * (wheel_force + now) * (winding - wound)
@@ -288,4 +343,4 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run) -> Failure:
             reach = reach_after_success(reach, control)
         here = goal
         note(k, path, rig, work, motion, run)
-    return Failure(sample=-1, start=0.0, end=0.0)
+    return Failure(sample=-1, start=0.0, end=0.0), cut(tape, steps, min(steps, tape.part.size))

@@ -18,6 +18,12 @@ steps are no longer Newton's own.
 """
 
 
+NEITHER, ONLY_A, ONLY_B, BOTH = range(4)
+"""Tendons that are taut along a segment."""
+BY_TENSION = -1
+"""Those that pull."""
+
+
 class Crossing(NamedTuple):
     """Paths of both tendons over one notch: length, slope and half the curvature by the joint's angle."""
 
@@ -72,12 +78,16 @@ class Flag(NamedTuple):
 
 
 @chain_njit(forceinline=True)
-def free_tension(stretch: float, side: int, rig: Parameters, guess: float) -> tuple[float, float]:
-    """Tension and its slope of a tendon between wheel and base; unilateral where it has no toe region."""
+def free_tension(stretch: float, side: int, rig: Parameters, guess: float, taut: int) -> tuple[float, float]:
+    """Tension and its slope of a tendon between wheel and base; unilateral where it has no toe region.
+
+    ``taut`` as of :func:`segment`.
+    """
     stiffness, toe, preload = rig.free[side], rig.toe[side], rig.preload[side]
     if toe == 0.0:
         tension = preload + stiffness * stretch
-        return (tension, stiffness) if tension > 0.0 else (0.0, 0.0)
+        pulls = tension > 0.0 if taut == BY_TENSION else (taut >> side) & 1 == 1
+        return (tension, stiffness) if pulls else (0.0, 0.0)
     target = preload + toe * math.log(preload) + stiffness * stretch
     y = math.log(max(guess, 1e-300))
     for _ in range(100):  # Newton on exp(y) + toe y, convex and increasing
@@ -92,8 +102,16 @@ def free_tension(stretch: float, side: int, rig: Parameters, guess: float) -> tu
 
 @chain_njit(forceinline=True)
 def crossing(theta: float, rig: Parameters) -> Crossing:
-    """Paths over a notch that is bent by theta: the rigid gap moves with the rings, and the tendon takes the chord."""
-    sn, cs = math.sin(0.5 * theta), math.cos(0.5 * theta)
+    """Paths over a notch that is bent by theta."""
+    return crossing_at(math.sin(0.5 * theta), math.cos(0.5 * theta), rig)
+
+
+@chain_njit(forceinline=True)
+def crossing_at(sn: float, cs: float, rig: Parameters) -> Crossing:
+    """Paths over a notch, by sine and cosine of half its angle.
+
+    The rigid gap moves with the rings, and the tendon takes the chord.
+    """
     gap, a, b = rig.half_gap, rig.arm[0], rig.arm[1]
     return Crossing(
         length=(2.0 * (gap * (1.0 - cs) + a * sn), 2.0 * (gap * (1.0 - cs) + b * sn)),
@@ -103,11 +121,11 @@ def crossing(theta: float, rig: Parameters) -> Crossing:
 
 
 @chain_njit(forceinline=True)
-def segment(stretch_a: float, stretch_b: float, lever: Pair, rig: Parameters) -> Span:
+def segment(stretch_a: float, stretch_b: float, lever: Pair, rig: Parameters, taut: int) -> Span:
     """Tensions over one pitch, from guide to guide.
 
     The flexure shortens by q (Ta + Tb - T0a - T0b) and both tendons with it. A slack tendon has no tension, and no
-    stiffness but :data:`SLACK_STIFFNESS`.
+    stiffness but :data:`SLACK_STIFFNESS`. ``taut`` says which tendons are, :data:`BY_TENSION` those that pull.
     """
     q, ka, kb = rig.axial, rig.segment[0], rig.segment[1]
     preload_a, preload_b = rig.preload[0], rig.preload[1]
@@ -118,15 +136,15 @@ def segment(stretch_a: float, stretch_b: float, lever: Pair, rig: Parameters) ->
     ta = ((1.0 + kb * q) * target_a - ka * q * target_b) / d
     tb = ((1.0 + ka * q) * target_b - kb * q * target_a) / d
     cross = 0.0
-    if ta > 0.0 and tb > 0.0:
+    if taut == BOTH or (taut == BY_TENSION and ta > 0.0 and tb > 0.0):
         cross = -ka * kb * q / d
         own_a, own_b = (1.0 + kb * q) * ka / d, (1.0 + ka * q) * kb / d
     else:
         ta, tb = target_a / (1.0 + ka * q), target_b / (1.0 + kb * q)
         own_a, own_b = SLACK_STIFFNESS * ka, SLACK_STIFFNESS * kb
-        if ta > 0.0 and ta >= tb:
+        if taut == ONLY_A or (taut == BY_TENSION and ta > 0.0 and ta >= tb):
             tb, own_a = 0.0, ka / (1.0 + ka * q)
-        elif tb > 0.0:
+        elif taut == ONLY_B or (taut == BY_TENSION and tb > 0.0):
             ta, own_b = 0.0, kb / (1.0 + kb * q)
         else:
             ta = tb = 0.0
@@ -147,6 +165,13 @@ def next_state(state: float, force: float, limit: float, tolerance: float) -> fl
 
 
 @chain_njit(forceinline=True)
+def wrap(i: int, before: float, theta: float, rig: Parameters) -> float:
+    """Angle that tendons turn at guide i, rad, between joints at the angles ``before`` and ``theta``."""
+    angle = 0.5 * (abs(theta) + abs(before))
+    return angle + rig.rest_wrap if i == 0 else angle
+
+
+@chain_njit(forceinline=True)
 def guide_at(
     i: int, before: float, theta: float, near: Span, far: Span, rig: Parameters, scale: float, rate: float
 ) -> Guide:
@@ -154,10 +179,9 @@ def guide_at(
 
     ``scale`` is the factor of its friction; ``rate`` is 1/s of the step, 0 without drag.
     """
-    wrap, constant, drag = 0.5 * (abs(theta) + abs(before)), rig.guide, 0.0
+    constant, drag = rig.guide, 0.0
     capstan = scale * rig.capstan
     if i == 0:
-        wrap += rig.rest_wrap
         constant += rig.sheath
         drag = rate * rig.drag_sheath
     half_before = 0.5 if before > 0.0 else (-0.5 if before < 0.0 else 0.0)
@@ -167,7 +191,7 @@ def guide_at(
         near=near,
         far=far,
         constant=scale * constant,
-        ratio=math.tanh(0.5 * capstan * wrap),
+        ratio=math.tanh(0.5 * capstan * wrap(i, before, theta, rig)),
         capstan=capstan,
         wrap_by_angle=(half_before, half_theta),
         drag=drag,
@@ -233,8 +257,13 @@ def joint_moment(theta: float, i: int, rig: Parameters, memory: Memory, load: Lo
         part, tangent = flag_moment(theta - load.rest_angle, memory.flags[j, i], flag_element(j, memory))
         moment += part
         slope += tangent
-    beyond = abs(theta) - rig.contact_angle
-    if beyond > 0.0 and (theta > 0.0 or rig.contact_both):
-        moment += math.copysign(rig.contact_stiffness * beyond, theta)
+    if closed(theta, rig):
+        moment += math.copysign(rig.contact_stiffness * (abs(theta) - rig.contact_angle), theta)
         slope += rig.contact_stiffness
     return moment, slope
+
+
+@chain_njit(forceinline=True)
+def closed(theta: float, rig: Parameters) -> bool:
+    """Whether the edges of a notch touch."""
+    return abs(theta) > rig.contact_angle and (theta > 0.0 or rig.contact_both)

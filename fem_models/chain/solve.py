@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.chain.follow import Path, Run, follow
+from fem_models.chain.follow import Path, Run, Tape, follow, tape_of
 from fem_models.chain.parameters import ChainSettings, Parameters, chain_parameters, memory_at_rest
 from fem_models.joint import JointMechanics, joint_mechanics
 from fem_models.joint.contact import require_open
@@ -64,8 +64,8 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
     RigError
         From :func:`fem_models.load.schedule.schedule`.
     """
-    joint = joint_mechanics(rig)
-    return _solution(rig, joint, program, _driven(rig, joint, program, settings or ChainSettings()))
+    case = chain_case(rig, program, settings)
+    return _solution(rig, case.joint, program, followed(rig, case)[0])
 
 
 def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | None = None) -> Floats:
@@ -76,7 +76,7 @@ def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | No
     SolverError, RigError
         As :func:`solve_chain`.
     """
-    run = _driven(rig, joint_mechanics(rig), program, settings or ChainSettings())
+    run, _ = followed(rig, chain_case(rig, program, settings))
     return np.degrees(np.cumsum(run.angles, axis=1)[:, -1])
 
 
@@ -92,47 +92,83 @@ def solve_chain_by_force(rig: Rig, force_N: Floats, settings: ChainSettings | No
     RigError
         From :func:`fem_models.load.schedule.force_schedule`.
     """
-    settings, plan, joint = settings or ChainSettings(), force_schedule(rig, force_N), joint_mechanics(rig)
-    arm, bending = joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad
-    control = force_control(rig, arm, bending, settings.max_force_step * joint.force_scale_N, settings.max_halvings)
-    path = _path(plan, control, settings)
-    run = _followed(rig, joint, path, chain_parameters(rig, joint, settings, load_control=True))
-    return _solution(rig, joint, plan.drive_mm, run)
+    case = chain_case(rig, force_N, settings)
+    return _solution(rig, case.joint, case.path.drive, followed(rig, case)[0])
 
 
-def _driven(rig: Rig, joint: JointMechanics, program: LoadProgram, settings: ChainSettings) -> Run:
-    """Follow a program whose wheel winds in tendon."""
-    control = drive_control(rig, settings.max_step_mm, settings.max_halvings)
-    path = _path(schedule(rig, program), control, settings)
-    return _followed(rig, joint, path, chain_parameters(rig, joint, settings))
+@dataclass(frozen=True, eq=False)
+class ChainCase:
+    """A rig and the path that it is to follow, as the kernels take them."""
+
+    joint: JointMechanics
+    path: Path
+    parameters: Parameters
+
+
+def chain_case(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | None = None) -> ChainCase:
+    """Derive what the kernels take of a rig and a load program, or of a rig and tendon forces in N, shape (m,).
+
+    Raises
+    ------
+    RigError
+        From :mod:`fem_models.load.schedule`.
+    """
+    settings, joint = settings or ChainSettings(), joint_mechanics(rig)
+    if isinstance(load, LoadProgram):
+        plan, control = schedule(rig, load), drive_control(rig, settings.max_step_mm, settings.max_halvings)
+    else:
+        plan, arm, bending = force_schedule(rig, load), joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad
+        longest = settings.max_force_step * joint.force_scale_N
+        control = force_control(rig, arm, bending, longest, settings.max_halvings)
+    parameters = chain_parameters(rig, joint, settings, load_control=not isinstance(load, LoadProgram))
+    return ChainCase(joint, _path(plan, control, settings), parameters)
 
 
 def _path(plan: Schedule, control: StepControl, settings: ChainSettings) -> Path:
     return Path(
-        drive=plan.drive_mm,
-        slack=plan.slack_mm,
-        loop_scale=plan.loop_scale,
-        friction_scale=plan.friction_scale,
-        rest_angle=plan.residual_rad,
-        time=plan.time_s,
-        creep=plan.creep,
+        drive=_own(plan.drive_mm),
+        slack=_own(plan.slack_mm),
+        loop_scale=_own(plan.loop_scale),
+        friction_scale=_own(plan.friction_scale),
+        rest_angle=_own(plan.residual_rad),
+        time=_own(plan.time_s),
+        creep=_own(plan.creep),
         control=control,
         iterations=settings.newton_iterations,
     )
 
 
-def _followed(rig: Rig, joint: JointMechanics, path: Path, parameters: Parameters) -> Run:
+def _own(values: Floats) -> Floats:
+    """Copy of an array: a kernel is compiled anew for arrays that are read-only or not contiguous."""
+    return np.array(values, dtype=float, order="C")
+
+
+def run_space(case: ChainCase, joints: int) -> Run:
+    """Arrays for the results of a run."""
+    m = case.path.drive.size
+    return Run(angles=np.empty((m, joints)), tensions=np.empty((m, 2, joints + 1)), energies=np.empty((m, 4)))
+
+
+def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Tape]:
+    """Follow the path; the tape of the steps is empty unless it is asked for.
+
+    Raises
+    ------
+    SolverError, RigError
+        As :func:`solve_chain`.
+    """
+    joint, path, parameters = case.joint, case.path, case.parameters
     n, m, unit = rig.joints, path.drive.size, "N" if parameters.load_control else "mm"
-    run = Run(angles=np.empty((m, n)), tensions=np.empty((m, 2, n + 1)), energies=np.empty((m, 4)))
+    run, tape = run_space(case, n), tape_of(2 * m + 1 if taped else 0, n)
     try:
-        failed = follow(path, parameters, memory_at_rest(rig, joint), run)
+        failed, tape = follow(path, parameters, memory_at_rest(rig, joint), run, tape)
     except ZeroDivisionError:
         raise SolverError(f"rig {rig.name}: a tangent without stiffness in the path of {m} samples") from None
     if failed.sample >= 0:
         between = f"between drives {failed.start:.6g} and {failed.end:.6g} {unit}"
         raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}")
     require_open(rig, joint, run.angles)
-    return run
+    return run, tape
 
 
 def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, run: Run) -> ChainSolution:

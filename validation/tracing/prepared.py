@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -100,6 +100,22 @@ class PreparedRecord:
         return drive_step_deg(self.record)
 
 
+class Read(Protocol):
+    """What sensors read, in a record or a run; None where they do not."""
+
+    @property
+    def notches_deg(self) -> Floats | None:
+        """Shape (m, N)."""
+
+    @property
+    def tension_a_N(self) -> Floats | None:
+        """Shape (m,)."""
+
+    @property
+    def tension_b_N(self) -> Floats | None:
+        """Shape (m,)."""
+
+
 @dataclass(frozen=True, eq=False)
 class Channel:
     """What was measured beside the angle, and is fitted together with it.
@@ -121,9 +137,9 @@ class Channel:
     weight: float
     measured: tuple[Floats, ...]
 
-    def of(self, record: Record) -> Floats:
-        """Values in a simulated record, shape (m,)."""
-        return channel_values(record)[self.name]
+    def of(self, read: Read) -> Floats:
+        """Values in what a rig gives, shape (m,)."""
+        return channel_values(read)[self.name]
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +178,7 @@ class RecordSet(ABC):
         return self.predict(values, added)
 
 
-def channel_values(record: Record) -> dict[str, Floats]:
+def channel_values(record: Read) -> dict[str, Floats]:
     """Values of a record beside its angle by the names of the channels, shapes (m,)."""
     out = {}
     if record.notches_deg is not None:

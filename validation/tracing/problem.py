@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from hysteresis.arrays import Floats
 from hysteresis.record import Record, RecordError
@@ -87,6 +87,19 @@ class Problem(Protocol):
 
     def predict_series(self, values: Values, added: Sequence[tuple[Any, Values]]) -> list[Floats]:
         """Angles of all records, then each channel of all records, by one run; the angles alone without channels."""
+
+
+@runtime_checkable
+class FollowedProblem(Protocol):
+    """A problem whose predictions near parameters that were run cost far less than a run: derivatives do."""
+
+    def followed(self, values: Values, added: Sequence[tuple[Any, Values]]) -> Any:
+        """Predict as :meth:`Problem.predict_series`, in ``series`` of what it returns."""
+
+    def moved(
+        self, followed: Any, points: Sequence[tuple[Values, Sequence[tuple[Any, Values]]]], threads: int
+    ) -> list[list[Floats] | None]:
+        """Predict near the parameters that were followed, to first order; None where there is no such rig."""
 
 
 def require_one_unit(records: Sequence[Record]) -> None:

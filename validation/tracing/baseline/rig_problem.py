@@ -8,12 +8,38 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_models.chain.along import TapedRun, line_along, moved_series
+from fem_models.chain.moved import Line
 from fem_models.load import LoadProgram
-from fem_models.rig import Rig
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats, Ints
 from validation.tracing.baseline.runs import Run, RunSetup
 from validation.tracing.effect import Effect, FreeParameter, RigForm, SampleInputs, Scale, Values
-from validation.tracing.prepared import RecordSet
+from validation.tracing.prepared import Channel, RecordSet
+from validation.tracing.threads import in_threads
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedRun:
+    """A run as it is declared and as it is driven, and what the rig did in it."""
+
+    run: Run
+    driven: Run
+    base: TapedRun
+
+    def rows(self, channels: Sequence[Channel]) -> Floats:
+        """Angle and channels, shape (m, 1 + channels)."""
+        return self.driven.rows(self.base.series, channels)
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """What a rig with effects predicts, as of ``predict_series``, and the steps of its runs."""
+
+    series: list[Floats]
+    runs: tuple[FollowedRun, ...]
+
 
 Added = Sequence[tuple[RigForm, Values]]
 """Forms of effects with the values of their parameters, in the order in which they are added."""
@@ -83,13 +109,62 @@ class RigProblem(RecordSet, ABC):
 
         Effects on the reading act on the angle alone.
         """
-        of_records = list[Floats]()
+        return self.followed(values, added).series
+
+    def followed(self, values: Values, added: Added) -> Followed:
+        """Predict as ``predict_series``, and keep the steps of the runs for :meth:`moved`."""
+        runs = list[FollowedRun]()
+        for of_record in self.runs:
+            for run in of_record:
+                driven = self.driven(run, values)
+                runs.append(FollowedRun(run, driven, driven.taped(self.rig(run, values, added))))
+        return Followed(self._series([one.rows(self.channels) for one in runs], added), tuple(runs))
+
+    def moved(
+        self, followed: Followed, points: Sequence[tuple[Values, Added]], threads: int
+    ) -> list[list[Floats] | None]:
+        """Predict near parameters that were run, to first order in the difference; None where there is no such rig.
+
+        A rig is not run where only what is read of it differs.
+        """
+
+        def of_run(one: FollowedRun) -> list[Floats | None]:
+            line = line_along(one.base)
+            return [self._moved_rows(one, line, values, added) for values, added in points]
+
+        by_run = in_threads(of_run, followed.runs, threads)
+        out = list[list[Floats] | None]()
+        for point, (_, added) in enumerate(points):
+            rows = [of_points[point] for of_points in by_run]
+            given = [one for one in rows if one is not None]
+            out.append(self._series(given, added) if len(given) == len(rows) else None)
+        return out
+
+    def _moved_rows(self, one: FollowedRun, line: Line, values: Values, added: Added) -> Floats | None:
+        try:
+            rig, run = self.rig(one.run, values, added), self.driven(one.run, values)
+            load = run.load(rig)
+            if rig == one.base.rig and _same_load(load, one.driven.load(rig)):
+                return one.rows(self.channels)
+            return run.rows(moved_series(one.base, line, rig, load), self.channels)
+        except (SolverError, RigError):
+            return None
+
+    def _series(self, rows: Sequence[Floats], added: Added) -> list[Floats]:
+        """Put the rows of all runs, as of :meth:`Run.rows`, together: angles as they are read, and channels."""
+        of_records, at = list[Floats](), 0
         for runs, inputs in zip(self.runs, self.inputs, strict=True):
-            parts = [self.driven(run, values).observed(self.rig(run, values, added), self.channels) for run in runs]
-            rows = np.concatenate(parts)
-            rows[:, 0] = observed_angle_deg(rows[:, 0], inputs, added)
-            of_records.append(rows)
-        return [rows[:, k] for k in range(1 + len(self.channels)) for rows in of_records]
+            own = np.concatenate(rows[at : at + len(runs)])
+            at += len(runs)
+            own[:, 0] = observed_angle_deg(own[:, 0], inputs, added)
+            of_records.append(own)
+        return [own[:, k] for k in range(1 + len(self.channels)) for own in of_records]
+
+
+def _same_load(one: LoadProgram | Floats, other: LoadProgram | Floats) -> bool:
+    if isinstance(one, LoadProgram) and isinstance(other, LoadProgram):
+        return one is other or np.array_equal(one.drive_mm, other.drive_mm)
+    return one is other
 
 
 def observed_angle_deg(angle_deg: Floats, inputs: SampleInputs, added: Added) -> Floats:

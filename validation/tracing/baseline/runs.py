@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from fem_models.chain.along import ChainSeries, TapedRun, taped_run
 from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, solve_chain_by_force
 from fem_models.joint.strain import strain_per_rad
 from fem_models.load import LoadProgram
@@ -49,14 +50,19 @@ class Run:
             return chain_angle_deg(rig, self.program)[self.skip :]
         return chain_angle_deg(rig, self.short)[self.where][self.skip :]
 
-    def observed(self, rig: Rig, channels: Sequence[Channel]) -> Floats:
-        """Angle and channels of a rig along the record, shape (m, 1 + channels)."""
-        if self.short is None or self.where is None or not _forgets(rig):
-            record, where = self.solve(rig).record, None
-        else:
-            record, where = solve_chain(rig, self.short).record, self.where
-        rows = np.column_stack([record.angle_deg, *(channel.of(record) for channel in channels)])
-        return (rows if where is None else rows[where])[self.skip :]
+    def load(self, rig: Rig) -> LoadProgram | Floats:
+        """Load that a rig is run through: of cycles that repeat each other only two, where it has no memory."""
+        return self.program if self.short is None or not _forgets(rig) else self.short
+
+    def taped(self, rig: Rig) -> TapedRun:
+        """Run a rig through it, and keep the steps."""
+        return taped_run(rig, self.load(rig))
+
+    def rows(self, series: ChainSeries, channels: Sequence[Channel]) -> Floats:
+        """Angle and channels along the record, shape (m, 1 + channels), of a rig that was run through its load."""
+        rows = np.column_stack([series.angle_deg, *(channel.of(series) for channel in channels)])
+        shortened = self.where is not None and rows.shape[0] < self.where.size
+        return (rows[self.where] if shortened else rows)[self.skip :]
 
 
 def _forgets(rig: Rig) -> bool:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -16,6 +16,7 @@ from validation.tracing.fitting.fitted import ChannelErrors, Fitted
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.model import Model
 from validation.tracing.settings import CONVERGED, DIFFERENCE_STEP, INFEASIBLE_DEG, INSIDE_BOUNDS, STEPS
+from validation.tracing.threads import in_threads
 
 
 @dataclass(eq=False)
@@ -32,13 +33,15 @@ class _Evaluations:
     calls: int = 0
     latest: Floats | None = None  # Jacobian of all samples, of which the solver gets the training rows
     visited: dict[bytes, Floats] = field(default_factory=dict)
+    at: tuple[bytes, Any] = (b"", None)  # the last point, and what its derivatives go on from
 
     def errors(self, x: Floats) -> Floats:
         """Errors of all samples, shape (m,); large where there is no solution."""
         if (key := x.tobytes()) not in self.visited:
             self.calls += 1
             try:
-                self.visited[key] = self.holdout.stacked(self.model.errors(x))
+                errors, followed = self.model.followed(x)
+                self.visited[key], self.at = self.holdout.stacked(errors), (key, followed)
             except (SolverError, RigError):
                 series = 1 + len(self.model.problem.channels)
                 self.visited[key] = np.full(series * self.holdout.train_mask.size, INFEASIBLE_DEG)
@@ -48,7 +51,9 @@ class _Evaluations:
         """Differentiate all errors, shape (m, p)."""
         known = self.known if self.latest is None else None
         self.calls += x.size - (0 if known is None else known.shape[1])
-        self.latest = differentiate(self.model, self.holdout, x, self.errors(x), self.threads, known)
+        errors, (key, followed) = self.errors(x), self.at
+        there = followed if key == x.tobytes() else None
+        self.latest = differentiate(self.model, self.holdout, x, errors, self.threads, known, there)
         return self.latest
 
 
@@ -116,9 +121,17 @@ def fitted_at(model: Model, holdout: Holdout, x: Floats, errors: Floats, jacobia
 
 
 def differentiate(
-    model: Model, holdout: Holdout, x: Floats, errors: Floats, threads: int, known: Floats | None = None
+    model: Model,
+    holdout: Holdout,
+    x: Floats,
+    errors: Floats,
+    threads: int,
+    known: Floats | None = None,
+    followed: Any = None,
 ) -> Floats:
     """Differentiate all errors, shape (m, p), by one-sided differences away from the nearer bound, in threads.
+
+    A rig is moved along the steps of its run, see :mod:`fem_models.chain.moved`; other models are run once a column.
 
     Parameters
     ----------
@@ -126,27 +139,31 @@ def differentiate(
         Errors at ``x``, shape (m,).
     known
         First columns, where they need not be computed again.
+    followed
+        Of :meth:`Model.followed` at ``x``, where the model was just run there.
     """
     known = np.empty((errors.size, 0)) if known is None else known
     low, high = model.bounds()
+    steps = np.where(high - x >= x - low, DIFFERENCE_STEP, -DIFFERENCE_STEP)[known.shape[1] :]
+    points = [x + step * unit for step, unit in zip(steps, np.eye(x.size)[known.shape[1] :], strict=True)]
+    if points and followed is None:
+        followed = model.followed(x)[1]
+    if followed is None:
+        moved = in_threads(partial(_errors_at, model), points, threads)
+    else:
+        moved = model.moved_errors(followed, points, threads)
+    columns = [
+        np.zeros_like(errors) if own is None else (holdout.stacked(own) - errors) / step
+        for own, step in zip(moved, steps, strict=True)
+    ]
+    return np.column_stack([known, *columns])
 
-    def column(i: int) -> Floats:
-        step = DIFFERENCE_STEP if high[i] - x[i] >= x[i] - low[i] else -DIFFERENCE_STEP
-        moved = x.copy()
-        moved[i] += step
-        try:
-            return (holdout.stacked(model.errors(moved)) - errors) / step
-        except (SolverError, RigError):
-            return np.zeros_like(errors)
 
-    return np.column_stack([known, *_in_threads(column, range(known.shape[1], x.size), threads)])
-
-
-def _in_threads(column: Callable[[int], Floats], items: Iterable[int], threads: int) -> list[Floats]:
-    if threads <= 1:
-        return [column(i) for i in items]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(column, items))
+def _errors_at(model: Model, x: Floats) -> list[Floats] | None:
+    try:
+        return model.errors(x)
+    except (SolverError, RigError):
+        return None
 
 
 def solve(columns: Floats, target: Floats) -> Floats:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from hysteresis.arrays import Floats
 from validation.tracing.effect import FreeParameter, Values
-from validation.tracing.problem import AddedEffect, Problem
+from validation.tracing.problem import AddedEffect, FollowedProblem, Problem
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,12 +72,35 @@ class Model:
         SolverError, RigError
             Parameters that no rig can have, or with which it has no equilibrium.
         """
+        return self._errors_of(self.problem.predict_series(*self._point(x)))
+
+    def followed(self, x: Floats) -> tuple[list[Floats], Any]:
+        """Errors, as of :meth:`errors`, and what :meth:`moved_errors` goes on from; None where the problem has none.
+
+        Raises
+        ------
+        SolverError, RigError
+            As :meth:`errors`.
+        """
+        if not isinstance(self.problem, FollowedProblem):
+            return self.errors(x), None
+        followed = self.problem.followed(*self._point(x))
+        return self._errors_of(followed.series), followed
+
+    def moved_errors(self, followed: Any, near: Sequence[Floats], threads: int) -> list[list[Floats] | None]:
+        """Errors at coordinates near those that were followed, to first order; None where there is no solution."""
+        assert isinstance(self.problem, FollowedProblem)
+        predicted = self.problem.moved(followed, [self._point(x) for x in near], threads)
+        return [None if one is None else self._errors_of(one) for one in predicted]
+
+    def _point(self, x: Floats) -> tuple[Values, list[tuple[Any, Values]]]:
         baseline, effects = self.values(x)
-        forms = [(added.form, own) for added, own in zip(self.added, effects, strict=True)]
+        return baseline, [(added.form, own) for added, own in zip(self.added, effects, strict=True)]
+
+    def _errors_of(self, predicted: Sequence[Floats]) -> list[Floats]:
         problem = self.problem
         series = [(1.0, measured) for measured in problem.observed]
         series += [(channel.weight, measured) for channel in problem.channels for measured in channel.measured]
-        predicted = problem.predict_series(baseline, forms)
         errors = [w * (own - measured) for own, (w, measured) in zip(predicted, series, strict=True)]
         angle = [one.filled(error) for one, error in zip(problem.records, errors, strict=False)]
         return [*angle, *errors[len(angle) :]]

@@ -1,0 +1,95 @@
+"""Derivatives of rigs, every form of every effect, against central differences of full runs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.chain.solve import simulate_chain
+from fem_models.load import sine
+from fem_models.load_control import run_load_control
+from fem_models.rig import preset
+from hysteresis.record import Record
+from validation.tracing.baseline import rig_problem
+from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
+from validation.tracing.baseline.known_rig import known_rig_problem
+from validation.tracing.effect import catalogue
+from validation.tracing.fitting import Holdout, Model
+from validation.tracing.fitting.least_squares import differentiate
+from validation.tracing.problem import AddedEffect
+
+WITHIN = 0.02
+KNOWN = {"preset": "du2018"}
+STEP = 1e-4  # of the central differences: the narrower, the fewer contacts begin or end between them
+
+
+def driven(preload_N, rate_Hz=0.1):
+    """Two cycles of the default rig; the second one repeats the first."""
+    run = simulate_chain(preset("du2018", preload_N=preload_N), sine(2.0, rate_Hz, cycles=2, samples_per_cycle=36))
+    return replace(run, rig={**KNOWN, "preload_N": preload_N})
+
+
+def wrist():
+    """Two trials of a wrist under a tendon force, the notch angles among the channels."""
+    force = np.linspace(0.0, 1.6, 12)
+    run = run_load_control(preset("notched-wrist-90"), force)
+    notches = np.tile(run.notches_deg, (2, 1))
+    return Record(
+        drive=np.tile(force, 2), angle_deg=notches.sum(axis=1), drive_unit="N", notches_deg=notches,
+        cycle=np.repeat([1, 2], force.size), tube={"outer_diameter_mm": 1.62, "inner_diameter_mm": 1.40},
+        notch={"shape": "rectangular", "count": 5, "depth_mm": 1.40, "width_mm": 0.5, "spacing_mm": 1.5},
+    )  # fmt: skip
+
+
+def differences(model, holdout, x):
+    def errors(at):
+        return holdout.stacked(model.errors(at))
+
+    return np.column_stack([(errors(x + u) - errors(x - u)) / (2 * STEP) for u in STEP * np.eye(x.size)])
+
+
+def models_of(problem):
+    """The baseline, and every form of every effect beside it, at a starting point away from its bounds."""
+    yield Model(problem), []
+    for effect in catalogue():
+        for form in problem.forms(effect):
+            yield Model(problem, (AddedEffect(effect, form),)), [problem.starts(form)[-1]]
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        known_rig_problem([driven(10.0), driven(20.0, 0.5)]),
+        known_rig_problem([wrist()]),
+        equivalent_rig_problem([driven(20.0)], 60),
+    ],
+    ids=["two preloads", "load control", "equivalent rig"],
+)
+def test_every_column_against_central_differences_of_full_runs(problem):
+    holdout = Holdout(tuple(np.ones(one.kept.size, dtype=bool) for one in problem.records), "nothing")
+    own = len(problem.parameters)
+    for model, values in models_of(problem):
+        low, high = model.bounds()
+        x = np.clip(model.coordinates(problem.start, values), low + 0.01, high - 0.01)
+        full = differences(model, holdout, x)
+        found = differentiate(model, holdout, x, holdout.stacked(model.errors(x)), 2)
+        for i in range(own if values else 0, x.size):
+            size = max(np.linalg.norm(full[:, i]), 1e-3)
+            assert np.linalg.norm(found[:, i] - full[:, i]) < WITHIN * size, (model.names, model.parameters[i].name)
+
+
+def test_a_column_of_the_reading_alone_needs_no_run_and_threads_change_nothing(monkeypatch):
+    problem = known_rig_problem([driven(20.0)])
+    camera = next(effect for effect in catalogue() if effect.name == "camera_misalignment")
+    form = problem.forms(camera)[0]
+    model = Model(problem, (AddedEffect(camera, form),))
+    holdout = Holdout((np.ones(problem.records[0].kept.size, dtype=bool),), "nothing")
+    x = model.coordinates(problem.start, [problem.starts(form)[0]])
+    errors = holdout.stacked(model.errors(x))
+    one, two = (differentiate(model, holdout, x, errors, threads) for threads in (1, 2))
+    assert (one == two).all()
+    runs, real = [], rig_problem.moved_series
+    monkeypatch.setattr(rig_problem, "moved_series", lambda *of: runs.append(of) or real(*of))
+    again = differentiate(model, holdout, x, errors, 1)
+    assert (again == one).all()
+    assert len(runs) == len(problem.parameters)
