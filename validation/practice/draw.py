@@ -135,7 +135,7 @@ def draw_case(set_name: SetName, kind: Kind, label: str, number: int) -> Case:
 
 
 def draw_noiseless(
-    seed: int, kind: Kind, label: str, number: int, change: PlanChange | None = None
+    seed: int, kind: Kind, label: str, number: int, change: PlanChange | None = None, ratio: float | None = None
 ) -> tuple[Noiseless, np.random.Generator]:
     """Draw a case without noise, and the generator of random numbers that its noise comes from.
 
@@ -149,6 +149,8 @@ def draw_noiseless(
         From 0; every fifth case (4, 9, ...) is simulated with the multibody model, the others with the chain.
     change
         Other records than the usual four, see :func:`validation.practice.protocols.draw_baseline`.
+    ratio
+        Size of the effect over the noise; drawn within :data:`MODERATE` by default.
 
     Raises
     ------
@@ -163,7 +165,7 @@ def draw_noiseless(
         try:
             measured_joints = rng.random() < MEASURED_JOINTS and "superelastic_plateau" not in effects
             baseline = draw_baseline(rng, measured_joints=measured_joints, change=change)
-            return _draw(f"{label}-{number:02d}", effects, kind, engine, (baseline, rng)), rng
+            return _draw(f"{label}-{number:02d}", effects, kind, engine, (baseline, rng), ratio), rng
         except (SolverError, RigError, OutOfReachError):
             continue
     raise SolverError(f"practice case {label} {number}: no moderate size in {ATTEMPTS} draws")
@@ -189,7 +191,12 @@ def _effects_of(label: str, rng: np.random.Generator) -> tuple[str, ...]:
 
 
 def _draw(
-    name: str, effects: Sequence[str], kind: Kind, engine: Engine, drawn: tuple[BaselineRuns, np.random.Generator]
+    name: str,
+    effects: Sequence[str],
+    kind: Kind,
+    engine: Engine,
+    drawn: tuple[BaselineRuns, np.random.Generator],
+    ratio: float | None,
 ) -> Noiseless:
     baseline, rng = drawn
     protocol = baseline.protocol
@@ -197,7 +204,8 @@ def _draw(
     sized = []
     for effect in effects:
         family = {**CATALOGUE, **OUTSIDE_CATALOGUE}[effect](rng, baseline)
-        target = float(rng.uniform(MODERATE[0] * 1.1, MODERATE[1] * 0.9))
+        drawn_ratio = float(rng.uniform(MODERATE[0] * 1.1, MODERATE[1] * 0.9))
+        target = drawn_ratio if ratio is None else ratio
         sized.append(solve_size(baseline, family, absorbed, target))
     injected = [one for one, _ in sized]
     with_curve = np.column_stack([absorbed, curve_columns(baseline)]) if effects else absorbed

@@ -1,0 +1,1 @@
+"""The smallest size of each effect that the tracer finds in nine cases of ten."""
