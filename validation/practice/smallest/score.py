@@ -2,8 +2,8 @@
 
     python -m validation.practice.smallest.score --seed 7 --kind known --workers 2 --out DIR
 
-Each effect is a file in DIR when it is done, and is not tried again. ``docs.make.benchmark.smallest`` makes the table and the
-figure.
+Each effect is a file in DIR when it is done, and is not tried again. ``docs.make.benchmark.smallest`` makes the table
+and the figure.
 """
 
 from __future__ import annotations
