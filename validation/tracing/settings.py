@@ -209,7 +209,8 @@ which candidates are worth the rest."""
 EARLY_STEPS = 4
 """Steps of an equivalent rig's baseline that do not yet let it absorb an effect."""
 DIFFERENCE_STEP = 1e-3
-"""Step of finite differences, in coordinates."""
+"""Step of finite differences, in coordinates. A moved rig is solved for to first order, so that a smaller step would
+change nothing but the part of rounding and of the residual."""
 CONVERGED = 1e-4
 """Relative change of the sum of squares, and of the coordinates, at which a fit ends."""
 INFEASIBLE_DEG = 1e3
