@@ -25,7 +25,7 @@ from validation.tracing.prepared import channel_values
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
 from validation.tracing.search.search import Progress
-from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_POWERS, REFERENCE_MOST
+from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_SHAPES, REFERENCE_MOST
 from validation.tracing.verdict import judge_by_folds
 
 FIRST_STROKE = "the first stroke of each record, which starts from an unknown state, is left out"
@@ -47,7 +47,7 @@ def play_baselines(records: Sequence[Record]) -> PlayBaselines | None:
     """Fit play operators to records; None where they have no parts that can predict each other."""
     if records[0].drive_unit == "N":
         return None
-    problems = [play_problem(records, powers=powers) for powers in PLAY_POWERS]
+    problems = [play_problem(records, powers=powers, curve=curve) for powers, curve in PLAY_SHAPES]
     prepared = problems[0].records
     if not has_folds(prepared) or sum(one.kept.size for one in prepared) < LEAST_PLAY_SAMPLES:
         return None
@@ -99,7 +99,7 @@ def trace_change(
     if shared:
         words.append(f"the reference itself shows {_names(shared)}, which all records are given")
     while True:
-        baselines = [_shared_baseline(records, reference, shared, values, powers) for powers in PLAY_POWERS]
+        baselines = [_shared_baseline(records, reference, shared, values, shape) for shape in PLAY_SHAPES]
         fits = FoldFits(folds_of(baselines[0].model.problem.records, len(records)))
         known = {one.effect.name for one in shared}
         found = find_by_folds(baselines, [e for e in effects if e.name not in known], fits, report)
@@ -130,7 +130,7 @@ def _predicts_as_well(
     """Whether new records are predicted as well by effects that act on the reference, too."""
     problem = found.best.model.problem
     assert isinstance(problem, PlayProblem)
-    everywhere = _shared_baseline(records, reference, shared, values, problem.powers)
+    everywhere = _shared_baseline(records, reference, shared, values, (problem.powers, problem.curve))
     fits = FoldFits(folds_of(everywhere.model.problem.records, len(records)))
     return rms(np.concatenate(fits.everywhere(everywhere))) <= FOLD_ALIKE * found.best.heldout_rmse_deg
 
@@ -140,11 +140,12 @@ def _shared_baseline(
     reference: Sequence[Record],
     shared: Sequence[AddedEffect],
     values: Sequence[Values],
-    powers: int,
+    shape: tuple[int, int],
 ) -> Fitted:
     """Fit one baseline to the records and their reference, with the effects that both have, from their values."""
     forms: list[CurveForm] = [one.form.form for one in shared]
-    problem = play_problem(records, powers=powers, reference=reference, shared=forms)
+    powers, curve = shape
+    problem = play_problem(records, powers=powers, curve=curve, reference=reference, shared=forms)
     added = tuple(AddedEffect(one.effect, problem.placed(form)) for one, form in zip(shared, forms, strict=True))
     return fit_all(Model(problem, added), values)
 

@@ -182,13 +182,14 @@ CURVE_START_STEPS, CURVE_STARTS = 12, 3
 """Least-squares steps of the curve towards a start of an effect, and starts of a form that are then fitted."""
 LEAST_PLAY_SAMPLES = 150
 """Samples of all records together from which play operators are fitted: five for a parameter, about."""
-PLAY_POWERS = (0, 1)
-"""Largest powers of the position that the widths of plays depend on, in the baselines that are compared."""
+PLAY_SHAPES = tuple((powers, curve) for curve in (6, 8, 12) for powers in (0, 1))
+"""Baselines of play operators that are compared: the largest power of the position that the widths of plays depend on,
+and the columns of the spline f."""
 PLAY_SAMPLES = 900
 """Samples of a record that play operators are fitted to at most, about; turning points are never left out."""
-PLAY_CURVE, PLAY_CURVE_SCALE = 8, 30.0
-"""Columns of the spline f of play operators, and their scale over half the largest range of the angle: so large that
-the prior does not pull f to nothing."""
+PLAY_CURVE_SCALE = 30.0
+"""Scale of the columns of the spline f over half the largest range of the angle: so large that the prior does not pull
+f to nothing."""
 PLAY_RADII = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.22, 0.3)
 """Radii of the plays over the largest range of the drive: as dense at small strokes as at large ones."""
 PLAY_START_PART = 0.5

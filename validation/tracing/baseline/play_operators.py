@@ -31,7 +31,6 @@ from validation.tracing.prepared import PreparedRecord, RecordSet, prepare
 from validation.tracing.problem import require_one_unit
 from validation.tracing.settings import (
     PLAY_COEFFICIENT,
-    PLAY_CURVE,
     PLAY_CURVE_SCALE,
     PLAY_PRIOR,
     PLAY_RADII,
@@ -53,6 +52,8 @@ class PlayProblem(RecordSet):
     ----------
     powers
         Largest power of the position that the widths depend on; 0 makes them constant.
+    curve
+        Columns of the spline f.
     middle
         The drive's value from which it is counted.
     range
@@ -66,6 +67,7 @@ class PlayProblem(RecordSet):
     """
 
     powers: int
+    curve: int
     parameters: tuple[FreeParameter, ...]
     start: Values
     middle: float
@@ -151,14 +153,14 @@ class PlayProblem(RecordSet):
     ) -> Floats:
         """Angle of one record, deg."""
         context, (curve, loops) = self._context(i), columns
-        f = curve @ coefficients[:PLAY_CURVE]
+        f = curve @ coefficients[: self.curve]
         weight = np.ones(f.size)
         for form, mine in acting:
             if form.backbone is not None and self.is_compared:
                 f = form.backbone(f, context, mine)
             if form.loop_size is not None:
                 weight = weight * self._loop_size(i, form, mine, f)
-        theta = f + weight * (loops @ coefficients[PLAY_CURVE:])
+        theta = f + weight * (loops @ coefficients[self.curve :])
         for form, mine in acting:
             if form.angle is not None:
                 theta = form.angle(theta, context, mine)
@@ -202,7 +204,7 @@ class PlayProblem(RecordSet):
         loops = [p - x for p in plays(x, radii, state)]
         position = (x - 0.5 * (low + high)) / (0.5 * span)
         columns = [loop * position**power for loop in loops for power in range(self.powers + 1)]
-        return spline_columns(x, low, high, PLAY_CURVE), np.column_stack(columns) / (0.1 * span)
+        return spline_columns(x, low, high, self.curve), np.column_stack(columns) / (0.1 * span)
 
     def _context(self, i: int) -> CurveContext:
         """Give what operators know of one record."""
@@ -255,6 +257,7 @@ def play_problem(
     records: Sequence[Record],
     *,
     powers: int = 1,
+    curve: int = 8,
     reference: Sequence[Record] = (),
     shared: Sequence[CurveForm] = (),
     samples: int = PLAY_SAMPLES,
@@ -265,7 +268,7 @@ def play_problem(
     ----------
     records
         All with one unit of the drive.
-    powers
+    powers, curve
         See :class:`PlayProblem`.
     reference
         Records of the same rig before a change: they share the baseline.
@@ -293,12 +296,13 @@ def play_problem(
         unit=records[0].drive_unit,
     )
     bound = PLAY_COEFFICIENT * scale.angle
-    curve = [FreeParameter(f"f_{k}", "deg", -bound, bound, PLAY_CURVE_SCALE * scale.angle) for k in range(PLAY_CURVE)]
+    f = [FreeParameter(f"f_{k}", "deg", -bound, bound, PLAY_CURVE_SCALE * scale.angle) for k in range(curve)]
     widths = range(len(PLAY_RADII) * (powers + 1))
-    parameters = (*curve, *(FreeParameter(f"play_{k}", "deg", -bound, bound, scale.angle) for k in widths))
+    parameters = (*f, *(FreeParameter(f"play_{k}", "deg", -bound, bound, scale.angle) for k in widths))
     return PlayProblem(
         records=used,
         powers=powers,
+        curve=curve,
         parameters=parameters,
         start={parameter.name: 0.0 for parameter in parameters},
         middle=middle,
