@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from docs.make.pages import DOCS, table, template
 from hysteresis.files import write_files
 from validation.tracing import Effect, catalogue
-from validation.tracing.effect import FreeParameter, Need, RelativeParameter
+from validation.tracing.effect import FreeParameter, Need, RelativeParameter, Sensible
 
 PAGE = DOCS / "guide" / "effects-catalogue.md"
 
@@ -40,7 +40,25 @@ def _section(effect: Effect) -> str:
     rows += [_row("unknown", form.parameters, form.needs) for form in effect.curve_forms]
     distinguished = textwrap.fill(f"*Distinguished by.* {effect.distinguished_by}", _WIDTH, break_long_words=False)
     physics = textwrap.fill(effect.physics, _WIDTH, break_long_words=False, break_on_hyphens=False)
-    return f"## {effect.name}\n\n{physics}\n\n{distinguished}\n\n{table(['geometry', 'parameters', 'needs'], rows)}"
+    parts = [f"## {effect.name}", physics, distinguished, table(["geometry", "parameters", "needs"], rows)]
+    return "\n\n".join([*parts, *_plausible(effect)])
+
+
+def _plausible(effect: Effect) -> list[str]:
+    """Ranges outside of which a fit is shown and not named, each once, with its reason."""
+    forms = [*effect.rig_forms, *effect.curve_forms]
+    there = [(p.name, p.sensible) for form in forms for p in form.parameters if p.sensible is not None]
+    lines = dict.fromkeys(f"`{name}`: {_range(sensible)}: {sensible.because}." for name, sensible in there)
+    if not lines:
+        return []
+    words = [textwrap.fill(f"- {line}", _WIDTH, subsequent_indent="  ", break_on_hyphens=False) for line in lines]
+    return ["Named only within:", "\n".join(words)]
+
+
+def _range(sensible: Sensible) -> str:
+    low, high = sensible.low + sensible.about, sensible.high + sensible.about
+    per = "" if sensible.per == "1" else f" times {sensible.per}"
+    return f"{low:g} to {high:g}{per}"
 
 
 def _row(geometry: str, parameters: Sequence[FreeParameter | RelativeParameter], needs: Collection[Need]) -> list[str]:
