@@ -11,6 +11,7 @@ from fem_models.joint.strain import limits_passed, strain_limits
 from fem_models.load_control import run_load_control
 from hysteresis.files import write_files
 from validation.measured import measured_folder
+from validation.measured.wrist_folds import LeftOutTrial, leave_trials_out, pooled_deg
 from validation.measured.wrists import (
     FULL,
     START,
@@ -33,13 +34,21 @@ HEADING = "## Tables"
 _COLOURS = ("C1", "C2", "C4", "C0")
 
 
-def tables(found: WristStudy) -> str:
+LeftOut = Mapping[str, Sequence[LeftOutTrial]]
+"""By tube."""
+
+
+def tables(found: WristStudy, left_out: LeftOut) -> str:
     """Format everything after the heading of the tables."""
     fits = [*found.fits, *found.rooted]
     spread = [f"'{tube}' {_error(error)}" for tube, error in found.repeatability.items()]
     rest = [f"'{tube}' {found.rigs[tube].precurvature_deg:.2f} deg" for tube in TUBES]
     parts = [
         ("Traced without help: RMSE in deg on the held-out trials", trace_table(found)),
+        (
+            "Traced without each trial in turn, which is then predicted: RMSE of the tip in deg",
+            left_out_table(left_out),
+        ),
         ("Closure of a notch, traced, by geometry and measured, deg", closure_table(found)),
         ("RMSE in deg after each stage", error_table(fits)),
         ("One trial against the mean of the tube's others, RMSE in deg of tip / notches", ", ".join(spread)),
@@ -64,6 +73,19 @@ def trace_table(found: WristStudy) -> str:
         rows.append([f"'{tube}'", f"{report.verdict}: {names}", f"{report.noise_floor_deg:.2f}", *errors])
     heads = [name.replace("_", " ").replace("angle", "tip") for name in next(iter(found.traced.values())).channels]
     return table(["tube", "verdict", "trials repeat to", *heads], rows)
+
+
+def left_out_table(left_out: LeftOut) -> str:
+    """Format what the other trials name, and how well they predict each trial."""
+    rows = []
+    for tube, trials in left_out.items():
+        for one in trials:
+            names = " + ".join(f"`{name}`" for name in one.named) or "none"
+            closure = "-" if one.closure_deg is None else f"{one.closure_deg:.1f}"
+            rows.append([f"'{tube}'", f"{one.trial}", names, closure, f"{one.before_deg:.2f} -> {one.after_deg:.2f}"])
+        before, after = pooled_deg(trials)
+        rows.append([f"'{tube}'", "all", "", "", f"{before:.2f} -> {after:.2f}"])
+    return table(["tube", "trial left out", "named by the others", "closure, deg", "tip"], rows)
 
 
 def closure_table(found: WristStudy) -> str:
@@ -171,7 +193,8 @@ def figure(data: Mapping[str, Trials], fits: Sequence[Fit]) -> bytes:
 def main() -> None:
     """Run the study, and write tables and figure."""
     found = study(measured_folder())
-    put_after_heading(PAGE, HEADING, tables(found))
+    left_out = {tube: leave_trials_out(measured_folder(), tube) for tube in TUBES}
+    put_after_heading(PAGE, HEADING, tables(found, left_out))
     write_files({PICTURE: figure(found.data, found.fits)})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from docs.make.wrists import figure
 from fem_models.load_control import run_load_control
 from fem_models.rig import preset
+from hysteresis import read_record
+from validation.measured.wrist_folds import pooled_deg, without_trial
 from validation.measured.wrists import (
     FULL,
     STAGES,
@@ -18,6 +21,7 @@ from validation.measured.wrists import (
     TUBES,
     Fit,
     Trials,
+    closure_by_geometry_deg,
     error,
     fit,
     fit_parameters,
@@ -117,3 +121,13 @@ def test_the_figure_is_drawn(trials, fits):
     png = figure(trials, [f for tube in TUBES for f in fits[tube]])
     assert png[:8] == b"\x89PNG\r\n\x1a\n"
     assert len(png) > 10_000
+
+
+def test_a_trial_that_takes_part_in_no_choice_is_predicted(measured: Path):
+    """Other trials name plateau and closure, at the angle of the geometry, and predict the trial as trials repeat."""
+    record = read_record(measured / "notched-wrist-150.csv")
+    found = without_trial(record, 3)
+    assert found.named == ("superelastic_plateau", "notch_closure")
+    assert found.closure_deg == pytest.approx(closure_by_geometry_deg("150"), abs=1.0)
+    assert found.after_deg < 3.5 < 9.0 < found.before_deg
+    assert pooled_deg([found, replace(found, after_deg=0.0, before_deg=0.0)])[1] == found.after_deg / np.sqrt(2)
