@@ -45,7 +45,16 @@ from validation.tracing.outcome import Trace
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import Progress
 from validation.tracing.sensors.readings import sensor_words
-from validation.tracing.settings import CURVE, EARLY_STEPS, EQUIVALENT_RIG, KNOWN_RIG, MOST_STEPS, NOT_ALIKE, POLICIES
+from validation.tracing.settings import (
+    BEYOND_RIGS,
+    CURVE,
+    EARLY_STEPS,
+    EQUIVALENT_RIG,
+    KNOWN_RIG,
+    MOST_STEPS,
+    NOT_ALIKE,
+    POLICIES,
+)
 from validation.tracing.verdict import (
     above_noise,
     best_of,
@@ -183,14 +192,18 @@ def _trace_unknown_geometry(
     """
     report("the baseline model (play operators)")
     plays = play_baselines(records)
-    competitor_deg = math.inf if plays is None else plays.heldout_deg
-    rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, competitor_deg)
+    by_folds, competitors = None, (math.inf, math.inf)
+    if plays is not None:
+        if plays.heldout_deg > BEYOND_RIGS * plays.fitted[0].noise.deg:
+            by_folds = trace_by_folds(plays, effects, report)
+        competitors = plays.heldout_deg, by_folds.augmented.heldout_rmse_deg if by_folds else math.inf
+    rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, competitors)
     traces = [by_rig] if by_rig else []
     explained = by_rig is not None and is_explained(by_rig)
     if by_rig is None or not explained or by_rig.effects:
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
             problem = curve_problem(records, elements=elements)
-            search = Search(problem, CURVE, effects, 1, report, competitor_deg=competitor_deg)
+            search = _beside(Search(problem, CURVE, effects, 1, report), competitors)
             baseline = _baseline_of_all_samples(search)
             if by_rig is None or not explained:
                 if not search.is_no_better(baseline):
@@ -201,8 +214,9 @@ def _trace_unknown_geometry(
     if rig and by_rig and unexplained and ended_above_noise(by_rig, rig.policy):
         traces.append(find_effects(rig, by_rig.baseline, down_to_noise=True))
     best = best_of(traces) if traces else None
-    by_folds = None
-    if plays is not None and (best is None or not is_explained(best)):
+    if best is not None and is_explained(best):
+        by_folds = None
+    elif plays is not None and by_folds is None:
         by_folds = trace_by_folds(plays, effects, report)
     if best is None or (by_folds is not None and by_folds.augmented.heldout_rmse_deg < best.augmented.rmse_deg):
         assert by_folds is not None
@@ -212,19 +226,28 @@ def _trace_unknown_geometry(
 
 
 def _trace_equivalent_rig(
-    records: Sequence[Record], effects: Sequence[Effect], threads: int, report: Progress, competitor_deg: float
+    records: Sequence[Record],
+    effects: Sequence[Effect],
+    threads: int,
+    report: Progress,
+    competitors: tuple[float, float],
 ) -> tuple[Search | None, Trace | None]:
     """Trace records by an equivalent rig; None where no such rig follows them."""
     if records[0].drive_unit == "N":
         return None, None
     with suppress(SolverError, RigError):
         problem = equivalent_rig_problem(records)
-        search = Search(problem, EQUIVALENT_RIG, effects, threads, report, competitor_deg=competitor_deg)
+        search = _beside(Search(problem, EQUIVALENT_RIG, effects, threads, report), competitors)
         search = replace(search, early=_baseline_of_all_samples(search, EARLY_STEPS))
         baseline = _baseline_of_all_samples(search)
         if baseline.rmse_deg < NOT_ALIKE * search.problem.scale.angle_deg and not search.is_far_behind(baseline):
             return search, find_effects(search, baseline)
     return None, None
+
+
+def _beside(search: Search, competitors: tuple[float, float]) -> Search:
+    """Give a search the held-out errors of play operators, without effects and with them."""
+    return replace(search, competitor_deg=competitors[0], explained_deg=competitors[1])
 
 
 def _baseline_of_all_samples(search: Search, most_steps: int = MOST_STEPS) -> Fitted:

@@ -17,6 +17,7 @@ from validation.tracing.fitting.model import Model
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.starts import FormStarts
 from validation.tracing.settings import (
+    BEYOND_RIGS,
     COMPETITOR_FAR,
     COMPETITOR_FITTED,
     COMPETITOR_MARGIN,
@@ -45,6 +46,8 @@ class Search:
         The baseline after a few steps, before it has absorbed an effect; effects are started beside it, too.
     competitor_deg
         Held-out error of another kind of baseline, which makes a search give up that does not come near it.
+    explained_deg
+        The same with the effects that were found beside that baseline.
     """
 
     problem: Any
@@ -54,6 +57,7 @@ class Search:
     report: Progress
     early: Fitted | None = None
     competitor_deg: float = math.inf
+    explained_deg: float = math.inf
     _forms: dict[str, list[FormStarts]] = field(default_factory=dict)
 
     def forms(self, effect: Effect) -> list[FormStarts]:
@@ -83,7 +87,9 @@ class Search:
         return far and baseline.rmse_deg > self.competitor_deg / COMPETITOR_FITTED
 
     def gives_up(self, fitted: Fitted) -> bool:
-        """Whether a rig with one effect leaves far more than a competitor without any."""
+        """Whether a rig with one effect leaves far more than a competitor without any, or no less than with its own."""
+        if fitted.rmse_deg > max(self.explained_deg / COMPETITOR_MARGIN, BEYOND_RIGS * fitted.noise.deg):
+            return True
         return self.policy.screened and fitted.rmse_deg > max(
             self.competitor_deg / COMPETITOR_MARGIN, COMPETITOR_NOISE * fitted.noise.deg
         )
