@@ -24,6 +24,7 @@ _NEEDS: dict[Need, str] = {
     "force": "a tendon force as the drive",
     "drive in mm": "a drive in mm of tendon",
     "declared plateau": "a plateau that is declared",
+    "reference": "a reference",
 }
 
 

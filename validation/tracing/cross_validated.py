@@ -6,6 +6,7 @@ may have a further effect.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -25,7 +26,7 @@ from validation.tracing.prepared import channel_values
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
 from validation.tracing.search.search import Progress
-from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_SHAPES, REFERENCE_MOST
+from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_SHAPES, REFERENCE_MOST, SAME_PRELOAD
 from validation.tracing.verdict import judge_by_folds
 
 FIRST_STROKE = "the first stroke of each record, which starts from an unknown state, is left out"
@@ -59,7 +60,8 @@ def play_baselines(records: Sequence[Record]) -> PlayBaselines | None:
 def trace_by_folds(baselines: PlayBaselines, effects: Sequence[Effect], report: Progress) -> Trace:
     """Trace records by play operators."""
     found = find_by_folds(baselines.fitted, effects, baselines.fits, report)
-    trace = _reported(judge_by_folds(found, [FIRST_STROKE], floor=_floor(found.best)))
+    words = [FIRST_STROKE, *_preload_words(found.best)]
+    trace = _reported(judge_by_folds(found, words, floor=_floor(found.best)))
     return replace(trace, channel_fits=tuple(_channel_fits(trace.records)))
 
 
@@ -109,11 +111,23 @@ def trace_change(
             break
         shared = more
         words.append(f"{_names(new)} predicts as well where it acts on the reference, too: no change")
+    words += _preload_words(found.best)
     left = REFERENCE_MOST * _left_of_reference(found.baseline, len(records))
     if before is not None:  # blocks of one short record are hard to predict: no floor for others
         left = min(left, before.augmented.heldout_rmse_deg)
     floor = replace(_floor(found.best), reference_deg=left)
     return _reported(judge_by_folds(found, words, reference=len(reference), floor=floor))
+
+
+def _preload_words(fitted: Fitted) -> list[str]:
+    """Say so where records differ in preload, which changes a loop: this baseline gives all the same one."""
+    preloads = sorted({one.preload_N for one in fitted.model.problem.records if not math.isnan(one.preload_N)})
+    if not preloads or preloads[-1] <= (1 + SAME_PRELOAD) * preloads[0]:
+        return []
+    return [
+        f"the preloads of {preloads[0]:g} to {preloads[-1]:g} N are not used: all records share one loop, and a loop "
+        "that differs may be that of another preload"
+    ]
 
 
 def _names(effects: Sequence[AddedEffect]) -> str:
@@ -163,7 +177,10 @@ def _floor(fitted: Fitted) -> NoiseFloor:
 
 def _reported(trace: Trace) -> Trace:
     """Say how samples were held out."""
-    by = "each part in turn, by a fit without it; inner folds chose the baseline and the effects"
+    by = (
+        "each part in turn, by a fit without it (its zero is its own); inner folds chose the baseline and the effects, "
+        "and these errors whether an effect is named"
+    )
 
     def named(fitted: Fitted) -> Fitted:
         return replace(fitted, holdout=Holdout(fitted.holdout.train, by))

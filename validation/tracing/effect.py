@@ -32,6 +32,7 @@ Need = Literal[
     "one preload",
     "drive in mm",
     "declared plateau",
+    "reference",
 ]
 Values = Mapping[str, float]
 

@@ -253,6 +253,8 @@ def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int 
         verdict = "partial"
         reasons.insert(0, _depends_on(smooth_functions(best), "what is left"))
     alike = found.alike if best is not baseline else ()
+    if best is not baseline:
+        reasons += remarks(best)
     if verdict == "effect" and any(alike):
         verdict = "ambiguous"
     others = {name for names in alike for name in names}

@@ -18,8 +18,8 @@ LARGEST_PLAY = 0.3
 """Over the range of the drive."""
 LARGEST_LOSS = 0.3
 """Over the range of the drive, and of the angle for a leap."""
-LARGEST_RUN_OUT = 0.6
-"""Over the radius of the wheel: the drive stays monotone."""
+LARGEST_RUN_OUT = 0.1
+"""Over the radius of the wheel: a wheel that runs out by more is not round, and the catalogue does not name it."""
 REVOLUTIONS = (1.2, 3.0)
 """Of the wheel over the range of the drive: fewer are a curve."""
 AT = (0.2, 0.8)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import zlib
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -139,10 +140,24 @@ def groups_of(folder: Path) -> list[str]:
 
 
 def nth(folder: Path, seed: int, number: int) -> HiddenCase:
-    """Draw the case of a number: the groups take turns, and so do the changes, so that all meet in the end."""
+    """Draw the case of a number: the groups take turns, and so do the changes, so that all meet in the end.
+
+    Where a change cannot be as large as it has to be, the next one is drawn: a wheel that runs out by a tenth of its
+    radius hardly shows in most groups.
+
+    Raises
+    ------
+    RecordError
+        From :func:`groups_of`, or no change of the records can be drawn.
+    """
     groups = groups_of(folder)
     turn, group = divmod(number, len(groups))
-    return draw_hidden_case(folder, seed, groups[group], [*CHANGES][(group + turn) % len(CHANGES)], number)
+    names = [*CHANGES]
+    for further in range(len(names)):
+        with suppress(RecordError):
+            name = names[(group + turn + further) % len(names)]
+            return draw_hidden_case(folder, seed, groups[group], name, number)
+    raise RecordError(f"{folder}: {groups[group]}: no change of case {number} has its size")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -23,15 +23,22 @@ from rich.progress import track
 from hysteresis.record import Record
 from validation.practice.hidden.changes import OUTSIDE
 from validation.practice.hidden.draw import HiddenCase, nth
+from validation.practice.outcome import MOST_REPORTED
 from validation.tracing import Trace, trace_records
 
 SAME_SIZE = 0.25
 """Relative deviation up to which a size counts as found."""
+GROWN = 0.5
+"""Part of the hidden size by which a change must have grown that the control shows, too."""
 
 
 @dataclass(frozen=True)
 class HiddenOutcome:
-    """What the tracer said of one case, and of its control; ``size`` is found over true, None where not found."""
+    """What the tracer said of one case, and of its control.
+
+    ``alike`` has the first two effects that are not distinguished from each named one. ``size`` is what was found, less
+    what the control has where it names the change, over the true size; None where it was not found.
+    """
 
     name: str
     group: str
@@ -53,15 +60,19 @@ class HiddenOutcome:
 
     @property
     def in_set(self) -> bool:
-        """Whether the change is named, or not distinguished from a named effect."""
-        return self.change in {*self.named, *self.alike}
+        """Whether the change is named, or not distinguished from a named effect.
+
+        Where the control names it, too, it must have grown by at least half of what was hidden.
+        """
+        grown = self.change not in self.of_control or (self.size is not None and abs(self.size) >= GROWN)
+        return grown and self.change in {*self.named, *self.alike}
 
 
 def outcome(case: HiddenCase, control: Trace) -> HiddenOutcome:
     """Trace a case and compare it with its truth and with the trace of its control."""
     start = time.perf_counter()
     trace = trace_records(case.case.records)
-    near = tuple(dict.fromkeys(name for names in trace.confusable for name in names))
+    near = tuple(dict.fromkeys(name for names in trace.confusable for name in names[: MOST_REPORTED - 1]))
     return HiddenOutcome(
         name=case.case.name,
         group=case.group,
@@ -71,24 +82,34 @@ def outcome(case: HiddenCase, control: Trace) -> HiddenOutcome:
         named=trace.names,
         alike=near,
         of_control=(*control.names, *(name for names in control.confusable for name in names)),
-        size=None if case.change in OUTSIDE else _found_over_true(trace, case),
+        size=None if case.change in OUTSIDE else _found_over_true(trace, control, case),
         before_deg=trace.baseline.heldout_rmse_deg,
         after_deg=trace.augmented.heldout_rmse_deg,
         seconds=time.perf_counter() - start,
     )
 
 
-def _found_over_true(trace: Trace, case: HiddenCase) -> float | None:
-    """Size of the change in the best model that has it, over the true one."""
-    models = [trace.augmented, *(c.fitted for c in trace.candidates)]
+def _found_over_true(trace: Trace, control: Trace, case: HiddenCase) -> float | None:
+    """Size of the change that was found, less that of the control, over the true one."""
+    true = _size(case.case.truth.numbers[case.change], case.control)
+    found = _size_in(trace, case)
+    before = _size_in(control, case) if case.change in _reported(control) else 0.0
+    return None if found is None or before is None or not true else (found - before) / true
+
+
+def _reported(trace: Trace) -> set[str]:
+    return {*trace.names, *(name for names in trace.confusable for name in names)}
+
+
+def _size_in(trace: Trace, case: HiddenCase) -> float | None:
+    """Size of the change in the model that is named, or else in the best one of those that have it."""
+    models = [trace.augmented] if case.change in trace.names else [c.fitted for c in trace.candidates]
     there = [one for one in models if case.change in one.names and math.isfinite(one.heldout_rmse_deg)]
     if not there:
         return None
     best = min(there, key=lambda one: one.heldout_rmse_deg)
     values = dict(zip(best.names, best.model.values(best.x)[1], strict=True))[case.change]
-    numbers = case.case.truth.numbers[case.change]
-    found, true = _size(values, case.control), _size(numbers, case.control)
-    return None if not found or not true else found / true
+    return _size(values, case.control)
 
 
 def _size(values: object, records: Sequence[Record]) -> float | None:

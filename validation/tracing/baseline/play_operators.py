@@ -1,10 +1,11 @@
 """Baseline of play operators where the geometry is unknown: loops with non-local memory.
 
-theta = f(x) + sum_j g_j (p_j - x), p_j being the outputs of play operators of the drive: a generalised
-Prandtl-Ishlinskii operator (Kuhnen 2003, doi 10.3166/ejc.9.407-418; Al Janaideh, Su, Rakheja 2008, doi
-10.1088/0964-1726/17/3/035026). It returns to where a smaller loop left a larger one (non-local memory), which no
-Bouc-Wen law does, and the width of its loops may depend on the position. f is a cubic B-spline; every g_j is a number,
-or linear in the position. All parameters are linear and have a prior mean of nothing (ridge regression).
+theta = f(x) - f(0) + sum_j g_j (p_j - x), with x = 0 in the middle of the stroke, p_j being the outputs of play
+operators of the drive: a generalised Prandtl-Ishlinskii operator (Kuhnen 2003, doi 10.3166/ejc.9.407-418; Al Janaideh,
+Su, Rakheja 2008, doi 10.1088/0964-1726/17/3/035026). It returns to where a smaller loop left a larger one (non-local
+memory), which no Bouc-Wen law does, and the width of its loops may depend on the position. f is a cubic B-spline; every
+g_j is a number, or linear in the position. All parameters are linear and have a prior mean of nothing (ridge
+regression). The zero of each record is free: angles count from the middle of the stroke.
 
 The first stroke of a record starts from a state that the record does not tell. It is left out of this baseline, and the
 words of the trace say so.
@@ -96,6 +97,8 @@ class PlayProblem(RecordSet):
             met.add("time")
         if cycles_repeat(self.inputs):
             met.add("cycles")
+        if self.is_compared:
+            met.add("reference")
 
         def acts(form: CurveForm) -> bool:
             return any((form.drive, form.angle, form.observe, form.loop_size)) or self.is_compared
@@ -204,7 +207,8 @@ class PlayProblem(RecordSet):
         loops = [p - x for p in plays(x, radii, state)]
         position = (x - 0.5 * (low + high)) / (0.5 * span)
         columns = [loop * position**power for loop in loops for power in range(self.powers + 1)]
-        return spline_columns(x, low, high, self.curve), np.column_stack(columns) / (0.1 * span)
+        curve = spline_columns(x, low, high, self.curve) - spline_columns(np.zeros(1), low, high, self.curve)
+        return curve, np.column_stack(columns) / (0.1 * span)
 
     def _context(self, i: int) -> CurveContext:
         """Give what operators know of one record."""

@@ -59,6 +59,12 @@ _CURVE = CurveForm(
     ({"perspective_per_deg": 0.02}, {"perspective_per_deg": -0.02}),
     observe=observe,  # a gain is part of f
 )
+_CURVE_GAIN = CurveForm(
+    (RelativeParameter("gain", "-", -0.9, 5.0, 0.01, amount=True, sensible=SENSIBLE_GAIN),),
+    ({"gain": 0.02}, {"gain": -0.02}),
+    observe=observe,
+    needs=frozenset({"reference"}),  # which holds f
+)
 
 EFFECT = Effect(
     name="camera_misalignment",
@@ -72,5 +78,5 @@ EFFECT = Effect(
         RigForm((PERSPECTIVE,), _perspective, observe=observe),
         RigForm((GAIN, PERSPECTIVE), _both, observe=observe),
     ),
-    curve_forms=(_CURVE,),
+    curve_forms=(_CURVE, _CURVE_GAIN),
 )

@@ -6,7 +6,18 @@ from dataclasses import replace
 
 from fem_models.rig import Rig
 from fem_models.rig.effects import DriveGain
-from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Sensible, Values
+from hysteresis.arrays import Floats
+from validation.tracing.effect import (
+    CurveContext,
+    CurveForm,
+    Effect,
+    FreeParameter,
+    RelativeParameter,
+    RigForm,
+    Scale,
+    Sensible,
+    Values,
+)
 
 SENSIBLE_ERROR = Sensible(
     -0.15,
@@ -24,6 +35,19 @@ def _rig(rig: Rig, values: Values) -> Rig:
     return replace(rig, drive_gain=DriveGain(declared + values["error"] + declared * values["error"]))
 
 
+def _drive(x: Floats, curve: CurveContext, values: Values) -> Floats:
+    """Wind more or less, from the drive's zero on."""
+    return x + values["error"] * (x + curve.drive_middle)
+
+
+_CURVE = CurveForm(
+    (RelativeParameter("error", "-", -0.5, 1.0, 0.005, amount=True, sensible=SENSIBLE_ERROR),),
+    ({"error": 0.02}, {"error": -0.02}),
+    drive=_drive,
+    needs=frozenset({"reference"}),
+)
+
+
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
     return [{"error": side * 0.02} for side in (-1, 1)]
 
@@ -31,9 +55,11 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
 EFFECT = Effect(
     name="drive_gain",
     physics="A wheel radius or a spindle pitch that is off by some per cent winds (1 + e) x in place of x. Beside an "
-    "unknown geometry, or a drive in turns of a motor, the gain is free anyway, and the effect cannot be seen.",
+    "unknown geometry, or a drive in turns of a motor, the gain is free anyway, and the effect is seen against a "
+    "reference alone.",
     distinguished_by="Measure the tendon that a turn of the motor winds. A camera with a wrong gain stretches the "
     "angle and with it the loop; a wrong gain of the drive leaves the widths in the drive, such as play, where they "
     "are, and bends the tube further, so that the loop and the ends of the stroke change.",
     rig_forms=(RigForm((ERROR,), _starts, rig=_rig, needs=frozenset({"drive in mm"})),),
+    curve_forms=(_CURVE,),
 )

@@ -24,7 +24,7 @@ from validation.tracing.effect import (
 
 SENSIBLE_EXCESS = Sensible(-0.8, 5.0, "friction of fresh surfaces is a few times that of worn ones")
 EXCESS = FreeParameter("excess", "-", -0.9, 5.0, 0.05, linear=True, sensible=SENSIBLE_EXCESS)
-CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
+CYCLES = FreeParameter("cycles", "-", 0.2, 20.0, 0.3, log=True)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -48,7 +48,7 @@ def _decay(f: Floats, curve: CurveContext, values: Values) -> Floats:
 _CURVE = CurveForm(
     (
         RelativeParameter("excess", "-", -0.9, 10.0, 0.02, amount=True, sensible=SENSIBLE_EXCESS),
-        RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True),
+        RelativeParameter("cycles", "-", 0.2, 20.0, 0.3, log=True),
     ),
     tuple({"excess": 0.2, "cycles": c} for c in (0.7, 3.0)),
     loop_size=_decay,

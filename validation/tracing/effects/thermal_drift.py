@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fem_models.rig import Rig
@@ -23,9 +25,10 @@ SENSIBLE_DEG = Sensible(
     -1.0, 1.0, "an offset beyond the motion itself is a broken mounting, no drift", "half range/duration"
 )
 SENSIBLE_SIZE = Sensible(-1.0, 1.0, "an offset beyond the motion itself is a broken mounting, no drift", "half range")
+SENSIBLE_TIME = Sensible(4.0, math.inf, "what settles within a cycle is no warming up", "quarter cycle")
 RATE = FreeParameter("deg_per_s", "deg/s", -10.0, 10.0, 1e-5, linear=True, sensible=SENSIBLE_DEG)
 SIZE = FreeParameter("size_deg", "deg", -50.0, 50.0, 0.02, linear=True, sensible=SENSIBLE_SIZE)
-TIME = FreeParameter("time_s", "s", 1e-2, 1e6, 0.3, log=True)
+TIME = FreeParameter("time_s", "s", 1e-2, 1e6, 0.3, log=True, sensible=SENSIBLE_TIME)
 
 
 def observe(angle_deg: Floats, inputs: SampleInputs, values: Values) -> Floats:
@@ -58,7 +61,7 @@ _CURVES = (
     CurveForm(
         (
             RelativeParameter("size_deg", "angle", -2.0, 2.0, 0.005, amount=True, sensible=SENSIBLE_SIZE),
-            RelativeParameter("time_s", "time", 3e-3, 1e3, 0.3, log=True),
+            RelativeParameter("time_s", "time", 3e-3, 1e3, 0.3, log=True, sensible=SENSIBLE_TIME),
         ),
         tuple({"size_deg": 0.01, "time_s": part} for part in (0.1, 0.5, 2.0, 10.0)),
         observe=observe,

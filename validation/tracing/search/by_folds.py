@@ -8,7 +8,8 @@ every effect. Here the folds decide.
 2. In every fold, the baselines and the candidates are compared by folds inside the training samples. The best one
    predicts the samples that were held out, and that error is reported.
 3. An effect is named if most folds choose an effect, if the held-out error falls beyond its interval, and if it
-   matters. Then a further effect is searched for beside it.
+   matters: the one that most folds choose. Then a further effect is searched for beside it. So the held-out errors
+   decide whether there is an effect, and no more.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from validation.tracing.fitting.folds import Fold, fold_errors, gain, log_score,
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
+from validation.tracing.plausibility import implausible
 from validation.tracing.problem import AddedEffect, Problem
 from validation.tracing.search.search import Progress
 from validation.tracing.search.starts import linearised_gain
@@ -145,7 +147,7 @@ def find_by_folds(
         Fits to all samples (:func:`fit_all`) of models of the same records.
     """
     chosen = fits.chosen(baselines)
-    baseline = min(baselines, key=lambda one: mean_square(fits.everywhere(one)))
+    baseline = Counter(chosen).most_common(1)[0][0]
     first = list(chosen)
     best, candidates, alike = baseline, list[Fitted](), list[tuple[str, ...]]()
     for _ in range(FOLD_EFFECTS):
@@ -190,7 +192,7 @@ def _fit(model: Model, holdout: Holdout, start: Floats) -> Fitted:
 
 
 def front_runners(best: Fitted, effects: Sequence[Effect], report: Progress) -> list[Fitted]:
-    """Fit each effect beside a model to all samples; those with the lowest error."""
+    """Fit each effect beside a model to all samples; those with the lowest error and constants that make sense."""
     problem, fitted = best.model.problem, list[Fitted]()
     for effect in effects:
         if effect.name in best.names:
@@ -207,7 +209,7 @@ def front_runners(best: Fitted, effects: Sequence[Effect], report: Progress) -> 
         with suppress(SolverError, RigError):
             model = Model(problem, (*best.model.added, first.added))
             fitted.append(_fit(model, _everything(problem), first.x))
-    return sorted(fitted, key=lambda one: one.mean_square)[:FOLD_CANDIDATES]
+    return sorted((one for one in fitted if not implausible(one)), key=lambda one: one.mean_square)[:FOLD_CANDIDATES]
 
 
 def either_sign(form: Any, starts: Sequence[Values]) -> list[Values]:
@@ -229,21 +231,21 @@ def _named(
     contained
         Models without a further effect that folds may choose.
     """
+    chosen = fits.chosen([*contained, *front])
+    old, new = fits.heldout(without), fits.heldout(chosen)
+    longer = [one for one in chosen if len(one.names) > len(before.names)]
+    mattered = mean_square(new) < WORTH_NAMING**2 * mean_square(old)
+    if not (mattered and 2 * len(longer) > len(chosen) and gain(old, new).is_positive):
+        return None
+    votes = Counter(map(id, longer))
+    best = max(front, key=lambda one: votes[id(one)])  # of equals, the one that fits better
     errors = {id(one): fits.everywhere(one) for one in front}
-    old, best = fits.heldout(without), min(front, key=lambda one: mean_square(errors[id(one)]))
     least = mean_square(errors[id(best)])
     limit = max(FOLD_ALIKE**2 * least, least + NOT_TOLD * max(0.0, mean_square(old) - least))
 
     def is_alike(one: Fitted) -> bool:
-        near = mean_square(errors[id(one)]) <= limit
+        near = votes[id(one)] > 0 or mean_square(errors[id(one)]) <= limit
         return near or not gain(errors[id(one)], errors[id(best)]).is_positive
 
-    similar = [one for one in front if one is not best and is_alike(one)]
-    chosen = fits.chosen([*contained, best, *similar])
-    new = fits.heldout(chosen)
-    mattered = mean_square(new) < WORTH_NAMING**2 * mean_square(old)
-    taken = Counter(len(one.names) > len(before.names) for one in chosen)[True]
-    if not (mattered and 2 * taken > len(chosen) and gain(old, new).is_positive):
-        return None
-    sure = [one for one in similar if gain(old, errors[id(one)]).is_positive]
+    sure = [one for one in front if one is not best and is_alike(one) and gain(old, errors[id(one)]).is_positive]
     return _Step(best, chosen, tuple(dict.fromkeys(one.names[-1] for one in sure)))
