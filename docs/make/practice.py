@@ -7,11 +7,14 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from docs.make.pages import DOCS, table
+from docs.make.pages import DOCS, put_between_marks, table
 from hysteresis.files import write_files
 from hysteresis.plain import from_plain
 from validation.practice.catalogue import CATALOGUE
 from validation.practice.draw import LABELS
+from validation.practice.hidden.changes import OUTSIDE
+from validation.practice.hidden.score import HiddenOutcome
+from validation.practice.hidden.score import table as hidden_table
 from validation.practice.score import SLOW, Request
 from validation.practice.summary import Rate, Spread, Summary
 
@@ -112,6 +115,33 @@ def _matrix(matrix: Mapping[str, Mapping[str, int]]) -> str:
     return table(["injected", *(numbers[c] for c in columns)], rows)
 
 
+def hidden_text(outcomes: Sequence[HiddenOutcome], seed: int) -> str:
+    """Markdown of a score on hidden changes: the table, and what the baseline absorbed."""
+    command = f"python -m validation.practice.hidden.score --measured DIR --seed {seed} --count {len(outcomes)}"
+    missed = [one for one in outcomes if one.change not in OUTSIDE and not one.in_set]
+    rows = [
+        [
+            one.group,
+            one.change.replace("_", " "),
+            f"{one.ratio:.1f}",
+            one.verdict,
+            ", ".join(one.named) or "-",
+            f"{one.control_deg:.2f}",
+            f"{one.before_deg:.2f}",
+        ]
+        for one in missed
+    ]
+    head = ["group", "hidden", "size", "verdict", "named", "control, deg", "changed, deg"]
+    return "\n\n".join(
+        [
+            f"Scored by `{command}`.",
+            "\n".join(hidden_table(outcomes)),
+            "The changes that are not in the set, with the held-out error of the baseline without and with the change:",
+            table(head, rows),
+        ]
+    )
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Read scores and put their tables into the page."""
     parser = argparse.ArgumentParser(prog="python -m docs.make.practice", description="Put scores into a page.")
@@ -120,6 +150,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     for path in options.scores:
         contents = json.loads(path.read_text(encoding="utf-8"))
+        if "rates" not in contents:
+            hidden = [from_plain(HiddenOutcome, one, str(path)) for one in contents["cases"]]
+            put_between_marks(options.page, "docs.make.practice hidden.json", hidden_text(hidden, contents["seed"]))
+            continue
         request, found = from_plain(Request, contents, str(path)), from_plain(Summary, contents, str(path))
         put_section(options.page, request, tables(request, found))
 

@@ -52,6 +52,7 @@ class HiddenOutcome:
     before_deg: float
     after_deg: float
     seconds: float
+    control_deg: float = math.nan
 
     @property
     def new(self) -> tuple[str, ...]:
@@ -71,7 +72,7 @@ class HiddenOutcome:
 def outcome(case: HiddenCase, control: Trace) -> HiddenOutcome:
     """Trace a case and compare it with its truth and with the trace of its control."""
     start = time.perf_counter()
-    trace = trace_records(case.case.records)
+    trace = trace_records(case.case.records, threads=1)
     near = tuple(dict.fromkeys(name for names in trace.confusable for name in names[: MOST_REPORTED - 1]))
     return HiddenOutcome(
         name=case.case.name,
@@ -86,6 +87,7 @@ def outcome(case: HiddenCase, control: Trace) -> HiddenOutcome:
         before_deg=trace.baseline.heldout_rmse_deg,
         after_deg=trace.augmented.heldout_rmse_deg,
         seconds=time.perf_counter() - start,
+        control_deg=control.baseline.heldout_rmse_deg,
     )
 
 
@@ -167,7 +169,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         case = nth(options.measured, options.seed, number)
         key = tuple(record.source for record in case.control)
         if key not in controls:
-            controls[key] = trace_records(case.control)
+            controls[key] = trace_records(case.control, threads=1)
         outcomes.append(outcome(case, controls[key]))
         stored = {"seed": options.seed, "cases": [asdict(one) for one in outcomes]}
         options.out.write_text(json.dumps(stored, indent=1) + "\n")
