@@ -53,16 +53,16 @@ def _block_masks(drive: Floats) -> list[Mask]:
 def without_first_stroke(record: Record, split: Split) -> tuple[Split, str | None]:
     """Leave the approach out of training if it differs from what follows; also return a word on that.
 
-    A law with memory starts on a path inside its later loops. An approach that leaves the band of all later angles at
+    A law with memory starts on a path inside its later loops. An approach that leaves the band of later angles at
     the same drive by more than 5 % of the angle's range is virgin loading, or slack that is taken up once: no law here
-    has it. The path still runs through it.
+    has it. The path still runs through it. Only angles of training samples are looked at.
     """
     labels = cycle_index(record)
     first, later = labels == 0, labels > 0
     if not first.any() or not (split.train & later).any() or len(branches(record.drive[first])) > 1:
         return split, None
-    excess = _excess(record, first, later)
-    span = float(np.ptp(record.angle_deg))
+    excess = _excess(record, first & split.train, later & split.train)
+    span = float(np.ptp(record.angle_deg[split.train]))
     if excess <= _FIRST_STROKE * span or (split.train & later).sum() < 0.3 * split.train.sum():
         return split, None
     word = (

@@ -48,7 +48,7 @@ def find_leap(deviation: Floats, slope: Floats) -> Leap | None:
     tried = np.arange(0, phases, max(1, phases // INSTANTS))
     best: tuple[float, Leap] | None = None
     for values in (np.ones(phases), slope):
-        gains = np.array([[_gain(deviation, _column(values, count, k, p)) for p in tried] for k in range(count)])
+        gains = leap_gains(deviation, values)[:, tried]
         k, i = (int(index) for index in np.unravel_index(int(np.argmax(gains)), gains.shape))
         left = whole - float(gains[k, i])
         if best is None or left < best[0]:
@@ -59,6 +59,31 @@ def find_leap(deviation: Floats, slope: Floats) -> Leap | None:
     drift = np.repeat(np.arange(count)[:, None] - (count - 1) / 2, phases, axis=1)
     left, found = best
     return found if left < LEAVES * (whole - _gain(deviation, drift)) else None
+
+
+def leap_gains(deviation: Floats, values: Floats) -> Floats:
+    """By how much each leap lowers the sum of squares, by cumulative sums, shape (K, phases).
+
+    A leap before phase p of cycle k acts in the cycles after k, and in cycle k from p on: at each phase in n of the K
+    cycles, so that its column of values v has the square v^2 n (1 - n/K), and its product with deviations d is v times
+    the sum of d over those n cycles less n/K of the sum over all.
+    """
+    count = len(deviation)
+    whole = deviation.sum(axis=0)
+    after = whole - np.cumsum(deviation, axis=0)  # of the cycles after k
+    acting = (count - 1.0 - np.arange(count))[:, None]
+
+    def summed(early: Floats, late: Floats) -> Floats:
+        """Sum over phases: ``early`` before p, ``late`` from p on."""
+        before = np.cumsum(early, axis=1) - early
+        return before + np.cumsum(late[:, ::-1], axis=1)[:, ::-1]
+
+    product = summed(
+        values * (after - acting / count * whole), values * (after + deviation - (acting + 1) / count * whole)
+    )
+    early, late = (n * (1.0 - n / count) for n in (acting, acting + 1.0))
+    square = summed(values**2 * early, values**2 * late)
+    return np.divide(product**2, square, out=np.zeros_like(product), where=square > 1e-12 * square.max())
 
 
 def _column(values: Floats, count: int, cycle: int, phase: int) -> Floats:

@@ -136,6 +136,19 @@ def test_a_first_stroke_that_differs_is_left_out_with_a_word() -> None:
     assert identify(plain, kinematics).notes == ()
 
 
+def test_angles_that_are_held_out_do_not_choose_the_training_samples() -> None:
+    """Nothing of a held-out cycle changes what is fitted, however far off its angles are."""
+    h = hysteresis(kinematics(DRIVE), BoucWen(-0.9, 0.5, 0.2, 1.3))
+    plain = record_of(h)
+    virgin = replace(plain, angle_deg=plain.angle_deg - 8 * (np.arange(len(DRIVE)) < 40) * (1 - DRIVE / 2.2))
+    split = hold_out(virgin)
+    hidden = replace(virgin, angle_deg=np.where(split.train, virgin.angle_deg, virgin.angle_deg - 200.0))
+    (seen, word), (same, other) = without_first_stroke(virgin, split), without_first_stroke(hidden, split)
+    assert word is not None
+    assert other == word
+    np.testing.assert_array_equal(seen.train, same.train)
+
+
 def test_laws_are_checked_where_they_are_named() -> None:
     with pytest.raises(ValueError, match="law = 'best': expected auto or one of bouc-wen"):
         IdentifySettings(law="best")  # type: ignore[arg-type]
