@@ -15,11 +15,12 @@ from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from hysteresis.arrays import Floats
+from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
 from validation.tracing.baseline.known_rig import KnownRigProblem
-from validation.tracing.baseline.rig_problem import RigProblem
 from validation.tracing.effect import FreeParameter, Quantity, Sensible
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.uncertainty import covariance
+from validation.tracing.problem import Problem
 
 LEVEL = 0.95
 """Level of the intervals."""
@@ -27,6 +28,9 @@ NEAR_BOUND = 1e-3
 """Distance from a bound, in changes that matter, at which a parameter counts as at it."""
 _OF_A_KNOWN_RIG = frozenset({"N", "g", "N s/mm", "Nmm s/rad", "N/mm"})
 """Units in which an equivalent rig has no scale: its forces are all in proportion to a preload that is assumed."""
+
+_TENSIONS = frozenset({"toe_N", "takes_up_N", "guide_N"})
+"""Parameters to which a stated preload gives a scale, whatever the lengths of the rig are."""
 
 
 class Estimate(NamedTuple):
@@ -59,6 +63,19 @@ def implausible(fitted: Fitted) -> list[str]:
     return out
 
 
+def has_no_scale(problem: Problem, parameter: FreeParameter) -> bool:
+    """Whether a parameter is in proportion to what an equivalent rig assumes: the preload, or the lengths."""
+    if not isinstance(problem, EquivalentRigProblem):
+        return False
+    stated = problem.preload_stated and parameter.name in _TENSIONS
+    return not stated and _is_of_a_known_rig(parameter)
+
+
+def _is_of_a_known_rig(parameter: FreeParameter) -> bool:
+    """Whether a unit is one of a force, a mass or a damper; that of a damper may be by the drive's own unit."""
+    return parameter.unit in _OF_A_KNOWN_RIG or parameter.unit.startswith("N s/")
+
+
 def remarks(fitted: Fitted) -> list[str]:
     """Words on parameters of a named model that a reader should look at: at a bound of the fit, or against the rig."""
     out = []
@@ -70,6 +87,13 @@ def remarks(fitted: Fitted) -> list[str]:
         if bound is not None:
             out.append(f"{_called(one)} is at its bound of {_shown(p, bound)}: its size is not determined")
     problem = fitted.model.problem
+    for added in fitted.model.added:
+        units = dict.fromkeys(p.unit for p in added.form.parameters if has_no_scale(problem, p))
+        if units:
+            out.append(
+                f"the size of {added.effect.name} in {' and '.join(units)} is in proportion to the preload and lengths "
+                "of the equivalent rig, which are assumed where the records do not state them"
+            )
     for added, values in zip(fitted.model.added, fitted.model.values(fitted.x)[1], strict=True):
         if isinstance(problem, KnownRigProblem) and "radius_mm" in values:
             declared = problem.runs[0][0].rig.wheel.radius_mm
@@ -97,7 +121,7 @@ def _outside(fitted: Fitted, one: Estimate, sizes: Mapping[str, float]) -> str:
     parameter, sensible = one.parameter, one.parameter.sensible
     if sensible is None:
         return ""
-    absolute = sensible.per == "1" and parameter.unit in _OF_A_KNOWN_RIG
+    absolute = sensible.per == "1" and _is_of_a_known_rig(parameter)
     if absolute and not isinstance(fitted.model.problem, KnownRigProblem):
         return ""
     size = _size(fitted, one, sensible.per, sizes)
@@ -143,7 +167,7 @@ def _size(fitted: Fitted, one: Estimate, per: Quantity, sizes: Mapping[str, floa
     problem = fitted.model.problem
     if per == "wheel radius":
         return _wheel_radius(fitted, one)
-    if "stroke" in per and isinstance(problem, RigProblem) and "mm" in one.parameter.unit:
+    if "stroke" in per and isinstance(problem, KnownRigProblem) and "mm" in one.parameter.unit:
         return problem.scale.drive if per == "half stroke" else 1.0 / problem.scale.drive
     return sizes[per]
 

@@ -1,6 +1,6 @@
 """The equivalent rig of records of unknown geometry: what it explains, and which effects are found beside it."""
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -19,8 +19,10 @@ from validation.tracing.effect import catalogue
 from validation.tracing.figures import candidates_figure
 from validation.tracing.fitting import Holdout, Model, fit
 from validation.tracing.fitting.holdout import divide_records
+from validation.tracing.plausibility import remarks
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import CandidateReport, in_words, trace_report
+from validation.tracing.search.detection import detection_limits
 from validation.tracing.settings import EQUIVALENT_JOINTS, EQUIVALENT_RIG
 
 PLAN = ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 0.5, 1.0))  # preload, part of the amplitude, rate
@@ -60,9 +62,10 @@ def records_of(rig, amplitude_mm, *, unit="mm", per_mm=1.0, seed=0):
 def fitted(records, added=()):
     problem = equivalent_rig_problem(records)
     model = Model(problem, added)
+    starts = [problem.starts(one.form)[0] for one in added]
     holdout = divide_records(problem.records)
     everything = Holdout(tuple(np.ones_like(mask) for mask in holdout.train), holdout.by)
-    return fit(model, everything, model.coordinates(problem.start, []), threads=1)
+    return fit(model, everything, model.coordinates(problem.start, starts), threads=1)
 
 
 WITH_GUIDES = replace(MEASURED, friction=replace(MEASURED.friction, guide_N=0.02))
@@ -104,6 +107,40 @@ def test_play_is_named_with_its_width_in_the_drive_s_unit():
     assert list(width) == ["width_step"]
     assert width["width_step"] == pytest.approx(90.0, rel=0.1)
     assert trace.augmented.heldout_rmse_deg < 1.3 * NOISE_DEG
+
+
+def numbers(row):
+    """Numbers of nested tuples, one after the other."""
+    return [x for one in row for x in (numbers(one) if isinstance(one, tuple) else [one]) if isinstance(x, float)]
+
+
+@pytest.mark.parametrize("per_mm", [-1000.0, 1 / 0.63])
+def test_no_quantity_of_the_drive_stays_in_mm(per_mm):
+    """Rigs by parameters in the drive's unit are those by parameters in mm, whichever way the wheel turns."""
+    problem = equivalent_rig_problem(records_of(MEASURED, 1.2, unit="step", per_mm=per_mm))
+    of_tendon = {"backlash", "preloaded_play", "tendon_engagement", "position_friction", "viscous_drag", "tendon_slack"}
+    rig, mm = problem.runs[0][0].rig, problem.mm_per_unit
+    for effect in (effect for effect in catalogue() if effect.name in of_tendon):
+        for plain, form in zip(effect.rig_forms, problem.forms(effect), strict=False):
+            assert not [p.name for p in form.parameters if "mm" in p.name.replace("Nmm", "")]
+            assert not [p.name for p in form.parameters if "mm" in p.unit.replace("Nmm", "")]
+            there, here = plain.starts(problem.scale, rig)[0], form.starts(problem.scale, rig)[0]
+            assert numbers(astuple(form.rig(rig, here))) == pytest.approx(numbers(astuple(plain.rig(rig, there))))
+            for (name, value), other in zip(there.items(), here.values(), strict=True):
+                power = {"growth_per_mm": -1, "sheath_N_s_per_mm": -1}.get(name, int(name.endswith("_mm")))
+                size = mm if name in ("growth_per_mm", "centre_mm") else abs(mm)
+                assert other == pytest.approx(value / size**power)
+
+
+def test_amounts_to_which_an_equivalent_rig_gives_no_scale_have_no_limit_and_a_word():
+    """Its forces are in proportion to a preload and lengths that are assumed."""
+    records = [replace(record, rig={}) for record in records_of(MEASURED, 1.2)]
+    effects = [effect for effect in catalogue() if effect.name in ("gravity", "tip_load", "backlash")]
+    assert {one.name for one in detection_limits(fitted(records), effects, NOISE_DEG)} == {"backlash"}
+    problem = equivalent_rig_problem(records)
+    gravity = next(effect for effect in effects if effect.name == "gravity")
+    loaded = fitted(records, (AddedEffect(gravity, problem.forms(gravity)[0]),))
+    assert any("gravity in g is in proportion to the preload" in words for words in remarks(loaded))
 
 
 def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkeypatch):

@@ -58,6 +58,7 @@ class EquivalentRigProblem(RigProblem):
 
     The wheel winds in (x - ``middle``) ``mm_per_unit`` of a drive x in ``unit``, at most ``half_mm`` either way.
     ``preload_N`` is the largest. The parameters are those of six joints, each of which is run as ``parts``.
+    ``preload_stated`` is whether the records state it.
     """
 
     middle: float
@@ -66,6 +67,7 @@ class EquivalentRigProblem(RigProblem):
     unit: str
     preload_N: float
     parts: int = 1
+    preload_stated: bool = False
 
     @property
     def prior_weight_deg(self) -> float:
@@ -181,6 +183,7 @@ def equivalent_rig_problem(records: Sequence[Record], samples: int = EQUIVALENT_
         half_mm=max(float(np.abs((drive - middle) * mm_per_unit).max()) for drive in drives),
         unit=records[0].drive_unit,
         preload_N=largest,
+        preload_stated=stated,
     )
 
 
@@ -298,11 +301,19 @@ def _start(preload_N: float, joint_deg: float, *, several: bool) -> Mapping[str,
     return {**start, "toe_N": 0.3 * preload_N} if several else start
 
 
-_TENDON_LENGTHS = frozenset(
-    {"width_mm", "slack_mm", "centre_mm", "rest_length_mm", "sine_mm", "cosine_mm", "radius_mm"}
-)
-"""Parameters of rig forms that are lengths of tendon at the wheel."""
-_SIGNED = frozenset({"centre_mm", "cosine_mm"})  # of those, what changes sign with the drive; its bounds are symmetric
+_TENDON_POWERS = {
+    **dict.fromkeys(
+        (
+            "width_mm", "free_width_mm", "preloaded_width_mm", "slack_mm", "engages_after_mm", "centre_mm",
+            "rest_length_mm", "sine_mm", "cosine_mm", "radius_mm", "speed_mm_per_s",
+        ),
+        1,
+    ),
+    **dict.fromkeys(("growth_per_mm", "sheath_N_s_per_mm"), -1),
+}  # fmt: skip
+"""Parameters of rig forms that are lengths of tendon at the wheel to a power, or have such a length as a factor."""
+_SIGNED = frozenset({"centre_mm", "cosine_mm", "growth_per_mm"})
+"""Of those, what changes sign with the drive; its bounds are symmetric."""
 
 
 def _in_unit(form: RigForm, unit: str, mm_per_unit: float) -> RigForm:
@@ -310,11 +321,11 @@ def _in_unit(form: RigForm, unit: str, mm_per_unit: float) -> RigForm:
     size = abs(mm_per_unit)
     if unit == "mm" and math.isclose(size, 1.0):
         return form
-    lengths = {p.name for p in form.parameters if p.unit == "mm" and p.name in _TENDON_LENGTHS}
-    renamed = {name: f"{name.removesuffix('_mm')}_{unit}" for name in lengths}
+    powers = {p.name: _TENDON_POWERS[p.name] for p in form.parameters if p.name in _TENDON_POWERS}
+    renamed = {name: name.replace("mm", unit) for name in powers}
 
     def factor(name: str) -> float:
-        return mm_per_unit if name in _SIGNED else size
+        return float((mm_per_unit if name in _SIGNED else size) ** powers[name])
 
     def to_mm(values: Values) -> Values:
         return {**values, **{name: values[other] * factor(name) for name, other in renamed.items()}}
@@ -325,8 +336,10 @@ def _in_unit(form: RigForm, unit: str, mm_per_unit: float) -> RigForm:
     def converted(p: FreeParameter) -> FreeParameter:
         if p.name not in renamed:
             return p
-        scale = p.scale if p.log else p.scale / size
-        return replace(p, name=renamed[p.name], unit=unit, low=p.low / size, high=p.high / size, scale=scale)
+        by = abs(factor(p.name))
+        scale = p.scale if p.log else p.scale / by
+        in_unit = p.unit.replace("mm", unit)
+        return replace(p, name=renamed[p.name], unit=in_unit, low=p.low / by, high=p.high / by, scale=scale)
 
     def starts(scale: Scale, rig: Rig) -> list[Values]:
         return [from_mm(values) for values in form.starts(scale, rig)]

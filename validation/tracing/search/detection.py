@@ -22,6 +22,7 @@ from validation.tracing.effect import Effect, FreeParameter, Values
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.least_squares import solve
 from validation.tracing.fitting.model import Model
+from validation.tracing.plausibility import has_no_scale
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import DetectionLimit
 from validation.tracing.settings import (
@@ -38,6 +39,7 @@ def detection_limits(fitted: Fitted, effects: Sequence[Effect], floor_deg: float
     """Give the detection limit of each effect with an amount that a model does not have.
 
     Effects without a limit within the bounds of their parameters are left out: no size that the fit allows would show.
+    So are amounts to which an equivalent rig gives no scale, such as g of a ring.
 
     Parameters
     ----------
@@ -86,6 +88,8 @@ def _limit(fitted: Fitted, effect: Effect, form: Any, needed_deg: float) -> Dete
         return None
     start = {name: value for name, value in starts[0].items() if name in own}
     amount = next(p for p in form.parameters if p.acts_from_zero and start[p.name])
+    if has_no_scale(fitted.model.problem, amount):
+        return None
     most = _largest_factor(form.parameters, start)
     factor = min(1.0, most)
     for _ in range(DETECTION_RUNS):
