@@ -60,6 +60,12 @@ COMPETITOR_AT_NOISE = 1.5
 OTHER_FORM_SQUARE = 1.5
 """Mean square after the first steps, over that of the effect's best form, up to which another form is fitted to its
 end."""
+GAINS_FAST = 0.5
+"""Mean square after further steps over the one before, up to which an effect that leaves more than its start promised
+is followed: of a weight of the rings it was 0.02, of a gain of the drive 0.25."""
+BESIDE = 1.0
+"""Largest distance, in coordinates, of a start from a fitted model whose derivatives serve its first step: a start
+beside the model is moved by no more."""
 STARTS_PER_EFFECT = 3
 """Forms of one effect that are fitted, each from its best starting point."""
 LESSER_FORM = 0.8
@@ -89,6 +95,9 @@ class SearchPolicy:
         Effects at most that are then fitted to convergence.
     leading
         Best effects of those, which are also fitted in forms with more parameters and from other starting points.
+    kept_promises
+        Whether an effect that leaves more after the first steps than the linearised gain of its start promised gets
+        further ones before it is left behind.
     near, near_at_noise
         Mean square over the least one, after the first steps or at convergence, up to which an effect is fitted to
         convergence; the second where the least one is noise.
@@ -124,6 +133,7 @@ class SearchPolicy:
     first_steps: int
     finished: int
     leading: int
+    kept_promises: bool
     near: float
     near_at_noise: float
     absorbs_effects: bool
@@ -234,6 +244,9 @@ LOOP_PARAMETER = "loop_angle_deg"
 optimum for each of them at the ends of the smaller records."""
 LOOP_FACTORS, LOOP_FACTORS_FINAL = (0.5, 2.0), (0.5, 1.6)
 """Factors on it, in the search and at its end."""
+MOST_RESTARTS = 2
+"""Times that a fit on a known rig is started again from other loops, after a better one was found from there: a gain of
+the drive went from loops of 7 deg over 4 deg to the true one of 2 deg."""
 PROMISING = 1.2
 """Rms training error over that of the fit so far: a fit from another starting point that is as near after a few steps
 is continued."""
@@ -371,6 +384,7 @@ KNOWN_RIG = SearchPolicy(
     first_steps=FEW_STEPS,
     finished=5,
     leading=3,
+    kept_promises=True,
     near=6.0,
     near_at_noise=4.0,
     absorbs_effects=False,
@@ -394,6 +408,7 @@ EQUIVALENT_RIG = SearchPolicy(
     first_steps=FEW_STEPS,
     finished=3,
     leading=1,
+    kept_promises=False,
     near=12.0,  # first steps say less: drag, delay, slack and stiffening went from 3 times the noise down to it
     near_at_noise=12.0,
     absorbs_effects=True,
@@ -417,6 +432,7 @@ CURVE = SearchPolicy(
     first_steps=MOST_STEPS,
     finished=0,
     leading=0,
+    kept_promises=False,
     near=0.0,
     near_at_noise=0.0,
     absorbs_effects=False,

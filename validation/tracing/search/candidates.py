@@ -14,15 +14,19 @@ from validation.tracing.fitting.model import Model
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.restarts import best_of_other_loops
 from validation.tracing.search.search import Search
-from validation.tracing.search.starts import best_starts
-from validation.tracing.settings import COMPETITOR_AT_NOISE, FEW_STEPS, OTHER_FORM_SQUARE
+from validation.tracing.search.starts import Start, best_starts
+from validation.tracing.settings import BESIDE, COMPETITOR_AT_NOISE, FEW_STEPS, GAINS_FAST, OTHER_FORM_SQUARE
 
 
 class Screened(NamedTuple):
-    """A candidate after its first steps, and the number of the fitted model beside which it was started."""
+    """A candidate after its first steps, and the number of the fitted model beside which it was started.
+
+    ``promised`` is the mean square that the linearised gain of its start leaves.
+    """
 
     base: int
     fitted: Fitted
+    promised: float
 
 
 def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -> list[Fitted]:
@@ -40,22 +44,31 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
         others = [effect for effect in search.effects if effect.name not in fitted.names]
         found = [starts for e in others if (starts := best_starts(base, e, search.forms(e)))]
         found.sort(key=lambda starts: -starts[0].gain)
-        known = base.rows.jacobian if policy.screened else None
         for start in [s for starts in found[:most] for s in starts]:
+            known = base.rows.jacobian if policy.screened and _is_beside(base, start) else None
             there = search.with_effect(fitted, start.added, start.x, policy.first_steps, known)
             if there is not None:
-                screened.append(Screened(number, there))
+                screened.append(Screened(number, there, (1.0 - start.gain) * base.square))
     screened.sort(key=lambda one: one.fitted.square)
     if not policy.screened:
         return [one.fitted for one in screened]
     return _lead_on(search, fitted, _finish(search, fitted, screened))
 
 
+def _is_beside(base: Fitted, start: Start) -> bool:
+    """Whether a start is so near a fitted model that the derivatives of that model serve its first step.
+
+    One from declared parameters is not: with derivatives from elsewhere its first steps fail.
+    """
+    return bool(np.abs(start.x[: base.x.size] - base.x).max(initial=0.0) <= BESIDE)
+
+
 def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> list[Fitted]:
     """Fit the best candidates to convergence; those that have fallen behind stay as they are.
 
     At least one effect of each base is fitted to convergence. Beside a baseline that has absorbed the true effect,
-    effects that do nothing have the residual of that baseline, and would fill all places.
+    effects that do nothing have the residual of that baseline, and would fill all places. On a known rig an effect
+    whose start promised to be near gets further steps before it counts as behind.
     """
     policy = search.policy
     out = list[Fitted]()
@@ -64,9 +77,12 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
     represented = set[int]()  # bases of which an effect is fitted to convergence
     at_noise = False
     least, near = screened[0].fitted.square if screened else math.inf, policy.near
-    for number, candidate in screened:
-        name, square = candidate.names[-1], candidate.square
+    for number, candidate, promised in screened:
+        name = candidate.names[-1]
         place = len(best) < policy.finished or number not in represented
+        if policy.kept_promises and name not in best and place and promised < near * least <= candidate.square:
+            candidate = _led_nearer(search, fitted, candidate, near * least)
+        square = candidate.square
         if name not in best and place and square < near * least:
             best[name] = square
             represented.add(number)
@@ -81,6 +97,23 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
             least, at_noise = finished.square, is_noise(finished)
             near = policy.near_at_noise if at_noise else policy.near
     return out
+
+
+def _led_nearer(search: Search, fitted: Fitted, candidate: Fitted, enough: float) -> Fitted:
+    """Give a candidate further steps until its mean square is low enough, as long as they gain fast.
+
+    A start that promises to be near may need more than the first steps for it, where the baseline has absorbed a good
+    part of the effect and has to come back.
+    """
+    while candidate.square >= enough:
+        further = search.with_effect(fitted, candidate.model.added[-1], candidate.x, search.policy.first_steps)
+        if further is None or further.square >= candidate.square:
+            break
+        slow = further.square > GAINS_FAST * candidate.square
+        candidate = further
+        if slow:
+            break
+    return candidate
 
 
 def _lead_on(search: Search, fitted: Fitted, candidates: list[Fitted]) -> list[Fitted]:

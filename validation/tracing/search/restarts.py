@@ -15,10 +15,12 @@ from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.least_squares import fit
 from validation.tracing.search.search import Search
 from validation.tracing.settings import (
+    CONTAINED_TOLERANCE,
     FEW_STEPS,
     LOOP_FACTORS,
     LOOP_FACTORS_FINAL,
     LOOP_PARAMETER,
+    MOST_RESTARTS,
     NO_SLOPE,
     PROMISING,
 )
@@ -43,12 +45,24 @@ def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
     """Fit an augmented model again from other starting points; the best fit of the training samples.
 
     A fit may end in a valley along which the training samples do not distinguish two parameters, such as backlash and
-    friction at the base.
+    friction at the base. On a known rig other loops are tried again from a fit that is better: a loop may be
+    several optima away.
     """
     if not (search.policy.restarted and fitted.names):
         return fitted
+    valley = along_the_valley(fitted) if search.policy.along_valley else ()
+    best = _best_from(search, fitted, (*other_loops(fitted), *valley))
+    for _ in range(MOST_RESTARTS if search.policy.along_valley else 0):
+        if best is fitted or best.train_square > (1 - CONTAINED_TOLERANCE) * fitted.train_square:
+            break
+        fitted, best = best, _best_from(search, best, other_loops(best))
+    return best
+
+
+def _best_from(search: Search, fitted: Fitted, starts: Sequence[Floats]) -> Fitted:
+    """Fit a model from other starting points, those to the end that are promising; the best fit, or the one given."""
     found = [fitted]
-    for x in (*other_loops(fitted), *(along_the_valley(fitted) if search.policy.along_valley else ())):
+    for x in starts:
         search.report(f"{' + '.join(fitted.names)}, from another start")
         with suppress(SolverError, RigError):
             there = fit(fitted.model, fitted.holdout, x, threads=search.threads, most_steps=FEW_STEPS)

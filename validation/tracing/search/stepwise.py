@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
 from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
     is_worth_adding,
@@ -11,7 +14,9 @@ from validation.tracing.fitting.evidence import (
     significant_ratio,
 )
 from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.smooth import Smooth
+from validation.tracing.plausibility import implausible
 from validation.tracing.search.candidates import candidates_with_one_more
 from validation.tracing.search.exchange import exchanged, pruned
 from validation.tracing.search.nested import no_worse_than_contained
@@ -63,7 +68,33 @@ def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_
     if best is not baseline and all(best is not g for stage in stages for g in stage):
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
         stages.append([best])
-    return Selection(best, _nested(search, baseline, best, stages))
+    best = _best_after_restarts(search, best, stages)
+    return Selection(best, _with_sensible(search, best, _nested(search, baseline, best, stages)))
+
+
+def _with_sensible(search: Search, best: Fitted, stages: Stages) -> Stages:
+    """Fit the nearest models to convergence where the best one makes no sense: one of them is to be named for it."""
+    if not (search.policy.screened and best.names and implausible(best)):
+        return stages
+    near = [
+        g for stage in stages for g in stage
+        if g is not best and len(g.names) == len(best.names) and g.square < search.policy.near * best.square
+    ]  # fmt: skip
+    again = dict[int, Fitted]()
+    for g in sorted(near, key=lambda g: g.square)[:MOST_COMPETITORS]:
+        search.report(" + ".join(g.names))
+        with suppress(SolverError, RigError):
+            further = fit(g.model, g.holdout, g.x, threads=search.threads)
+            again[id(g)] = further if further.square < g.square else g
+    return [sorted((again.get(id(g), g) for g in stage), key=lambda g: g.bic(best.samples)) for stage in stages]
+
+
+def _best_after_restarts(search: Search, best: Fitted, stages: Stages) -> Fitted:
+    """Give the best model with as many effects; on a known rig competitors were fitted again from other starts."""
+    if not (search.policy.along_valley and best.names):
+        return best
+    alike = [g for stage in stages for g in stage if len(g.names) == len(best.names)]
+    return min((best, *alike), key=lambda g: g.bic(best.samples))
 
 
 def _nested(search: Search, baseline: Fitted, best: Fitted, stages: Stages) -> Stages:
