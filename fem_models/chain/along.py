@@ -12,7 +12,8 @@ import numpy as np
 from fem_models.chain.follow import Run, Tape
 from fem_models.chain.moved import Line, follow_moved, linearise
 from fem_models.chain.parameters import ChainSettings, Memory, Parameters, memory_at_rest
-from fem_models.chain.solve import ChainCase, chain_case, followed, run_space
+from fem_models.chain.solve import ChainCase, chain_case, followed, run_space, tip_mm
+from fem_models.joint import JointMechanics
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
@@ -28,21 +29,31 @@ NO_CHANGE_RAD, NO_CHANGE_N = 1e-9, 1e-7
 
 @dataclass(frozen=True, eq=False)
 class ChainSeries:
-    """What a run gives that sensors read, shapes (m,); ``joint_angles_rad`` is (m, N), ``tensions_N`` (m, 2)."""
+    """What a run gives that sensors read, shapes (m,)."""
 
-    joint_angles_rad: Floats
-    tensions_N: Floats
-    two_tendons: bool
+    rig: Rig
+    joint: JointMechanics
+    run: Run
+
+    @property
+    def joint_angles_rad(self) -> Floats:
+        """Angles of the joints, shape (m, N)."""
+        return self.run.angles
+
+    @property
+    def tensions_N(self) -> Floats:
+        """Tensions at the wheel, shape (m, 2)."""
+        return self.run.tensions[:, :, 0]
 
     @property
     def angle_deg(self) -> Floats:
         """Angle of the tip."""
-        return np.degrees(np.cumsum(self.joint_angles_rad, axis=1)[:, -1])
+        return np.degrees(np.cumsum(self.run.angles, axis=1)[:, -1])
 
     @property
     def notches_deg(self) -> Floats:
         """Angles of the joints, shape (m, N)."""
-        return np.degrees(self.joint_angles_rad)
+        return np.degrees(self.run.angles)
 
     @property
     def tension_a_N(self) -> Floats:
@@ -52,7 +63,12 @@ class ChainSeries:
     @property
     def tension_b_N(self) -> Floats | None:
         """Tension of tendon b at the wheel; None for a rig of one tendon."""
-        return self.tensions_N[:, 1] if self.two_tendons else None
+        return None if self.rig.tendon_b is None else self.tensions_N[:, 1]
+
+    @property
+    def tip_mm(self) -> Floats:
+        """Centre of the last ring along the straight tube and across it, shape (m, 2)."""
+        return tip_mm(self.rig, self.joint, self.run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +91,7 @@ def taped_run(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | No
     """
     case = chain_case(rig, load, settings)
     run, tape = followed(rig, case, taped=True)
-    return TapedRun(rig, case, _series(rig, run), tape)
+    return TapedRun(rig, case, ChainSeries(rig, case.joint, run), tape)
 
 
 def line_along(base: TapedRun) -> Line:
@@ -109,9 +125,9 @@ def moved_series(base: TapedRun, line: Line, rig: Rig, load: LoadProgram | Float
     if _of_one_kind(base, case, memory):
         run = run_space(case, rig.joints)
         if follow_moved(line, case.path, case.parameters, memory, run) <= LARGEST_MOVE_RAD:
-            series = _series(rig, run)
+            series = ChainSeries(rig, case.joint, run)
             return base.series if _same(series, base.series) else series
-    return _series(rig, followed(rig, case)[0])
+    return ChainSeries(rig, case.joint, followed(rig, case)[0])
 
 
 def _same(one: ChainSeries, other: ChainSeries) -> bool:
@@ -119,10 +135,6 @@ def _same(one: ChainSeries, other: ChainSeries) -> bool:
         np.abs(one.joint_angles_rad - other.joint_angles_rad).max() < NO_CHANGE_RAD
         and np.abs(one.tensions_N - other.tensions_N).max() < NO_CHANGE_N
     )
-
-
-def _series(rig: Rig, run: Run) -> ChainSeries:
-    return ChainSeries(run.angles, run.tensions[:, :, 0], rig.tendon_b is not None)
 
 
 def _of_one_kind(base: TapedRun, case: ChainCase, memory: Memory) -> bool:

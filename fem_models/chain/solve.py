@@ -179,12 +179,12 @@ def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, ru
         angle_deg=np.degrees(np.cumsum(run.angles, axis=1)[:, -1]),
         joint_angles_rad=run.angles,
         tension_N=run.tensions[:, :, 0],
-        tip_mm=_tip_mm(rig, joint, run),
+        tip_mm=tip_mm(rig, joint, run),
     )
     return ChainSolution(record, run.tensions, peak_strain(joint, run.angles), *run.energies.T)
 
 
-def _tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:
+def tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:
     """Centre of the last ring, shape (m, 2).
 
     The turning length of a notch lies along the mean of the headings before and beyond it, the rest along the rings.

@@ -22,7 +22,7 @@ from validation.tracing.fitting.folds import folds_of, has_folds
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
 from validation.tracing.outcome import Trace
-from validation.tracing.prepared import channel_values
+from validation.tracing.prepared import channel_unit, channel_values
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
 from validation.tracing.search.search import Progress
@@ -74,9 +74,7 @@ def _channel_fits(records: Sequence[Record]) -> Iterator[ChannelFit]:
             plays = play_baselines(as_angle)
             assert plays is not None  # as of the angle
             chosen = plays.fits.chosen(plays.fitted)
-            yield ChannelFit(
-                name, "deg" if name.startswith("notch") else "N", plays.fits.with_fold_errors(plays.fitted[0], chosen)
-            )
+            yield ChannelFit(name, channel_unit(name), plays.fits.with_fold_errors(plays.fitted[0], chosen))
 
 
 def trace_change(

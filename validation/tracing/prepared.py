@@ -100,6 +100,10 @@ class PreparedRecord:
         return drive_step_deg(self.record)
 
 
+TIP = ("tip_along", "tip_across")
+"""Channels of the tip's place: along the straight tube, and across it."""
+
+
 class Read(Protocol):
     """What sensors read, in a record or a run; None where they do not."""
 
@@ -115,6 +119,10 @@ class Read(Protocol):
     def tension_b_N(self) -> Floats | None:
         """Shape (m,)."""
 
+    @property
+    def tip_mm(self) -> Floats | None:
+        """Shape (m, 2)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Channel:
@@ -123,9 +131,9 @@ class Channel:
     Parameters
     ----------
     name
-        ``notch_1``, counted from the base, or ``tension_a``, ``tension_b``.
+        ``notch_1``, counted from the base, ``tension_a``, ``tension_b``, or ``tip_along``, ``tip_across``.
     unit
-        ``deg`` or ``N``.
+        ``deg``, ``N`` or ``mm``.
     weight
         Degrees of the angle that one unit counts as in the fit.
     measured
@@ -184,7 +192,13 @@ def channel_values(record: Read) -> dict[str, Floats]:
     if record.notches_deg is not None:
         out = {f"notch_{k + 1}": column for k, column in enumerate(record.notches_deg.T)}
     tensions = {"tension_a": record.tension_a_N, "tension_b": record.tension_b_N}
-    return out | {name: values for name, values in tensions.items() if values is not None}
+    out |= {name: values for name, values in tensions.items() if values is not None}
+    return out if record.tip_mm is None else out | dict(zip(TIP, record.tip_mm.T, strict=True))
+
+
+def channel_unit(name: str) -> str:
+    """Give the unit of a channel."""
+    return "deg" if name.startswith("notch") else "mm" if name in TIP else "N"
 
 
 def prepared(record: Record, kept: Ints) -> PreparedRecord:

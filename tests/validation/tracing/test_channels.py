@@ -69,11 +69,11 @@ def test_channels_are_what_the_chain_gives_at_their_weights():
     record = driven()
     problem = known_rig_problem([record])
     names = [channel.name for channel in problem.channels]
-    assert names == [f"notch_{k}" for k in range(1, 15)] + ["tension_a", "tension_b"]
+    assert names == [f"notch_{k}" for k in range(1, 15)] + ["tension_a", "tension_b", "tip_along", "tip_across"]
     series = problem.predict_series(problem.start, ())
     rig = problem.rig(problem.runs[0][0], problem.start, ())
     whole = solve_chain(rig, sine(2.2, 0.1, cycles=3, samples_per_cycle=40)).record
-    wanted = [whole.angle_deg, *whole.notches_deg.T, whole.tension_a_N, whole.tension_b_N]
+    wanted = [whole.angle_deg, *whole.notches_deg.T, whole.tension_a_N, whole.tension_b_N, *whole.tip_mm.T]
     for own, there in zip(series, wanted, strict=True):
         assert np.abs(own - there).max() < 1e-6
     assert np.abs(series[0] - problem.predict(problem.start, ())[0]).max() < 1e-9
@@ -85,7 +85,7 @@ def test_channels_are_what_the_chain_gives_at_their_weights():
 
 
 def test_a_channel_that_the_rig_does_not_give_is_left_out_with_a_word():
-    few = driven(notches_deg=np.zeros((driven().drive.size, 3)), tension_b_N=None)
+    few = driven(notches_deg=np.zeros((driven().drive.size, 3)), tension_b_N=None, tip_mm=None)
     problem = known_rig_problem([few])
     assert [channel.name for channel in problem.channels] == ["tension_a"]
     assert problem.channel_words == ("notch angles are not fitted: the records have 3, the rig has 14 joints",)

@@ -1,4 +1,4 @@
-"""What records of a known rig hold beside the angle, and the rig gives, too: notch angles and tensions."""
+"""What records hold beside the angle, and a known rig gives, too: notch angles, tensions, the place of the tip."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from fem_models.rig import Rig
-from validation.tracing.prepared import Channel, PreparedRecord, channel_values
+from validation.tracing.prepared import TIP, Channel, PreparedRecord, channel_unit, channel_values
 
 
 def channels_of(records: Sequence[PreparedRecord], rigs: Sequence[Rig]) -> tuple[tuple[Channel, ...], tuple[str, ...]]:
     """Channels that all records have and their rigs give, and a word for each that is left out.
 
     A notch counts as the angle does, degree by degree: errors of the notches add up to that of the tip. A tension
-    counts by its range, as the angle does by its own.
+    counts by its range, as the angle does by its own; the place of the tip by the larger of its two ranges.
     """
     values = [channel_values(one.record) for one in records]
     reach = max(float(np.ptp(one.angle_deg)) for one in records)
@@ -24,15 +24,16 @@ def channels_of(records: Sequence[PreparedRecord], rigs: Sequence[Rig]) -> tuple
         words.append(f"notch angles are not fitted: the records have {notches}, the rig has {rigs[0].joints} joints")
     for name in dict.fromkeys(name for own in values for name in own):
         is_notch = name.startswith("notch")
-        if (is_notch and words) or (not is_notch and records[0].record.drive_unit == "N"):
+        if (is_notch and words) or (name.startswith("tension") and records[0].record.drive_unit == "N"):
             continue  # the tension is the drive itself
         if reason := _left_out(name, values, rigs):
             words.append(f"{name} is not fitted: {reason}")
             continue
         measured = tuple(own[name][one.kept] for own, one in zip(values, records, strict=True))
-        span = max(float(np.ptp(row)) for row in measured)
-        if span > 0:
-            out.append(Channel(name, "deg" if is_notch else "N", 1.0 if is_notch else reach / span, measured))
+        together = TIP if name in TIP else (name,)
+        span = max(float(np.ptp(own[one])) for own in values for one in together)
+        if span > 0 and any(np.ptp(row) > 0 for row in measured):
+            out.append(Channel(name, channel_unit(name), 1.0 if is_notch else reach / span, measured))
     return tuple(out), tuple(dict.fromkeys(words))
 
 
