@@ -89,15 +89,15 @@ def test_a_channel_that_the_rig_does_not_give_is_left_out_with_a_word():
     problem = known_rig_problem([few])
     assert [channel.name for channel in problem.channels] == ["tension_a"]
     assert problem.channel_words == ("notch angles are not fitted: the records have 3, the rig has 14 joints",)
-    both = known_rig_problem([driven(), replace(driven(), tension_a_N=None)])
+    both = known_rig_problem([driven(), replace(driven(), tension_a_N=None, tip_mm=None)])
     assert "tension_a is not fitted: not all records have it" in both.channel_words
-    bare = driven(notches_deg=None, tension_a_N=None, tension_b_N=None)
+    bare = driven(notches_deg=None, tension_a_N=None, tension_b_N=None, tip_mm=None)
     assert known_rig_problem([bare]).channels == ()
 
 
 def test_tensions_of_a_record_reach_the_fit():
     """A tension that another friction made moves the parameters; the angle alone leaves them."""
-    record = driven(notches_deg=None, tension_b_N=None)
+    record = driven(notches_deg=None, tension_b_N=None, tip_mm=None)
     rig = replace(preset("du2018"), friction=replace(preset("du2018").friction, capstan_coefficient=0.2))
     other = solve_chain(rig, sine(2.2, 0.1, cycles=3, samples_per_cycle=40)).record
     rubbed = replace(record, tension_a_N=other.tension_a_N)
