@@ -60,7 +60,7 @@ def _alike(effect: EffectReport) -> str:
 
 def _section(name: str, report: TraceReport) -> str:
     parameters = [
-        f"`{effect.name}`: {key} = {p.value:.3g} {p.unit}{_interval(p)}"
+        f"`{effect.name}`: {key} = {p.value:.3g}{'' if p.unit == '-' else f' {p.unit}'}{_interval(p)}"
         for effect in report.effects
         for key, p in effect.parameters.items()
     ]

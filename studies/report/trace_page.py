@@ -11,7 +11,7 @@ from hysteresis.metrics import Errors
 from hysteresis.uncertainty import Parameter
 from studies.report.templates import environment
 from validation.tracing import catalogue
-from validation.tracing.result import TraceReport, in_words
+from validation.tracing.result import TraceReport, in_words, share_words
 
 TEMPLATE = "trace.html"
 
@@ -62,6 +62,7 @@ def trace_page(report: TraceReport, figures: Mapping[str, bytes]) -> str:
         .render(
             t=report,
             words=in_words(report),
+            share=share_words(report.explained_share),
             errors=_error_rows(report),
             parameters=_parameter_rows(report),
             effects=[effect for effect in catalogue() if effect.name in names],

@@ -335,9 +335,9 @@ _CAUSES: tuple[tuple[str, str, str], ...] = (
     ("rate", "rate", "the residual depends on the rate"),
     ("cycle", "cycles", "the residual changes from cycle to cycle"),
     ("time", "dwell", "the residual depends on time"),
-    ("even", "preload", "the residual is even in the drive, by unequal tendons or by the camera"),
+    ("even", "preload", "the residual is an even function of the drive, by unequal tendons or by the camera"),
     ("last reversal", "amplitude", "the residual depends on the distance since a reversal, as loops do"),
-    ("rising and falling", "amplitude", "the residual differs between rising and falling drive"),
+    ("and its direction", "amplitude", "the residual differs between rising and falling drive"),
 )
 """Part of a smooth function's name, the protocol that distinguishes its causes, and why."""
 

@@ -59,7 +59,7 @@ def implausible(fitted: Fitted) -> list[str]:
     for name in fitted.names if isinstance(fitted.model.problem, KnownRigProblem) else ():
         places = [one.place for one in estimates if one.effect == name and one.parameter.acts_from_zero]
         if places and _is_no_action(fitted.x[places], known.matrix[np.ix_(places, places)], known.freedom):
-            out.append(f"{name} with no more than what the interval of no action allows")
+            out.append(f"the 95 % interval of {name} contains zero")
     return out
 
 

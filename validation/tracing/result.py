@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.stats import t as student
 
-from hysteresis.metrics import Errors, errors
+from hysteresis.metrics import Errors, errors, leap_between_cycles
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.uncertainty import Parameter
 from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words, with_channel_fits
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import Estimate, share
+from validation.tracing.fitting.noise import NOT_KNOWN
 from validation.tracing.fitting.uncertainty import covariance
 
 if TYPE_CHECKING:  # a trace makes its own report
@@ -25,6 +26,7 @@ if TYPE_CHECKING:  # a trace makes its own report
     from validation.tracing.outcome import Candidate, Trace
     from validation.tracing.second_opinion import SecondOpinion
 
+NONE_FOUND = "These records show no missing effect."
 UNNAMED = ("none", "unexplained")
 """Verdicts that name no effect."""
 
@@ -100,12 +102,21 @@ class SampleCount:
 class NoiseReport:
     """Repeatability of the rig, sensor noise, and what the floor is from.
 
-    Repeatability is of cycles or trials that repeat each other; None where there are none.
+    Repeatability is of cycles or trials that repeat each other; None where there are none. Sensor noise is that of
+    neighbouring samples; None where these do not tell it.
     """
 
     repeatability_deg: float | None
-    sensor_deg: float
+    sensor_deg: float | None
     how: str
+
+
+@dataclass(frozen=True)
+class LeapReport:
+    """A record that is off from one sample on, against its own other cycles."""
+
+    name: str
+    size_deg: float
 
 
 @dataclass(frozen=True)
@@ -174,6 +185,7 @@ class TraceReport:
     next_program: NextProgram | None = None
     figures: tuple[FigureFile, ...] = ()
     channels: ChannelTable = field(default_factory=dict)
+    leaps: tuple[LeapReport, ...] = ()
 
     @property
     def named(self) -> str:
@@ -219,7 +231,7 @@ def trace_report(
         before=before,
         verdict=trace.verdict,
         explained_share=_explained_share(trace),
-        noise=NoiseReport(trace.floor.repeats_deg, trace.floor.local_deg, trace.floor.how),
+        noise=NoiseReport(trace.floor.repeats_deg, trace.floor.sensor_deg, trace.floor.how),
         reference=names[count:],
         effects=_effects(trace, parameters) if named else (),
         after=errors_of(trace.augmented) if named else before,
@@ -245,7 +257,16 @@ def trace_report(
         channels=with_channel_fits(
             channel_table(trace.baseline, trace.augmented if named else trace.baseline), trace.channel_fits
         ),
+        leaps=tuple(_leaps(trace, names[:count])),
     )
+
+
+def _leaps(trace: Trace, names: Sequence[str]) -> Iterator[LeapReport]:
+    """Leaps of the records that are larger than the noise."""
+    for name, record in zip(names, trace.records, strict=False):
+        leap = leap_between_cycles(record) if record.drive_unit != "N" else None
+        if leap is not None and abs(leap.size_deg) > trace.floor.deg:
+            yield LeapReport(name, abs(leap.size_deg))
 
 
 def record_name(source: str, index: int) -> str:
@@ -265,28 +286,28 @@ def in_words(report: TraceReport) -> list[str]:
     what = "What changed" if report.reference else "The residual"
     baseline = f"The baseline model has an error of {before.rmse_deg:.3g} deg rms on held-out data"
     noise = f"the noise floor is {report.noise_floor_deg:.3g} deg, from {report.noise.how}"
-    share = _share_words(report.explained_share)
+    share = share_words(report.explained_share)
     explains = f"; {'they explain' if len(report.effects) > 1 else 'it explains'} {share}" if share else ""
     falls = f"With {names} in the model it falls to {after.rmse_deg:.3g} deg{explains}. {noise[:1].upper()}{noise[1:]}."
-    reasons = [*channel_words(report.channels), *(text[:1].upper() + text[1:] + "." for text in report.words)]
+    reasons = [*channel_words(report.channels), *(_sentence(text, report) for text in report.words)]
     others = [f"{e.name} or {' or '.join(e.confusable_with)}" for e in report.effects if e.confusable_with]
     alone = [e.name for e in report.effects if not e.confusable_with]
     alike = [f"These records do not distinguish {'; '.join(others)}."] if others else []
     match report.verdict:
         case "none":
-            nothing = "Nothing has changed since the reference." if report.reference else "No effect is missing."
+            nothing = "Nothing has changed since the reference." if report.reference else NONE_FOUND
             return [f"{nothing} {baseline}; {noise}.", *_limit_words(report.detection_limits), *reasons]
         case "effect":
-            return [f"{what} is traced to {names}.", f"{baseline}.", falls, *reasons]
+            return [f"{_leap_words(report)}{what} is traced to {names}.", f"{baseline}.", falls, *reasons]
         case "partial":
-            part = f"{what} is traced in part to {names}."
+            part = f"{_leap_words(report)}{what} is traced in part to {names}."
             left = (
                 f"The error that is left is {after.rmse_deg / max(report.noise_floor_deg, 1e-12):.2g} times the noise."
             )
             return [part, *alike, f"{baseline}.", falls, left, *reasons]
         case "ambiguous":
             return [
-                f"{what} is traced to one of several effects: {', with '.join(others + alone)}.",
+                f"{_leap_words(report)}{what} is traced to one of several effects: {', with '.join(others + alone)}.",
                 *alike,
                 f"{baseline}.",
                 falls,
@@ -297,17 +318,37 @@ def in_words(report: TraceReport) -> list[str]:
         key=lambda c: c.heldout_rmse_deg or 0.0,
         default=None,
     )
-    near = [] if nearest is None else [_nearest_words(nearest, share)]
+    near = [] if nearest is None else [_nearest_words(nearest, report)]
     no_effect = "no effect of the catalogue explains it well enough to be named"
     first = (
         f"Something has changed since the reference, but {no_effect}."
         if report.reference
         else f"The residual has structure, but {no_effect}."
     )
+    if NOT_KNOWN in report.words:
+        return [f"Whether an effect is missing cannot be said: the noise is not known. {baseline}.", *near, *reasons]
     return [first, f"{baseline}; {noise}.", *near, *reasons]
 
 
-def _nearest_words(nearest: CandidateReport, share: str) -> str:
+def _sentence(text: str, report: TraceReport) -> str:
+    """Make a sentence of a reason; names of files and effects stay as they are."""
+    is_name = text.startswith((*report.records, *report.reference)) or "_" in text.split(" ", 1)[0]
+    return f"{text if is_name else text[:1].upper() + text[1:]}."
+
+
+def _leap_words(report: TraceReport) -> str:
+    """Warn of a named effect that may be a leap; empty without a leap."""
+    which = "this effect" if len(report.effects) == 1 else "these effects"
+    names = " and in ".join(leap.name for leap in report.leaps)
+    return f"A leap in {names} may have been taken for {which}. " if names else ""
+
+
+def _nearest_words(nearest: CandidateReport, report: TraceReport) -> str:
+    part = report.explained_share
+    better = (nearest.heldout_rmse_deg or 0.0) < report.before.heldout.rmse_deg
+    if not better or (part is not None and part.value <= 0.0):
+        return "No candidate predicts better than the baseline model."
+    share = share_words(part)
     explains = f"; it explains {share}" if share else ""
     return f"The nearest candidate is {nearest.name}, with an error of {nearest.heldout_rmse_deg:.3g} deg{explains}."
 
@@ -316,16 +357,24 @@ def _limit_words(limits: Sequence[DetectionLimit]) -> list[str]:
     """Say from what size on effects would have been seen."""
     if not limits:
         return []
-    shown = ", ".join(f"{one.name} from {one.size:.2g} {one.unit}" for one in limits)
+    shown = ", ".join(f"{one.name} from {one.size:.2g}{'' if one.unit == '-' else f' {one.unit}'}" for one in limits)
     return [f"In nine of ten such records these would have been found: {shown}."]
 
 
-def _share_words(share: Estimate | None) -> str:
+def share_words(share: Estimate | None) -> str:
     """Say a share with its interval."""
     if share is None:
         return ""
-    low, high = 100 * share.low, 100 * share.high
-    return f"{100 * share.value:.0f} % ({low:.0f} to {high:.0f} %) of the squared held-out error above the noise"
+    of = "the squared held-out error above the noise"
+    if share.value >= 1.0 and share.low >= 1.0:
+        return f"all of {of}"
+    return f"{_percent(share.value)} % ({_percent(share.low)} to {_percent(share.high)} %) of {of}"
+
+
+def _percent(part: float) -> str:
+    """Round a part to percent, with as many digits as keep it below 100 where it is."""
+    digits = next((d for d in range(6) if part >= 1.0 or round(100 * part, d) < 100), 6)
+    return f"{100 * part:.{digits}f}"
 
 
 def _multibody(opinion: SecondOpinion | None) -> MultibodyErrors | None:

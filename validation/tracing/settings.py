@@ -261,8 +261,11 @@ a plateau that no stress reaches differ from an elastic section by as much."""
 
 # --- noise floor and independent samples -----------------------------------------------------------------------------
 
-NOISE_BRANCH_SAMPLES = 8
-"""Fewest samples of a branch from which the local noise is estimated."""
+NOISE_BRANCH_SAMPLES, NOISE_DIFFERENCES = 4, 5
+"""Fewest samples of a branch that has a third difference, and fewest of these from which the local noise is estimated:
+the residual of a model is flat, so that even branches of four samples tell noise from drift."""
+STEP_BRANCH_SAMPLES = 8
+"""Fewest samples of a branch that shows the steps of an encoder: fewer may be commanded in whole steps."""
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 LEAST_NOISE = 1e-5

@@ -59,6 +59,7 @@ from validation.tracing.verdict import (
     above_noise,
     best_of,
     confirmed_on_heldout,
+    doubted_without_noise,
     ended_above_noise,
     is_explained,
     judge,
@@ -111,6 +112,7 @@ def trace_records(
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
     if trace.baseline.fold_errors is None:
         trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
+    trace = doubted_without_noise(trace)
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 
 

@@ -10,7 +10,7 @@ from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import share
-from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg, sensor_noise_deg
+from validation.tracing.fitting.noise import NOT_KNOWN, NoiseFloor, repeatability_deg, sensor_noise_deg
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
 from validation.tracing.plausibility import implausible, remarks
@@ -40,11 +40,11 @@ def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Sel
     """
     best, stages = selection.best, selection.stages
     samples = best.samples
-    floor = NoiseFloor(min(baseline.noise.local_deg, best.noise.local_deg), best.noise.repeats_deg)
+    floor = replace(best.noise, local_deg=min(baseline.noise.local_deg, best.noise.local_deg))
     records = baseline.model.problem.records
     repeats = repeatability_deg(records, best.residuals) if all(one.only_loads for one in records) else None
     if repeats is not None:  # trials of few loads: neighbouring samples tell less than one trial from the next
-        floor = NoiseFloor(repeats, repeats)
+        floor = replace(floor, repeats_deg=repeats, by_repeats=True)
     candidates = [Candidate(g, baseline.bic(samples) - g.bic(samples)) for stage in stages for g in stage]
     alike = max(VERY_STRONG_EVIDENCE, policy.distinct_share * (baseline.bic(samples) - best.bic(samples)))
     verdict, words = _verdict(policy, baseline, best, smooth, floor)
@@ -118,7 +118,8 @@ def _is_noise(
     if error <= significant_ratio(baseline, policy) * noise:
         by_repeats = floor.repeats_deg is not None
         how = "what one cycle differs from the next" if by_repeats else "correlated noise of the sensor"
-        raised = NoiseFloor(floor.local_deg if by_repeats else noise, noise if by_repeats else None, by_repeats=True)
+        raised = replace(floor, repeats_deg=noise) if by_repeats else replace(floor, local_deg=noise)
+        raised = replace(raised, by_repeats=True)
         return raised, [f"the error of {error:.2g} deg is {how}, {noise:.2g} deg"]
     if policy is KNOWN_RIG and (named is baseline or _is_measured(baseline)) and error <= NEAR_NOISE * floor.deg:
         return floor, [
@@ -134,7 +135,9 @@ def _is_measured(baseline: Fitted) -> bool:
 
 
 def _depends_on(smooth: Smooth, what: str = "the residual") -> str:
-    return f"{what} depends on {', '.join(smooth.names) or 'none of the quantities that were tested'}"
+    if not smooth.names:
+        return f"{'it' if what == 'it' else 'what is left'} follows none of the quantities that were tested"
+    return f"{what} depends on {', '.join(smooth.names)}"
 
 
 def _confusable(best: Fitted, stages: Stages, alike: float) -> tuple[tuple[str, ...], ...]:
@@ -212,6 +215,13 @@ def above_noise(trace: Trace) -> Trace:
     without = f"{' + '.join(trace.augmented.names)} is not needed: without it, " if trace.effects else ""
     words = (f"{without}the error is {error:.2g} deg, {error / trace.floor.deg:.2g} times the noise",)
     return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=words)
+
+
+def doubted_without_noise(trace: Trace) -> Trace:
+    """Claim nothing, not even that no effect is missing, where the noise is not known."""
+    if trace.verdict != "none" or trace.floor.known:
+        return trace
+    return replace(trace, verdict="unexplained", words=(NOT_KNOWN, *trace.words))
 
 
 def partial_above_floor(trace: Trace) -> Trace:

@@ -88,7 +88,7 @@ def test_noise_floor_and_smooth_functions_of_a_known_residual():
     assert estimate_noise_floor(problem.records, white).deg == pytest.approx(0.04, rel=0.12)
     even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(white, problem.inputs, strict=True))
     smooth = smooth_functions(replace(fitted(), errors=even), 400.0)
-    assert smooth.names[0] == "even in the drive"
+    assert smooth.names[0] == "an even function of the drive"
 
 
 def test_noise_is_at_least_the_rounding_of_the_record():

@@ -77,7 +77,7 @@ def test_an_effect_whose_interval_contains_no_action_is_not_named(clean):
     form = effect("camera_misalignment").rig_forms[0]
     none = fitted_with(clean, "camera_misalignment", form, {"gain": 0.02})  # the records are clean
     assert abs(none.model.values(none.x)[1][0]["gain"]) < 0.002
-    assert implausible(none) == ["camera_misalignment with no more than what the interval of no action allows"]
+    assert implausible(none) == ["the 95 % interval of camera_misalignment contains zero"]
     assert implausible(with_values(none, gain=0.05)) == []
 
 

@@ -23,7 +23,11 @@ from validation.tracing.settings import (
     MOST_OF_RESIDUAL,
     MOST_WANDER,
     NOISE_BRANCH_SAMPLES,
+    NOISE_DIFFERENCES,
 )
+
+NOT_KNOWN = "no branch of the drive has enough samples to tell the noise: from about four a branch on it can"
+"""Reason not to say whether an effect is missing."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +37,7 @@ class NoiseFloor:
     Parameters
     ----------
     local_deg
-        Sensor noise, from neighbouring samples.
+        Sensor noise, from neighbouring samples; the whole residual, or repeatability, where these do not tell.
     repeats_deg
         Repeatability, from cycles or trials that repeat each other; None where there are none.
     reference_deg
@@ -41,12 +45,26 @@ class NoiseFloor:
     by_repeats
         Whether repeatability is the floor where it is known. Otherwise the smaller estimate is: cycles that change
         count as noise in one of them, corners of the loop in the other.
+    local_known
+        Whether neighbouring samples tell the noise.
     """
 
     local_deg: float
     repeats_deg: float | None
     reference_deg: float | None = None
     by_repeats: bool = False
+    local_known: bool = True
+
+    @property
+    def known(self) -> bool:
+        """Whether the floor is noise: cycles of a record that drifts differ by the drift, too."""
+        by_reference = self.reference_deg is not None and self.reference_deg >= self.deg
+        return self.local_known or by_reference or (self.by_repeats and self.repeats_deg is not None)
+
+    @property
+    def sensor_deg(self) -> float | None:
+        """Sensor noise; None where neighbouring samples do not tell it."""
+        return self.local_deg if self.local_known else None
 
     @property
     def deg(self) -> float:
@@ -62,7 +80,9 @@ class NoiseFloor:
         """Where the floor is from."""
         if self.reference_deg is not None and self.reference_deg >= self.deg:
             return "what is left unexplained of the reference"
-        return "cycles or trials that repeat each other" if self.deg == self.repeats_deg else "neighbouring samples"
+        if self.deg == self.repeats_deg:
+            return f"cycles or trials that repeat each other{'' if self.known else ', by noise or by a drift'}"
+        return "neighbouring samples" if self.local_known else "the whole residual: the noise is not known"
 
 
 def estimate_noise_floor(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> NoiseFloor:
@@ -71,15 +91,17 @@ def estimate_noise_floor(records: Sequence[PreparedRecord], residuals: Sequence[
     The local estimate is the median absolute third difference of neighbouring samples along each branch, over sqrt(20)
     (the norm of the coefficients 1, -3, 3, -1). It is at least the rounding error of the record's digits, 1/sqrt(12) of
     one, a part of the angle's range that no sensor resolves, and the error that the steps of the drive make. That one
-    repeats with the cycles, and adds to what these differ by. Branches of fewer than eight samples are left out.
+    repeats with the cycles, and adds to what these differ by. A branch of four samples has one such difference. Records
+    with fewer than five are left out; without any, the noise is not known, and the floor is the whole residual.
     """
     local, repeats, weight = [], [], []
     for one, residual in zip(records, residuals, strict=True):
         least = max(one.rounding_deg, LEAST_NOISE * float(np.ptp(one.record.angle_deg)))
         steps = one.drive_step_deg
-        third = [np.diff(residual[b], 3) for b in one.branches if b.stop - b.start >= NOISE_BRANCH_SAMPLES]
-        if third:
-            size = MAD_TO_SIGMA * float(np.median(np.abs(np.concatenate(third)))) / math.sqrt(20)
+        long = [b for b in one.branches if b.stop - b.start >= NOISE_BRANCH_SAMPLES]
+        third = np.concatenate([np.empty(0), *(np.diff(residual[b], 3) for b in long)])
+        if third.size >= NOISE_DIFFERENCES:
+            size = MAD_TO_SIGMA * float(np.median(np.abs(third))) / math.sqrt(20)
             local.append(max(size, least, steps))
             weight.append(residual.size)
         if one.cycles_repeat:
@@ -87,7 +109,8 @@ def estimate_noise_floor(records: Sequence[PreparedRecord], residuals: Sequence[
     known = math.sqrt(float(np.mean(np.square(repeats)))) if repeats else None
     if not local:  # short branches only: without cycles that repeat, the whole residual may be noise
         whole = np.concatenate([r - r.mean() for r in residuals])
-        return NoiseFloor(math.sqrt(float(whole @ whole) / whole.size) if known is None else known, known)
+        rms_deg = math.sqrt(float(whole @ whole) / whole.size)
+        return NoiseFloor(rms_deg if known is None else known, known, local_known=False)
     return NoiseFloor(math.sqrt(float(np.average(np.square(local), weights=weight))), known)
 
 
@@ -123,14 +146,15 @@ def sensor_noise_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floa
     float or None
         None where neither can be told.
     """
-    local, found = estimate_noise_floor(records, residuals).local_deg, correlated_noise_deg(records, residuals)
+    floor, found = estimate_noise_floor(records, residuals), correlated_noise_deg(records, residuals)
     repeats, row = repeatability_deg(records, residuals), np.concatenate([r - r.mean() for r in residuals])
     rms_deg = math.sqrt(float(row @ row) / row.size)
     if found is not None and found > MOST_OF_RESIDUAL * rms_deg:
         found = None  # noise is no larger than the residual that it is a part of: that is structure
     if repeats is None:
         return found
-    return repeats if rms_deg <= MOST_WANDER * local or found is not None else None
+    wanders = floor.local_known and rms_deg <= MOST_WANDER * floor.local_deg
+    return repeats if wanders or found is not None else None
 
 
 def correlated_noise_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> float | None:

@@ -20,7 +20,8 @@ from validation.tracing.fitting.regressors import direction, distance_since_reve
 from validation.tracing.problem import Problem
 from validation.tracing.settings import SMOOTH_FUNCTION_BIC
 
-_OF_THE_DRIVE = frozenset({"odd in the drive", "even in the drive", "the drive"})
+_ODD, _EVEN = "an odd function of the drive", "an even function of the drive"
+_OF_THE_DRIVE = frozenset({_ODD, _EVEN, "the drive"})
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def smooth_functions(fitted: Fitted, samples: float | None = None) -> Smooth:
     bases = _bases(fitted.model.problem)
     if not all(one.only_loads for one in fitted.model.problem.records):
         return _selected(fitted, samples, bases)
-    others = {name: basis for name, basis in bases.items() if "direction" not in name and "rising" not in name}
+    others = {name: basis for name, basis in bases.items() if "direction" not in name}
     del others["the distance since the last reversal"]
     competitors = {name: basis for name, basis in others.items() if name not in _OF_THE_DRIVE}
     return replace(_selected(fitted, samples, others), competitor=_selected(fitted, samples, competitors))
@@ -113,12 +114,10 @@ def _bases(problem: Problem) -> dict[str, Floats]:
     mean = float(np.mean(preload)) if preload else 0.0
     most = max(int(s.cycle.max()) for s in inputs)
     out = {
-        "odd in the drive": [odd(v) for v in x],
-        "even in the drive": [even(v) for v in x],
+        _ODD: [odd(v) for v in x],
+        _EVEN: [even(v) for v in x],
         "the drive": [spline(v, -1, 1, 10) for v in x],
-        "the drive, rising and falling": [
-            spline(v, -1, 1, 8) * sign[:, None] for v, sign in zip(x, signs, strict=True)
-        ],
+        "the drive and its direction": [spline(v, -1, 1, 8) * sign[:, None] for v, sign in zip(x, signs, strict=True)],
         "the distance since the last reversal": [
             spline(np.minimum(d, 2.0), 0, 2, 8) * sign[:, None] for d, sign in zip(since, signs, strict=True)
         ],
@@ -130,7 +129,7 @@ def _bases(problem: Problem) -> dict[str, Floats]:
     if most >= 2:
         count = min(5, most + 1)
         out["the cycle"] = [spline(s.cycle / most, 0, 1, count) for s in inputs]
-        out["the cycle, rising and falling"] = [
+        out["the cycle and the direction of the drive"] = [
             spline(s.cycle / most, 0, 1, count) * sign[:, None] for s, sign in zip(inputs, signs, strict=True)
         ]
     if mean > 0 and np.ptp(preload) > 0.05 * mean:

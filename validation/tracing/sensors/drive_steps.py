@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from hysteresis.path import branches
 from hysteresis.record import Record
-from validation.tracing.settings import MAD_TO_SIGMA
+from validation.tracing.settings import MAD_TO_SIGMA, STEP_BRANCH_SAMPLES
 
 _ON_A_STEP, _MOSTLY = 0.05, 0.95  # distance from a multiple of the step, over it; part of the samples
 
@@ -16,8 +17,9 @@ def drive_step_deg(record: Record) -> float:
     """Give the standard deviation of the error that rounding of the drive makes in the angle, deg.
 
     A step rounds with a standard deviation of 1/sqrt(12) of it. It counts as far as the drive itself shows it, in its
-    third differences along the record: a drive that is commanded in equal steps is exact. The mean slope of the angle
-    makes degrees of it. Zero under a tendon force, and where the drive's values are no multiples of one step.
+    third differences inside the branches between reversals: a drive that is commanded in equal steps is exact, and so
+    may be a branch of few samples. The mean slope of the angle makes degrees of it. Zero under a tendon force, and
+    where the drive's values are no multiples of one step.
     """
     drive = record.drive
     spans = float(np.ptp(drive)), float(np.ptp(record.angle_deg))
@@ -28,5 +30,8 @@ def drive_step_deg(record: Record) -> float:
     counts = (drive - drive[0]) / step
     if float(np.mean(np.abs(counts - np.round(counts)) < _ON_A_STEP)) < _MOSTLY:  # no multiples of one step
         return 0.0
-    shown = MAD_TO_SIGMA * float(np.median(np.abs(np.diff(drive, 3)))) / math.sqrt(20)
+    inside = [drive[b][1:-1] for b in branches(drive) if b.stop - b.start >= STEP_BRANCH_SAMPLES]
+    if not inside:
+        return 0.0
+    shown = MAD_TO_SIGMA * float(np.median(np.abs(np.concatenate([np.diff(d, 3) for d in inside])))) / math.sqrt(20)
     return min(step / math.sqrt(12), shown) * spans[1] / spans[0]
