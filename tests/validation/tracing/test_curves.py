@@ -163,6 +163,8 @@ NOTHING = {
     "engages_above": -1e3,
     "engages_below": 1e3,
     "lag": 0.0,
+    "gain": 0.0,
+    "error": 0.0,
     "give": 1e3,  # tendons that the preload has stretched far never go slack
 }
 

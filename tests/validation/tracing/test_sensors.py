@@ -77,6 +77,9 @@ def test_steps_of_the_drive_make_an_error_that_is_measured_and_commanded_steps_m
     ladder = np.tile(np.concatenate([np.arange(0, 2, 0.02), np.arange(2, 0, -0.02)]), 2)
     assert drive_step_deg(Record(drive=ladder, angle_deg=20.0 * ladder)) < 1e-9
     assert "0.12 deg" in sensor_words([coarse], 0.1)[0]
+    fast = 2.0 * np.sin(np.linspace(0, 8 * np.pi, 361))  # several steps a sample: most of its values are never read
+    skipped = Record(drive=rounded(fast, 0.02), angle_deg=20.0 * fast)
+    assert drive_step_deg(skipped) == pytest.approx(20.0 * 0.02 / np.sqrt(12), rel=0.1)
 
 
 @pytest.mark.parametrize("correlation", [0.6, 0.9])

@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 
+from hysteresis.arrays import Floats
 from hysteresis.path import branches
 from hysteresis.record import Record
 from validation.tracing.settings import MAD_TO_SIGMA, STEP_BRANCH_SAMPLES
 
 _ON_A_STEP, _MOSTLY = 0.05, 0.95  # distance from a multiple of the step, over it; part of the samples
+_TRIED = 10  # smallest distances of neighbouring values
 
 
 def drive_step_deg(record: Record) -> float:
@@ -26,12 +28,26 @@ def drive_step_deg(record: Record) -> float:
     levels = np.diff(np.unique(np.round(drive, 9)))
     if record.drive_unit == "N" or drive.size < 8 or levels.size == 0:
         return 0.0
-    step = float(np.quantile(levels, 0.1))
-    counts = (drive - drive[0]) / step
-    if float(np.mean(np.abs(counts - np.round(counts)) < _ON_A_STEP)) < _MOSTLY:  # no multiples of one step
+    step = _step(drive, levels)
+    if step is None:
         return 0.0
     inside = [drive[b][1:-1] for b in branches(drive) if b.stop - b.start >= STEP_BRANCH_SAMPLES]
     if not inside:
         return 0.0
     shown = MAD_TO_SIGMA * float(np.median(np.abs(np.concatenate([np.diff(d, 3) for d in inside])))) / math.sqrt(20)
     return min(step / math.sqrt(12), shown) * spans[1] / spans[0]
+
+
+def _step(drive: Floats, levels: Floats) -> float | None:
+    """Give the largest step of which the drive's values are multiples; None if there is none.
+
+    Parameters
+    ----------
+    levels
+        Distances of neighbouring values: a drive that moves by several steps a sample leaves most values out.
+    """
+    for step in np.unique(np.round(levels, 9))[:_TRIED][::-1].tolist():
+        counts = (drive - drive[0]) / step
+        if float(np.mean(np.abs(counts - np.round(counts)) < _ON_A_STEP)) >= _MOSTLY:
+            return float(step)
+    return None
