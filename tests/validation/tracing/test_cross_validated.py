@@ -187,3 +187,25 @@ def test_a_detection_limit_is_where_an_effect_begins_to_be_named(slow_and_fast: 
 
     assert "time_delay" in names(2.0 * delay_s)
     assert "time_delay" not in names(0.25 * delay_s)
+
+
+@pytest.mark.parametrize(("name", "change"), [
+    ("camera_misalignment", lambda one: replace(one, angle_deg=1.05 * one.angle_deg)),
+    ("drive_gain", lambda one: replace(one, drive=one.drive / 1.05)),
+])  # fmt: skip
+def test_a_gain_that_changed_is_found_against_a_reference_alone(name, change, slow_and_fast: list[Record]) -> None:
+    again = [change(record("again", 21)), change(record("again fast", 22, rate_Hz=0.4))]
+    tried = some("camera_misalignment", "drive_gain", "gravity", "tip_load", "preload_loss")
+    trace = trace_change(again, slow_and_fast, tried, lambda words: None)
+    assert name in {*trace.names, *(one for names in trace.confusable for one in names)}
+    alone = play_problem(again)
+    (effect,) = some(name)
+    needs = [form.form.needs for form in alone.forms(effect)]
+    assert frozenset({"reference"}) not in needs
+
+
+def test_constants_without_sense_are_no_candidates(slow_and_fast: list[Record]) -> None:
+    """A camera that reads a third more is shown by no fold: a gain of 1.3 is another unit, not a camera."""
+    again = [replace(one, angle_deg=1.3 * one.angle_deg) for one in slow_and_fast[:2]]
+    trace = trace_change(again, slow_and_fast, some("camera_misalignment"), lambda words: None)
+    assert trace.names == ()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from fem_models.rig import Rig
@@ -25,7 +23,7 @@ SENSIBLE_DEG = Sensible(
     -1.0, 1.0, "an offset beyond the motion itself is a broken mounting, no drift", "half range/duration"
 )
 SENSIBLE_SIZE = Sensible(-1.0, 1.0, "an offset beyond the motion itself is a broken mounting, no drift", "half range")
-SENSIBLE_TIME = Sensible(4.0, math.inf, "what settles within a cycle is no warming up", "quarter cycle")
+SENSIBLE_TIME = Sensible(4.0, 1e6, "what settles within a cycle is no warming up", "quarter cycle")
 RATE = FreeParameter("deg_per_s", "deg/s", -10.0, 10.0, 1e-5, linear=True, sensible=SENSIBLE_DEG)
 SIZE = FreeParameter("size_deg", "deg", -50.0, 50.0, 0.02, linear=True, sensible=SENSIBLE_SIZE)
 TIME = FreeParameter("time_s", "s", 1e-2, 1e6, 0.3, log=True, sensible=SENSIBLE_TIME)
