@@ -46,6 +46,8 @@ def _row(name: str, report: TraceReport) -> list[str]:
 def _share(report: TraceReport) -> str:
     if (share := report.explained_share) is None:
         return "-"
+    if share.low >= 1.0:
+        return "all"
     own = f"{100 * share.value:.0f} ({100 * share.low:.0f} to {100 * share.high:.0f})"
     return own if report.effects else f"nearest: {own}"
 
