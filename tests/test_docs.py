@@ -34,11 +34,15 @@ EACH_PAGE = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.rel
 
 
 @pytest.mark.parametrize(("page", "code"), EXAMPLES)
-def test_example_runs(page, code, tmp_path, monkeypatch):
+def test_example_runs(page, code, tmp_path, monkeypatch, capsys):
+    """As a script: an example that fails raises, and what it prints is there and has numbers."""
     monkeypatch.chdir(tmp_path)
     for name, text in re.findall(r"^`(\S+)`\n```\w+\n(.*?)```", page.read_text(), re.S | re.M):  # files shown beside it
         Path(name).write_text(text)
-    exec(compile(code, "example", "exec"), {"__name__": "__main__"})  # as a script; an example that fails raises
+    exec(compile(code, "example", "exec"), {"__name__": "__main__"})
+    printed = capsys.readouterr().out
+    assert bool(printed.strip()) or "print(" not in code
+    assert not re.search(r"\bnan\b", printed)
 
 
 def test_rig_file_of_the_first_steps(tmp_path):

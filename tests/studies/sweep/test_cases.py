@@ -96,7 +96,7 @@ def test_optional_groups():
 @pytest.mark.slow
 def test_solid_engine():
     """The solid against the joint of the analytic model, some per cent from it (docs/validation/notches.md)."""
-    pytest.importorskip("gmsh")
+    pytest.importorskip("gmsh", reason="gmsh, which meshes the solid notch, is not installed")
     found = outcome("solid", {}, ("joint", "strain"))
     assert found.status == "ok", found.message
     from fem_models.joint.flexure import flexure
