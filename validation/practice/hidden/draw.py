@@ -142,8 +142,8 @@ def groups_of(folder: Path) -> list[str]:
 def nth(folder: Path, seed: int, number: int) -> HiddenCase:
     """Draw the case of a number: the groups take turns, and so do the changes, so that all meet in the end.
 
-    Where a change cannot be as large as it has to be, the next one is drawn: a wheel that runs out by a tenth of its
-    radius hardly shows in most groups.
+    Where a change cannot be as large as it has to be, another one is drawn by chance, so that none takes all those
+    turns: a wheel that runs out by a tenth of its radius hardly shows in most groups.
 
     Raises
     ------
@@ -153,10 +153,10 @@ def nth(folder: Path, seed: int, number: int) -> HiddenCase:
     groups = groups_of(folder)
     turn, group = divmod(number, len(groups))
     names = [*CHANGES]
-    for further in range(len(names)):
+    own = names.pop((group + turn) % len(names))
+    for name in (own, *np.random.default_rng((seed, number)).permutation(names)):
         with suppress(RecordError):
-            name = names[(group + turn + further) % len(names)]
-            return draw_hidden_case(folder, seed, groups[group], name, number)
+            return draw_hidden_case(folder, seed, groups[group], str(name), number)
     raise RecordError(f"{folder}: {groups[group]}: no change of case {number} has its size")
 
 
