@@ -47,6 +47,7 @@ SetName = Literal[
     "score-10",
     "score-11",
     "score-12",
+    "score-13",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -62,6 +63,7 @@ SETS: dict[SetName, int] = {
     "score-10": 20_261_131,
     "score-11": 20_261_132,
     "score-12": 20_261_133,
+    "score-13": 20_261_134,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

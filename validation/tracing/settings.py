@@ -334,6 +334,9 @@ FOLD_CANDIDATES = 5
 """Effects of a stage that go on to the folds."""
 FOLD_EFFECTS = 2
 """Effects at most that folds may name one after the other."""
+FURTHER_ALIKE = 1
+"""Effects at most that a further effect may be confused with. Small structure of real records, which no effect has made,
+is taken by several unlike ones; drag and delay are alike by nature."""
 FOLD_ALIKE = 1.05
 """Rms error on held-out data over the best candidate's up to which candidates are not distinguished. Bootstrap
 intervals of a few records are too narrow for less: drag and delay of a catheter are 2 % apart."""

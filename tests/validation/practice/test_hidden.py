@@ -15,6 +15,8 @@ from validation.practice.hidden.changes import CHANGES, OUTSIDE
 from validation.practice.hidden.curve_with_plays import change_beyond_curve, fit_curve_with_plays
 from validation.practice.hidden.draw import RATIOS, groups_of, nth, sized
 from validation.practice.hidden.labels import STEADY, delayed, drifted, leapt, lost, run_out, with_play
+from validation.tracing.cross_validated import play_baselines, trace_by_folds
+from validation.tracing.effect import catalogue
 
 
 def rig_angle(drive):
@@ -117,3 +119,16 @@ def test_measured_records_get_forty_cases_of_all_kinds():
         assert any(a != b for a, b in zip(one.case.records, one.control, strict=True))
     again = nth(measured_folder(), 5, 7)
     assert again.case.records == drawn[1].case.records
+
+
+@pytest.mark.skipif(not measured_folder().is_dir(), reason="no measured records")
+def test_drift_hides_which_baseline_predicts_best_and_is_named_beside_it():
+    """Without the drift, plays whose width varies along the stroke predict; with it, those of constant width seem to."""
+    case = draw_hidden_case(measured_folder(), 9351, "manipulator", "thermal_drift", 19).case
+    baselines = play_baselines(case.records)
+    assert baselines is not None
+    trace = trace_by_folds(baselines, catalogue(), lambda _: None)
+    rate = trace.augmented.model.values(trace.augmented.x)[1][0]["deg_per_s"]
+    assert trace.names == ("thermal_drift",)
+    assert rate == pytest.approx(case.truth.numbers["thermal_drift"]["deg_per_s"], rel=0.25)
+    assert trace.augmented.heldout_rmse_deg < 0.3 * trace.baseline.heldout_rmse_deg

@@ -3,18 +3,18 @@
 The criterion over all samples says little of baselines whose parameters are many and linear: they absorb a part of
 every effect. Here the folds decide.
 
-1. The baselines are fitted to all samples, and every effect beside the one that predicts best. The few effects with the
-   lowest error are candidates.
+1. The baselines are fitted to all samples, and every effect beside two of them: the one that predicts best, and the one
+   that fits best. An effect can hide how good a baseline is. The few effects with the lowest error are candidates.
 2. In every fold, the baselines and the candidates are compared by folds inside the training samples. The best one
    predicts the samples that were held out, and that error is reported.
 3. An effect is named if most folds choose an effect, if the held-out error falls beyond its interval, and if it
-   matters: the one that most folds choose. Then a further effect is searched for beside it. So the held-out errors
-   decide whether there is an effect, and no more.
+   matters. It is the one that the same comparison chooses by all folds, as every fold chose by those inside it; the
+   error that is reported stays that of the folds' own choices. Then a further effect is searched for beside it, which
+   must be distinguished from all others but one.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -38,6 +38,7 @@ from validation.tracing.settings import (
     FOLD_ALIKE,
     FOLD_CANDIDATES,
     FOLD_EFFECTS,
+    FURTHER_ALIKE,
     INFEASIBLE_DEG,
     LEAST_GAIN,
     NOT_TOLD,
@@ -87,9 +88,16 @@ class FoldFits:
         Each inner fold has an error of its own. One that nothing predicts, because its records alone reach so far,
         says no more than the others. What is below the noise counts little.
         """
-        outer, noise = self.folds[fold], candidates[0].noise.local_deg
-        inner = [one for one in self.folds if one is not outer]
-        scores = [sum(log_score(self.errors(model, one, outer), noise) for one in inner) for model in candidates]
+        return self._best(candidates, self.folds[fold])
+
+    def best(self, candidates: Sequence[Fitted]) -> Fitted:
+        """Model that predicts best by all folds, chosen as :meth:`chosen_without` does."""
+        return self._best(candidates)
+
+    def _best(self, candidates: Sequence[Fitted], *left_out: Fold) -> Fitted:
+        noise = candidates[0].noise.local_deg
+        inner = [one for one in self.folds if one not in left_out]
+        scores = [sum(log_score(self.errors(model, one, *left_out), noise) for one in inner) for model in candidates]
         return candidates[int(np.argmax(scores))]
 
     def chosen(self, candidates: Sequence[Fitted]) -> list[Fitted]:
@@ -147,24 +155,42 @@ def find_by_folds(
         Fits to all samples (:func:`fit_all`) of models of the same records.
     """
     chosen = fits.chosen(baselines)
-    baseline = Counter(chosen).most_common(1)[0][0]
+    baseline = fits.best(baselines)
     first = list(chosen)
     best, candidates, alike = baseline, list[Fitted](), list[tuple[str, ...]]()
     for _ in range(FOLD_EFFECTS):
         like_named = {name for names in alike for name in names}  # would share the size of the named effect
-        front = front_runners(best, [e for e in effects if e.name not in like_named], report)
+        further = [e for e in effects if e.name not in like_named]
+        beside = dict.fromkeys([best, _fits_best(baselines)] if best is baseline else [best])
+        front = [one for before in beside for one in front_runners(before, further, report)]
         if not front:
             break
         report("cross-validation")
         candidates += [fits.with_fold_errors(one, [one] * len(fits.folds)) for one in front]
         step = _named(fits, best, chosen, [*baselines, *([best] if best is not baseline else [])], front)
-        if step is None or _square(fits, chosen) - _square(fits, step.chosen) < NOT_TOLD * _square(fits, first):
+        if step is None or _taken(fits, best, chosen, step) < NOT_TOLD * _square(fits, first):
+            break
+        if best is not baseline and len(step.alike) > FURTHER_ALIKE:
             break
         best, chosen = step.fitted, step.chosen
         alike.append(step.alike)
     before = fits.with_fold_errors(baseline, first)
     after = before if best is baseline else fits.with_fold_errors(best, chosen)
     return FoundByFolds(before, after, tuple(candidates), tuple(alike))
+
+
+def _taken(fits: FoldFits, before: Fitted, chosen: Sequence[Fitted], step: _Step) -> float:
+    """Mean square that a step takes, deg^2, of the folds' choices and of what is named: the smaller one.
+
+    Where folds disagreed about the step before, the next one also takes what only their other choices had left.
+    """
+    named = [before] * len(fits.folds), [step.fitted] * len(fits.folds)
+    return min(_square(fits, a) - _square(fits, b) for a, b in ((chosen, step.chosen), named))
+
+
+def _fits_best(baselines: Sequence[Fitted]) -> Fitted:
+    """Baseline with the lowest error on all samples, which an effect such as a drift can hide."""
+    return min(baselines, key=lambda one: one.mean_square)
 
 
 def _square(fits: FoldFits, chosen: Sequence[Fitted]) -> float:
@@ -237,15 +263,15 @@ def _named(
     mattered = mean_square(new) < WORTH_NAMING**2 * mean_square(old)
     if not (mattered and 2 * len(longer) > len(chosen) and gain(old, new).is_positive):
         return None
-    votes = Counter(map(id, longer))
-    best = max(front, key=lambda one: votes[id(one)])  # of equals, the one that fits better
+    best = fits.best(front)
+    others = [one for one in front if one.names[-1] != best.names[-1]]
     errors = {id(one): fits.everywhere(one) for one in front}
     least = mean_square(errors[id(best)])
     limit = max(FOLD_ALIKE**2 * least, least + NOT_TOLD * max(0.0, mean_square(old) - least))
 
     def is_alike(one: Fitted) -> bool:
-        near = votes[id(one)] > 0 or mean_square(errors[id(one)]) <= limit
+        near = one in longer or mean_square(errors[id(one)]) <= limit
         return near or not gain(errors[id(one)], errors[id(best)]).is_positive
 
-    sure = [one for one in front if one is not best and is_alike(one) and gain(old, errors[id(one)]).is_positive]
+    sure = [one for one in others if is_alike(one) and gain(old, errors[id(one)]).is_positive]
     return _Step(best, chosen, tuple(dict.fromkeys(one.names[-1] for one in sure)))
