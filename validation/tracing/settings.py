@@ -335,7 +335,7 @@ FOLD_CANDIDATES = 5
 FOLD_EFFECTS = 2
 """Effects at most that folds may name one after the other."""
 FURTHER_ALIKE = 1
-"""Effects at most that a further effect may be confused with. Small structure of real records, which no effect has made,
+"""Effects at most that a further effect may be confused with. Small structure of real records that no effect has made
 is taken by several unlike ones; drag and delay are alike by nature."""
 FOLD_ALIKE = 1.05
 """Rms error on held-out data over the best candidate's up to which candidates are not distinguished. Bootstrap
