@@ -123,7 +123,7 @@ def test_measured_records_get_forty_cases_of_all_kinds():
 
 @pytest.mark.skipif(not measured_folder().is_dir(), reason="no measured records")
 def test_drift_hides_which_baseline_predicts_best_and_is_named_beside_it():
-    """Plays whose width varies along the stroke predict this record; with the drift, those of constant width seem to."""
+    """Plays whose width varies along the stroke predict this record; with the drift, constant ones seem to."""
     case = draw_hidden_case(measured_folder(), 9351, "manipulator", "thermal_drift", 19).case
     baselines = play_baselines(case.records)
     assert baselines is not None
