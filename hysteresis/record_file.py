@@ -96,6 +96,17 @@ def read_columns(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()
     return _parse(path, names, rows, [*wanted, *(name for name in optional if name in names)], ["time_s"])
 
 
+def column_names(path: Path) -> list[str]:
+    """Names of the columns of a CSV.
+
+    Raises
+    ------
+    RecordError
+        A file that cannot be read, or without a header.
+    """
+    return _read_csv(path)[0]
+
+
 def _require_samples(where: Path, count: int) -> None:
     if count < 3:
         raise RecordError(f"{where}: {'one sample' if count == 1 else f'{count} samples'}: expected at least 3")

@@ -10,12 +10,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import ChainSolution, simulate_chain, solve_chain
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
-from hysteresis.record import Record
-from hysteresis.record_file import read_columns
+from hysteresis.arrays import Floats
+from hysteresis.record import Record, RecordError
+from hysteresis.record_file import column_names, read_columns
 
 if TYPE_CHECKING:
     from fem_models.multibody.quasi_static import MultibodySolution
@@ -76,6 +79,15 @@ def solver_of(engine: str) -> Callable[[Rig, LoadProgram], ChainSolution | Multi
     return solve_multibody
 
 
+def simulate_by_force(rig: Rig, force_N: Floats, engine: str) -> Record:
+    """Run an engine, chain or multibody, with a prescribed tension. See :mod:`fem_models.load_control`."""
+    if engine == "multibody":
+        require_exudyn()
+    from fem_models.load_control import run_load_control
+
+    return run_load_control(rig, force_N, "chain" if engine == "chain" else "multibody").record
+
+
 def simulate_in_time(rig: Rig, program: LoadProgram) -> Record:
     """Run the multibody model over time, with inertia. See :func:`fem_models.multibody.dynamic.solve_dynamic`."""
     require_exudyn()
@@ -89,6 +101,8 @@ ENGINES: dict[EngineName, Callable[[Rig, LoadProgram], Record]] = {
     "chain": simulate_chain,
     "analytic": simulate_analytic,
 }
+FORCE = "tendon_force_N"
+"""Column of a program that prescribes the tension at the wheel, in place of ``drive_mm``."""
 QUASI_STATIC: frozenset[EngineName] = frozenset(ENGINES)
 """Engines whose curve does not depend on the times of a program, except with creep of the tendons and viscous drag."""
 
@@ -106,3 +120,32 @@ def program_of_file(path: Path) -> LoadProgram:
         return LoadProgram(columns["drive_mm"], columns.get("time_s"))
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
+
+
+def forces_of_file(path: Path) -> Floats | None:
+    """Read the tensions of a program, N: a CSV with the column ``tendon_force_N``, shape (rows,).
+
+    Returns
+    -------
+    Floats or None
+        None for a file without that column: :func:`program_of_file` reads it.
+
+    Raises
+    ------
+    RecordError
+        One line with file, line, column, value and what was expected.
+    """
+    names = column_names(path)
+    if FORCE not in names:
+        return None
+    for other in ("drive_mm", "time_s"):
+        if other in names:
+            raise RecordError(
+                f"{path}: column {other!r} beside {FORCE!r}: expected {FORCE!r} alone, applied step by step"
+            )
+    force = read_columns(path, [FORCE])[FORCE]
+    if force.size < 2:
+        raise RecordError(f"{path}: column {FORCE!r} has {force.size} values: expected at least 2")
+    if (negative := np.flatnonzero(force < 0)).size:
+        raise RecordError(f"{path}:{negative[0] + 2}: column {FORCE!r} = {force[negative[0]]:g}: expected at least 0")
+    return force

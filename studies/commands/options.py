@@ -27,8 +27,9 @@ from rich.table import Table
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, preset, read_rig
 from fem_models.rig.presets import PRESETS
+from hysteresis.arrays import Floats
 from hysteresis.plain import to_plain
-from studies.engines import program_of_file
+from studies.engines import forces_of_file, program_of_file
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if it does not exist.")]
 Records = Annotated[list[Path], typer.Argument(help="The records, CSV.")]
@@ -162,7 +163,8 @@ class ProgramChoice:
         float | None, typer.Option("--rate", help="Frequency of a sine, Hz, in place of a point-by-point program.")
     ] = None
     program: Annotated[
-        Path | None, typer.Option("--program", help="A load program, CSV: drive_mm and, optionally, time_s.")
+        Path | None,
+        typer.Option("--program", help="A load program, CSV: drive_mm, optionally time_s; or tendon_force_N."),
     ] = None
 
     def read(self) -> LoadProgram:
@@ -174,11 +176,7 @@ class ProgramChoice:
             Options that exclude each other, or a file that cannot be read.
         """
         if self.program is not None:
-            for name in ("amplitude", "rate", "step", "cycles"):
-                if (value := getattr(self, name)) is not None:
-                    raise RigError(
-                        f"--{name} {value}: --program {self.program} has the whole program: expected one of the two"
-                    )
+            self._require_alone(self.program)
             return program_of_file(self.program)
         cycles = 1 if self.cycles is None else self.cycles
         if self.amplitude is None:
@@ -191,3 +189,21 @@ class ProgramChoice:
                 "expected one of the two"
             )
         return sine(self.amplitude, self.rate, cycles=cycles)
+
+    def forces(self) -> Floats | None:
+        """Read the tensions at the wheel, N, shape (m,); None for a program in mm, which :meth:`read` gives.
+
+        Raises
+        ------
+        RigError, RecordError
+            Options that exclude each other, or a file that cannot be read.
+        """
+        if self.program is None:
+            return None
+        self._require_alone(self.program)
+        return forces_of_file(self.program)
+
+    def _require_alone(self, program: Path) -> None:
+        for name in ("amplitude", "rate", "step", "cycles"):
+            if (value := getattr(self, name)) is not None:
+                raise RigError(f"--{name} {value}: --program {program} has the whole program: expected one of the two")

@@ -14,7 +14,15 @@ from fem_models.rig import RigError, preset
 from hysteresis.record_file import check_target, write_record
 from studies.commands.options import Common, Out, ProgramChoice, RigChoice
 from studies.commands.tables import models_table, values_table
-from studies.engines import ENGINES, QUASI_STATIC, EngineName, require_exudyn, require_gmsh, simulate_in_time
+from studies.engines import (
+    ENGINES,
+    QUASI_STATIC,
+    EngineName,
+    require_exudyn,
+    require_gmsh,
+    simulate_by_force,
+    simulate_in_time,
+)
 from studies.progress import status
 from studies.results import write_result
 from studies.results.run import loop_summary
@@ -44,19 +52,34 @@ def simulate(
 ) -> None:
     """Run one load program on one rig and write a record."""
     check_target(out, [file for file in (rig.rig, program.program) if file is not None])
-    chosen, load = rig.read(), program.read()
-    if dynamic:
-        _require_dynamic(engine, load)
-    with status(common.shows_progress, f"simulating {chosen.name} with {engine}"):
-        record = (simulate_in_time if dynamic else ENGINES[engine])(chosen, load)
+    chosen, force_N = rig.read(), program.forces()
+    message = f"simulating {chosen.name} with {engine}"
+    if force_N is not None:
+        _require_by_force(engine, dynamic)
+        with status(common.shows_progress, message):
+            record, remarks = simulate_by_force(chosen, force_N, engine), list[str]()
+    else:
+        load = program.read()
+        if dynamic:
+            _require_dynamic(engine, load)
+        with status(common.shows_progress, message):
+            record = (simulate_in_time if dynamic else ENGINES[engine])(chosen, load)
+        rate_matters = dynamic or engine not in QUASI_STATIC or chosen.creep is not None or chosen.drag is not None
+        only_times = load.time_s is not None and not rate_matters
+        remarks = ["quasi-static: the rate sets the times only"] if only_times else []
     if rig.rig is not None:
-        record = replace(record, rig={"file": str(rig.rig.absolute()), "preload_N": chosen.preload_N})
+        preload: dict[str, str | float] = {"preload_N": chosen.preload_N} if chosen.preload_N > 0 else {}
+        record = replace(record, rig={"file": str(rig.rig.absolute()), **preload})
     write_record(record, out)
-    summary, lines = loop_summary(record), [f"record: {out}"]
-    rate_matters = dynamic or engine not in QUASI_STATIC or chosen.creep is not None or chosen.drag is not None
-    if load.time_s is not None and not rate_matters:
-        lines.append("quasi-static: the rate sets the times only")
-    common.show(summary, values_table(summary), *lines)
+    summary = loop_summary(record)
+    common.show(summary, values_table(summary), f"record: {out}", *remarks)
+
+
+def _require_by_force(engine: str, dynamic: bool) -> None:
+    if engine == "analytic":
+        raise RigError("--engine analytic with tendon_force_N: expected chain or multibody")
+    if dynamic:
+        raise RigError("--dynamic with tendon_force_N: expected a program of drive_mm and time_s")
 
 
 def _require_dynamic(engine: str, program: LoadProgram) -> None:

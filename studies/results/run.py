@@ -35,14 +35,25 @@ class LoopSummary(FullScale):
     loop_area_deg_mm: float
 
 
+@dataclass(frozen=True)
+class ForceLoopSummary(FullScale):
+    """A record under a tendon force that closes a loop."""
+
+    loop_width_deg: float
+    widest_at_force_N: float
+    loop_area_deg_N: float
+
+
 def loop_summary(record: Record) -> FullScale:
-    """Measure a record; the result is a :class:`LoopSummary` if the record closes a loop."""
+    """Measure a record; a :class:`LoopSummary`, or a :class:`ForceLoopSummary`, if the record closes a loop."""
     full = float(np.abs(record.angle_deg).max())
     try:
         width = loop_width(record.drive, record.angle_deg, record.cycle)
         area = dissipated_area(record.drive, record.angle_deg, record.cycle)
     except ValueError:  # a program from a file need not close a loop
         return FullScale(record.title, full)
+    if record.drive_unit == "N":
+        return ForceLoopSummary(record.title, full, width.max_deg, width.at_drive, area)
     return LoopSummary(record.title, full, width.max_deg, width.at_drive, width.at_zero_deg, area)
 
 
