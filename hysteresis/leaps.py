@@ -17,12 +17,16 @@ INSTANTS = 200
 
 @dataclass(frozen=True, eq=False)
 class Leap:
-    """A leap before a phase of a cycle, its mean size, and the deviations without it, shape (K, phases)."""
+    """A leap before a phase of a cycle, its mean size, and the deviations without it, shape (K, phases).
+
+    ``of_angle`` tells a leap of the angle from one of the drive.
+    """
 
     cycle: int
     phase: int
     size_deg: float
     left: Floats
+    of_angle: bool
 
 
 def find_leap(deviation: Floats, slope: Floats) -> Leap | None:
@@ -47,14 +51,14 @@ def find_leap(deviation: Floats, slope: Floats) -> Leap | None:
         return None
     tried = np.arange(0, phases, max(1, phases // INSTANTS))
     best: tuple[float, Leap] | None = None
-    for values in (np.ones(phases), slope):
+    for of_angle, values in ((True, np.ones(phases)), (False, slope)):
         gains = leap_gains(deviation, values)[:, tried]
         k, i = (int(index) for index in np.unravel_index(int(np.argmax(gains)), gains.shape))
         left = whole - float(gains[k, i])
         if best is None or left < best[0]:
             column = _column(values, count, k, int(tried[i]))
             size = float(np.sum(column * deviation)) / max(float(np.sum(column**2)), 1e-300)
-            best = left, Leap(k, int(tried[i]), size * float(values.mean()), deviation - size * column)
+            best = left, Leap(k, int(tried[i]), size * float(values.mean()), deviation - size * column, of_angle)
     assert best is not None
     drift = np.repeat(np.arange(count)[:, None] - (count - 1) / 2, phases, axis=1)
     left, found = best

@@ -21,6 +21,7 @@ from hysteresis.record import Record
 _CLOSED = 0.05  # of a cycle's drive range: largest gap of a closed cycle, and of turning points that repeat
 _BIN = 0.002  # of a cycle's drive range: closer samples of one branch are averaged
 
+_AMID = 0.03  # of a cycle: a leap that is nearer to its ends may be what the rig itself changes between cycles
 _DRIFT_CYCLES = 4  # cycles from which a drift of their means can be told from their scatter
 
 
@@ -332,10 +333,13 @@ class CycleLeap:
         First sample behind it.
     size_deg
         Mean change of the angle.
+    sudden
+        It is the angle that leaps, amid a cycle. What changes from the end of a cycle on may be the rig itself.
     """
 
     sample: int
     size_deg: float
+    sudden: bool
 
 
 def leap_between_cycles(record: Record) -> CycleLeap | None:
@@ -359,7 +363,8 @@ def leap_between_cycles(record: Record) -> CycleLeap | None:
     part, where = parts[branch], cycles[found.cycle][branch]
     drive = part.drives[found.phase - (int(at[branch - 1]) if branch else 0)]
     sample = where.start + int(np.argmin(np.abs(record.drive[where] - drive)))
-    return CycleLeap(sample, found.size_deg)
+    amid = _AMID < found.phase / at[-1] < 1 - _AMID
+    return CycleLeap(sample, found.size_deg, found.of_angle and bool(amid))
 
 
 @dataclass(frozen=True, eq=False)

@@ -353,6 +353,7 @@ def test_a_leap_between_cycles_is_found_where_it_is_and_left_out_of_repeatabilit
         leap = leap_between_cycles(record)
         assert abs(leap.sample - at) <= 3
         assert leap.size_deg == pytest.approx(size, rel=0.1)
+        assert leap.sudden
         assert repeatability_deg(record) == pytest.approx(0.05, rel=0.25)
 
 
@@ -360,6 +361,12 @@ def test_counts_that_are_lost_are_a_leap_of_the_drive() -> None:
     record = cycles_with(lambda k: 0.0 * k, np.random.default_rng(4))
     leap = leap_between_cycles(replace(record, drive=record.drive + 0.06 * (np.arange(480) >= 260)))
     assert abs(leap.sample - 260) <= 8
+
+
+def test_what_changes_between_two_cycles_is_not_sudden() -> None:
+    """A joint that settles within one cycle is off by a constant from the next one on."""
+    leap = leap_between_cycles(cycles_with(lambda k: 0.8 * (k >= 120), np.random.default_rng(4)))
+    assert not leap.sudden
 
 
 @pytest.mark.parametrize("slope", [np.ones(30), np.linspace(-1.0, 2.0, 30), np.r_[np.zeros(15), np.ones(15)]])

@@ -43,8 +43,13 @@ class PreparedRecord:
 
     @cached_property
     def angle_deg(self) -> Floats:
-        """Measured angle of the samples that are used, shape (m,); between readings where a sample is none."""
-        return self.filled(self.record.angle_deg[self.kept])
+        """Measured angle of the samples that are used, shape (m,); between readings where a sample is none.
+
+        A sudden leap is taken out.
+        """
+        leap = None if self.readings is None else self.readings.leap_deg
+        measured = self.record.angle_deg if leap is None else self.record.angle_deg - leap
+        return self.filled(measured[self.kept])
 
     def filled(self, values: Floats) -> Floats:
         """Values of the samples that are used, with those that are no readings from the readings about them."""
@@ -211,7 +216,8 @@ def prepared(record: Record, kept: Ints) -> PreparedRecord:
         kept = kept_readings(record, readings, kept)
     time = np.arange(record.drive.size, dtype=float) if record.time_s is None else record.time_s - record.time_s[0]
     inputs = SampleInputs(record.drive[kept], time[kept], cycle_index(record)[kept], timed=record.time_s is not None)
-    return PreparedRecord(record, kept, inputs, None if readings.read.all() else readings)
+    every = readings.read.all() and readings.leap_deg is None
+    return PreparedRecord(record, kept, inputs, None if every else readings)
 
 
 def prepare(records: Sequence[Record], kept: Sequence[Ints]) -> tuple[PreparedRecord, ...]:

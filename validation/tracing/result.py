@@ -20,6 +20,7 @@ from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.fitting.noise import NOT_KNOWN
 from validation.tracing.fitting.uncertainty import covariance
+from validation.tracing.sensors.readings import LEAPT
 
 if TYPE_CHECKING:  # a trace makes its own report
     from validation.tracing.next_experiment import Experiment
@@ -113,10 +114,11 @@ class NoiseReport:
 
 @dataclass(frozen=True)
 class LeapReport:
-    """A record that is off from one sample on, against its own other cycles."""
+    """A record that is off from one sample on, against its own other cycles; a sudden leap was taken out."""
 
     name: str
     size_deg: float
+    taken_out: bool
 
 
 @dataclass(frozen=True)
@@ -266,7 +268,7 @@ def _leaps(trace: Trace, names: Sequence[str]) -> Iterator[LeapReport]:
     for name, record in zip(names, trace.records, strict=False):
         leap = leap_between_cycles(record) if record.drive_unit != "N" else None
         if leap is not None and abs(leap.size_deg) > trace.floor.deg:
-            yield LeapReport(name, abs(leap.size_deg))
+            yield LeapReport(name, abs(leap.size_deg), leap.sudden)
 
 
 def record_name(source: str, index: int) -> str:
@@ -327,6 +329,11 @@ def in_words(report: TraceReport) -> list[str]:
     )
     if NOT_KNOWN in report.words:
         return [f"Whether an effect is missing cannot be said: the noise is not known. {baseline}.", *near, *reasons]
+    if LEAPT in report.words:
+        return [
+            f"Beside a leap, which was taken out, these records show no missing effect. {baseline}; {noise}.",
+            *reasons,
+        ]
     return [first, f"{baseline}; {noise}.", *near, *reasons]
 
 
@@ -339,7 +346,7 @@ def _sentence(text: str, report: TraceReport) -> str:
 def _leap_words(report: TraceReport) -> str:
     """Warn of a named effect that may be a leap; empty without a leap."""
     which = "this effect" if len(report.effects) == 1 else "these effects"
-    names = " and in ".join(leap.name for leap in report.leaps)
+    names = " and in ".join(leap.name for leap in report.leaps if not leap.taken_out)
     return f"A leap in {names} may have been taken for {which}. " if names else ""
 
 

@@ -351,8 +351,9 @@ COMPETITOR_MARGIN, COMPETITOR_NOISE, COMPETITOR_FAR, BEYOND_RIGS = 1.1, 3.0, 5.0
 the first number, where that error is more than the third number times the noise. An equivalent rig with one effect is
 given up where it leaves more than the held-out error of play operators over the first number (its own error is of
 samples that it was fitted to) and more than the second number times the noise. So is an equivalent rig or a curve with
-one effect that leaves more than play operators with their effects, and more than the fourth number times the noise: one
-effect more does not bring it to the noise."""
+effects that leaves about what play operators with theirs predict to, or more, and more than the third number times the
+noise: one effect more does not bring it to the noise. Play operators are given effects before the rig where their
+held-out error is more than the fourth number times the noise."""
 
 NINE_OF_TEN, DETECTION_RUNS, SAME_ACTION = 1.28, 6, 0.1
 """Standard deviations above which nine of ten of a normal distribution lie, runs of the model in which the size of a

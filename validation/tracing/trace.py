@@ -59,6 +59,7 @@ from validation.tracing.verdict import (
     above_noise,
     best_of,
     confirmed_on_heldout,
+    doubted_with_leap,
     doubted_without_noise,
     ended_above_noise,
     is_explained,
@@ -112,7 +113,7 @@ def trace_records(
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
     if trace.baseline.fold_errors is None:
         trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
-    trace = doubted_without_noise(trace)
+    trace = doubted_with_leap(doubted_without_noise(trace))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 
 
@@ -134,7 +135,7 @@ def _traced_change(
             where = record.source or "record"
             raise RecordError(f"{where}: drive.unit = N: expected a drive that reverses, to compare with a reference")
     with threadpool_limits(1, user_api="blas"):
-        return trace_change(records, reference, effects, report)
+        return doubted_with_leap(trace_change(records, reference, effects, report))
 
 
 def find_effects(search: Search, baseline: Fitted, *, down_to_noise: bool = False) -> Trace:

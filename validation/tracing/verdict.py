@@ -14,8 +14,10 @@ from validation.tracing.fitting.noise import NOT_KNOWN, NoiseFloor, repeatabilit
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
 from validation.tracing.plausibility import implausible, remarks
+from validation.tracing.prepared import PreparedRecord
 from validation.tracing.search.by_folds import FoundByFolds
 from validation.tracing.search.stepwise import Selection, Stages
+from validation.tracing.sensors.readings import LEAPT
 from validation.tracing.settings import (
     AT_FLOOR,
     EXPLAINED_SHARE,
@@ -222,6 +224,20 @@ def doubted_without_noise(trace: Trace) -> Trace:
     if trace.verdict != "none" or trace.floor.known:
         return trace
     return replace(trace, verdict="unexplained", words=(NOT_KNOWN, *trace.words))
+
+
+def doubted_with_leap(trace: Trace) -> Trace:
+    """Say that something is wrong where a leap was taken out of a record: no effect explains it."""
+    leaps = any(one.readings is not None and one.readings.leap_deg is not None for one in _traced(trace))
+    if trace.verdict != "none" or not leaps:
+        return trace
+    return replace(trace, verdict="unexplained", words=(LEAPT, *trace.words))
+
+
+def _traced(trace: Trace) -> Sequence[PreparedRecord]:
+    """Give the records that are traced, without those of a reference."""
+    records = trace.baseline.model.problem.records
+    return records[: len(records) - trace.reference]
 
 
 def partial_above_floor(trace: Trace) -> Trace:

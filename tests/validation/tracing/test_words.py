@@ -14,16 +14,25 @@ from validation.tracing.effect import catalogue
 from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.fitting.smooth import Smooth
 from validation.tracing.outcome import Trace
-from validation.tracing.result import CandidateReport, DetectionLimit, TraceReport, in_words, share_words, trace_report
+from validation.tracing.result import (
+    CandidateReport,
+    DetectionLimit,
+    LeapReport,
+    TraceReport,
+    in_words,
+    share_words,
+    trace_report,
+)
 from validation.tracing.trace import trace_records
 from validation.tracing.verdict import confirmed_on_heldout
 
 
-def record(leap_deg: float, name: str = "ratchet.csv") -> Record:
+def record(leap_deg: float, name: str = "ratchet.csv", at: float = 2.25) -> Record:
+    """Four cycles after a quarter; a leap at 2.25 is between two of them."""
     phase = np.arange(5 * 40 + 1) / 40
     drive = 2.0 * np.sin(2 * np.pi * phase)
     noise = np.random.default_rng(3).normal(0, 0.03, drive.size)
-    angle = 10.0 * drive + noise + np.where(phase > 2.5, leap_deg, 0.0)
+    angle = 10.0 * drive + noise + np.where(phase > at, leap_deg, 0.0)
     return Record(drive=drive, angle_deg=angle, time_s=10.0 * phase, source=name)
 
 
@@ -40,7 +49,7 @@ def report(leaping: Trace) -> TraceReport:
 def test_a_leap_is_told_before_the_effect_that_it_may_have_been_taken_for(leaping: Trace, report: TraceReport) -> None:
     found = leap_between_cycles(leaping.records[0])
     assert found is not None
-    assert [(leap.name, leap.size_deg) for leap in report.leaps] == [("ratchet.csv", abs(found.size_deg))]
+    assert report.leaps == (LeapReport("ratchet.csv", abs(found.size_deg), taken_out=False),)
     named = replace(leaping, verdict="effect", augmented=leaping.candidates[0].fitted, confusable=((),))
     effects = trace_report(named).effects
     first = in_words(replace(report, verdict="effect", effects=effects))[0]
@@ -50,6 +59,18 @@ def test_a_leap_is_told_before_the_effect_that_it_may_have_been_taken_for(leapin
     )
     quiet = replace(leaping, floor=replace(leaping.floor, local_deg=2.0, repeats_deg=None))
     assert trace_report(quiet).leaps == ()
+
+
+def test_a_leap_amid_a_cycle_is_taken_out_and_no_effect_is_named_for_it() -> None:
+    """A drift explains most of such a leap, where nothing else is tried."""
+    trace = trace_records([record(0.8, at=2.6)], effects=[e for e in catalogue() if e.name == "thermal_drift"])
+    report = trace_report(trace)
+    assert trace.verdict == "unexplained"
+    assert trace.baseline.heldout_rmse_deg < 0.04  # the noise is 0.03
+    assert [leap.taken_out for leap in report.leaps] == [True]
+    assert report.leaps[0].size_deg == pytest.approx(0.8, rel=0.05)
+    assert in_words(report)[0].startswith("Beside a leap, which was taken out, these records show no missing effect.")
+    assert any(said.startswith("ratchet.csv is off by 0.") for said in in_words(report))
 
 
 def test_a_sentence_that_begins_with_a_name_keeps_it(report: TraceReport) -> None:

@@ -17,7 +17,6 @@ from validation.tracing.fitting.model import Model
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.starts import FormStarts
 from validation.tracing.settings import (
-    BEYOND_RIGS,
     COMPETITOR_FAR,
     COMPETITOR_FITTED,
     COMPETITOR_MARGIN,
@@ -87,8 +86,8 @@ class Search:
         return far and baseline.rmse_deg > self.competitor_deg / COMPETITOR_FITTED
 
     def gives_up(self, fitted: Fitted) -> bool:
-        """Whether a rig with one effect leaves far more than a competitor without any, or no less than with its own."""
-        if fitted.rmse_deg > max(self.explained_deg / COMPETITOR_MARGIN, BEYOND_RIGS * fitted.noise.deg):
+        """Whether a rig with effects leaves far more than a competitor without any, or no less than with its own."""
+        if fitted.rmse_deg > max(self.explained_deg / COMPETITOR_MARGIN, COMPETITOR_FAR * fitted.noise.deg):
             return True
         return self.policy.screened and fitted.rmse_deg > max(
             self.competitor_deg / COMPETITOR_MARGIN, COMPETITOR_NOISE * fitted.noise.deg

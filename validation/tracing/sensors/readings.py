@@ -29,6 +29,9 @@ from validation.tracing.settings import (
     STEPS_TOLD,
 )
 
+LEAPT = "a leap amid a cycle is no property of the rig: look at the sensor, the clamp and the encoder"
+"""Reason not to say that nothing is missing."""
+
 
 @dataclass(frozen=True, eq=False)
 class Readings:
@@ -42,11 +45,14 @@ class Readings:
         Samples for which a value is repeated, as a median; 1 where none is.
     spikes
         Number of spikes.
+    leap_deg
+        What is taken out of the angle of each sample, shape (m,): a sudden leap; None without one.
     """
 
     read: Mask
     held: int = 1
     spikes: int = 0
+    leap_deg: Floats | None = None
 
 
 def readings_of(record: Record) -> Readings:
@@ -57,11 +63,20 @@ def readings_of(record: Record) -> Readings:
     every = np.ones(record.angle_deg.size, dtype=bool)
     if record.drive_unit == "N":
         return Readings(every)
+    leap_deg = sudden_leap(record)
     updates = held_updates(record.drive, record.angle_deg)
     if updates is not None:
-        return Readings(updates, held=round(float(np.median(np.diff(np.flatnonzero(updates))))))
+        return Readings(updates, round(float(np.median(np.diff(np.flatnonzero(updates))))), leap_deg=leap_deg)
     spikes = isolated_spikes(record.angle_deg, record.time_s)
-    return Readings(~spikes, spikes=int(spikes.sum()))
+    return Readings(~spikes, spikes=int(spikes.sum()), leap_deg=leap_deg)
+
+
+def sudden_leap(record: Record) -> Floats | None:
+    """Leap of the angle amid a cycle, which no rig makes, shape (m,), deg; None without one."""
+    leap = leap_between_cycles(record)
+    if leap is None or not leap.sudden:
+        return None
+    return np.where(np.arange(record.angle_deg.size) >= leap.sample, leap.size_deg, 0.0)
 
 
 def sensor_words(records: Sequence[Record], floor_deg: float) -> tuple[str, ...]:
@@ -89,9 +104,10 @@ def _leap_words(record: Record, number: int) -> str:
         return ""
     name = Path(record.source).name or f"record {number + 1}"
     when = f"sample {leap.sample + 1}" if record.time_s is None else f"{record.time_s[leap.sample]:.3g} s"
+    out = "it is taken out" if leap.sudden else "repeatability leaves it out"
     return (
         f"{name} is off by {abs(leap.size_deg):.2g} deg from {when} on, against the same drive in its other cycles: a "
-        f"leap of the sensor or a clamp, or lost counts; repeatability leaves it out"
+        f"leap of the sensor or a clamp, or lost counts; {out}"
     )
 
 
