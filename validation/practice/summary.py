@@ -12,13 +12,12 @@ from validation.practice.draw import CLEAN, PAIR
 from validation.practice.lumped.outside import LUMPED_OUTSIDE
 from validation.practice.outcome import Outcome
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
+from validation.tracing.result import UNNAMED
 
 NEAR_FLOOR = 1.3
 """Largest held-out error over the noise that counts as explained."""
 OUTSIDE = frozenset({*OUTSIDE_CATALOGUE, *LUMPED_OUTSIDE})
 """Labels of what is in no catalogue."""
-UNNAMED = ("none", "unexplained")
-"""Verdicts that name no effect."""
 Z_95 = 1.959964
 
 

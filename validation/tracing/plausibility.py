@@ -33,7 +33,7 @@ _TENSIONS = frozenset({"toe_N", "takes_up_N", "guide_N"})
 """Parameters to which a stated preload gives a scale, whatever the lengths of the rig are."""
 
 
-class Estimate(NamedTuple):
+class EstimatedParameter(NamedTuple):
     """A parameter of an added effect: its value, the interval of its coordinate, and its place among all parameters."""
 
     effect: str
@@ -103,7 +103,7 @@ def remarks(fitted: Fitted) -> list[str]:
     return out
 
 
-def _estimates(fitted: Fitted, matrix: Floats, freedom: float) -> Iterator[Estimate]:
+def _estimates(fitted: Fitted, matrix: Floats, freedom: float) -> Iterator[EstimatedParameter]:
     """Parameters of the added effects with their intervals."""
     half = float(student.ppf(0.5 * (1 + LEVEL), freedom)) * np.sqrt(np.diag(matrix))
     place = fitted.model.baseline_size
@@ -112,11 +112,11 @@ def _estimates(fitted: Fitted, matrix: Floats, freedom: float) -> Iterator[Estim
             x, h = float(fitted.x[place]), float(half[place])
             most = 700.0 / parameter.scale if parameter.log else math.inf  # of the exponential
             low, high = (parameter.from_unit(min(max(end, -most), most)) for end in (x - h, x + h))
-            yield Estimate(added.effect.name, parameter, parameter.from_unit(x), low, high, place)
+            yield EstimatedParameter(added.effect.name, parameter, parameter.from_unit(x), low, high, place)
             place += 1
 
 
-def _outside(fitted: Fitted, one: Estimate, sizes: Mapping[str, float]) -> str:
+def _outside(fitted: Fitted, one: EstimatedParameter, sizes: Mapping[str, float]) -> str:
     """Words for a parameter whose interval lies outside its range of sense; empty where it does not."""
     parameter, sensible = one.parameter, one.parameter.sensible
     if sensible is None:
@@ -162,7 +162,7 @@ def _sizes(fitted: Fitted) -> dict[str, float]:
     }
 
 
-def _size(fitted: Fitted, one: Estimate, per: Quantity, sizes: Mapping[str, float]) -> float:
+def _size(fitted: Fitted, one: EstimatedParameter, per: Quantity, sizes: Mapping[str, float]) -> float:
     """Size of a quantity in the parameter's own unit."""
     problem = fitted.model.problem
     if per == "wheel radius":
@@ -172,7 +172,7 @@ def _size(fitted: Fitted, one: Estimate, per: Quantity, sizes: Mapping[str, floa
     return sizes[per]
 
 
-def _wheel_radius(fitted: Fitted, one: Estimate) -> float:
+def _wheel_radius(fitted: Fitted, one: EstimatedParameter) -> float:
     """Radius of the wheel in the unit of the run-out: the fitted one, or that of the rig."""
     problem = fitted.model.problem
     for added, values in zip(fitted.model.added, fitted.model.values(fitted.x)[1], strict=True):
@@ -188,7 +188,7 @@ def _finite_in_units(parameter: FreeParameter, bound: float) -> bool:
     return bound > 0.0 or (bound < 0.0 and not parameter.log)
 
 
-def _called(one: Estimate) -> str:
+def _called(one: EstimatedParameter) -> str:
     sensible = one.parameter.sensible
     return sensible.name if sensible and sensible.name else f"{one.effect} {one.parameter.name}"
 
