@@ -74,6 +74,21 @@ def read_record(path: Path | str) -> Record:
     )
 
 
+def read_records(paths: Sequence[Path]) -> list[Record]:
+    """Read the records of one rig.
+
+    Raises
+    ------
+    RecordError
+        As :func:`read_record`, or a file that is given twice: it would count as a test that was repeated.
+    """
+    files = [path.resolve() for path in paths]
+    for i, path in enumerate(paths):
+        if files[i] in files[:i]:
+            raise RecordError(f"{path}: given twice: expected different records")
+    return [read_record(path) for path in paths]
+
+
 def read_columns(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> dict[str, Floats]:
     """Read columns of a CSV by name: all of ``wanted``, and those of ``optional`` that exist.
 

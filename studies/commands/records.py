@@ -16,7 +16,7 @@ from fem_models.rig.checks import require
 from hysteresis.laws import LawName
 from hysteresis.optimizers import Method
 from hysteresis.record import RecordError
-from hysteresis.record_file import check_target, read_record
+from hysteresis.record_file import check_target, read_records
 from hysteresis.settings import IdentifySettings
 from studies.commands.identification import files_of_fit, identify_records, write_fit
 from studies.commands.options import Common, Out, RigChoice
@@ -57,7 +57,7 @@ def identify(
     for path in records:
         if path.resolve() in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
-    loaded = [read_record(path) for path in records]
+    loaded = read_records(records)
     settings = _settings(
         search.elements,
         search.law,
@@ -97,7 +97,7 @@ def separate(
     with status(common.shows_progress, "separating"):
         if records:
             _require_records_alone(rig, amplitude, engine)
-            result = separate_records([read_record(path) for path in records], seed=common.seed)
+            result = separate_records(read_records(records), seed=common.seed)
         else:
             size = SEPARATION_MM if amplitude is None else amplitude
             require(size > 0, "--amplitude", size, "above 0")

@@ -12,7 +12,7 @@ import numpy as np
 
 from hysteresis.files import write_files
 from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_record
+from hysteresis.record_file import read_records
 from studies.commands.identification import STANDSTILL_DEG
 from studies.progress import status_of_steps
 from studies.report.trace_page import trace_page
@@ -67,7 +67,7 @@ def trace_files(
     RecordError, RigError, SolverError
         Records that cannot be used, a rig that cannot exist, or one that cannot follow its drive.
     """
-    new, old = ([read_record(path) for path in some] for some in (paths, reference))
+    new, old = read_records(paths), read_records(reference)
     return trace_loaded(new, reference=old, seed=seed, threads=threads, progress=progress)
 
 

@@ -81,6 +81,16 @@ def test_a_missing_record_is_named(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("command", ["identify", "trace", "separate"])
+def test_a_record_that_is_given_twice_is_refused(command, tmp_path, capsys):
+    (tmp_path / "loop.csv").write_text(LOOP)
+    (tmp_path / "loop.toml").write_text(SIDE)
+    again = tmp_path / ".." / tmp_path.name / "loop.csv"
+    error = complaint(capsys, command, tmp_path / "loop.csv", again, "--out", tmp_path / "out")
+    assert "loop.csv: given twice: expected different records" in error
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
