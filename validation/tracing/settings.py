@@ -346,14 +346,14 @@ the baseline's that a further effect takes: real records have structure of that 
 PARTIAL_SHARE = 1.0 / 3.0
 """Part of the mean square above the noise that effects must take from the held-out error to be named."""
 
-COMPETITOR_MARGIN, COMPETITOR_NOISE, COMPETITOR_FAR, BEYOND_RIGS = 1.1, 3.0, 5.0, 10.0
+COMPETITOR_MARGIN, COMPETITOR_NOISE, COMPETITOR_FAR = 1.1, 3.0, 5.0
 """No effects are searched for beside an equivalent rig that leaves more than the held-out error of play operators times
 the first number, where that error is more than the third number times the noise. An equivalent rig with one effect is
 given up where it leaves more than the held-out error of play operators over the first number (its own error is of
 samples that it was fitted to) and more than the second number times the noise. So is an equivalent rig or a curve with
 effects that leaves about what play operators with theirs predict to, or more, and more than the third number times the
 noise: one effect more does not bring it to the noise. Play operators are given effects before the rig where their
-held-out error is more than the fourth number times the noise."""
+held-out error is more than the second number times the noise."""
 
 NINE_OF_TEN, DETECTION_RUNS, SAME_ACTION = 1.28, 6, 0.1
 """Standard deviations above which nine of ten of a normal distribution lie, runs of the model in which the size of a

@@ -46,7 +46,7 @@ from validation.tracing.search import Search, best_of_other_loops, refit_without
 from validation.tracing.search.search import Progress
 from validation.tracing.sensors.readings import sensor_words
 from validation.tracing.settings import (
-    BEYOND_RIGS,
+    COMPETITOR_NOISE,
     CURVE,
     EARLY_STEPS,
     EQUIVALENT_RIG,
@@ -197,7 +197,7 @@ def _trace_unknown_geometry(
     plays = play_baselines(records)
     by_folds, competitors = None, (math.inf, math.inf)
     if plays is not None:
-        if plays.heldout_deg > BEYOND_RIGS * plays.fitted[0].noise.deg:
+        if plays.heldout_deg > COMPETITOR_NOISE * plays.fitted[0].noise.deg:
             by_folds = trace_by_folds(plays, effects, report)
         competitors = plays.heldout_deg, by_folds.augmented.heldout_rmse_deg if by_folds else math.inf
     rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, competitors)
