@@ -14,6 +14,8 @@ from validation.practice.outcome import Outcome
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 from validation.tracing.result import UNNAMED
 
+LUMPED = "lumped"
+"""Engine of the cases of the other generator."""
 NEAR_FLOOR = 1.3
 """Largest held-out error over the noise that counts as explained."""
 OUTSIDE = frozenset({*OUTSIDE_CATALOGUE, *LUMPED_OUTSIDE})
@@ -109,7 +111,7 @@ def spread(values: Iterable[float]) -> Spread:
 
 def summary(outcomes: Sequence[Outcome]) -> Summary:
     """Summarise the outcomes of a score."""
-    single = [one for one in outcomes if one.label in CATALOGUE]
+    single = [one for one in outcomes if one.label in CATALOGUE and one.truth]
     right = [one for one in single if one.first_right and one.after_deg is not None]
     over_noise = [one.after_deg / one.noise_deg for one in right if one.after_deg is not None]
     gains = [one.after_deg / one.before_deg for one in right if one.after_deg is not None and one.before_deg]
@@ -154,7 +156,8 @@ def _other_rates(outcomes: Sequence[Outcome]) -> dict[str, Rate]:
     clean = [one for one in outcomes if one.label == CLEAN]
     pairs = [one for one in outcomes if one.label == PAIR]
     outside = [one for one in outcomes if one.label in OUTSIDE]
-    spoiled = [one for one in outcomes if one.label not in {*CATALOGUE, CLEAN, PAIR, *OUTSIDE}]
+    spoiled = [one for one in outcomes if not one.truth and one.label not in {CLEAN, PAIR, *OUTSIDE}]
+    own = [one for one in spoiled if one.engine != LUMPED]
     return {
         "clean: no effect claimed": rate_of(clean, lambda one: one.verdict in UNNAMED),
         "clean: none": rate_of(clean, lambda one: one.verdict == "none"),
@@ -166,4 +169,6 @@ def _other_rates(outcomes: Sequence[Outcome]) -> dict[str, Rate]:
         "outside: no effect claimed": rate_of(outside, lambda one: one.verdict in UNNAMED),
         "spoiled: an effect named falsely": rate_of(spoiled, lambda one: one.names_falsely),
         "spoiled: none": rate_of(spoiled, lambda one: one.verdict == "none"),
+        "spoiled, without the lumped rigs: an effect named falsely": rate_of(own, lambda one: one.names_falsely),
+        "spoiled, without the lumped rigs: none": rate_of(own, lambda one: one.verdict == "none"),
     }

@@ -62,6 +62,8 @@ def test_summary_of_a_table_made_by_hand() -> None:
         "outside: no effect claimed": (1, 2),
         "spoiled: an effect named falsely": (0, 0),
         "spoiled: none": (0, 0),
+        "spoiled, without the lumped rigs: an effect named falsely": (0, 0),
+        "spoiled, without the lumped rigs: none": (0, 0),
         "right: held-out error within 1.3 of the noise": (1, 2),  # 0.06/0.05 = 1.2 and 0.1/0.05 = 2
         "errors": (0, 13),
     }
@@ -165,5 +167,11 @@ def test_cases_of_other_sources_are_scored(tmp_path: Path) -> None:
     assert (leap.names_falsely, gain.names_falsely, outliers.names_falsely) == (True, False, True)
     rates = summary([leap, gain, outliers]).rates
     assert (rates["spoiled: an effect named falsely"].hits, rates["outside: unexplained"].hits) == (1, 0)
+    assert rates["spoiled: an effect named falsely"].of == 2  # a gain of the sensor is no injected effect
+    assert rates["first"].of == 0
+    lumped = replace(outliers, engine="lumped")
+    rates = summary([gain, lumped]).rates
+    assert rates["spoiled: an effect named falsely"].hits == 1
+    assert rates["spoiled, without the lumped rigs: an effect named falsely"].hits == 0
     request = Request(1, "work", "unknown", 1, None, None, "sensors")
     assert "| outliers | 0 | 0 | 0 | `drive_gain` 1 |" in tables(request, summary([gain, outliers]))
