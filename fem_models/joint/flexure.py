@@ -90,8 +90,8 @@ def _graded_gauss(kinks: list[float]) -> tuple[Floats, Floats]:
 def root_length_mm(joint: NotchedTube) -> float:
     """Apparent extra length of a flexure in bending at each of its two ends, mm; sharp corners.
 
-    The ring deforms where an arc is rooted in it: :mod:`fem_models.joint.roots`. Where the plane of the cut runs through
-    the wall, the length of the arc is that of a whole wall with the same area.
+    The ring deforms where an arc is rooted in it: :mod:`fem_models.joint.roots`. Where the plane of the cut runs
+    through the wall, the arc counts as long as a whole wall of the same area.
     """
     wall = (joint.tube.outer_diameter_mm - joint.tube.inner_diameter_mm) / 2
     arc = float(section(joint, 0.0).area_mm2) / wall / (1 if joint.one_sided else 2)

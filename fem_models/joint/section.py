@@ -86,9 +86,9 @@ def section_fibres(joint: NotchedTube, count: int) -> tuple[Floats, Floats]:
     """Distances from the neutral axis (mm) and areas (mm^2) of fibres at the root of a notch, shapes (2 ``count``,).
 
     The distances ascend. They are below 0 away from a one-sided notch, above 0 towards it; a pair of notches has both
-    sides equal. Either side is cut into strips of equal height, parallel to the neutral axis, with two fibres each. These
-    keep the area of the strip and its first, second and third moment, so that the whole section has its exact area
-    and second moment, and no first moment.
+    sides equal. Either side is cut into strips of equal height, parallel to the neutral axis, with two fibres each.
+    These keep the area of the strip and its first, second and third moment. The whole section therefore has its exact
+    area and second moment, and no first moment.
 
     Raises
     ------

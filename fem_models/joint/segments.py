@@ -32,7 +32,7 @@ def segment_moments(radius: float, height: ArrayLike) -> Floats:
     flat = np.minimum(part, 0.5)
     k = np.arange(ORDERS).reshape(-1, *[1] * part.ndim)
     series = 8 * 2.0**k * flat ** (k + 1.5) * beta(1.5, k + 1) * hyp2f1(-0.5, 1.5, k + 2.5, flat)
-    return radius ** (k + 2) * np.where(part < 0.5, series, _high_segment(np.clip(part, 0.5, 1.0)))
+    return np.asarray(radius ** (k + 2) * np.where(part < 0.5, series, _high_segment(np.clip(part, 0.5, 1.0))), float)
 
 
 def _high_segment(part: Floats) -> Floats:
@@ -70,7 +70,7 @@ def strip_moments(radius: float, half_width: ArrayLike) -> Floats:
         wide / 2 - np.sin(4 * wide) / 8,
         4 * (2 / 15 - cos**3 / 3 + cos**5 / 5),
     )
-    return radius ** (k + 2) * np.where(part < 0.7, series, np.stack(elementary))
+    return np.asarray(radius ** (k + 2) * np.where(part < 0.7, series, np.stack(elementary)), float)
 
 
 def below_cut_moments(outer: float, inner: float, cut: ArrayLike) -> Floats:

@@ -1,6 +1,7 @@
 """Sections of notched tubes against textbook segments, quadrature over planar cuts, finite elements, and Cowper."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def by_quadrature(outer: float, inner: float, low: float, high: float) -> tuple[
     nodes, weights = np.polynomial.legendre.leggauss(400)
     edges = [low, *(e for e in (-inner, inner) if low < e < high), high]
     x, measure = [], []
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in pairwise(edges):
         turn = 0.5 * np.pi * (1 + nodes)
         place = a + (b - a) * np.sin(turn / 2) ** 2
         outside = np.sqrt((outer - place) * (outer + place))
@@ -108,7 +109,7 @@ def test_thin_remains_do_not_cancel():
 
 
 def textbook(radius: float, cut: float) -> tuple[float, float, float]:
-    """Area, first and second moment about the diameter of the segment beyond ``cut`` of a disc, by its central angle."""
+    """Area, first and second moment about the diameter of a disc's segment beyond ``cut``, by its central angle."""
     angle = 2 * np.arccos(min(cut / radius, 1.0))
     area = radius**2 / 2 * (angle - np.sin(angle))
     return area, 2 / 3 * radius**3 * np.sin(angle / 2) ** 3, radius**4 / 16 * (2 * angle - np.sin(2 * angle))
