@@ -101,7 +101,7 @@ def root_length_mm(joint: NotchedTube) -> float:
 def flexure(rig: Rig) -> Flexure:
     """Stiffness of one joint: the analytic beam of :func:`beam`, longer in bending by its root length at either end.
 
-    The beam alone is 10 to 300 % too stiff in bending. With the roots most notches are within 5 % of solid finite
+    The beam alone is 1 to 220 % too stiff in bending. With the roots most notches are within 5 % of solid finite
     elements; docs/validation/notches.md lists the exceptions. A measured joint has its bending stiffness only.
     """
     match rig.joint:

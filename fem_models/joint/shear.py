@@ -1,7 +1,7 @@
 """Timoshenko's shear coefficient of a tube cut by planes, for Poisson's ratio 0.
 
 1/kappa = A/I^2 times the energy of a field of shear stress that carries the flexural stress x - x_0. A field in
-equilibrium has at least the energy of the true one, so of two such fields the one with less energy is nearer to it.
+equilibrium has at least the energy of the true one. The two here are nearly so: the one with less energy is the better.
 The equations and their error against finite elements stand in ``docs/theory/analytic-model.md``.
 """
 
