@@ -122,7 +122,7 @@ def test_claims_of_the_page(results):
     one_sided = {r.case: abs(r.error_percent("bending", "roots")) for r in main if r.case.shape == "rectangular"}
     for case, error in one_sided.items():  # the section is exact: what is left is the roots', and falls with the width
         of_depth = [one_sided[other] for other in one_sided if replace(other, width=case.width) == case]
-        assert of_depth == sorted(at_rest, reverse=True)
+        assert of_depth == sorted(of_depth, reverse=True)
         assert error < 4 or case.width < 1.6
     assert all(r.plates_bending >= r.chain_bending for r in results)  # plates constrain what the chain leaves free
 
