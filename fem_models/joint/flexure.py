@@ -61,13 +61,13 @@ def elasticity(material: Material) -> Elasticity:
 
 
 def _kinks(joint: NotchedTube) -> list[float]:
-    """Positions z > 0 at which the section changes abruptly: the edge of a V's root, and where its two arcs meet."""
+    """Positions z > 0 at which the section changes abruptly: the edge of a V's root, and where it leaves the bore."""
     tube, notch = joint.tube, joint.notch
     if notch.shape != "v_pair":
         return []
     half, root = notch.width_mm / 2, (notch.root_width_mm or 0.0) / 2
-    to_mid_wall = (tube.outer_diameter_mm - tube.inner_diameter_mm) / 4
-    return [z for z in (root, half - (half - root) * to_mid_wall / notch.depth_mm) if 0 < z < half]
+    wall = (tube.outer_diameter_mm - tube.inner_diameter_mm) / 2
+    return [z for z in (root, half - (half - root) * wall / notch.depth_mm) if 0 < z < half]
 
 
 def _graded_gauss(kinks: list[float]) -> tuple[Floats, Floats]:
@@ -90,12 +90,8 @@ def _graded_gauss(kinks: list[float]) -> tuple[Floats, Floats]:
 def root_length_mm(joint: NotchedTube) -> float:
     """Apparent extra length of a flexure in bending at each of its two ends, mm; sharp corners.
 
-    The ring deforms where an arc is rooted in it: :mod:`fem_models.joint.roots`.
-
-    Raises
-    ------
-    RigError
-        As :func:`fem_models.joint.section.section`.
+    The ring deforms where an arc is rooted in it: :mod:`fem_models.joint.roots`. Where the plane of the cut runs
+    through the wall, the arc counts as long as a whole wall of the same area.
     """
     wall = (joint.tube.outer_diameter_mm - joint.tube.inner_diameter_mm) / 2
     arc = float(section(joint, 0.0).area_mm2) / wall / (1 if joint.one_sided else 2)
@@ -105,13 +101,8 @@ def root_length_mm(joint: NotchedTube) -> float:
 def flexure(rig: Rig) -> Flexure:
     """Stiffness of one joint: the analytic beam of :func:`beam`, longer in bending by its root length at either end.
 
-    The beam alone is 10 to 300 % too stiff in bending. With the roots most notches are within 5 % of solid finite
+    The beam alone is 1 to 220 % too stiff in bending. With the roots most notches are within 5 % of solid finite
     elements; docs/validation/notches.md lists the exceptions. A measured joint has its bending stiffness only.
-
-    Raises
-    ------
-    RigError
-        As :func:`fem_models.joint.section.section`.
     """
     match rig.joint:
         case MeasuredJoint(flexure_stiffness_Nmm_per_rad=bending):
@@ -130,7 +121,7 @@ def beam(rig: Rig) -> Flexure:
     Raises
     ------
     RigError
-        Measured joints; as :func:`fem_models.joint.section.section`.
+        Measured joints.
     """
     return beam_of_notch(notched_tube(rig), elasticity(rig.material))
 

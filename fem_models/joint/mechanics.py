@@ -119,7 +119,7 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
     Raises
     ------
     RigError
-        A one-sided notch that leaves nothing of the tube; a superelastic plateau as steep as the elastic law.
+        A superelastic plateau as steep as the elastic law.
     """
     match rig.joint:
         case NotchedTube() as tube:

@@ -59,7 +59,7 @@ def element_rotations(rig: Rig, moment_Nmm: float, shear_N: float = 0.0, n_eleme
     Raises
     ------
     RigError
-        As :func:`section`.
+        Measured joints, which have no section.
     ValueError
         If ``n_elements`` is not an even number of at least 2.
     """
@@ -122,7 +122,7 @@ def theta_sum(rig: Rig, force_N: ArrayLike, n_elements: int | None = None) -> Fl
     Raises
     ------
     RigError
-        As :func:`section`; also with ``n_elements`` for measured joints, which have no section.
+        With ``n_elements`` for measured joints, which have no section.
     """
     force, joint = np.asarray(force_N, dtype=float), joint_mechanics(rig)
     if n_elements is None:

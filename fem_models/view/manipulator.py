@@ -260,7 +260,7 @@ def tube_mesh(rig: Rig, joint_angles_deg: ArrayLike, *, detail: float = 1.0) -> 
     SceneError
         For a wrong number of angles.
     RigError
-        As :func:`fem_models.joint.section.section`.
+        As :func:`fem_models.joint.joint_mechanics`.
     """
     import pyvista as pv  # takes a second to import: only drawing waits for it
 
@@ -296,7 +296,7 @@ def write_vtu(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
     SceneError
         For a wrong number of angles, or a file that cannot be written.
     RigError
-        As :func:`fem_models.joint.section.section`.
+        As :func:`fem_models.joint.joint_mechanics`.
     """
     import meshio
 

@@ -43,7 +43,7 @@ def test_measured_wrists_scale_with_the_width_and_are_softer_than_linear(measure
         slope[name] = np.polyfit(data["tendon_force_N"][low], data["tip_deg"][low], 1)[0]
         rig = with_notch(WRIST, replace(WRIST.joint.notch, width_mm=width))
         linear[name] = np.degrees(rig.joints * joint_mechanics(rig).arms_mm.a / beam(rig).bending_Nmm_per_rad)
-        assert 3.3 < slope[name] / linear[name] < 4.0
+        assert 3.2 < slope[name] / linear[name] < 3.55
     assert linear["150"] / linear["90"] == pytest.approx(1.6)
     assert slope["150"] / slope["90"] == pytest.approx(1.6, rel=0.1)
 
@@ -79,7 +79,7 @@ def test_other_figures_of_the_page_on_the_analytic_model():
     assert 2 * (1 + nu) / (4 + 3 * nu) / (1 / 2) == pytest.approx(1.07, abs=0.005)
     narrow = with_notch(WRIST, replace(WRIST.joint.notch, width_mm=0.5))
     at_one_percent = [np.degrees(0.01 / joint_mechanics(rig).peak_strain_per_rad) for rig in (narrow, WRIST)]
-    assert at_one_percent == pytest.approx([2.6, 4.2], abs=0.05)
+    assert at_one_percent == pytest.approx([2.6, 4.1], abs=0.05)
     deeper = with_notch(WRIST, replace(WRIST.joint.notch, depth_mm=1.42))
     assert planar(deeper, 0.0)[2] / planar(WRIST, 0.0)[2] == pytest.approx(1 - 0.24, abs=0.005)
     shortening = 14 / beam(V).axial_N_per_mm

@@ -9,6 +9,7 @@ from fem_models.chain.solve import solve_chain_by_force
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
 from fem_models.joint.section import section_fibres
+from fem_models.joint.superelastic import FIBRES, flag_fibres
 from fem_models.load_control import run_load_control
 from fem_models.rig import RigError, preset
 from fem_models.rig.effects import Closure, Superelastic
@@ -19,17 +20,38 @@ NEVER = Closure(1000.0, angle_deg=1e3)
 LINEAR = replace(WRIST, superelastic=None, friction=Friction(), closure=NEVER)
 
 
-def test_fibres_of_a_one_sided_notch_have_the_moments_of_the_tube_cut_by_a_plane():
-    distance, area = section_fibres(WRIST.joint, 8)
+def test_plateau_moment_of_a_one_sided_notch_is_that_of_the_tube_cut_by_a_plane():
     outer, inner, cut = 0.81, 0.70, 1.40 - 0.81
     x, y = np.meshgrid(np.linspace(0, 0.85, 3401), np.linspace(0, 0.85, 3401))
     height = x[(np.hypot(x, y) < outer) & (np.hypot(x, y) > inner) & (x > cut)]
     cell = 2 * 0.00025**2
-    offset = height.mean()
-    assert area.sum() * 1.0 <= cell * height.size  # classes merge fibres: the moments are kept, the area is not
-    assert (area * distance).sum() == pytest.approx(cell * np.abs(height - offset).sum(), rel=3e-3)
-    assert (area * distance**2).sum() == pytest.approx(cell * ((height - offset) ** 2).sum(), rel=3e-3)
-    assert 0.85 * (outer - offset) < distance.max() <= max(outer - offset, offset - cut)
+    flat = replace(WRIST, superelastic=Superelastic(200.0, 100.0, transformation_strain=0.5))
+    fibres = flag_fibres(flat)
+    assert fibres.upper_Nmm.sum() == pytest.approx(200.0 * cell * np.abs(height - height.mean()).sum(), rel=3e-3)
+    assert fibres.stiffness.sum() == pytest.approx(flexure(flat).bending_Nmm_per_rad, rel=1e-12)
+
+
+@pytest.mark.parametrize("rig", [WRIST, preset("du2018")], ids=["one-sided", "pair"])
+def test_moment_of_a_flexure_is_within_one_percent_of_that_of_many_fibres(rig):
+    law = Superelastic(450.0, 220.0, transformation_strain=0.5, plateau_modulus_GPa=2.0)
+    few, many = (section_fibres(rig.joint, count) for count in (FIBRES, 400))
+    strain = 450.0 / 60e3 * np.linspace(0.2, 6.0, 200)  # of the outermost fibre
+
+    def moment(fibres):
+        distance, area = fibres
+        at = np.abs(distance) * strain[:, None] / np.abs(many[0]).max()
+        stress = np.minimum(60e3 * at, 450.0 + 1e3 * law.plateau_modulus_GPa * (at - 450.0 / 60e3))
+        return (np.abs(distance) * area * stress).sum(axis=1)
+
+    np.testing.assert_allclose(moment(few), moment(many), rtol=0.01)
+
+
+def test_equal_sides_of_a_pair_are_one_set_of_fibres():
+    law = Superelastic(450.0, 220.0)
+    pair, one = (replace(rig, superelastic=law) for rig in (preset("du2018"), WRIST))
+    rigid = replace(pair, joint=replace(pair.joint, notch=replace(pair.joint.notch, rigid_roots=True)))
+    assert flag_fibres(rigid).stiffness.size == FIBRES
+    assert flag_fibres(one).stiffness.size == 2 * FIBRES
 
 
 def test_a_sloped_plateau_has_its_slope():

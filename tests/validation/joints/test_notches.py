@@ -111,14 +111,19 @@ def test_table_is_complete_and_reproducible(results, tmp_path):
 
 
 def test_claims_of_the_page(results):
-    """The beam is never too compliant; with roots it is accurate where a one-sided notch leaves two walls."""
+    """The beam is never too compliant; with roots it is accurate, unless a deep one-sided notch is short."""
     main = [r for r in results if r.in_grid]
     assert min(r.error_percent("bending", "beam") for r in main) > 0
-    whole = [r for r in main if r.case.shape != "rectangular" or 1 - r.case.depth > 2 * r.case.wall]
-    beam, roots = (np.abs([r.error_percent("bending", m) for r in whole]) for m in ("beam", "roots"))
+    beam, roots = (np.abs([r.error_percent("bending", m) for r in main]) for m in ("beam", "roots"))
     assert np.median(beam) > 25
     assert np.median(roots) < 3
     assert np.quantile(roots, 0.9) < 8
+    assert roots.max() < 23
+    one_sided = {r.case: abs(r.error_percent("bending", "roots")) for r in main if r.case.shape == "rectangular"}
+    for case, error in one_sided.items():  # the section is exact: what is left is the roots', and falls with the width
+        of_depth = [one_sided[other] for other in one_sided if replace(other, width=case.width) == case]
+        assert of_depth == sorted(of_depth, reverse=True)
+        assert error < 4 or case.width < 1.6
     assert all(r.plates_bending >= r.chain_bending for r in results)  # plates constrain what the chain leaves free
 
 

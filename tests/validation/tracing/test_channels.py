@@ -54,7 +54,7 @@ def test_a_record_under_force_shows_its_whole_angle_and_starts_at_the_closure_by
     (closure,) = [effect for effect in catalogue() if effect.name == "notch_closure"]
     angles = [start["angle_deg"] for form in problem.forms(closure) for start in problem.starts(form)]
     # width over (outer radius + neutral offset), York et al. 2015: 19.0 deg, measured 19.1 (docs/validation/wrists.md)
-    assert min(abs(angle - 18.97) for angle in angles) < 0.01
+    assert min(abs(angle - 18.95) for angle in angles) < 0.01
 
 
 def test_a_drive_that_goes_one_way_from_zero_shows_its_whole_angle():
