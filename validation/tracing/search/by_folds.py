@@ -33,7 +33,7 @@ from validation.tracing.fitting.model import Model
 from validation.tracing.plausibility import implausible
 from validation.tracing.problem import AddedEffect, Problem
 from validation.tracing.search.search import Progress
-from validation.tracing.search.starts import linearised_gain
+from validation.tracing.search.starts import Start, linearised_gain
 from validation.tracing.settings import (
     FOLD_ALIKE,
     FOLD_CANDIDATES,
@@ -219,23 +219,30 @@ def _fit(model: Model, holdout: Holdout, start: Floats) -> Fitted:
 
 def front_runners(best: Fitted, effects: Sequence[Effect], report: Progress) -> list[Fitted]:
     """Fit each effect beside a model to all samples; those with the lowest error and constants that make sense."""
-    problem, fitted = best.model.problem, list[Fitted]()
-    for effect in effects:
-        if effect.name in best.names:
-            continue
-        starts = [
-            start
-            for form in problem.forms(effect)
-            for values in either_sign(form, problem.starts(form))
-            if (start := linearised_gain(best, AddedEffect(effect, form), values)) is not None
-        ]
-        if not starts or (first := max(starts, key=lambda one: one.gain)).gain < LEAST_GAIN:
-            continue
+    fitted = [_front_runner(best, effect, report) for effect in effects if effect.name not in best.names]
+    return sorted((one for one in fitted if one is not None), key=lambda one: one.mean_square)[:FOLD_CANDIDATES]
+
+
+def _front_runner(best: Fitted, effect: Effect, report: Progress) -> Fitted | None:
+    """Fit an effect from its best start; where its constants make no sense, in its other forms, best start first.
+
+    A steady drift is also one towards a far limit, whose size makes no sense.
+    """
+    problem, starts = best.model.problem, list[Start]()
+    for form in problem.forms(effect):
+        added = AddedEffect(effect, form)
+        tried = [linearised_gain(best, added, values) for values in either_sign(form, problem.starts(form))]
+        starts += sorted((one for one in tried if one is not None), key=lambda one: one.gain)[-1:]
+    for start in sorted(starts, key=lambda one: -one.gain):
+        if start.gain < LEAST_GAIN:
+            break
         report(" + ".join([*best.names, effect.name]))
         with suppress(SolverError, RigError):
-            model = Model(problem, (*best.model.added, first.added))
-            fitted.append(_fit(model, _everything(problem), first.x))
-    return sorted((one for one in fitted if not implausible(one)), key=lambda one: one.mean_square)[:FOLD_CANDIDATES]
+            model = Model(problem, (*best.model.added, start.added))
+            fitted = _fit(model, _everything(problem), start.x)
+            if not implausible(fitted):
+                return fitted
+    return None
 
 
 def either_sign(form: Any, starts: Sequence[Values]) -> list[Values]:
