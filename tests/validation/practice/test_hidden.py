@@ -9,14 +9,18 @@ import pytest
 from hysteresis import Record
 from hysteresis.prandtl_ishlinskii import plays
 from hysteresis.record import RecordError
+from hysteresis.record_file import read_record
 from validation.measured import measured_folder
 from validation.practice.hidden import GROUPS, draw_hidden_case
 from validation.practice.hidden.changes import CHANGES, OUTSIDE
 from validation.practice.hidden.curve_with_plays import change_beyond_curve, fit_curve_with_plays
 from validation.practice.hidden.draw import RATIOS, groups_of, nth, sized
 from validation.practice.hidden.labels import STEADY, delayed, drifted, leapt, lost, run_out, with_play
+from validation.tracing.baseline.play_operators import play_problem
 from validation.tracing.cross_validated import play_baselines, trace_by_folds
 from validation.tracing.effect import catalogue
+from validation.tracing.fitting import Model
+from validation.tracing.search.by_folds import fit_all, front_runners
 
 
 def rig_angle(drive):
@@ -132,3 +136,14 @@ def test_drift_hides_which_baseline_predicts_best_and_is_named_beside_it():
     assert trace.names == ("thermal_drift",)
     assert rate == pytest.approx(case.truth.numbers["thermal_drift"]["deg_per_s"], rel=0.25)
     assert trace.augmented.heldout_rmse_deg < 0.3 * trace.baseline.heldout_rmse_deg
+
+
+@pytest.mark.skipif(not measured_folder().is_dir(), reason="no measured records")
+def test_steady_drift_is_not_lost_to_one_towards_a_limit_that_makes_no_sense():
+    """Of these records the best start is that of a drift towards 43 deg: more than the whole motion."""
+    paths = sorted(measured_folder().glob("catheter-taut-*.csv"))
+    records = [drifted(read_record(path), 0.184) for path in paths]
+    baseline = fit_all(Model(play_problem(records, powers=1, curve=12)))
+    effects = [effect for effect in catalogue() if effect.name == "thermal_drift"]
+    (found,) = front_runners(baseline, effects, lambda _: None)
+    assert found.model.values(found.x)[1][0]["deg_per_s"] == pytest.approx(0.184, rel=0.1)
