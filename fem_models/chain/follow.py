@@ -241,7 +241,7 @@ def load_at(k: int, path: Path, crept: Floats) -> Load:
 
 @chain_njit()
 def creep_on(part: float, rig: Parameters, tension: Floats, crept: Floats) -> None:
-    """Let the tendons creep by a part of what is left, at tensions (2, N + 1)."""
+    """Let the tendons creep by a part of the remaining creep, at tensions (2, N + 1)."""
     for side in range(2):
         goal = rig.creep[side] * (tension[side, 0] - rig.preload[side])
         crept[side] += part * (goal - crept[side])

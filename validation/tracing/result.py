@@ -321,7 +321,7 @@ def in_words(report: TraceReport) -> list[str]:
         default=None,
     )
     near = [] if nearest is None else [_nearest_words(nearest, report)]
-    no_effect = "no effect of the catalogue explains it well enough to be named"
+    no_effect = "no effect of the catalogue explains enough of it"
     first = (
         f"Something has changed since the reference, but {no_effect}."
         if report.reference

@@ -138,7 +138,8 @@ def _is_measured(baseline: Fitted) -> bool:
 
 def _depends_on(smooth: Smooth, what: str = "the residual") -> str:
     if not smooth.names:
-        return f"{'it' if what == 'it' else 'what is left'} follows none of the quantities that were tested"
+        subject = "it" if what == "it" else "the remaining residual"
+        return f"{subject} follows none of the quantities that were tested"
     return f"{what} depends on {', '.join(smooth.names)}"
 
 
@@ -277,7 +278,7 @@ def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int 
             reasons.insert(0, _depends_on(smooth))
     elif after > AT_FLOOR * floor.deg:
         verdict = "partial"
-        reasons.insert(0, _depends_on(smooth_functions(best), "what is left"))
+        reasons.insert(0, _depends_on(smooth_functions(best), "the remaining residual"))
     alike = found.alike if best is not baseline else ()
     if best is not baseline:
         reasons += remarks(best)

@@ -120,7 +120,7 @@ def test_claims_of_the_page(results):
     assert np.quantile(roots, 0.9) < 8
     assert roots.max() < 23
     one_sided = {r.case: abs(r.error_percent("bending", "roots")) for r in main if r.case.shape == "rectangular"}
-    for case, error in one_sided.items():  # the section is exact: what is left is the roots', and falls with the width
+    for case, error in one_sided.items():  # the section is exact: the rest is the roots', and falls with the width
         of_depth = [one_sided[other] for other in one_sided if replace(other, width=case.width) == case]
         assert of_depth == sorted(of_depth, reverse=True)
         assert error < 4 or case.width < 1.6

@@ -107,7 +107,7 @@ def test_a_residual_that_follows_nothing_is_said_to_be_left(leaping: Trace) -> N
     named = replace(leaping, smooth=Smooth((), 1.0, 1, ()), verdict="effect", augmented=worse)
     doubted = confirmed_on_heldout(replace(named, floor=replace(named.floor, local_deg=1e-6, repeats_deg=None)))
     assert doubted.verdict == "unexplained"
-    assert doubted.words[-1] == "what is left follows none of the quantities that were tested"
+    assert doubted.words[-1] == "the remaining residual follows none of the quantities that were tested"
 
 
 def test_a_share_is_100_percent_only_where_nothing_is_left_above_the_noise() -> None:

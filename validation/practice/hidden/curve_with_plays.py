@@ -37,7 +37,7 @@ class CurveWithPlays:
     weights
         Of the columns of :func:`regressors`, the zeros of the records left out.
     residuals
-        What is left of the angle of each record that was fitted, deg, shapes (m_i,).
+        Residual of the angle of each record that was fitted, deg, shapes (m_i,).
     """
 
     low: float
@@ -48,7 +48,7 @@ class CurveWithPlays:
 
     @property
     def level_deg(self) -> float:
-        """Root mean square of what is left."""
+        """Root mean square of the residual."""
         return float(np.sqrt(np.mean(np.concatenate(self.residuals) ** 2)))
 
 

@@ -79,7 +79,7 @@ class NoiseFloor:
     def how(self) -> str:
         """Where the floor is from."""
         if self.reference_deg is not None and self.reference_deg >= self.deg:
-            return "what is left unexplained of the reference"
+            return "the residual that the reference leaves"
         if self.deg == self.repeats_deg:
             return f"cycles or trials that repeat each other{'' if self.known else ', by noise or by a drift'}"
         return "neighbouring samples" if self.local_known else "the whole residual: the noise is not known"
