@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 
 from fem_models.joint import JointMechanics, joint_mechanics
+from fem_models.joint.hardening import beyond_linear_rad
 from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.rig import Rig, RigError
@@ -190,6 +191,14 @@ class _EqualJoints:
         """Bending stiffness, Nmm/rad: the elastic part, to which the material loop is added as hysteresis."""
         return self.joint.flexure.bending_Nmm_per_rad * (1 - self.rig.material.loop_share) / self.rig.joints
 
+    def resistance_Nmm(self, theta: Floats) -> Floats:
+        """Moment of the flexures at a bending."""
+        bent, hardening = np.asarray(theta - self.rest_rad, dtype=float), self.joint.hardening
+        if hardening.is_linear:
+            return self.stiffness * bent
+        n = self.rig.joints
+        return self.stiffness * (bent + n * beyond_linear_rad(bent / n, hardening))
+
     def path_mm(self, theta: Floats, arm_mm: float) -> Floats:
         """Shortening of the path of a tendon on the inner side of the bend; :func:`path_shortening_mm`."""
         n = self.rig.joints
@@ -243,7 +252,7 @@ class _EqualJoints:
         return (
             self.path_arm_mm(theta, self.joint.arms_mm.a) * tension_a
             - self.path_arm_mm(-theta, self.joint.arms_mm.b) * tension_b
-            - self.stiffness * (theta - self.rest_rad)
+            - self.resistance_Nmm(theta)
         )
 
 
@@ -302,7 +311,7 @@ def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
             f"rig {rig.name}: moment arms about the neutral axis {arms.a:g} and {arms.b:g} mm: expected both above "
             "0, or there is no drive for every angle"
         )
-    resistance = equal.stiffness * np.abs(theta - rest)
+    resistance = np.abs(equal.resistance_Nmm(theta))
 
     def bound(tendon: Tendon, path: Floats, other: Floats, arm: Floats, other_arm: Floats) -> Floats:
         # a drive at which this tendon surely wins: the other one is at its preload at most

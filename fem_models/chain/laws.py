@@ -242,9 +242,25 @@ def flag_moment(theta: float, rest: float, flag: Flag) -> tuple[float, float]:
 
 
 @chain_njit(forceinline=True)
+def spring(bent: float, rig: Parameters) -> tuple[float, float]:
+    """Moment of a flexure's spring that is bent from its rest, and its slope.
+
+    See :class:`fem_models.rig.joints.MeasuredJoint`.
+    """
+    slope, limit, angle = rig.hardening
+    if slope == 0.0 and limit == 0.0:
+        return rig.elastic * bent, rig.elastic
+    u = abs(bent) / angle
+    beyond = 0.5 * slope * math.log1p(u * u) + limit * (u - math.atan(u))
+    growth = u * (slope + limit * u) / (1.0 + u * u)
+    moment = rig.elastic * bent + math.copysign(1.0, bent) * rig.hardened * angle * beyond
+    return moment, rig.elastic + rig.hardened * growth
+
+
+@chain_njit(forceinline=True)
 def joint_moment(theta: float, i: int, rig: Parameters, memory: Memory, load: Load) -> tuple[float, float]:
     """Moment that bends joint i to an angle, and its slope: spring, Jenkins and flag elements, closed notch."""
-    moment, slope = rig.elastic * (theta - load.rest_angle), rig.elastic
+    moment, slope = spring(theta - load.rest_angle, rig)
     for j in range(memory.slip_moment.size):
         stiffness = memory.jenkins_stiffness[j]
         part, limit = stiffness * (theta - memory.jenkins[j, i]), load.loop_scale * memory.slip_moment[j]

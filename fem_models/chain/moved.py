@@ -37,6 +37,7 @@ from fem_models.chain.laws import (
     flag_element,
     flag_moment,
     segment,
+    spring,
     wrap,
 )
 from fem_models.chain.parameters import Memory, Parameters
@@ -205,7 +206,7 @@ def held_moments(s: int, line: Line, rig: Parameters, memory: Memory, load: Load
     jenkins, jenkins_stiffness, slip_moment = memory.jenkins, memory.jenkins_stiffness, memory.slip_moment
     for i in range(shut.size):
         theta = x[3 * i + 3]
-        moment = rig.elastic * (theta - load.rest_angle)
+        moment = spring(theta - load.rest_angle, rig)[0]
         if shut[i]:
             moment += math.copysign(rig.contact_stiffness * (abs(theta) - rig.contact_angle), theta)
         b[BAND + 3 * i + 3] = moment

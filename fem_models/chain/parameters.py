@@ -13,6 +13,7 @@ import numpy as np
 
 from fem_models.joint import JointMechanics
 from fem_models.joint.contact import ring_weight_N, tip_load_N
+from fem_models.joint.hardening import Hardening
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -52,7 +53,9 @@ class Parameters(NamedTuple):
     rest: float  # angle of every joint without load
     scale: float  # of the forces
     bending: float  # stiffness of a joint
-    elastic: float  # of its spring part
+    elastic: float  # of its spring part, straight
+    hardening: Hardening
+    hardened: float  # stiffness that grows
     half_gap: float  # of the even part of the path over a notch
     axial: float  # compliance of a joint in compression
     capstan: float
@@ -102,7 +105,7 @@ def chain_parameters(
     flexure, arms, dry, tendons = joint.flexure, joint.arms_mm, rig.friction, rig.tendons
     elastic, scale = joint.jenkins.elastic_Nmm_per_rad, joint.force_scale_N
     stop, weight, ring = rig.tip_stop, ring_weight_N(rig), joint.ring.bending_Nmm_per_rad  # the ring is in series
-    tip = tip_load_N(rig)
+    tip, spring = tip_load_N(rig), float(elastic * ring / (ring + elastic))
     contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
     segment = _pair([tendon.EA_N / rig.pitch_mm for tendon in tendons])
     creep = rig.creep.fraction if rig.creep else 0.0
@@ -118,7 +121,9 @@ def chain_parameters(
         rest=joint.rest_angle_rad,
         scale=float(scale),
         bending=float(flexure.bending_Nmm_per_rad),
-        elastic=0.0 if rig.superelastic else float(elastic * ring / (ring + elastic)),
+        elastic=0.0 if rig.superelastic else spring,
+        hardening=joint.hardening,
+        hardened=spring,
         half_gap=0.5 * joint.rigid_gap_mm,
         axial=1 / flexure.axial_N_per_mm if flexure.axial_N_per_mm else 0.0,
         capstan=float(dry.capstan_coefficient),

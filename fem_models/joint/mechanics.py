@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from fem_models.joint.flexure import Elasticity, Flexure, beam_of_notch, elasticity, flexure_of_notch
 from fem_models.joint.friction import JenkinsElements, jenkins_elements
+from fem_models.joint.hardening import Hardening
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.joint.superelastic import FlagFibres, flag_fibres
 from fem_models.rig import Rig
@@ -43,6 +44,9 @@ class JointMechanics:
     ----------
     flexure
         Bending, shear and axial stiffness, and the offset of the neutral axis.
+    hardening
+        Growth of the bending stiffness with the angle from rest; nothing for notches, which are linear but for their
+        superelastic law.
     ring
         Stiffness of the uncut tube between two flexures. Of measured joints it is part of the joint: far stiffer here.
     bending_length_mm
@@ -85,6 +89,7 @@ class JointMechanics:
     """
 
     flexure: Flexure
+    hardening: Hardening
     ring: RingStiffness
     bending_length_mm: float
     turning_length_mm: float
@@ -104,6 +109,7 @@ class _Elastic(NamedTuple):
     """Fields of :class:`JointMechanics` that depend on the joint and its elastic constants alone."""
 
     flexure: Flexure
+    hardening: Hardening
     ring: RingStiffness
     bending_length_mm: float
     turning_length_mm: float
@@ -133,6 +139,7 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
         contact = elastic.closure_angle_rad if closure.angle_deg is None else math.radians(closure.angle_deg)
     return JointMechanics(
         flexure=flexure,
+        hardening=elastic.hardening,
         ring=elastic.ring,
         bending_length_mm=elastic.bending_length_mm,
         turning_length_mm=elastic.turning_length_mm,
@@ -162,6 +169,7 @@ def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
         fibre = max(fibre, tube.outer_diameter_mm / 2 - offset)
     return _Elastic(
         flexure=flexure,
+        hardening=Hardening(),
         ring=_ring_stiffness(joint, metal, joint.pitch_mm - bending_length),
         bending_length_mm=bending_length,
         turning_length_mm=turning_length,
@@ -187,6 +195,7 @@ def _of_measured(joint: MeasuredJoint, EA_N: float) -> _Elastic:
     bending_length = MEASURED_BENDING_SHARE * joint.pitch_mm
     return _Elastic(
         flexure=Flexure(joint.flexure_stiffness_Nmm_per_rad, None, None, 0.0),
+        hardening=Hardening(joint.hardening_slope, joint.hardening_limit, math.radians(joint.hardening_angle_deg)),
         ring=RingStiffness(rigid * joint.pitch_mm**2, rigid, rigid),
         bending_length_mm=bending_length,
         turning_length_mm=bending_length,

@@ -62,6 +62,7 @@ class Model:
     beams: list[int]  # flexures, base to tip
     jenkins: list[int]  # element by element, joint by joint
     flags: list[int]  # the same
+    hardening: list[int]  # joint by joint; none where flexures are linear
     dashpots: list[int]  # of tendon a and b at the base, then joint by joint; none where the rig has no drag
     slip: Ints  # coordinates of the guides
     rings: Ints  # first coordinates (x, y, rotation) of the rings, base first
@@ -130,6 +131,7 @@ class _Backbone:
     beams: list[int]
     jenkins: list[int]  # element by element, joint by joint
     flags: list[int]
+    hardening: list[int]
     dashpots: list[int]  # joint by joint
 
 
@@ -160,7 +162,7 @@ def _add_backbone(mbs: Any, rig: Rig, joint: JointMechanics, ground: int, inerti
         end = items.NodeRigidBody2D(referenceCoordinates=[i * p + length / 2, 0, 0], initialCoordinates=[moved, 0, 0])
         near.append(mbs.AddNode(end))
         _add_beam(mbs, [rings[-1].node, near[-1]], length, *ring)
-    jenkins, flags, dashpots = _add_material(mbs, rig, joint, near, rings)
+    jenkins, flags, hardening, dashpots = _add_material(mbs, rig, joint, near, rings)
     return _Backbone(
         rings=rings,
         near_nodes=near,
@@ -168,14 +170,15 @@ def _add_backbone(mbs: Any, rig: Rig, joint: JointMechanics, ground: int, inerti
         beams=beams,
         jenkins=jenkins,
         flags=flags,
+        hardening=hardening,
         dashpots=dashpots,
     )
 
 
 def _add_material(
     mbs: Any, rig: Rig, joint: JointMechanics, near: list[int], rings: list[Ring]
-) -> tuple[list[int], list[int], list[int]]:
-    """Add what acts by the angle of a flexure beside its beam: contact of the edges, material, drag."""
+) -> tuple[list[int], list[int], list[int], list[int]]:
+    """Add what acts by the angle of a flexure beside its beam: contact of the edges, material, hardening, drag."""
     ends = [
         [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=2)) for n in (a, ring.node)]
         for a, ring in zip(near, rings[1:], strict=True)
@@ -198,7 +201,11 @@ def _add_material(
         for k in joint.fibres.stiffness
         for m in ends
     ]
-    return jenkins, flags, [_dashpot(mbs, m) for m in ends] if rig.drag else []
+    hardening = [
+        laws.add_with_law(mbs, Spring(markerNumbers=m, stiffness=joint.jenkins.elastic_Nmm_per_rad), laws.hardening)
+        for m in (ends if not joint.hardening.is_linear else [])
+    ]
+    return jenkins, flags, hardening, [_dashpot(mbs, m) for m in ends] if rig.drag else []
 
 
 def taut(rig: Rig, tendon: Tendon) -> float:
@@ -312,6 +319,7 @@ def assemble(
         beams=backbone.beams,
         jenkins=backbone.jenkins,
         flags=backbone.flags,
+        hardening=backbone.hardening,
         dashpots=dashpots + backbone.dashpots,
         slip=np.array([mbs.GetNodeODE2Index(n) for n in slip_nodes]),
         rings=first,

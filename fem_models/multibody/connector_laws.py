@@ -49,6 +49,15 @@ def flag(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any
     return high(bounded(line, positive), 0.0) - high(bounded(-line, negative), 0.0)
 
 
+def hardening(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, angle: Any, rest: Any, vo: Any, slope: Any, limit: Any,
+              ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
+    """Moment of a flexure beyond a linear one; :func:`fem_models.joint.hardening.beyond_linear_rad`."""
+    w = (u - rest) / angle
+    over = exu.symbolic.abs(w)
+    beyond = 0.5 * slope * exu.symbolic.log(1.0 + w * w) + limit * (over - exu.symbolic.atan(over))
+    return k * angle * exu.symbolic.sign(w) * beyond
+
+
 def closed_in_both_directions(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, angle: Any, vo: Any, fd: Any,
                               fs: Any, ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
     """Contact of the edges of a pair of notches."""

@@ -113,6 +113,11 @@ class Material:
         set_each(mbs, model.flags, "dynamicFrictionForce", at_no_angle * self.fibres.lower_Nmm)
         set_each(mbs, model.flags, "damping", self.fibres.slope)
         set_each(mbs, model.flags, "viscousFrictionFactor", self.fibres.span_rad)
+        for field, value in zip(
+            ("dynamicFrictionForce", "staticFrictionOffsetForce", "damping"), joint.hardening, strict=True
+        ):
+            set_each(mbs, model.hardening, field, [value] * len(model.hardening))
+        set_each(mbs, model.hardening, "offset", [joint.rest_angle_rad] * len(model.hardening))
 
     def scale_loop(self, factor: float) -> None:
         """Scale the slip moments of the Jenkins elements."""

@@ -153,6 +153,7 @@ class Stepper:
         self.material.set_rest_angle(angle_rad)
         curvature = angle_rad / self.joint.turning_length_mm
         set_each(self.model.mbs, self.model.beams, "referenceCurvature", [curvature] * len(self.model.beams))
+        set_each(self.model.mbs, self.model.hardening, "offset", [angle_rad] * len(self.model.hardening))
 
     def _solve(self, load: Load) -> bool:
         self.set_load(load)

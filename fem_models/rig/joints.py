@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -145,6 +146,11 @@ class MeasuredJoint:
     roots_share
         Share of the joint's compliance at the roots of the flexure in the rings, where superelastic metal stays
         elastic.
+    hardening_slope, hardening_limit, hardening_angle_deg
+        The bending stiffness of a real flexure varies along the bend. Over the one at rest it is
+        1 + (slope u + limit u^2) / (1 + u^2), u being the angle from rest over ``hardening_angle_deg``: it begins to
+        grow by the slope, and far beyond that angle it is larger by the limit. Negative numbers soften. It stays
+        above 0 where limit - sqrt(slope^2 + limit^2) > -2.
     """
 
     joints: int
@@ -152,6 +158,9 @@ class MeasuredJoint:
     flexure_stiffness_Nmm_per_rad: float
     rigid_gap_mm: float = 0.0
     roots_share: float = 0.0
+    hardening_slope: float = 0.0
+    hardening_limit: float = 0.0
+    hardening_angle_deg: float = 5.0
 
     def __post_init__(self) -> None:
         require_numbers("rig", self)
@@ -174,4 +183,8 @@ class MeasuredJoint:
             self.rigid_gap_mm,
             f"between 0 and half of rig.pitch_mm = {self.pitch_mm:g}",
         )
+        require(self.hardening_angle_deg > 0, "rig.hardening_angle_deg", self.hardening_angle_deg, "above 0")
+        slope, limit = self.hardening_slope, self.hardening_limit
+        positive = limit - math.hypot(slope, limit) > -2
+        require(positive, "rig.hardening_slope", slope, f"a stiffness above 0 with hardening_limit = {limit:g}")
         require(0 <= self.roots_share < 1, "rig.roots_share", self.roots_share, "from 0 to below 1")

@@ -46,8 +46,9 @@ def test_derivatives_by_stiffness_and_load_have_their_closed_form():
         {"drag": Drag(0.5, 2.0)},
         {"creep": Creep(0.3, 5.0)},
         {"gravity": Gravity(2.0, 90.0), "tip_stop": TipStop(6.0, 2.0)},
+        {"joint": MeasuredJoint(14, 2.6, 520.0, hardening_slope=0.8, hardening_limit=1.5, hardening_angle_deg=2.0)},
     ],
-    ids=["plain", "drag", "creep", "gravity and tip stop"],
+    ids=["plain", "drag", "creep", "gravity and tip stop", "flexures that harden"],
 )
 def test_moved_rigs_follow_their_own_runs(parts):
     rig, program = replace(preset("du2018", preload_N=10.0), **parts), sine(2.0, 0.1, cycles=1, samples_per_cycle=60)
