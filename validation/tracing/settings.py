@@ -297,6 +297,11 @@ MOST_OF_RESIDUAL = 1.3
 """Correlated noise over the rms residual at most: an estimate beyond is of structure that looks like it."""
 DECIMATIONS = (1, 2, 4, 8)
 """Distances of the samples whose third differences tell the correlation of noise."""
+MISFIT_ALIKE = 1.15
+"""Rms residual over that of the best model, where that is above the noise, up to which a model may be as good."""
+AS_DECLARED = 1.1
+"""Rms residual over the noise up to which measured joints are taken to be as declared: what their stiffness varies by
+along the bend would leave more."""
 NEAR_NOISE = 2.0**0.5
 """Rms residual of a known rig over the noise up to which it is not unexplained, and up to which no effect is named
 beside measured joints: what these are off by makes as much. Beside a lumped rig with 3 % error, wheels and friction
@@ -343,6 +348,9 @@ intervals of a few records are too narrow for less: drag and delay of a catheter
 NOT_TOLD = 0.01
 """Part of the squares that an effect takes which another one may leave to count as not distinguished, and least part of
 the baseline's that a further effect takes: real records have structure of that size that no model has."""
+MOST_OF_ERROR = 0.6
+"""Part of the mean square above the noise that one effect must take from samples that were not fitted, to be named where
+the records of a known rig stay unexplained."""
 PARTIAL_SHARE = 1.0 / 3.0
 """Part of the mean square above the noise that effects must take from the held-out error to be named."""
 

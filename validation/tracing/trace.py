@@ -28,7 +28,12 @@ from hysteresis.path import cycle_index, require_reversal
 from hysteresis.record import Record, RecordError
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
-from validation.tracing.baseline.known_rig import known_rig_problem, rig_under_tendon_force
+from validation.tracing.baseline.known_rig import (
+    KnownRigProblem,
+    known_rig_problem,
+    rig_under_tendon_force,
+    with_varied_flexures,
+)
 from validation.tracing.baseline.motor_drive import motor_drive_problem
 from validation.tracing.cross_validated import play_baselines, trace_by_folds, trace_change
 from validation.tracing.effect import Effect, catalogue
@@ -46,6 +51,7 @@ from validation.tracing.search import Search, best_of_other_loops, refit_without
 from validation.tracing.search.search import Progress
 from validation.tracing.sensors.readings import sensor_words
 from validation.tracing.settings import (
+    AS_DECLARED,
     COMPETITOR_NOISE,
     CURVE,
     EARLY_STEPS,
@@ -62,8 +68,10 @@ from validation.tracing.verdict import (
     doubted_with_leap,
     doubted_without_noise,
     ended_above_noise,
+    is_as_good,
     is_explained,
     judge,
+    named_in_part,
     partial_above_floor,
     predicts_better,
 )
@@ -113,6 +121,7 @@ def trace_records(
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
     if trace.baseline.fold_errors is None:
         trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
+        trace = trace if problem is None else named_in_part(trace)
     trace = doubted_with_leap(doubted_without_noise(trace))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 
@@ -149,7 +158,27 @@ def find_effects(search: Search, baseline: Fitted, *, down_to_noise: bool = Fals
 
 
 def _trace_known_rig(search: Search) -> Trace:
-    """Trace records whose rig is known; the held-out samples are never fitted."""
+    """Trace records whose rig is known; the held-out samples are never fitted.
+
+    The stiffness of measured joints is taken as declared first, beside at most one effect. Where that leaves more than
+    noise, it may vary along the bend (:data:`validation.tracing.baseline.known_rig.VARIED_FLEXURES`).
+    """
+    problem = search.problem
+    varied = with_varied_flexures(problem) if isinstance(problem, KnownRigProblem) else None
+    if varied is None:
+        return _trace_as_declared(search)
+    declared = _trace_as_declared(replace(search, most_effects=1))
+    if declared.verdict == "none" or declared.augmented.rmse_deg <= AS_DECLARED * declared.floor.deg:
+        return declared
+    other = _trace_as_declared(Search(varied, KNOWN_RIG, search.effects, search.threads, search.report))
+    if is_explained(declared) and is_as_good(declared.augmented, other.augmented, declared.floor):
+        return declared
+    samples = min((declared.augmented, other.augmented), key=lambda g: g.mean_square).samples
+    return min([declared, other], key=lambda one: (not is_explained(one), one.augmented.bic(samples)))
+
+
+def _trace_as_declared(search: Search) -> Trace:
+    """Trace records beside one baseline of a known rig."""
     search.report("the baseline model")
     model, holdout = Model(search.problem), divide_records(search.problem.records)
     baseline = fit(model, holdout, model.coordinates(search.problem.start, []), threads=search.threads)

@@ -9,7 +9,7 @@ from fem_models.rig.joints import MeasuredJoint
 from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.folds import share
+from validation.tracing.fitting.folds import gain, share
 from validation.tracing.fitting.noise import NOT_KNOWN, NoiseFloor, repeatability_deg, sensor_noise_deg
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
@@ -20,8 +20,11 @@ from validation.tracing.search.stepwise import Selection, Stages
 from validation.tracing.sensors.readings import LEAPT
 from validation.tracing.settings import (
     AT_FLOOR,
+    AT_NOISE,
     EXPLAINED_SHARE,
     KNOWN_RIG,
+    MISFIT_ALIKE,
+    MOST_OF_ERROR,
     NEAR_NOISE,
     PARTIAL_SHARE,
     SIGNIFICANT,
@@ -55,11 +58,11 @@ def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Sel
         verdict, (floor, words) = "none", reason
     if verdict == "effect" and (senseless := implausible(best)):
         words.append(f"{' + '.join(best.names)} would explain the residual, but {'; '.join(senseless)}")
-        sensible = [g for g in _as_good(best, stages, alike) if not implausible(g)]
+        sensible = [g for g in _as_good(best, stages, alike, floor) if not implausible(g)]
         best = min(sensible, key=lambda g: g.bic(samples), default=best)
         verdict = _verdict(policy, baseline, best, smooth, floor)[0] if sensible else "unexplained"
     best = baseline if verdict == "none" else best
-    confusable = _confusable(best, stages, alike) if verdict == "effect" else ()
+    confusable = _confusable(best, stages, alike, floor) if verdict == "effect" else ()
     if any(confusable):
         verdict = "ambiguous"
     if verdict == "unexplained":
@@ -143,9 +146,9 @@ def _depends_on(smooth: Smooth, what: str = "the residual") -> str:
     return f"{what} depends on {', '.join(smooth.names)}"
 
 
-def _confusable(best: Fitted, stages: Stages, alike: float) -> tuple[tuple[str, ...], ...]:
+def _confusable(best: Fitted, stages: Stages, alike: float, floor: NoiseFloor) -> tuple[tuple[str, ...], ...]:
     """For each effect of the best model, those that explain the records as well in its place, and make sense."""
-    as_good = [g for g in _as_good(best, stages, alike) if not implausible(g)]
+    as_good = [g for g in _as_good(best, stages, alike, floor) if not implausible(g)]
     out: list[tuple[str, ...]] = []
     for name in best.names:
         others = set(best.names) - {name}
@@ -154,13 +157,23 @@ def _confusable(best: Fitted, stages: Stages, alike: float) -> tuple[tuple[str, 
     return tuple(out)
 
 
-def _as_good(best: Fitted, stages: Stages, alike: float) -> list[Fitted]:
+def _as_good(best: Fitted, stages: Stages, alike: float, floor: NoiseFloor) -> list[Fitted]:
     """Models of no more effects that explain the records as well."""
     samples = best.samples
     return [
         g for stage in stages for g in stage
-        if g is not best and len(g.names) <= len(best.names) and g.bic(samples) - best.bic(samples) < alike
+        if g is not best and len(g.names) <= len(best.names)
+        and (g.bic(samples) - best.bic(samples) < alike or is_as_good(g, best, floor))
     ]  # fmt: skip
+
+
+def is_as_good(fitted: Fitted, best: Fitted, floor: NoiseFloor) -> bool:
+    """Whether a model leaves no more than twice of what the best model leaves above the noise, nor far more.
+
+    That is the misfit of the best model, which may not be the right one: the baseline of both is not.
+    """
+    misfit = max(0.0, best.mean_square - (AT_NOISE * floor.deg) ** 2)
+    return fitted.mean_square - best.mean_square < min(misfit, (MISFIT_ALIKE**2 - 1.0) * best.mean_square)
 
 
 def is_explained(trace: Trace) -> bool:
@@ -239,6 +252,26 @@ def _traced(trace: Trace) -> Sequence[PreparedRecord]:
     """Give the records that are traced, without those of a reference."""
     records = trace.baseline.model.problem.records
     return records[: len(records) - trace.reference]
+
+
+def named_in_part(trace: Trace) -> Trace:
+    """Name the effect that takes most of an error that stays unexplained, if unseen samples confirm it.
+
+    The best single effect by the fitted samples is judged by the others: it must take :data:`MOST_OF_ERROR` of the mean
+    square above the noise there, beyond its interval. Without such an effect the trace stays as it is.
+    """
+    single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
+    if trace.verdict != "unexplained" or not single:
+        return trace
+    samples = min(single, key=lambda g: g.train_square).samples
+    best, before = min(single, key=lambda g: g.train_bic(samples)), trace.baseline
+    taken = share(before.heldout_errors, best.heldout_errors, trace.floor.deg)
+    if taken.value < MOST_OF_ERROR or not gain(before.heldout_errors, best.heldout_errors).is_positive:
+        return trace
+    alike = [g for g in single if g.names != best.names and is_as_good(g, best, trace.floor)]
+    left = f"{best.rmse_deg / trace.floor.deg:.2g} times the noise is left; {_depends_on(smooth_functions(best), 'it')}"
+    others = tuple(dict.fromkeys(g.names[0] for g in sorted(alike, key=lambda g: g.mean_square)))
+    return replace(trace, verdict="partial", augmented=best, confusable=(others,), words=(left, *remarks(best)))
 
 
 def partial_above_floor(trace: Trace) -> Trace:

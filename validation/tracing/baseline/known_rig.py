@@ -1,7 +1,7 @@
 """Baseline of a known rig: kinematics, elastic tendons, friction of the guides and the loop of the material.
 
 The parameters of friction, tendons and loop are identified from the records (``docs/guide/trace.md``); the rest of the
-rig is as declared.
+rig is as declared. The flexures of measured joints may vary besides, where the records ask for it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from fem_models.rig import Rig
-from fem_models.rig.joints import NotchedTube
+from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.of_record import notched_tube_of, rig_of
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.path import cycle_index
@@ -28,6 +28,15 @@ LOAD_CONTROL = (
     FreeParameter("capstan_coefficient", "-", 0.0, 1.5, 0.05),
 )
 """Parameters under tendon forces that only load: a material's loop does not show."""
+VARIED_FLEXURES = (
+    FreeParameter("stiffness_factor", "-", 0.5, 6.0, 0.1, log=True),
+    FreeParameter("hardening_slope", "-", -0.5, 1.0, 0.1),
+    FreeParameter("hardening_limit", "-", -0.5, 1.0, 0.1),
+)
+"""Parameters of measured joints whose stiffness varies along the bend, over the largest bend of the records
+(:class:`fem_models.rig.joints.MeasuredJoint`). The factor is on the stiffness after a reversal, with the loop's part:
+a measured stiffness is mostly that of a whole bend, and a loop may begin stiffer than the flexure itself is. Along
+the bend a stiffness varies by a factor of two at most: more is an effect."""
 _YOUNG_GPA, _TENDON_TO_WALL_MM = 50.0, 0.1
 
 
@@ -45,6 +54,8 @@ class KnownRigProblem(RigProblem):
         if "youngs_modulus_GPa" in values:
             elastic = replace(rig.material, youngs_modulus_GPa=values["youngs_modulus_GPa"])
             return replace(rig, friction=friction, material=elastic)
+        if "stiffness_factor" in values:
+            rig = replace(rig, joint=self._varied(rig.joint, values))
         a, b = rig.tendon_a, rig.tendon_b
         ratio = values["EA_N"] / a.EA_N
         return replace(
@@ -54,6 +65,33 @@ class KnownRigProblem(RigProblem):
             tendon_a=replace(a, EA_N=values["EA_N"]),
             tendon_b=None if b is None else replace(b, EA_N=b.EA_N * ratio),
         )
+
+    def _varied(self, joint: NotchedTube | MeasuredJoint, values: Values) -> MeasuredJoint:
+        """Let the stiffness of measured joints vary along the bend."""
+        assert isinstance(joint, MeasuredJoint)
+        return replace(
+            joint,
+            flexure_stiffness_Nmm_per_rad=joint.flexure_stiffness_Nmm_per_rad * values["stiffness_factor"],
+            hardening_slope=values["hardening_slope"],
+            hardening_limit=values["hardening_limit"],
+            hardening_angle_deg=self.scale.joint_deg,
+        )
+
+
+def with_varied_flexures(problem: KnownRigProblem) -> KnownRigProblem | None:
+    """Let the flexures vary along the bend; None where they are no measured joints, driven in mm."""
+    measured = all(isinstance(run.rig.joint, MeasuredJoint) for runs in problem.runs for run in runs)
+    if not measured or "EA_N" not in problem.start:
+        return None
+    own = {"stiffness_factor": 2.5, "hardening_slope": 0.0, "hardening_limit": 0.0}
+    loop = {"loop_share": 0.6, "loop_angle_deg": 0.4 * problem.start["loop_angle_deg"]}  # the flexure is as declared
+    parameters = [_wider(one) for one in problem.parameters]
+    return replace(problem, parameters=(*parameters, *VARIED_FLEXURES), start={**problem.start, **own, **loop})
+
+
+def _wider(parameter: FreeParameter) -> FreeParameter:
+    """Let the material's loop saturate at smaller angles, where it may be friction of the tendons along the joint."""
+    return replace(parameter, low=parameter.low / 5) if parameter.name == "loop_angle_deg" else parameter
 
 
 def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:

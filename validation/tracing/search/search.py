@@ -21,6 +21,7 @@ from validation.tracing.settings import (
     COMPETITOR_FITTED,
     COMPETITOR_MARGIN,
     COMPETITOR_NOISE,
+    MOST_EFFECTS,
     STEPS,
     SearchPolicy,
 )
@@ -47,6 +48,8 @@ class Search:
         Held-out error of another kind of baseline, which makes a search give up that does not come near it.
     explained_deg
         The same with the effects that were found beside that baseline.
+    most_effects
+        Effects that are named together at most.
     """
 
     problem: Any
@@ -57,6 +60,7 @@ class Search:
     early: Fitted | None = None
     competitor_deg: float = math.inf
     explained_deg: float = math.inf
+    most_effects: int = MOST_EFFECTS
     _forms: dict[str, list[FormStarts]] = field(default_factory=dict)
 
     def forms(self, effect: Effect) -> list[FormStarts]:

@@ -29,7 +29,6 @@ from validation.tracing.settings import (
     COMPETITOR_SQUARE,
     EXTENDED_MODELS,
     MOST_COMPETITORS,
-    MOST_EFFECTS,
     SIGNIFICANT_LOOSE,
 )
 
@@ -118,7 +117,7 @@ def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise:
     stages: Stages = []
     front, best = [baseline], baseline
     significant = limit = significant_ratio(baseline, policy)
-    while len(stages) < MOST_EFFECTS and best.rmse_deg > limit * best.noise.deg:
+    while len(stages) < search.most_effects and best.rmse_deg > limit * best.noise.deg:
         most = policy.later_candidates if stages else policy.first_candidates
         found = [g for model in front for g in candidates_with_one_more(search, model, most)]
         models = ranked_models(no_worse_than_contained(search, found, stages[-1] if stages else [baseline]))
