@@ -349,8 +349,8 @@ NOT_TOLD = 0.01
 """Part of the squares that an effect takes which another one may leave to count as not distinguished, and least part of
 the baseline's that a further effect takes: real records have structure of that size that no model has."""
 MOST_OF_ERROR = 0.6
-"""Part of the mean square above the noise that one effect must take from samples that were not fitted, to be named where
-the records of a known rig stay unexplained."""
+"""Part of the mean square above the noise that one effect must take from samples that were not fitted, to be named
+where a known rig with effects does not come to the noise."""
 PARTIAL_SHARE = 1.0 / 3.0
 """Part of the mean square above the noise that effects must take from the held-out error to be named."""
 

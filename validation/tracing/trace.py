@@ -121,7 +121,7 @@ def trace_records(
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
     if trace.baseline.fold_errors is None:
         trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
-        trace = trace if problem is None else named_in_part(trace)
+        trace = named_in_part(trace) if trace.verdict == "unexplained" and problem is not None else trace
     trace = doubted_with_leap(doubted_without_noise(trace))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 
@@ -171,6 +171,8 @@ def _trace_known_rig(search: Search) -> Trace:
     if declared.verdict == "none" or declared.augmented.rmse_deg <= AS_DECLARED * declared.floor.deg:
         return declared
     other = _trace_as_declared(Search(varied, KNOWN_RIG, search.effects, search.threads, search.report))
+    if len(other.effects) > 1 and other.augmented.rmse_deg > AS_DECLARED * other.floor.deg:
+        other = named_in_part(other)
     if is_explained(declared) and is_as_good(declared.augmented, other.augmented, declared.floor):
         return declared
     samples = min((declared.augmented, other.augmented), key=lambda g: g.mean_square).samples

@@ -255,13 +255,14 @@ def _traced(trace: Trace) -> Sequence[PreparedRecord]:
 
 
 def named_in_part(trace: Trace) -> Trace:
-    """Name the effect that takes most of an error that stays unexplained, if unseen samples confirm it.
+    """Name the effect that takes most of an error, if unseen samples confirm it, where no model comes to the noise.
 
     The best single effect by the fitted samples is judged by the others: it must take :data:`MOST_OF_ERROR` of the mean
-    square above the noise there, beyond its interval. Without such an effect the trace stays as it is.
+    square above the noise there, beyond its interval. Without such an effect the trace stays as it is. Beside a
+    baseline that is not right, further effects take what it lacks, and are not named.
     """
     single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
-    if trace.verdict != "unexplained" or not single:
+    if not single:
         return trace
     samples = min(single, key=lambda g: g.train_square).samples
     best, before = min(single, key=lambda g: g.train_bic(samples)), trace.baseline
@@ -271,7 +272,10 @@ def named_in_part(trace: Trace) -> Trace:
     alike = [g for g in single if g.names != best.names and is_as_good(g, best, trace.floor)]
     left = f"{best.rmse_deg / trace.floor.deg:.2g} times the noise is left; {_depends_on(smooth_functions(best), 'it')}"
     others = tuple(dict.fromkeys(g.names[0] for g in sorted(alike, key=lambda g: g.mean_square)))
-    return replace(trace, verdict="partial", augmented=best, confusable=(others,), words=(left, *remarks(best)))
+    verdict: Verdict = "partial" if best.heldout_rmse_deg > AT_FLOOR * trace.floor.deg else "effect"
+    if verdict == "effect" and others:
+        verdict = "ambiguous"
+    return replace(trace, verdict=verdict, augmented=best, confusable=(others,), words=(left, *remarks(best)))
 
 
 def partial_above_floor(trace: Trace) -> Trace:
