@@ -348,6 +348,9 @@ intervals of a few records are too narrow for less: drag and delay of a catheter
 NOT_TOLD = 0.01
 """Part of the squares that an effect takes which another one may leave to count as not distinguished, and least part of
 the baseline's that a further effect takes: real records have structure of that size that no model has."""
+FAR_ABOVE = 2.0
+"""Rms held-out error over the noise up to which a known rig without a missing effect may be off: rigs of another make
+leave 1.0 to 1.9 times the noise where their flexures may vary."""
 MOST_OF_ERROR = 0.6
 """Part of the mean square above the noise that one effect must take from samples that were not fitted, to be named
 where a known rig with effects does not come to the noise."""

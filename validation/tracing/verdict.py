@@ -22,6 +22,7 @@ from validation.tracing.settings import (
     AT_FLOOR,
     AT_NOISE,
     EXPLAINED_SHARE,
+    FAR_ABOVE,
     KNOWN_RIG,
     MISFIT_ALIKE,
     MOST_OF_ERROR,
@@ -259,10 +260,11 @@ def named_in_part(trace: Trace) -> Trace:
 
     The best single effect by the fitted samples is judged by the others: it must take :data:`MOST_OF_ERROR` of the mean
     square above the noise there, beyond its interval. Without such an effect the trace stays as it is. Beside a
-    baseline that is not right, further effects take what it lacks, and are not named.
+    baseline that is not right, further effects take what it lacks, and are not named; and what it leaves is up to
+    :data:`FAR_ABOVE` times the noise without any.
     """
     single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
-    if not single:
+    if not single or trace.baseline.heldout_rmse_deg < FAR_ABOVE * trace.floor.deg:
         return trace
     samples = min(single, key=lambda g: g.train_square).samples
     best, before = min(single, key=lambda g: g.train_bic(samples)), trace.baseline

@@ -1,0 +1,96 @@
+"""Measured joints whose stiffness varies along the bend: no effect is named for it, and effects are found beside it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.chain.solve import solve_chain
+from fem_models.load import sine
+from fem_models.rig.of_record import rig_of
+from fem_models.rig.presets import preset
+from hysteresis.record import Record
+from validation.practice.draw import SETS
+from validation.practice.lumped.cases import draw_lumped_case
+from validation.tracing import trace_records
+from validation.tracing.baseline.known_rig import known_rig_problem, with_varied_flexures
+from validation.tracing.verdict import named_in_part
+
+NOISE_DEG = 0.05
+DECLARED = {
+    "joints": 6,
+    "pitch_mm": 2.6,
+    "moment_arm_mm": 2.6,
+    "flexure_stiffness_Nmm_per_rad": 600.0,
+    "tendon_EA_N": 9_000.0,
+    "tendon_free_length_mm": 150.0,
+}
+
+
+def records(*, delay_s=0.0, slope=0.6, limit=0.6):
+    """Two records of a rig whose flexures are up to 60 % stiffer along the bend than declared at rest."""
+    rng, out = np.random.default_rng(3), []
+    for preload_N in (20.0, 12.0):
+        program = sine(1.5, 0.2, cycles=2, samples_per_cycle=72)
+        empty = Record(
+            program.drive_mm, np.zeros(program.drive_mm.size), "mm", time_s=program.time_s, cycle=program.cycle,
+            rig={**DECLARED, "preload_N": preload_N},
+        )  # fmt: skip
+        rig = rig_of(empty)
+        joint = replace(rig.joint, hardening_slope=slope, hardening_limit=limit, hardening_angle_deg=4.0)
+        material = replace(rig.material, loop_share=0.2, loop_angle_deg=1.5)
+        rig = replace(rig, joint=joint, material=material, friction=replace(rig.friction, sheath_N=0.8))
+        angle = solve_chain(rig, program).record.angle_deg
+        angle = np.interp(program.time_s - delay_s, program.time_s, angle) + rng.normal(0.0, NOISE_DEG, angle.size)
+        out.append(replace(empty, angle_deg=angle))
+    return out
+
+
+@pytest.fixture(scope="module")
+def delayed():
+    return trace_records(records(delay_s=0.1))
+
+
+def test_a_rig_of_another_make_is_not_given_an_effect_for_its_flexures():
+    """With linear flexures closed notches are named for these, which leave 1.2 times the noise."""
+    trace = trace_records(draw_lumped_case(SETS["score-13"], "known", "clean", 1).records)
+    assert trace.verdict == "none"
+    assert "hardening_limit" in trace.baseline.model.problem.start
+
+
+def test_an_effect_is_found_beside_flexures_that_vary(delayed):
+    assert delayed.augmented.names == ("time_delay",)
+    assert delayed.augmented.rmse_deg < 1.2 * NOISE_DEG
+
+
+def test_flexures_stay_linear_where_they_are():
+    trace = trace_records(records(slope=0.0, limit=0.0))
+    assert trace.verdict == "none"
+    assert "hardening_limit" not in trace.baseline.model.problem.start
+
+
+def test_only_measured_joints_may_vary():
+    empty = records()[0]
+    assert with_varied_flexures(known_rig_problem([replace(empty, rig={"preset": "du2018"})])) is None
+    varied = with_varied_flexures(known_rig_problem([empty]))
+    run = varied.runs[0][0]
+    rig = varied.baseline_rig(run.rig, varied.start)
+    # the flexure itself starts as it was measured
+    elastic = rig.joint.flexure_stiffness_Nmm_per_rad * (1 - rig.material.loop_share)
+    assert elastic == pytest.approx(DECLARED["flexure_stiffness_Nmm_per_rad"])
+    assert preset("du2018").joint == rig_of(replace(empty, rig={"preset": "du2018"})).joint
+
+
+def test_one_effect_is_named_in_part_where_it_takes_most_of_the_error(delayed):
+    unexplained = replace(delayed, verdict="unexplained", augmented=delayed.baseline, confusable=())
+    part = named_in_part(unexplained)
+    assert part.augmented.names == ("time_delay",)
+    assert part.verdict != "partial"
+    quiet = replace(delayed.floor, local_deg=0.4 * NOISE_DEG, repeats_deg=None, by_repeats=False)
+    assert named_in_part(replace(unexplained, floor=quiet)).verdict == "partial"
+    # a baseline that leaves little, and candidates that take little, name nothing
+    loud = replace(delayed.floor, local_deg=0.6 * delayed.baseline.heldout_rmse_deg, repeats_deg=None)
+    assert named_in_part(replace(unexplained, floor=loud)).verdict == "unexplained"
+    weak = tuple(c for c in delayed.candidates if c.fitted.rmse_deg > 0.8 * delayed.baseline.rmse_deg)
+    assert weak
+    assert named_in_part(replace(unexplained, candidates=weak)).verdict == "unexplained"
