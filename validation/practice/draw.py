@@ -48,6 +48,8 @@ SetName = Literal[
     "score-11",
     "score-12",
     "score-13",
+    "score-14",
+    "score-15",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -64,6 +66,8 @@ SETS: dict[SetName, int] = {
     "score-11": 20_261_132,
     "score-12": 20_261_133,
     "score-13": 20_261_134,
+    "score-14": 20_261_135,
+    "score-15": 20_261_136,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

@@ -170,7 +170,8 @@ def _trace_known_rig(search: Search) -> Trace:
     declared = _trace_as_declared(replace(search, most_effects=1))
     if declared.verdict == "none" or declared.augmented.rmse_deg <= AS_DECLARED * declared.floor.deg:
         return declared
-    other = _trace_as_declared(Search(varied, KNOWN_RIG, search.effects, search.threads, search.report))
+    beside = Search(varied, KNOWN_RIG, search.effects, search.threads, search.report, most_effects=2)
+    other = _trace_as_declared(beside)
     if len(other.effects) > 1 and other.augmented.rmse_deg > AS_DECLARED * other.floor.deg:
         other = named_in_part(other)
     if is_explained(declared) and is_as_good(declared.augmented, other.augmented, declared.floor):
