@@ -36,7 +36,7 @@ def bounds() -> dict[str, float]:
     """The last column of the table, in whatever unit the row has."""
     lines = README.read_text().split("| claim |")[1].split("\n\n")[0].splitlines()[2:]
     rows = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines]
-    return {name: float(within.split()[0]) for name, _, _, within in rows}
+    return {name: float(within.split()[0]) for name, _, _, _, within in rows}
 
 
 @cache
