@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from fem_models.chain import simulate_chain
+from fem_models.joint.friction import scaled_friction
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, preset
 from hysteresis import Fit, Record, identify
@@ -34,6 +35,39 @@ class Tracking:
     def ratio(self) -> float:
         """Error without compensation over the error with it."""
         return self.without_deg / self.with_deg
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """What differs from the ideal case: noise of the loops that identify the layer, and the rig that is then driven."""
+
+    name: str
+    noise_deg: float = 0.0
+    preload_N: float = 20.0
+    friction: float = 1.0  # factor on all dry friction
+
+    def rig(self, preset_name: str = "du2018") -> Rig:
+        """Rig that is driven."""
+        rig = preset(preset_name, preload_N=self.preload_N)
+        return replace(rig, friction=scaled_friction(rig.friction, self.friction))
+
+
+DISTURBANCES = (
+    Disturbance("none"),
+    *(Disturbance(f"noise of {noise:g} deg", noise_deg=noise) for noise in (0.05, 0.2, 0.5)),
+    *(Disturbance(f"preload of {preload:g} N", preload_N=preload) for preload in (18.0, 15.0, 10.0)),
+    Disturbance("30 % more friction", friction=1.3),
+)
+"""The layer is identified at 20 N in each case."""
+
+
+@dataclass(frozen=True)
+class DisturbedTrial:
+    """Tracking of one reference by a layer that was identified on a rig or with noise other than is driven."""
+
+    disturbance: str
+    reference: str
+    tracking: Tracking
 
 
 @dataclass(frozen=True)
@@ -77,6 +111,26 @@ def track(fit: Fit, rig: Rig, reference_deg: Floats, engine: Engine) -> Tracking
 
     drive, plain = compensating_drive(fit, reference_deg, 0.0), uncompensated_drive(fit, reference_deg)
     return Tracking(error(drive), error(plain))
+
+
+def noisy(record: Record, noise_deg: float, seed: int = 0) -> Record:
+    """Add white noise to the angle of a record."""
+    noise = np.random.default_rng(seed).normal(0.0, noise_deg, record.angle_deg.size) if noise_deg else 0.0
+    return replace(record, angle_deg=record.angle_deg + noise)
+
+
+def disturbed_trials(elements: int = 2) -> list[DisturbedTrial]:
+    """Track both references beside the ideal case, on the chain: with noise, another preload, and more friction."""
+    found, ideal = [], preset("du2018", preload_N=20.0)
+    for one in DISTURBANCES:
+
+        def noisy_chain(rig: Rig, program: LoadProgram, noise_deg: float = one.noise_deg) -> Record:
+            return noisy(simulate_chain(rig, program), noise_deg)
+
+        fit = identify_layer(ideal, noisy_chain, elements)
+        for reference, angle_deg in references().items():
+            found.append(DisturbedTrial(one.name, reference, track(fit, one.rig(), angle_deg, simulate_chain)))
+    return found
 
 
 def trials() -> list[Trial]:

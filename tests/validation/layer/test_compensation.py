@@ -16,7 +16,7 @@ from hysteresis.record_file import read_columns, write_record
 from studies.commands.cli import call
 from studies.commands.identification import write_fit
 from validation.layer import track
-from validation.layer.compensation import identify_layer, references, shrinking_loops
+from validation.layer.compensation import Disturbance, identify_layer, noisy, references, shrinking_loops
 
 RIG = preset("du2018", preload_N=20.0)
 
@@ -134,3 +134,16 @@ def test_bad_references_are_named_and_nothing_is_written(text, words, loops, tmp
     assert error.count("\n") == 1
     assert all(word in error for word in words), error
     assert not out.exists()
+
+
+def test_compensation_suffers_from_another_preload_more_than_from_noise(fit):
+    """Noise of 0.2 deg leaves a ratio far above 5; a preload of 10 N in place of 20 N does not."""
+    wanted = references()["triangle of +-30 deg"]
+    loops = lambda rig, program: noisy(simulate_chain(rig, program), 0.2)  # noqa: E731
+    with_noise = track(identify_layer(RIG, loops, elements=2), RIG, wanted, simulate_chain)
+    other_preload = track(fit, Disturbance("", preload_N=10.0).rig(), wanted, simulate_chain)
+    more_friction = track(fit, Disturbance("", friction=1.3).rig(), wanted, simulate_chain)
+    assert with_noise.ratio > 10
+    assert other_preload.ratio < 3
+    assert other_preload.without_deg > track(fit, RIG, wanted, simulate_chain).without_deg
+    assert 3 < more_friction.ratio < 8
