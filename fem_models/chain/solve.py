@@ -145,8 +145,13 @@ def _own(values: Floats) -> Floats:
 
 def run_space(case: ChainCase, joints: int) -> Run:
     """Arrays for the results of a run."""
-    m = case.path.drive.size
-    return Run(angles=np.empty((m, joints)), tensions=np.empty((m, 2, joints + 1)), energies=np.empty((m, 4)))
+    m, sections = case.path.drive.size, joints if case.joint.section else 0
+    return Run(
+        angles=np.empty((m, joints)),
+        tensions=np.empty((m, 2, joints + 1)),
+        energies=np.empty((m, 4)),
+        longer=np.empty((m, sections)),
+    )
 
 
 def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Tape]:

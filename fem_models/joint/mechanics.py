@@ -11,6 +11,7 @@ from fem_models.joint.flexure import Elasticity, Flexure, beam_of_notch, elastic
 from fem_models.joint.friction import JenkinsElements, jenkins_elements
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.joint.superelastic import FlagFibres, flag_fibres
+from fem_models.joint.superelastic_section import SuperelasticSection, superelastic_section
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 
@@ -75,7 +76,9 @@ class JointMechanics:
     jenkins
         Elements of the material loop.
     fibres
-        Elements of the superelastic law; none where the rig has no such law.
+        Elements of the superelastic law of measured joints; none where the rig has no such law.
+    section
+        Superelastic section of a notched tube, which the tendons press together; None where the rig has no such law.
     peak_strain_per_rad
         Strain of the outermost fibre at the root of the notch per radian of the joint, linear elastic: k e/(E I_root)
         of the beam, as if the notch alone bent. The rings take part of the angle, and at a sharp root the strain is
@@ -97,7 +100,15 @@ class JointMechanics:
     force_scale_N: float
     jenkins: JenkinsElements
     fibres: FlagFibres
+    section: SuperelasticSection | None
     peak_strain_per_rad: float
+
+    @property
+    def axial_compliance(self) -> float:
+        """Of the flexure, mm/N; beside a superelastic section, of what is in series with it. 0 for measured joints."""
+        if self.section is not None:
+            return self.section.axial_compliance
+        return 1 / self.flexure.axial_N_per_mm if self.flexure.axial_N_per_mm else 0.0
 
 
 class _Elastic(NamedTuple):
@@ -145,6 +156,7 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
         force_scale_N=_force_scale_N(rig, flexure, arms),
         jenkins=jenkins_elements(rig.material, flexure.bending_Nmm_per_rad),
         fibres=flag_fibres(rig),
+        section=superelastic_section(rig),
         peak_strain_per_rad=elastic.peak_strain_per_rad,
     )
 

@@ -1,0 +1,122 @@
+"""Superelastic section of a joint under the thrust of both tendons, compiled: its two unknowns are solved locally.
+
+Bending phi and elongation g of the section follow from the angle of the joint and the stretch of both tendons over the
+pitch (static condensation): see :mod:`fem_models.joint.superelastic_section` for the equations. The chain sees
+tensions and moment with their consistent slopes, and its band stays as it is.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fem_models.chain.compiled import chain_njit
+from fem_models.chain.laws import Flag, Span, flag_moment, segment
+from fem_models.chain.parameters import Memory, Pair, Parameters
+from hysteresis.arrays import Floats
+
+BENT, LONGER = 0, 1
+"""Places of phi and g in a row of sections; the angle and both stretches follow, then slopes of phi and of g in
+them."""
+ROW = 11
+_ITERATIONS = 60
+_FULL_STEPS = 10  # later steps are halved, lest Newton's method alternates between branches
+
+
+class Sums(NamedTuple):
+    """Pull and moment of all fibres, and their slopes in elongation and bending."""
+
+    pull: float
+    moment: float
+    pull_by_longer: float
+    pull_by_bent: float
+    moment_by_bent: float
+
+
+@chain_njit(forceinline=True)
+def stress_law(rig: Parameters) -> Flag:
+    """Flag of a fibre, stress over strain."""
+    law = rig.section
+    return Flag(stiffness=law.young, upper=law.upper, lower=law.lower, span=law.span, climb=law.climb)
+
+
+@chain_njit(forceinline=True)
+def fibre_strain(j: int, bent: float, longer: float, rig: Parameters, memory: Memory) -> float:
+    """Strain of fibre j."""
+    return (longer + memory.fibre_height[j] * bent) / rig.section.length
+
+
+@chain_njit()
+def fibre_sums(i: int, bent: float, longer: float, rig: Parameters, memory: Memory) -> Sums:
+    """Integrate the stress over the section of joint i."""
+    law, elastic = stress_law(rig), rig.section.elastic
+    pull, moment, kpp, kpm, kmm = elastic * longer, 0.0, elastic * rig.section.length, 0.0, 0.0
+    for j in range(memory.fibre_area.size):
+        area, height = memory.fibre_area[j], memory.fibre_height[j]
+        stress, slope = flag_moment(fibre_strain(j, bent, longer, rig, memory), memory.fibres[i, j], law)
+        pull += area * stress
+        moment += area * stress * height
+        kpp += area * slope
+        kpm += area * slope * height
+        kmm += area * slope * height * height
+    length = rig.section.length
+    return Sums(pull, moment, kpp / length, kpm / length, kmm / length)
+
+
+@chain_njit()
+def with_section(
+    i: int, angle: float, stretch: Pair, lever: Pair, rig: Parameters, memory: Memory, places: Floats, taut: int
+) -> tuple[Span, float, float]:
+    """Tensions over joint i, its moment, and the slope of the moment by the angle, slips held.
+
+    ``angle`` is from rest, roots included; ``stretch`` that of the tendons if the section kept its length under
+    preload; ``places`` has a row for each joint, where the last solution starts the next one. Laws are linear
+    between events: it lands on the solution if there is none. The slopes of ``taut`` tendons are as of
+    :func:`fem_models.chain.laws.segment`.
+    """
+    row, root = places[i], rig.section.root
+    d, a, b = angle - row[2], stretch[0] - row[3], stretch[1] - row[4]
+    bent = row[BENT] + row[5] * d + row[6] * a + row[7] * b
+    longer = row[LONGER] + row[8] * d + row[9] * a + row[10] * b
+    to_force = rig.bending / rig.arm[0]
+    least = 0.1 * rig.tolerance
+    for iteration in range(_ITERATIONS):
+        shift = longer - rig.section.rest
+        span = segment(stretch[0] + shift, stretch[1] + shift, lever, rig, taut)
+        sums = fibre_sums(i, bent, longer, rig, memory)
+        by_a, by_b = span.own[0] + span.cross, span.own[1] + span.cross  # slopes of the thrust
+        kpp, soft = sums.pull_by_longer + by_a + by_b, 1.0 + root * sums.moment_by_bent
+        determinant = soft * kpp - root * sums.pull_by_bent * sums.pull_by_bent
+        off_angle = bent + root * sums.moment - angle
+        off_thrust = sums.pull + span.tension[0] + span.tension[1]
+        if abs(off_angle) * to_force <= least and abs(off_thrust) <= least:
+            break
+        part = 1.0 if iteration < _FULL_STEPS else 0.5
+        bent -= part * (kpp * off_angle - root * sums.pull_by_bent * off_thrust) / determinant
+        longer -= part * (soft * off_thrust - sums.pull_by_bent * off_angle) / determinant
+    row[BENT], row[LONGER], row[2], row[3], row[4] = bent, longer, angle, stretch[0], stretch[1]
+    kpm = sums.pull_by_bent
+    row[5], row[6], row[7] = kpp / determinant, root * kpm * by_a / determinant, root * kpm * by_b / determinant
+    row[8], row[9], row[10] = -kpm / determinant, -soft * by_a / determinant, -soft * by_b / determinant
+    own_a, own_b, cross = span.own[0] + by_a * row[9], span.own[1] + by_b * row[10], span.cross + by_a * row[10]
+    turn_a, turn_b = by_a * row[8], by_b * row[8]  # tensions by the angle, stretch held; moment by the stretch
+    moved = Span(
+        tension=span.tension,
+        own=(own_a, own_b),
+        cross=cross,
+        by_angle=(turn_a - own_a * lever[0] - cross * lever[1], turn_b - cross * lever[0] - own_b * lever[1]),
+    )
+    slope = sums.moment_by_bent * row[5] + kpm * row[8] - turn_a * lever[0] - turn_b * lever[1]
+    return moved, sums.moment, slope
+
+
+@chain_njit()
+def transform(i: int, bent: float, longer: float, rig: Parameters, memory: Memory) -> float:
+    """Move the rest strains of joint i's fibres to where they are at a solution; return the loss, mJ."""
+    law, loss = stress_law(rig), 0.0
+    for j in range(memory.fibre_area.size):
+        strain = fibre_strain(j, bent, longer, rig, memory)
+        stress, _ = flag_moment(strain, memory.fibres[i, j], law)
+        rest = strain - stress / law.stiffness
+        loss += memory.fibre_area[j] * stress * (rest - memory.fibres[i, j])
+        memory.fibres[i, j] = rest
+    return loss * rig.section.length
