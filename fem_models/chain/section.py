@@ -7,6 +7,7 @@ tensions and moment with their consistent slopes, and its band stays as it is.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from fem_models.chain.compiled import chain_njit
@@ -39,27 +40,30 @@ def stress_law(rig: Parameters) -> Flag:
     return Flag(stiffness=law.young, upper=law.upper, lower=law.lower, span=law.span, climb=law.climb)
 
 
-@chain_njit(forceinline=True)
-def fibre_strain(j: int, bent: float, longer: float, rig: Parameters, memory: Memory) -> float:
-    """Strain of fibre j."""
-    return (longer + memory.fibre_height[j] * bent) / rig.section.length
-
-
-@chain_njit()
+@chain_njit(error_model="python")
 def fibre_sums(i: int, bent: float, longer: float, rig: Parameters, memory: Memory) -> Sums:
-    """Integrate the stress over the section of joint i."""
-    law, elastic = stress_law(rig), rig.section.elastic
-    pull, moment, kpp, kpm, kmm = elastic * longer, 0.0, elastic * rig.section.length, 0.0, 0.0
-    for j in range(memory.fibre_area.size):
-        area, height = memory.fibre_area[j], memory.fibre_height[j]
-        stress, slope = flag_moment(fibre_strain(j, bent, longer, rig, memory), memory.fibres[i, j], law)
-        pull += area * stress
-        moment += area * stress * height
-        kpp += area * slope
-        kpm += area * slope * height
-        kmm += area * slope * height * height
-    length = rig.section.length
-    return Sums(pull, moment, kpp / length, kpm / length, kmm / length)
+    """Integrate the stress over the section of joint i.
+
+    A fibre that has never transformed is elastic up to the plateau: most are.
+    """
+    law, rests, elastic = stress_law(rig), memory.fibres[i], rig.section.elastic
+    mean, curvature, start = longer / rig.section.length, bent / rig.section.length, law.upper / law.stiffness
+    pull, moment, kpp, kpm, kmm = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(rests.size):
+        height, area, rest = memory.fibre_height[j], memory.fibre_area[j], rests[j]
+        strain = mean + height * curvature
+        if rest == 0.0 and abs(strain) <= start:
+            stress, slope = law.stiffness * strain, law.stiffness
+        else:
+            stress, slope = flag_moment(strain, rest, law)
+        force, stiffness = area * stress, area * slope
+        pull += force
+        moment += force * height
+        kpp += stiffness
+        kpm += stiffness * height
+        kmm += stiffness * height * height
+    by_length = 1.0 / rig.section.length
+    return Sums(pull + elastic * longer, moment, kpp * by_length + elastic, kpm * by_length, kmm * by_length)
 
 
 @chain_njit()
@@ -70,15 +74,15 @@ def with_section(
 
     ``angle`` is from rest, roots included; ``stretch`` that of the tendons if the section kept its length under
     preload; ``places`` has a row for each joint, where the last solution starts the next one. Laws are linear
-    between events: it lands on the solution if there is none. The slopes of ``taut`` tendons are as of
-    :func:`fem_models.chain.laws.segment`.
+    between events: it lands on the solution if there is none. ``taut`` as of :func:`fem_models.chain.laws.segment`.
+    The moment is NaN where there is no solution.
     """
     row, root = places[i], rig.section.root
     d, a, b = angle - row[2], stretch[0] - row[3], stretch[1] - row[4]
     bent = row[BENT] + row[5] * d + row[6] * a + row[7] * b
     longer = row[LONGER] + row[8] * d + row[9] * a + row[10] * b
     to_force = rig.bending / rig.arm[0]
-    least = 0.1 * rig.tolerance
+    least, found = 0.1 * rig.tolerance, False
     for iteration in range(_ITERATIONS):
         shift = longer - rig.section.rest
         span = segment(stretch[0] + shift, stretch[1] + shift, lever, rig, taut)
@@ -88,7 +92,8 @@ def with_section(
         determinant = soft * kpp - root * sums.pull_by_bent * sums.pull_by_bent
         off_angle = bent + root * sums.moment - angle
         off_thrust = sums.pull + span.tension[0] + span.tension[1]
-        if abs(off_angle) * to_force <= least and abs(off_thrust) <= least:
+        found = abs(off_angle) * to_force <= least and abs(off_thrust) <= least
+        if found:
             break
         part = 1.0 if iteration < _FULL_STEPS else 0.5
         bent -= part * (kpp * off_angle - root * sums.pull_by_bent * off_thrust) / determinant
@@ -106,17 +111,25 @@ def with_section(
         by_angle=(turn_a - own_a * lever[0] - cross * lever[1], turn_b - cross * lever[0] - own_b * lever[1]),
     )
     slope = sums.moment_by_bent * row[5] + kpm * row[8] - turn_a * lever[0] - turn_b * lever[1]
-    return moved, sums.moment, slope
+    return moved, sums.moment if found else math.nan, slope
+
+
+@chain_njit()
+def bend_on(row: Floats, angle: float, stretch: Pair) -> None:
+    """Change a solution to first order by changes of the angle and of both stretches."""
+    row[BENT] += row[5] * angle + row[6] * stretch[0] + row[7] * stretch[1]
+    row[LONGER] += row[8] * angle + row[9] * stretch[0] + row[10] * stretch[1]
 
 
 @chain_njit()
 def transform(i: int, bent: float, longer: float, rig: Parameters, memory: Memory) -> float:
     """Move the rest strains of joint i's fibres to where they are at a solution; return the loss, mJ."""
-    law, loss = stress_law(rig), 0.0
-    for j in range(memory.fibre_area.size):
-        strain = fibre_strain(j, bent, longer, rig, memory)
-        stress, _ = flag_moment(strain, memory.fibres[i, j], law)
-        rest = strain - stress / law.stiffness
-        loss += memory.fibre_area[j] * stress * (rest - memory.fibres[i, j])
-        memory.fibres[i, j] = rest
+    law, rests, loss = stress_law(rig), memory.fibres[i], 0.0
+    for j in range(rests.size):
+        strain = (longer + memory.fibre_height[j] * bent) / rig.section.length
+        if rests[j] != 0.0 or abs(strain) * law.stiffness > law.upper:
+            stress, _ = flag_moment(strain, rests[j], law)
+            rest = strain - stress / law.stiffness
+            loss += memory.fibre_area[j] * stress * (rest - rests[j])
+            rests[j] = rest
     return loss * rig.section.length

@@ -85,6 +85,8 @@ class JointMechanics:
         higher than the section's: the solid of the default rig, filleted, has more (docs/validation/notches.md). e is
         the larger distance from the neutral axis: the cut face, or the outer surface opposite a one-sided notch. NaN
         for measured joints, whose section is not known.
+    outer_fibres_per_rad
+        The same of both outer fibres, on the side of tendon a and opposite; the larger one is the peak.
     """
 
     flexure: Flexure
@@ -102,6 +104,7 @@ class JointMechanics:
     fibres: FlagFibres
     section: SuperelasticSection | None
     peak_strain_per_rad: float
+    outer_fibres_per_rad: tuple[float, float]
 
     @property
     def axial_compliance(self) -> float:
@@ -122,6 +125,7 @@ class _Elastic(NamedTuple):
     closure_angle_rad: float
     one_sided: bool
     peak_strain_per_rad: float
+    outer_fibres_per_rad: tuple[float, float]
 
 
 def joint_mechanics(rig: Rig) -> JointMechanics:
@@ -158,6 +162,7 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
         fibres=flag_fibres(rig),
         section=superelastic_section(rig),
         peak_strain_per_rad=elastic.peak_strain_per_rad,
+        outer_fibres_per_rad=elastic.outer_fibres_per_rad,
     )
 
 
@@ -169,9 +174,9 @@ def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
     v_shaped, lever = notch.shape == "v_pair", tube.outer_diameter_mm / 2 + offset
     bending_length = min(rigidity / between.bending_Nmm_per_rad, notch.width_mm)
     turning_length = bending_length if v_shaped else 2 / 3 * bending_length
-    fibre = float(cut_height_mm(joint, 0.0)) + offset
+    fibre = opposite = float(cut_height_mm(joint, 0.0)) + offset
     if joint.one_sided:
-        fibre = max(fibre, tube.outer_diameter_mm / 2 - offset)
+        opposite = tube.outer_diameter_mm / 2 - offset
     return _Elastic(
         flexure=flexure,
         ring=_ring_stiffness(joint, metal, joint.pitch_mm - bending_length),
@@ -180,7 +185,11 @@ def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
         rigid_gap_mm=notch.width_mm - turning_length,
         closure_angle_rad=2 * math.atan2(notch.width_mm / 2, lever) if v_shaped else notch.width_mm / lever,
         one_sided=joint.one_sided,
-        peak_strain_per_rad=between.bending_Nmm_per_rad * fibre / rigidity,
+        peak_strain_per_rad=between.bending_Nmm_per_rad * max(fibre, opposite) / rigidity,
+        outer_fibres_per_rad=(
+            between.bending_Nmm_per_rad * fibre / rigidity,
+            between.bending_Nmm_per_rad * opposite / rigidity,
+        ),
     )
 
 
@@ -206,6 +215,7 @@ def _of_measured(joint: MeasuredJoint, EA_N: float) -> _Elastic:
         closure_angle_rad=math.inf,
         one_sided=False,
         peak_strain_per_rad=math.nan,
+        outer_fibres_per_rad=(math.nan, math.nan),
     )
 
 
