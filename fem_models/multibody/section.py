@@ -109,7 +109,7 @@ def _add_link(
     link = items.ObjectConnectorReevingSystemSprings(
         markerNumbers=[*points, stretch, ground],
         hasCoordinateMarkers=True,
-        coordinateFactors=[-1.0, 1.0],
+        coordinateFactors=[1.0, 1.0],  # Exudyn subtracts them
         stiffnessPerLength=link_stiffness(section) * length_mm,
         referenceLength=length_mm,
         regularizationForce=-1.0,  # below 0: pushes as it pulls
