@@ -25,7 +25,7 @@ from fem_models.chain.laws import (
     segment,
 )
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.chain.section import ROW, with_section
+from fem_models.chain.section import ROW, Bend, with_section
 from fem_models.load.stepping import Load
 from hysteresis.arrays import Floats
 
@@ -230,8 +230,8 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
         stretch = x[u] - x[v] - path.length[0] + rest[0], x[u + 1] - x[v + 1] - path.length[1] + rest[1]
         moment, slope = joint_moment(theta, i, rig, memory, load)
         if memory.fibre_area.size > 0:
-            angle = theta - load.rest_angle
-            far, bent, stiff = with_section(i, angle, stretch, path.lever, rig, memory, work.sections, BY_TENSION)
+            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION)
+            far, bent, stiff = with_section(i, bend, rig, memory, work.sections[i])
             moment, slope = moment + bent, slope + stiff
         else:
             far = segment(stretch[0], stretch[1], path.lever, rig, BY_TENSION)

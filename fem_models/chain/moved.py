@@ -40,7 +40,7 @@ from fem_models.chain.laws import (
     wrap,
 )
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.chain.section import BENT, LONGER, bend_on, transform, with_section
+from fem_models.chain.section import BENT, LONGER, Bend, bend_on, transform, with_section
 from fem_models.load.stepping import Load, at_rest, between
 from hysteresis.arrays import Floats, Ints, Mask
 
@@ -251,8 +251,8 @@ def imbalance(
         stretch_a = x[u] - x[v] - path.length[0] + rest[0]
         stretch_b = x[u + 1] - x[v + 1] - path.length[1] + rest[1]
         if memory.fibre_area.size > 0:
-            angle, stretch = x[row] - load.rest_angle, (stretch_a, stretch_b)
-            far, bent, _ = with_section(i, angle, stretch, path.lever, rig, memory, work.sections, taut[i + 1])
+            bend = Bend(x[row] - load.rest_angle, (stretch_a, stretch_b), path.lever, taut[i + 1])
+            far, bent, _ = with_section(i, bend, rig, memory, work.sections[i])
             b[BAND + row] += bent
         else:
             far = segment(stretch_a, stretch_b, path.lever, rig, taut[i + 1])

@@ -31,9 +31,8 @@ from hysteresis.arrays import Floats
 SECTION_FIBRES = 16
 """Fibres on either side of the neutral axis: moments are within 0.1 % of the largest with a hundred times as many."""
 
-_ITERATIONS = 100
-_FULL_STEPS = 8  # of Newton's method; later ones are halved, lest it alternates between branches
-_ROUNDING = 1e-12
+_ITERATIONS, _SHORTER_STEPS = 100, 60
+_ROUNDING, _SMALL = 1e-12, 1e-9  # the latter a strain
 
 
 @dataclass(frozen=True)
@@ -177,22 +176,41 @@ def fibre_stress(section: SuperelasticSection, strain: Floats, rest: Floats) -> 
 def _equilibrium(
     section: SuperelasticSection, rest: Floats, start: tuple[float, float], load: tuple[float, float]
 ) -> tuple[float, float, float, float]:
-    """Bending and elongation of the section under (angle, thrust); with the moment and its tangent."""
-    (bent, elongation), (angle, thrust) = start, load
-    height, area, length, root = section.height_mm, section.area_mm2, section.length_mm, section.root_compliance
-    scale = section.upper * float(area.sum())
-    for iteration in range(_ITERATIONS):
-        strain = (elongation + height * bent) / length
-        stress = fibre_stress(section, strain, rest)
-        slope = area / length * (fibre_stress(section, strain + 1e-9, rest) - stress) / 1e-9
-        pull, moment = float(area @ stress) + section.elastic_N_per_mm * elongation, float(area * stress @ height)
-        kpp = max(float(slope.sum()) + section.elastic_N_per_mm, 1e-9 * section.young * float(area.sum()) / length)
-        kpm, kmm = float(slope @ height), float(slope * height @ height)
-        off_angle, off_thrust = bent + root * moment - angle, pull + thrust
+    """Bending and elongation of the section under (angle, thrust); with the moment and its tangent.
+
+    The potential is convex: a step of Newton's method that leads beyond its least value is shortened.
+    """
+    (bent, elongation), root = start, section.root_compliance
+    to_moment = 1 / root if root > 0 else 0.0
+    bent = bent if root > 0 else load[0]
+    at = _balance(section, rest, (bent, elongation), load)
+    for _ in range(_ITERATIONS):
+        off_angle, off_thrust, moment, (kpp, kpm, kmm) = at
         determinant = (1 + root * kmm) * kpp - root * kpm**2
-        if abs(off_angle) < _ROUNDING and abs(off_thrust) < _ROUNDING * scale:
+        if abs(off_angle) < _ROUNDING and abs(off_thrust) < _ROUNDING * section.upper * float(section.area_mm2.sum()):
             return bent, elongation, moment, (kmm * kpp - kpm**2) / determinant
-        part = 1.0 if iteration < _FULL_STEPS else 0.5
-        bent -= part * (kpp * off_angle - root * kpm * off_thrust) / determinant
-        elongation -= part * ((1 + root * kmm) * off_thrust - kpm * off_angle) / determinant
-    raise SolverError(f"section under a thrust of {thrust:g} N at {np.degrees(angle):g} deg: no equilibrium")
+        turn = -(kpp * off_angle - root * kpm * off_thrust) / determinant
+        reach = -((1 + root * kmm) * off_thrust - kpm * off_angle) / determinant
+        downhill, part = off_angle * to_moment * turn + off_thrust * reach, 1.0
+        for _ in range(_SHORTER_STEPS):
+            at = _balance(section, rest, (bent + part * turn, elongation + part * reach), load)
+            slope = at[0] * to_moment * turn + at[1] * reach
+            if slope <= -0.5 * downhill:
+                break
+            part *= min(max(downhill / (downhill - slope), 0.1), 0.9)
+        bent, elongation = bent + part * turn, elongation + part * reach
+    raise SolverError(f"section under a thrust of {load[1]:g} N at {np.degrees(load[0]):g} deg: no equilibrium")
+
+
+def _balance(
+    section: SuperelasticSection, rest: Floats, at: tuple[float, float], load: tuple[float, float]
+) -> tuple[float, float, float, tuple[float, float, float]]:
+    """How far angle and thrust are from a load, the moment, and slopes: pull by elongation and bending, moment by it."""
+    (bent, elongation), height, area, length = at, section.height_mm, section.area_mm2, section.length_mm
+    strain = (elongation + height * bent) / length
+    stress = fibre_stress(section, strain, rest)
+    slope = area / length * (fibre_stress(section, strain + _SMALL, rest) - stress) / _SMALL
+    pull, moment = float(area @ stress) + section.elastic_N_per_mm * elongation, float(area * stress @ height)
+    least = 1e-6 * section.young * float(area.sum()) / length  # of a flat plateau throughout
+    slopes = float(slope.sum()) + section.elastic_N_per_mm + least, float(slope @ height), float(slope * height @ height)
+    return bent + section.root_compliance * moment - load[0], pull + load[1], moment, slopes
