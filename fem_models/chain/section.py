@@ -141,13 +141,18 @@ def with_section(i: int, bend: Bend, rig: Parameters, memory: Memory, row: Float
 
 @chain_njit()
 def transform(i: int, bent: float, longer: float, rig: Parameters, memory: Memory) -> float:
-    """Move the rest strains of joint i's fibres to where they are at a solution; return the loss, mJ."""
+    """Move the rest strains of joint i's fibres to where they are at a solution; return the loss, mJ.
+
+    See :func:`fem_models.joint.superelastic_section.transformation_loss_mJ`.
+    """
     law, rests, loss = stress_law(rig.section), memory.fibres[i], 0.0
+    climb = law.climb / (1.0 - law.climb / law.stiffness)
     for j in range(rests.size):
         strain = (longer + memory.fibre_height[j] * bent) / rig.section.length
         if rests[j] != 0.0 or abs(strain) * law.stiffness > law.upper:
             stress, _ = flag_moment(strain, rests[j], law)
             rest = strain - stress / law.stiffness
-            loss += memory.fibre_area[j] * stress * (rest - rests[j])
+            moved = rest - rests[j]
+            loss += memory.fibre_area[j] * (stress - 0.5 * climb * moved) * moved
             rests[j] = rest
     return loss * rig.section.length

@@ -29,7 +29,8 @@ from fem_models.rig.rig import Material
 from hysteresis.arrays import Floats
 
 SECTION_FIBRES = 16
-"""Fibres on either side of the neutral axis: moments are within 0.1 % of the largest with a hundred times as many."""
+"""Fibres on either side of the neutral axis. Beside a hundred times as many, the moment of a cycle is within 0.1 % of the
+largest, its loss within 0.5 %."""
 
 _ITERATIONS, _SHORTER_STEPS = 100, 60
 _ROUNDING, _SMALL = 1e-12, 1e-9  # the latter a strain
@@ -97,16 +98,14 @@ def superelastic_section(rig: Rig) -> SuperelasticSection | None:
     if law is None or not isinstance(rig.joint, NotchedTube):
         return None
     require_plateau(law, rig.material)
-    return _section(rig.joint, rig.material.youngs_modulus_GPa, rig.material.poissons_ratio, law, rig.material.loop_share)
+    return _section(rig.joint, rig.material, law, SECTION_FIBRES)
 
 
 @lru_cache(maxsize=1024)
-def _section(
-    joint: NotchedTube, young_GPa: float, poissons_ratio: float, law: Superelastic, loop_share: float
-) -> SuperelasticSection:
-    metal = elasticity(Material(young_GPa, poissons_ratio))
+def _section(joint: NotchedTube, material: Material, law: Superelastic, fibres: int) -> SuperelasticSection:
+    metal, loop_share = elasticity(material), material.loop_share
     between, whole = beam_of_notch(joint, metal), flexure_of_notch(joint, metal)
-    y, area = section_fibres(joint, SECTION_FIBRES)
+    y, area = section_fibres(joint, fibres)
     length = metal.young * float((y**2 * area).sum()) / between.bending_Nmm_per_rad
     axial, share = metal.young * float(area.sum()) / length, 1 - loop_share
     assert between.axial_N_per_mm is not None
@@ -158,7 +157,7 @@ def section_path(section: SuperelasticSection, angle_rad: ArrayLike, thrust_N: A
         strain = (elongation + section.height_mm * bent) / section.length_mm
         stress = fibre_stress(section, strain, rest)
         moved = strain - stress / section.young
-        loss += section.length_mm * float(section.area_mm2 * stress @ (moved - rest))
+        loss += transformation_loss_mJ(section, stress, moved, rest)
         rest = moved
         rows.append((moment, tangent, elongation, loss))
     return SectionPath(*np.array(rows).T)
@@ -171,6 +170,16 @@ def fibre_stress(section: SuperelasticSection, strain: Floats, rest: Floats) -> 
         section.young * one, section.upper * one, section.lower * one, section.span * one, section.climb * one
     )
     return flag_moment(strain, rest, law)
+
+
+def transformation_loss_mJ(section: SuperelasticSection, stress: Floats, after: Floats, before: Floats) -> float:
+    """Work of moving rest strains to where the fibres have a stress; shapes (k,) or (k, N).
+
+    Rest strains move on plateaus only, along which the stress rises in proportion to them: the mean counts.
+    """
+    climb = section.climb / (1 - section.climb / section.young)
+    work = (stress - 0.5 * climb * (after - before)) * (after - before)
+    return section.length_mm * float((section.area_mm2 @ work).sum())
 
 
 def _equilibrium(

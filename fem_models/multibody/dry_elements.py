@@ -14,7 +14,7 @@ import numpy as np
 
 from fem_models.joint import JointMechanics
 from fem_models.joint.superelastic import FlagFibres, flag_moment
-from fem_models.joint.superelastic_section import fibre_stress
+from fem_models.joint.superelastic_section import fibre_stress, transformation_loss_mJ
 from fem_models.load.stepping import Load
 from fem_models.multibody.assembly import Model, bristle_N_per_mm
 from fem_models.multibody.section import fibre_lengths_mm
@@ -168,9 +168,11 @@ class Material:
         strain = fibre_lengths_mm(section, q[model.bent] - load.rest_angle, q[model.longer]) / section.length_mm
         stress = fibre_stress(section, strain, self.fibre_rest)
         rest = strain - stress / section.young
-        loss = section.length_mm * float(section.area_mm2 @ (stress * (rest - self.fibre_rest)).sum(axis=1))
+        loss = transformation_loss_mJ(section, stress, rest, self.fibre_rest)
+        changed = np.flatnonzero(rest != self.fibre_rest)  # most stay elastic
+        offset = section.length_mm * rest.ravel()[changed]
+        set_each(model.mbs, [model.fibres[k] for k in changed], "offset", offset)
         self.fibre_rest = rest
-        set_each(model.mbs, model.fibres, "offset", section.length_mm * rest.ravel())
         return loss
 
 
