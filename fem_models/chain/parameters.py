@@ -94,9 +94,7 @@ class Parameters(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Dry elements: their rest points, shapes (2, N) guides, (j, N) Jenkins, (k, N) flags, (N, f) fibres of a section;
-    and their parameters.
-    """
+    """Dry elements: rest points of guides (2, N), Jenkins (j, N), flags (k, N), fibres (N, f); and their parameters."""
 
     guides: Floats
     jenkins: Floats

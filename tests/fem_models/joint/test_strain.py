@@ -44,7 +44,9 @@ def test_thrust_adds_its_strain_to_the_outer_fibre_that_it_strains_more():
 
 
 def test_both_engines_have_the_strain_of_the_thrust():
-    rig = replace(preset("du2018", preload_N=20.0), material=Material(60.0, 0.33), superelastic=Superelastic(450.0, 220.0))
+    rig = replace(
+        preset("du2018", preload_N=20.0), material=Material(60.0, 0.33), superelastic=Superelastic(450.0, 220.0)
+    )
     steps = LoadProgram(np.array([0.0, 0.2]))
     area = float(joint_mechanics(rig).section.area_mm2.sum())
     for solve in (solve_chain, solve_multibody):

@@ -21,7 +21,9 @@ from fem_models.rig.rig import Friction, Material, with_notch
 FLAT = Superelastic(450.0, 220.0, transformation_strain=0.05)
 SLOPED = Superelastic(450.0, 200.0, transformation_strain=0.03, plateau_modulus_GPa=1.5)
 PAIR = replace(preset("du2018"), material=Material(60.0, 0.33), superelastic=FLAT)
-WRIST = replace(preset("notched-wrist-150"), precurvature_deg=0.0, superelastic=SLOPED, closure=None, friction=Friction())
+WRIST = replace(
+    preset("notched-wrist-150"), precurvature_deg=0.0, superelastic=SLOPED, closure=None, friction=Friction()
+)
 
 
 def strips(rig: Rig, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -110,7 +112,9 @@ def lost(loss: np.ndarray) -> float:
     return loss[-1] - loss[len(loss) // 5]
 
 
-@pytest.mark.parametrize(("rig", "thrust"), [(PAIR, 0.0), (PAIR, 40.0), (WRIST, 3.0)], ids=["free", "pair", "one-sided"])
+@pytest.mark.parametrize(
+    ("rig", "thrust"), [(PAIR, 0.0), (PAIR, 40.0), (WRIST, 3.0)], ids=["free", "pair", "one-sided"]
+)
 def test_tangent_of_the_section_is_the_slope_of_its_moment(rig, thrust):
     section, step = joint_mechanics(rig).section, 1e-7
     angle = np.radians(3.0 if rig is PAIR else 20.0) * cycle(1.0, 7)
