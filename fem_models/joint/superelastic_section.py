@@ -214,7 +214,7 @@ def _equilibrium(
 def _balance(
     section: SuperelasticSection, rest: Floats, at: tuple[float, float], load: tuple[float, float]
 ) -> tuple[float, float, float, tuple[float, float, float]]:
-    """How far angle and thrust are from a load; the moment; slopes of the pull in both, and of the moment in bending."""
+    """How far angle and thrust are from a load; moment; slopes of the pull in both, and of the moment in bending."""
     (bent, elongation), height, area, length = at, section.height_mm, section.area_mm2, section.length_mm
     strain = (elongation + height * bent) / length
     stress = fibre_stress(section, strain, rest)
