@@ -4,8 +4,9 @@ One quarter is solved with :mod:`fem_models.solid.superelastic`: the bending pla
 z = 0 are planes of symmetry. The middle of the ring stays plane and rotates by half the angle of the joint, free to
 change its shape in plane and free of axial force, as in an endless chain in pure bending
 (:func:`fem_models.solid.linear.chain_stiffness` is its slope at rest). A thrust presses the rings together along the
-normal of the middle of the notch, as tendons do that span it: the moment is then that about the line through both ends
-of the bending length, on the neutral axis of the straight section, from which the engines count their levers. Contact of the edges of a notch is left out.
+normal of the middle of the notch, as tendons do that span it. The moment is then that about the line through both ends
+of the bending length, on the neutral axis of the straight section: engines count their levers from there. Contact of
+the edges of a notch is left out.
 Units are mm, N, rad.
 """
 
