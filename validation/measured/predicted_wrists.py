@@ -34,13 +34,16 @@ class Range:
 
 RANGES: Mapping[str, Range] = {
     "depth": Range(-0.02, 0.02, "mm", "tolerance of a cut, about the stated depth"),
-    "width": Range(-0.02, 0.02, "mm", "the same, about the stated width of a notch"),
     "E": Range(60.0, 75.0, "GPa", "60: usual for such tubes; 75: York et al. 2015"),
-    "plateau": Range(500.0, 600.0, "MPa", "500: 460-500 at 37 C, confluentmedical/nitinol-design-concepts; 600: York et al."),
+    "plateau": Range(
+        500.0, 600.0, "MPa", "500: 460 to 500 at 37 C, confluentmedical/nitinol-design-concepts; 600: York et al."
+    ),
     "mu": Range(0.2, 0.4, "", "steel on NiTi, York et al.: 0.2, and 0.4 by their fit"),
     "tendon": Range(0.0, 0.2, "mm", "diameter of the wire, which lies along the inner wall; not stated"),
 }
 """Uniform in each range."""
+AUTHORS: Mapping[str, float] = {"depth": 0.009, "E": 75.0, "plateau": 600.0, "mu": 0.2, "tendon": 0.0}
+"""Constants of York et al. within the ranges: a depth of 0.988 mm, and the tendon at the inner radius."""
 SPAN, CLIMB_GPA, BACK = 0.046, 0.87, 0.457
 """Transformation strain, slope of the plateau (460 to 500 MPa over that strain), and the unloading plateau over the
 loading one (210 over 460 MPa): confluentmedical/nitinol-design-concepts, 115-open-frame-shape-set."""
@@ -73,17 +76,10 @@ class Score:
 def predicted(rig: Rig, values: Mapping[str, float]) -> Rig:
     """Rig of the tube with constants of :data:`RANGES`: elastic roots, closure as in the rig.
 
-    Geometry and precurvature are those of the rig. ``depth`` and ``width`` add to its notches; the pitch stays.
+    Geometry and precurvature are those of the rig. ``depth`` adds to its depth.
     """
     joint = notched_tube(rig)
-    cut = joint.notch
-    notch = replace(
-        cut,
-        depth_mm=cut.depth_mm + values["depth"],
-        width_mm=cut.width_mm + values["width"],
-        spacing_mm=cut.spacing_mm - values["width"],
-        rigid_roots=False,
-    )
+    notch = replace(joint.notch, depth_mm=joint.notch.depth_mm + values["depth"], rigid_roots=False)
     arm = 0.5 * (joint.tube.inner_diameter_mm - values["tendon"])
     law = Superelastic(values["plateau"], BACK * values["plateau"], SPAN, CLIMB_GPA)
     return replace(
@@ -130,9 +126,7 @@ def influence_deg(rig: Rig, force_N: float) -> dict[str, float]:
     def tip(values: Mapping[str, float]) -> float:
         return float(run_load_control(predicted(rig, values), force).angle_deg[-1])
 
-    return {
-        name: tip({**centre, name: one.high}) - tip({**centre, name: one.low}) for name, one in RANGES.items()
-    }
+    return {name: tip({**centre, name: one.high}) - tip({**centre, name: one.low}) for name, one in RANGES.items()}
 
 
 def score(trials: Trials, samples: int = 512) -> Score:
