@@ -115,8 +115,8 @@ def band(rig: Rig, force_N: Floats, *, samples: int = 512, seed: int = 0) -> Ban
         except (SolverError, RigError) as error:
             raise SolverError(f"{values}: {error}") from None
     outside = 50 * (1 - SHARE)
-    quantiles = np.percentile(tips, [outside, 50.0, 100 - outside], axis=0)
-    return Band(force_N, run_load_control(middle(rig), force_N).angle_deg, *quantiles, samples)
+    least, median, most = np.percentile(tips, [outside, 50.0, 100 - outside], axis=0)
+    return Band(force_N, run_load_control(middle(rig), force_N).angle_deg, least, median, most, samples)
 
 
 def influence_deg(rig: Rig, force_N: float) -> dict[str, float]:

@@ -7,7 +7,7 @@ import pytest
 
 from fem_models.joint.flexure import flexure
 from fem_models.load_control import run_load_control
-from fem_models.rig import read_rig
+from fem_models.rig import preset, read_rig
 from fem_models.rig.rig import numeric_fields
 from hysteresis import read_record
 from studies.commands.cli import call
@@ -54,22 +54,17 @@ def test_band_holds_the_middle_and_widens_with_depth():
 
 def test_score_counts_what_lies_inside():
     levels, which = np.array([0.0, 0.5, 1.0]), np.array([0, 1, 2, 2])
-    middle_deg = run_load_control(middle(preset_150()), levels).angle_deg[which]
+    middle_deg = run_load_control(middle(preset("notched-wrist-150")), levels).angle_deg[which]
     trials = Trials("150", levels[which], np.zeros((4, 5)), middle_deg + [0, 0, 0, 90.0], np.ones(4, dtype=int))
     found = score(trials, samples=32)
     assert (found.inside, found.count) == (3, 4)
     assert found.rmse_deg == pytest.approx(45.0)
 
 
-def preset_150():
-    from fem_models.rig import preset
-
-    return preset("notched-wrist-150")
-
-
 def test_the_command_runs_the_rig_file_under_forces(tmp_path):
     program = tmp_path / "forces.csv"
     program.write_text("\n".join(["tendon_force_N", *(f"{f:.2f}" for f in FORCE)]))
     out = tmp_path / "york.csv"
-    assert call(["simulate", "--rig", str(FILE), "--program", str(program), "--engine", "chain", "--out", str(out)]) == 0
+    options = ["--rig", str(FILE), "--program", str(program), "--engine", "chain", "--out", str(out)]
+    assert call(["simulate", *options]) == 0
     np.testing.assert_allclose(read_record(out).angle_deg, run_load_control(RIG, FORCE).angle_deg, atol=0.01)
