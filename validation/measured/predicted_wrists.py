@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -97,19 +97,19 @@ def middle(rig: Rig) -> Rig:
     return predicted(rig, {name: one.middle for name, one in RANGES.items()})
 
 
-def band(rig: Rig, force_N: Floats, *, samples: int = 512, seed: int = 0) -> Band:
-    """Predict the tip at ascending forces (m,) for a Sobol sequence of the ranges.
+def band(rig: Rig, force_N: Floats, *, samples: int = 512, seed: int = 0, ranges: Mapping[str, Range] = RANGES) -> Band:
+    """Predict the tip at ascending forces (m,) for a Sobol sequence of the ranges, in their order.
 
     Raises
     ------
     SolverError
         A sample that finds no equilibrium: a band may not leave out the softest wrists.
     """
-    unit = qmc.Sobol(len(RANGES), seed=seed).random(samples)
-    low, high = np.array([(one.low, one.high) for one in RANGES.values()]).T
+    unit = qmc.Sobol(len(ranges), seed=seed).random(samples)
+    low, high = np.array([(one.low, one.high) for one in ranges.values()]).T
     tips = []
-    for row in qmc.scale(unit, low, high).tolist():
-        values = dict(zip(RANGES, row, strict=True))
+    for row in (low + unit * (high - low)).tolist():
+        values = dict(zip(ranges, row, strict=True))
         try:
             tips.append(run_load_control(predicted(rig, values), force_N).angle_deg)
         except (SolverError, RigError) as error:
@@ -117,6 +117,19 @@ def band(rig: Rig, force_N: Floats, *, samples: int = 512, seed: int = 0) -> Ban
     outside = 50 * (1 - SHARE)
     least, median, most = np.percentile(tips, [outside, 50.0, 100 - outside], axis=0)
     return Band(force_N, run_load_control(middle(rig), force_N).angle_deg, least, median, most, samples)
+
+
+def known(ranges: Mapping[str, Range], names: Iterable[str], share: float = 0.0) -> dict[str, Range]:
+    """Ranges of which some are only a share as wide, about the same middle."""
+    narrow = set(names)
+    return {
+        name: replace(
+            one, low=one.middle + share * (one.low - one.middle), high=one.middle + share * (one.high - one.middle)
+        )
+        if name in narrow
+        else one
+        for name, one in ranges.items()
+    }
 
 
 def influence_deg(rig: Rig, force_N: float) -> dict[str, float]:
