@@ -55,7 +55,8 @@ def test_band_holds_the_middle_and_widens_with_depth():
 def test_score_counts_what_lies_inside():
     levels, which = np.array([0.0, 0.5, 1.0]), np.array([0, 1, 2, 2])
     middle_deg = run_load_control(middle(preset("notched-wrist-150")), levels).angle_deg[which]
-    trials = Trials("150", levels[which], np.zeros((4, 5)), middle_deg + np.array([0, 0, 0, 90.0]), np.ones(4, dtype=int))
+    tip_deg = middle_deg + np.array([0, 0, 0, 90.0])
+    trials = Trials("150", levels[which], np.zeros((4, 5)), tip_deg, np.ones(4, dtype=int))
     found = score(trials, samples=32)
     assert (found.inside, found.count) == (3, 4)
     assert found.rmse_deg == pytest.approx(45.0)
