@@ -80,7 +80,7 @@ def add_sections(
         laws.add_with_law(
             mbs,
             items.ObjectConnectorCoordinateSpringDamperExt(markerNumbers=pair, factor0=-height, stiffness=k),
-            laws.flag,
+            laws.fibre,
         )
         for height, k in zip(section.height_mm.tolist(), stiffness.tolist(), strict=True)
         for pair in markers
