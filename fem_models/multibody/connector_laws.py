@@ -51,7 +51,7 @@ def flag(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any
 
 def fibre(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any, residual: Any, lower: Any,
           upper: Any, ve: Any, span: Any, rv: Any) -> Any:  # fmt: skip
-    """The same as :func:`flag` with fewer operations: one side at a time."""
+    """Follow the law of :func:`flag` with fewer operations, one side at a time."""
     low, high = exu.symbolic.min, exu.symbolic.max
     x = u - residual
     side, size = exu.symbolic.sign(x), exu.symbolic.abs(x)
