@@ -187,7 +187,7 @@ def test_the_search_goes_on_to_the_noise_where_no_model_explains_the_records():
 @pytest.mark.parametrize(("amplitude_mm", "ends"), [(2.2, True), (1.2, False)])
 def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_mm, ends):
     """On a flat plateau one joint bends three times as far as the others, to the end of its transformation."""
-    # far above the 65 and 130 MPa of the tendons' thrust; eight cycles, because the end is worth 0.02 deg
+    # far above the 65 and 130 MPa of the tendons' thrust; eight cycles, because the end is hardly above the noise
     law = Superelastic(250.0, 110.0, transformation_strain=0.03, plateau_modulus_GPa=0.1)
     records = two_preloads(lambda rig: replace(rig, superelastic=law), triangle(amplitude_mm, cycles=8))
     trace = trace_records(records, effects=[e for e in catalogue() if e.name == "superelastic_plateau"])
