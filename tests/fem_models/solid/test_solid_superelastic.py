@@ -252,9 +252,10 @@ def test_section_under_thrust_is_that_of_the_solid_in_the_working_range(thrust):
     path = list(bend(pressed, angles, step_rad=np.radians(1.0)))
     solid = np.array([bent.moment_Nmm for bent in path])
     section = section_path(joint_mechanics(rig).section, angles, thrust).moment_Nmm
-    assert np.abs(section - solid).max() < 0.06 * solid.max()  # 3 % with a finer mesh, docs/validation/superelastic.md
+    assert np.abs(section - solid).max() < 0.06 * solid.max()  # of the elastic slope on this coarse mesh
     free = section_path(joint_mechanics(rig).section, angles, 0.0).moment_Nmm
-    assert np.abs(free - solid).max() > (0.06 if thrust == 20.0 else 0.12) * solid.max()  # the thrust shows
+    back = slice(5, None)  # the thrust shows most on the way back
+    assert np.linalg.norm((section - solid)[back]) < 0.5 * np.linalg.norm((free - solid)[back])
     ends = pressed.end
     assert path[4].state.force_N[ends, 2].sum() == pytest.approx(-thrust / 2, rel=1e-6)
 
