@@ -19,6 +19,7 @@ from validation.joints.superelastic import (
     draw,
     largest_errors,
     solve_all,
+    trusted_deg,
 )
 
 PAGE = DOCS / "validation" / "superelastic.md"
@@ -43,8 +44,18 @@ def page(results: Sequence[CaseResult], runs: Sequence[MeshRun]) -> str:
 
 
 def _summary(results: Sequence[CaseResult]) -> str:
-    rows = [[r.case.name, *(f"{error:.0f} %" for error in largest_errors(r)), str(r.elements)] for r in results]
-    return table(["notch", *_LAWS, "elements of the fit"], rows)
+    rows = [
+        [
+            *(r.case.name, f"{r.case.thrust_N:g}"),
+            *(f"{error:.0f} %" for error in largest_errors(r)),
+            *(f"{trusted_deg(r):.1f}", f"{100 * np.abs(r.laws[1] - r.without_thrust).max() / r.laws[1].max():.0f} %"),
+            str(r.elements),
+        ]
+        for r in results
+    ]
+    return table(
+        ["notch", "thrust, N", *_LAWS, "engines in 10 %, deg", "effect of thrust", "elements of the fit"], rows
+    )
 
 
 def _case(result: CaseResult) -> str:
@@ -89,7 +100,7 @@ def figure(results: Sequence[CaseResult]) -> bytes:
     """PNG of the moment over the angle of every case: solid and laws."""
     from matplotlib.figure import Figure
 
-    drawing = Figure(figsize=(13, 4.4), layout="constrained")
+    drawing = Figure(figsize=(20, 4.4), layout="constrained")
     for ax, result in zip(drawing.subplots(1, len(results)), results, strict=True):
         degrees = np.append(0.0, np.degrees(result.curve.angle_rad))
         for law, name, style in zip(result.laws, _LAWS, (":", "--", "-"), strict=True):

@@ -25,6 +25,7 @@ from fem_models.chain.laws import (
     segment,
 )
 from fem_models.chain.parameters import Memory, Parameters
+from fem_models.chain.section import ROW, Bend, with_section
 from fem_models.load.stepping import Load
 from hysteresis.arrays import Floats
 
@@ -47,6 +48,7 @@ class Work(NamedTuple):
     state: Floats  # (2, N) of the guides: 0 sticks, 1 or -1 slides, the sign being that of the friction
     x_before: Floats  # (3 N + 3,) at the last equilibrium
     guess: Floats  # (2,) tension between wheel and base to start from
+    sections: Floats  # (N, ROW), see :func:`fem_models.chain.section.with_section`
 
 
 class Balance(NamedTuple):
@@ -75,6 +77,7 @@ def work_space(rig: Parameters, joints: int) -> Work:
         state=np.zeros((2, joints)),
         x_before=np.zeros(size),
         guess=np.array(rig.preload),
+        sections=np.zeros((joints, ROW)),
     )
 
 
@@ -224,16 +227,16 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
         theta = x[row]
         path = crossing(theta, rig)
         lever_a, lever_b = path.lever
-        far = segment(
-            x[u] - x[v] - path.length[0] + rest[0],
-            x[u + 1] - x[v + 1] - path.length[1] + rest[1],
-            path.lever,
-            rig,
-            BY_TENSION,
-        )
+        stretch = x[u] - x[v] - path.length[0] + rest[0], x[u + 1] - x[v + 1] - path.length[1] + rest[1]
+        moment, slope = joint_moment(theta, i, rig, memory, load)
+        if memory.fibre_area.size > 0:
+            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION)
+            far, bent, stiff = with_section(i, bend, rig, memory, work.sections[i])
+            moment, slope = moment + bent, slope + stiff
+        else:
+            far = segment(stretch[0], stretch[1], path.lever, rig, BY_TENSION)
         ta, tb = far.tension
         work.tension[0, i + 1], work.tension[1, i + 1] = ta, tb
-        moment, slope = joint_moment(theta, i, rig, memory, load)
         drag = rate * rig.drag_joint
         b[row] = moment + drag * (theta - work.x_before[row]) - ta * lever_a - tb * lever_b - work.external[i]
         largest = max(largest, abs(b[row]) / rig.arm[0])

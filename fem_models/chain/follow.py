@@ -16,6 +16,7 @@ from fem_models.chain.equations import Work, work_space
 from fem_models.chain.laws import flag_element, flag_moment
 from fem_models.chain.newton import Attempt, newton
 from fem_models.chain.parameters import Memory, Parameters
+from fem_models.chain.section import BENT, LONGER, transform
 from fem_models.load.stepping import (
     LEAST_LENGTH,
     Load,
@@ -48,11 +49,15 @@ class Path(NamedTuple):
 
 
 class Run(NamedTuple):
-    """Results: angles (m, N), tensions (m, 2, N + 1), energies (m, 4): wheel, friction, material, drag."""
+    """Results: angles (m, N), tensions (m, 2, N + 1), energies (m, 4): wheel, friction, material, drag.
+
+    ``longer`` (m, N) is the elongation of superelastic sections, (m, 0) where there are none.
+    """
 
     angles: Floats
     tensions: Floats
     energies: Floats
+    longer: Floats
 
 
 class Tape(NamedTuple):
@@ -164,6 +169,8 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
             rest = bent - moment / flag.stiffness
             material += moment * (rest - memory.flags[j, i])
             memory.flags[j, i] = rest
+        if memory.fibre_area.size > 0:
+            material += transform(i, work.sections[i, BENT], work.sections[i, LONGER], rig, memory)
     motion.energy[FRICTION] += lost
     motion.energy[MATERIAL] += material
     motion.energy[DRAG] += viscous
@@ -253,6 +260,8 @@ def note(k: int, path: Path, rig: Parameters, work: Work, motion: Motion, run: R
     creep_on(path.creep[k], rig, work.tension, motion.crept)
     for i in range(run.angles.shape[1]):
         run.angles[k, i] = motion.x[3 * i + 3]
+    for i in range(run.longer.shape[1]):
+        run.longer[k, i] = work.sections[i, LONGER]
     run.tensions[k] = work.tension
     energy = motion.energy
     run.energies[k, 0], run.energies[k, 1] = energy[WHEEL], energy[FRICTION]

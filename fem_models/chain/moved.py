@@ -41,6 +41,7 @@ from fem_models.chain.laws import (
     wrap,
 )
 from fem_models.chain.parameters import Memory, Parameters
+from fem_models.chain.section import BENT, LONGER, Bend, bend_on, transform, with_section
 from fem_models.load.stepping import Load, at_rest, between
 from hysteresis.arrays import Floats, Ints, Mask
 
@@ -73,6 +74,7 @@ class Moved(NamedTuple):
     tension: Floats  # (2, N + 1)
     spans: Floats  # (N + 1, 7), tensions at the rig's x, and their slopes
     crept: Floats  # (2,)
+    longer: Floats  # (N,), elongation of superelastic sections
 
 
 @chain_njit(error_model="python")
@@ -249,7 +251,12 @@ def imbalance(
         path = crossing_at(sine[i], cosine[i], rig)
         stretch_a = x[u] - x[v] - path.length[0] + rest[0]
         stretch_b = x[u + 1] - x[v + 1] - path.length[1] + rest[1]
-        far = segment(stretch_a, stretch_b, path.lever, rig, taut[i + 1])
+        if memory.fibre_area.size > 0:
+            bend = Bend(x[row] - load.rest_angle, (stretch_a, stretch_b), path.lever, taut[i + 1])
+            far, bent, _ = with_section(i, bend, rig, memory, work.sections[i])
+            b[BAND + row] += bent
+        else:
+            far = segment(stretch_a, stretch_b, path.lever, rig, taut[i + 1])
         note_span(i + 1, far, spans)
         pull = far.tension[0] * path.lever[0] + far.tension[1] * path.lever[1]
         b[BAND + row] += rate * rig.drag_joint * (x[row] - before[row]) - pull - external[i]
@@ -352,6 +359,22 @@ def take_up(s: int, line: Line, rig: Parameters, memory: Memory, load: Load, rat
 
 
 @chain_njit()
+def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, work: Work, moved: Moved) -> None:
+    """Move the sections of a moved rig by its difference from the rig; after the first step fibres transform."""
+    change = moved.change
+    for i in range(memory.fibres.shape[0]):
+        u = 3 * i + 1
+        v, bent, row = u + 3, change[u + 2], work.sections[i]
+        lever = crossing_at(line.half_sine[s, i], line.half_cosine[s, i], rig).lever
+        before = row[BENT], row[LONGER]
+        bend_on(row, bent, (change[u] - change[v] - lever[0] * bent, change[u + 1] - change[v + 1] - lever[1] * bent))
+        moved.longer[i] = row[LONGER]
+        if s > 0:
+            transform(i, row[BENT], row[LONGER], rig, memory)
+        row[BENT], row[LONGER] = before  # of the rig's own place, where the next step starts
+
+
+@chain_njit()
 def moved_at_rest(joints: int) -> Moved:
     """Arrays for a moved rig."""
     size = 3 * joints + 3
@@ -362,6 +385,7 @@ def moved_at_rest(joints: int) -> Moved:
         tension=np.zeros((2, joints + 1)),
         spans=np.zeros((joints + 1, 7)),
         crept=np.zeros(2),
+        longer=np.zeros(joints),
     )
 
 
@@ -391,6 +415,8 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
         pull_along(s, line, moved)
         if s > 0:
             take_up(s, line, rig, memory, load, rate, moved)
+        if memory.fibre_area.size > 0:
+            bend_along(s, line, rig, memory, work, moved)
         moved.x[:] = tape.x[s] + moved.change
         work.guess[:] = moved.tension[:, 0]
         at = load
@@ -399,4 +425,5 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
             for i in range(joints):
                 run.angles[k, i] = moved.x[3 * i + 3]
             run.tensions[k] = moved.tension
+            run.longer[k] = moved.longer[: run.longer.shape[1]]
     return most

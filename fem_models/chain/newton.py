@@ -19,6 +19,8 @@ from hysteresis.arrays import Floats
 
 LARGEST_ROTATION = 0.02  # rad of a joint in a step of Newton's method, lest tendons fall slack meanwhile
 
+FULL_STEPS = 15  # later ones are halved where fibres transform: they may alternate between branches
+
 
 class Attempt(NamedTuple):
     """A step from the last equilibrium to a load, as Newton's method tries it."""
@@ -100,6 +102,8 @@ def newton(x: Floats, rig: Parameters, memory: Memory, work: Work, before: Float
         for i in range(3, x.size, 3):
             most = max(most, abs(b[i]))
         part = min(1.0, LARGEST_ROTATION / most) if most > 0.0 else 1.0
+        if iteration >= FULL_STEPS and memory.fibre_area.size > 0:
+            part *= 0.5
         for i in range(x.size):
             x[i] -= part * b[i]
     return -1

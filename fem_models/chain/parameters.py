@@ -14,6 +14,7 @@ import numpy as np
 from fem_models.joint import JointMechanics
 from fem_models.joint.contact import ring_weight_N, tip_load_N
 from fem_models.joint.hardening import Hardening
+from fem_models.joint.superelastic_section import elongation_under_mm
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -39,6 +40,23 @@ class ChainSettings:
     tolerance: float = 1e-10
 
 
+class SectionParameters(NamedTuple):
+    """Scalars of a superelastic section: :class:`fem_models.joint.superelastic_section.SuperelasticSection`."""
+
+    length: float
+    root: float  # compliance of the roots
+    elastic: float  # axial stiffness beside the fibres
+    rest: float  # elongation under preload, where the tendons have their lengths
+    young: float
+    upper: float
+    lower: float
+    span: float
+    climb: float
+
+
+NO_SECTION = SectionParameters(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
+
+
 class Parameters(NamedTuple):
     """A rig as the kernels see it; N, mm, rad, s."""
 
@@ -57,7 +75,7 @@ class Parameters(NamedTuple):
     hardening: Hardening
     hardened: float  # stiffness that grows
     half_gap: float  # of the even part of the path over a notch
-    axial: float  # compliance of a joint in compression
+    axial: float  # compliance of a joint in compression; beside a superelastic section, of what is in series
     capstan: float
     guide: float
     sheath: float
@@ -75,10 +93,11 @@ class Parameters(NamedTuple):
     drag_sheath: float  # N s/mm
     drag_joint: float  # Nmm s/rad
     tolerance: float  # of the residual, N
+    section: SectionParameters  # of a rig whose memory has fibres
 
 
 class Memory(NamedTuple):
-    """Dry elements: their rest points, shapes (2, N) guides, (j, N) Jenkins, (k, N) flags; and their parameters."""
+    """Dry elements: rest points of guides (2, N), Jenkins (j, N), flags (k, N), fibres (N, f); and their parameters."""
 
     guides: Floats
     jenkins: Floats
@@ -90,6 +109,9 @@ class Memory(NamedTuple):
     flag_lower: Floats  # (k,)
     flag_span: Floats  # (k,)
     flag_climb: Floats  # (k,)
+    fibres: Floats
+    fibre_height: Floats  # (f,)
+    fibre_area: Floats  # (f,)
 
 
 def _pair(values: list[float]) -> Pair:
@@ -125,7 +147,7 @@ def chain_parameters(
         hardening=joint.hardening,
         hardened=spring,
         half_gap=0.5 * joint.rigid_gap_mm,
-        axial=1 / flexure.axial_N_per_mm if flexure.axial_N_per_mm else 0.0,
+        axial=joint.axial_compliance,
         capstan=float(dry.capstan_coefficient),
         guide=float(dry.guide_N),
         sheath=float(dry.sheath_N),
@@ -144,6 +166,23 @@ def chain_parameters(
         drag_joint=float(rig.drag.joint_Nmm_s_per_rad) if rig.drag else 0.0,
         # rounding of a slip times the stiffest segment is the least residual there can be
         tolerance=max(settings.tolerance * scale, 1e-14 * max(tendon.EA_N for tendon in tendons)),
+        section=_section_parameters(rig, joint),
+    )
+
+
+def _section_parameters(rig: Rig, joint: JointMechanics) -> SectionParameters:
+    if (section := joint.section) is None:
+        return NO_SECTION
+    return SectionParameters(
+        length=section.length_mm,
+        root=section.root_compliance,
+        elastic=section.elastic_N_per_mm,
+        rest=elongation_under_mm(section, len(rig.tendons) * rig.preload_N),
+        young=section.young,
+        upper=section.upper,
+        lower=section.lower,
+        span=section.span,
+        climb=section.climb,
     )
 
 
@@ -151,6 +190,7 @@ def memory_at_rest(rig: Rig, joint: JointMechanics) -> Memory:
     """Dry elements of a rig that has not moved yet."""
     n, jenkins = rig.joints, joint.jenkins
     fibres, share = joint.fibres, 1 - rig.material.loop_share  # the share that the Jenkins elements leave
+    height, area = (joint.section.height_mm, joint.section.area_mm2) if joint.section else (np.empty(0), np.empty(0))
     return Memory(
         guides=np.zeros((2, n)),
         jenkins=np.full((jenkins.stiffness.size, n), joint.rest_angle_rad),
@@ -162,4 +202,7 @@ def memory_at_rest(rig: Rig, joint: JointMechanics) -> Memory:
         flag_lower=share * fibres.lower_Nmm,
         flag_span=fibres.span_rad,
         flag_climb=share * fibres.slope,
+        fibres=np.zeros((n, area.size)),
+        fibre_height=height,
+        fibre_area=area,
     )

@@ -26,6 +26,7 @@ from fem_models.chain.parameters import ChainSettings, Parameters, chain_paramet
 from fem_models.joint import JointMechanics, joint_mechanics
 from fem_models.joint.contact import require_open
 from fem_models.joint.strain import peak_strain
+from fem_models.joint.superelastic_section import elongation_under_mm
 from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, force_schedule, schedule
@@ -145,8 +146,13 @@ def _own(values: Floats) -> Floats:
 
 def run_space(case: ChainCase, joints: int) -> Run:
     """Arrays for the results of a run."""
-    m = case.path.drive.size
-    return Run(angles=np.empty((m, joints)), tensions=np.empty((m, 2, joints + 1)), energies=np.empty((m, 4)))
+    m, sections = case.path.drive.size, joints if case.joint.section else 0
+    return Run(
+        angles=np.empty((m, joints)),
+        tensions=np.empty((m, 2, joints + 1)),
+        energies=np.empty((m, 4)),
+        longer=np.empty((m, sections)),
+    )
 
 
 def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Tape]:
@@ -181,7 +187,8 @@ def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, ru
         tension_N=run.tensions[:, :, 0],
         tip_mm=tip_mm(rig, joint, run),
     )
-    return ChainSolution(record, run.tensions, peak_strain(joint, run.angles), *run.energies.T)
+    strain = peak_strain(joint, run.angles, run.longer if joint.section else None)
+    return ChainSolution(record, run.tensions, strain, *run.energies.T)
 
 
 def tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:
@@ -193,8 +200,10 @@ def tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:
     turning = joint.turning_length_mm
     reach = (rig.pitch_mm - turning) * np.append(np.ones(n - 1), 0.5)
     place = np.exp(1j * heading) @ reach + turning * np.exp(1j * (heading - 0.5 * run.angles)).sum(axis=1)
-    compliance = 1 / k if (k := joint.flexure.axial_N_per_mm) else 0.0
-    shortening = compliance * (run.tensions[:, :, 1:].sum(axis=(1, 2)) - len(rig.tendons) * n * rig.preload_N)
+    thrust = len(rig.tendons) * rig.preload_N
+    shortening = joint.axial_compliance * (run.tensions[:, :, 1:].sum(axis=(1, 2)) - n * thrust)
+    if joint.section is not None:
+        shortening += (elongation_under_mm(joint.section, thrust) - run.longer).sum(axis=1)
     return np.column_stack([0.5 * (rig.pitch_mm - turning) + place.real - shortening, place.imag])
 
 

@@ -12,6 +12,7 @@ from fem_models.joint.friction import JenkinsElements, jenkins_elements
 from fem_models.joint.hardening import Hardening
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.joint.superelastic import FlagFibres, flag_fibres
+from fem_models.joint.superelastic_section import SuperelasticSection, superelastic_section
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 
@@ -79,13 +80,17 @@ class JointMechanics:
     jenkins
         Elements of the material loop.
     fibres
-        Elements of the superelastic law; none where the rig has no such law.
+        Elements of the superelastic law of measured joints; none where the rig has no such law.
+    section
+        Superelastic section of a notched tube, which the tendons press together; None where the rig has no such law.
     peak_strain_per_rad
         Strain of the outermost fibre at the root of the notch per radian of the joint, linear elastic: k e/(E I_root)
         of the beam, as if the notch alone bent. The rings take part of the angle, and at a sharp root the strain is
         higher than the section's: the solid of the default rig, filleted, has more (docs/validation/notches.md). e is
         the larger distance from the neutral axis: the cut face, or the outer surface opposite a one-sided notch. NaN
         for measured joints, whose section is not known.
+    outer_fibres_per_rad
+        The same of both outer fibres, on the side of tendon a and opposite; the larger one is the peak.
     """
 
     flexure: Flexure
@@ -102,7 +107,16 @@ class JointMechanics:
     force_scale_N: float
     jenkins: JenkinsElements
     fibres: FlagFibres
+    section: SuperelasticSection | None
     peak_strain_per_rad: float
+    outer_fibres_per_rad: tuple[float, float]
+
+    @property
+    def axial_compliance(self) -> float:
+        """Of the flexure, mm/N; beside a superelastic section, of what is in series with it. 0 for measured joints."""
+        if self.section is not None:
+            return self.section.axial_compliance
+        return 1 / self.flexure.axial_N_per_mm if self.flexure.axial_N_per_mm else 0.0
 
 
 class _Elastic(NamedTuple):
@@ -117,6 +131,7 @@ class _Elastic(NamedTuple):
     closure_angle_rad: float
     one_sided: bool
     peak_strain_per_rad: float
+    outer_fibres_per_rad: tuple[float, float]
 
 
 def joint_mechanics(rig: Rig) -> JointMechanics:
@@ -152,7 +167,9 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
         force_scale_N=_force_scale_N(rig, flexure, arms),
         jenkins=jenkins_elements(rig.material, flexure.bending_Nmm_per_rad),
         fibres=flag_fibres(rig),
+        section=superelastic_section(rig),
         peak_strain_per_rad=elastic.peak_strain_per_rad,
+        outer_fibres_per_rad=elastic.outer_fibres_per_rad,
     )
 
 
@@ -164,9 +181,9 @@ def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
     v_shaped, lever = notch.shape == "v_pair", tube.outer_diameter_mm / 2 + offset
     bending_length = min(rigidity / between.bending_Nmm_per_rad, notch.width_mm)
     turning_length = bending_length if v_shaped else 2 / 3 * bending_length
-    fibre = float(cut_height_mm(joint, 0.0)) + offset
+    fibre = opposite = float(cut_height_mm(joint, 0.0)) + offset
     if joint.one_sided:
-        fibre = max(fibre, tube.outer_diameter_mm / 2 - offset)
+        opposite = tube.outer_diameter_mm / 2 - offset
     return _Elastic(
         flexure=flexure,
         hardening=Hardening(),
@@ -176,7 +193,11 @@ def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
         rigid_gap_mm=notch.width_mm - turning_length,
         closure_angle_rad=2 * math.atan2(notch.width_mm / 2, lever) if v_shaped else notch.width_mm / lever,
         one_sided=joint.one_sided,
-        peak_strain_per_rad=between.bending_Nmm_per_rad * fibre / rigidity,
+        peak_strain_per_rad=between.bending_Nmm_per_rad * max(fibre, opposite) / rigidity,
+        outer_fibres_per_rad=(
+            between.bending_Nmm_per_rad * fibre / rigidity,
+            between.bending_Nmm_per_rad * opposite / rigidity,
+        ),
     )
 
 
@@ -203,6 +224,7 @@ def _of_measured(joint: MeasuredJoint, EA_N: float) -> _Elastic:
         closure_angle_rad=math.inf,
         one_sided=False,
         peak_strain_per_rad=math.nan,
+        outer_fibres_per_rad=(math.nan, math.nan),
     )
 
 

@@ -41,6 +41,9 @@ class Passed:
     largest: float
 
 
+EQUAL = 1e-3
+"""Relative difference of two strains up to which neither is the larger one: symmetric runs strain both sides alike."""
+
 FATIGUE = StrainLimit(
     "fatigue at 10^7 cycles",
     0.004,
@@ -64,14 +67,23 @@ def strain_limits(rig: Rig) -> tuple[StrainLimit, ...]:
     return FATIGUE, start, SUPERELASTIC
 
 
-def peak_strain(joint: JointMechanics, joint_angles_rad: ArrayLike) -> Floats:
+def peak_strain(joint: JointMechanics, joint_angles_rad: ArrayLike, elongation_mm: Floats | None = None) -> Floats:
     """Strain of the outermost fibre at the root of every notch, the shape of the angles.
 
     Plane sections: the distance from the neutral axis times the angle from rest over the bending length, whatever the
     law of the stress (:attr:`fem_models.joint.mechanics.JointMechanics.peak_strain_per_rad`). The sign is that of the
     bending from rest. NaN for measured joints, whose section is not known.
+
+    ``elongation_mm``, of superelastic sections, shape (m, N), adds the strain of the tendons' thrust. Of the two outer
+    fibres of a joint it is then the one that the whole run strains more, on the side of tendon a if both are equal,
+    and keeps the sign of the bending.
     """
-    return (np.asarray(joint_angles_rad, dtype=float) - joint.rest_angle_rad) * joint.peak_strain_per_rad
+    turned = np.asarray(joint_angles_rad, dtype=float) - joint.rest_angle_rad
+    if elongation_mm is None or joint.section is None:
+        return turned * joint.peak_strain_per_rad
+    mean = elongation_mm / joint.section.length_mm
+    near, far = (side * turned + sign * mean for side, sign in zip(joint.outer_fibres_per_rad, (-1, 1), strict=True))
+    return np.where((1 + EQUAL) * np.abs(near).max(axis=0) >= np.abs(far).max(axis=0), near, far)
 
 
 def strain_per_rad(rig: Rig) -> float:

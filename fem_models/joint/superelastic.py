@@ -1,18 +1,18 @@
-"""Superelastic Nitinol over the section of a flexure: flag-shaped fibres, as elements in the angle of the joint."""
+"""Superelastic Nitinol of a measured joint: flag-shaped fibres of an assumed strip, as elements in the joint's angle.
+
+A notched tube has a section, with a thrust: :mod:`fem_models.joint.superelastic_section`.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from fem_models.joint.flexure import beam_of_notch, elasticity, flexure_of_notch
-from fem_models.joint.section import section_fibres
 from fem_models.rig import Rig
 from fem_models.rig.checks import require
 from fem_models.rig.effects import Superelastic
-from fem_models.rig.joints import MeasuredJoint, NotchedTube
+from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Material
 from hysteresis.arrays import Floats
 
@@ -39,12 +39,12 @@ class FlagFibres:
 
 
 def flag_fibres(rig: Rig) -> FlagFibres:
-    """Fibres of a rig; none where the rig is not superelastic.
+    """Fibres of a rig of measured joints; none where the rig is not superelastic, or has a section.
 
     A fibre at the distance y from the neutral axis has the strain y theta/L over the bending length L of the beam and
-    contributes the moment sigma y dA, E y^2 dA/L per radian. The roots of the flexure in the rings stay elastic, in
-    series with all fibres. A measured joint has the share of roots of its ``roots_share`` and the section of
-    :func:`_assumed_section`.
+    contributes the moment sigma y dA, E y^2 dA/L per radian. The joint has the share of roots of its ``roots_share``,
+    elastic in series with all fibres, and the section of :func:`_assumed_section`. Without a known section the thrust
+    of the tendons is left out.
 
     Raises
     ------
@@ -52,43 +52,30 @@ def flag_fibres(rig: Rig) -> FlagFibres:
         A plateau as steep as the elastic law.
     """
     law = rig.superelastic
-    if law is None:
+    if law is None or not isinstance(rig.joint, MeasuredJoint):
         none = np.empty(0)
         return FlagFibres(none, none, none, none, none)
+    require_plateau(law, rig.material)
+    young_GPa, bending = rig.material.youngs_modulus_GPa, rig.joint.flexure_stiffness_Nmm_per_rad
+    elastic = bending / (1 - rig.joint.roots_share)
+    fibres = _fibres(law, young_GPa, *_assumed_section(rig, elastic / (young_GPa * 1e3)))
+    return _with_roots(fibres, bending, elastic)
+
+
+def require_plateau(law: Superelastic, material: Material) -> None:
+    """Check that the plateau of a law is less steep than its elastic part.
+
+    Raises
+    ------
+    RigError
+        If it is not.
+    """
     require(
-        law.plateau_modulus_GPa < rig.material.youngs_modulus_GPa,
+        law.plateau_modulus_GPa < material.youngs_modulus_GPa,
         "superelastic.plateau_modulus_GPa",
         law.plateau_modulus_GPa,
-        f"below material.youngs_modulus_GPa = {rig.material.youngs_modulus_GPa:g}",
+        f"below material.youngs_modulus_GPa = {material.youngs_modulus_GPa:g}",
     )
-    match rig.joint:
-        case NotchedTube() as joint:
-            return _fibres_of_notch(joint, rig.material.youngs_modulus_GPa, rig.material.poissons_ratio, law)
-        case MeasuredJoint() as measured:
-            young_GPa, bending = rig.material.youngs_modulus_GPa, measured.flexure_stiffness_Nmm_per_rad
-            elastic = bending / (1 - measured.roots_share)
-            fibres = _fibres(law, young_GPa, *_assumed_section(rig, elastic / (young_GPa * 1e3)))
-            return _with_roots(fibres, bending, elastic)
-
-
-@lru_cache(maxsize=1024)
-def _fibres_of_notch(joint: NotchedTube, young_GPa: float, poissons_ratio: float, law: Superelastic) -> FlagFibres:
-    metal = elasticity(Material(young_GPa, poissons_ratio))
-    elastic = beam_of_notch(joint, metal).bending_Nmm_per_rad
-    y, area = _sides_together(*section_fibres(joint, FIBRES))
-    length = metal.young * float((y**2 * area).sum()) / elastic
-    fibres = _fibres(law, young_GPa, y, area, length)
-    return _with_roots(fibres, flexure_of_notch(joint, metal).bending_Nmm_per_rad, elastic)
-
-
-def _sides_together(y: Floats, area: Floats) -> tuple[Floats, Floats]:
-    """Fibres without their side of the neutral axis: the law is the same in tension and compression.
-
-    Equal sides, those of a pair of notches, become one with twice the area.
-    """
-    if np.array_equal(y, -y[::-1]):
-        return y[y > 0], 2 * area[y > 0]
-    return np.abs(y), area
 
 
 def _fibres(law: Superelastic, young_GPa: float, y: Floats, area: Floats, length: float) -> FlagFibres:

@@ -17,6 +17,7 @@ import numpy as np
 import fem_models.multibody.connector_laws as laws
 from fem_models.joint import JointMechanics
 from fem_models.joint.contact import ring_weight_N, tip_load_N
+from fem_models.multibody.section import Sections, add_sections, shortening_mm
 from fem_models.rig import Rig
 from fem_models.rig.rig import Tendon
 from hysteresis.arrays import Floats, Ints
@@ -63,6 +64,9 @@ class Model:
     jenkins: list[int]  # element by element, joint by joint
     flags: list[int]  # the same
     hardening: list[int]  # joint by joint; none where flexures are linear
+    fibres: list[int]  # of superelastic sections, the same
+    bent: Ints  # coordinates of the sections: bending, and elongation
+    longer: Ints
     dashpots: list[int]  # of tendon a and b at the base, then joint by joint; none where the rig has no drag
     slip: Ints  # coordinates of the guides
     rings: Ints  # first coordinates (x, y, rotation) of the rings, base first
@@ -132,6 +136,7 @@ class _Backbone:
     jenkins: list[int]  # element by element, joint by joint
     flags: list[int]
     hardening: list[int]
+    sections: Sections
     dashpots: list[int]  # joint by joint
 
 
@@ -146,6 +151,9 @@ def _add_backbone(mbs: Any, rig: Rig, joint: JointMechanics, ground: int, inerti
     length = p - bend
     axial, shear = flexure.axial_N_per_mm or ring.axial_N_per_mm, flexure.shear_N_per_mm or ring.shear_N_per_mm
     thrust = rig.preload_N * sum(taut(rig, tendon) for tendon in rig.tendons)
+    section, shorter = joint.section, thrust / axial
+    if section is not None:  # the beam leaves bending and thrust to it
+        axial, shorter = 0.0, shortening_mm(section, thrust)
     rings = [_ring(mbs, length / 2, 0.0, -length / 2, MASSLESS)]
     for axis in range(3):
         fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=rings[0].node, coordinate=axis))
@@ -153,7 +161,7 @@ def _add_backbone(mbs: Any, rig: Rig, joint: JointMechanics, ground: int, inerti
     near, beams, moved = [rings[0].node], [], 0.0
     bending = 0.0 if rig.superelastic else joint.jenkins.elastic_Nmm_per_rad  # flags take the place of the spring
     for i in range(1, rig.joints + 1):
-        moved -= thrust / axial
+        moved -= shorter
         rings.append(_ring(mbs, i * p - length / 2, moved, length / 2, inertia))
         beams.append(_add_beam(mbs, [near[-1], rings[-1].node], bend, bending, axial, shear))
         if i == rig.joints:
@@ -163,14 +171,19 @@ def _add_backbone(mbs: Any, rig: Rig, joint: JointMechanics, ground: int, inerti
         near.append(mbs.AddNode(end))
         _add_beam(mbs, [rings[-1].node, near[-1]], length, *ring)
     jenkins, flags, hardening, dashpots = _add_material(mbs, rig, joint, near, rings)
+    sections = Sections([], [], [])
+    if section is not None:
+        ends = [(a, ring.node) for a, ring in zip(near, rings[1:], strict=True)]
+        sections = add_sections(mbs, section, ends, bend, thrust, ground)
     return _Backbone(
         rings=rings,
         near_nodes=near,
-        shortening_mm=[thrust / axial] + [thrust / axial + thrust / ring.axial_N_per_mm] * (rig.joints - 1),
+        shortening_mm=[shorter] + [shorter + thrust / ring.axial_N_per_mm] * (rig.joints - 1),
         beams=beams,
         jenkins=jenkins,
         flags=flags,
         hardening=hardening,
+        sections=sections,
         dashpots=dashpots,
     )
 
@@ -308,6 +321,7 @@ def assemble(
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
     _add_surroundings(mbs, rig, backbone.rings)
     mbs.Assemble()
+    bent, longer = backbone.sections.coordinates(mbs)
     first = np.array([mbs.GetNodeODE2Index(ring.node) for ring in backbone.rings])
     return Model(
         mbs=mbs,
@@ -320,6 +334,9 @@ def assemble(
         jenkins=backbone.jenkins,
         flags=backbone.flags,
         hardening=backbone.hardening,
+        fibres=backbone.sections.fibres,
+        bent=bent,
+        longer=longer,
         dashpots=dashpots + backbone.dashpots,
         slip=np.array([mbs.GetNodeODE2Index(n) for n in slip_nodes]),
         rings=first,

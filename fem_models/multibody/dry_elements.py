@@ -14,8 +14,10 @@ import numpy as np
 
 from fem_models.joint import JointMechanics
 from fem_models.joint.superelastic import FlagFibres, flag_moment
+from fem_models.joint.superelastic_section import fibre_stress, transformation_loss_mJ
 from fem_models.load.stepping import Load
 from fem_models.multibody.assembly import Model, bristle_N_per_mm
+from fem_models.multibody.section import fibre_lengths_mm
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -89,7 +91,7 @@ class Guides:
 
 
 class Material:
-    """Jenkins and flag elements of all joints, and their rest angles."""
+    """Jenkins and flag elements of all joints, fibres of their sections, and their rest angles."""
 
     def __init__(self, model: Model, rig: Rig, joint: JointMechanics) -> None:
         n, mbs = rig.joints, model.mbs
@@ -118,17 +120,35 @@ class Material:
         ):
             set_each(mbs, model.hardening, field, [value] * len(model.hardening))
         set_each(mbs, model.hardening, "offset", [joint.rest_angle_rad] * len(model.hardening))
+        self.section = joint.section
+        self.fibre_rest = np.zeros((len(model.fibres) // n, n))  # strains
+        if self.section is not None:
+            self._set_fibres()
+
+    def _set_fibres(self) -> None:
+        """Set the flag of each fibre: its force over its elongation."""
+        section, mbs, fibres = self.section, self.model.mbs, self.model.fibres
+        assert section is not None
+        area = np.repeat(section.area_mm2, self.fibre_rest.shape[1])
+        at_no_strain = (1 - section.climb / section.young) * area
+        set_each(mbs, fibres, "staticFrictionOffsetForce", at_no_strain * section.upper)
+        set_each(mbs, fibres, "dynamicFrictionForce", at_no_strain * section.lower)
+        set_each(mbs, fibres, "damping", area * section.climb / section.length_mm)
+        set_each(mbs, fibres, "viscousFrictionFactor", [section.span * section.length_mm] * area.size)
 
     def scale_loop(self, factor: float) -> None:
         """Scale the slip moments of the Jenkins elements."""
         set_each(self.model.mbs, self.model.jenkins, "staticFrictionOffsetForce", factor * self.slip_moment)
 
     def set_rest_angle(self, angle_rad: float) -> None:
-        """Set the angle that the flag elements have without load."""
+        """Set the angle that the flag elements and the sections have without load."""
         set_each(self.model.mbs, self.model.flags, "velocityOffset", [angle_rad] * len(self.model.flags))
+        if self.section is not None:
+            along = np.repeat(angle_rad * self.section.height_mm, self.fibre_rest.shape[1])
+            set_each(self.model.mbs, self.model.fibres, "velocityOffset", along)
 
     def accept(self, q: Floats, load: Load) -> list[float]:
-        """Move the rest angles of what has slipped; return the losses of Jenkins and flag elements, mJ."""
+        """Move the rest angles of what has slipped; return the losses of Jenkins, flag elements and fibres, mJ."""
         angle, mbs, losses = self.model.joint_angles(q), self.model.mbs, []
         if self.model.jenkins:
             bend, limit = np.tile(angle, self.slip_moment.size // angle.size), load.loop_scale * self.slip_moment
@@ -142,7 +162,23 @@ class Material:
             self.flag_rest, lost = _slipped(bend, moment, self.fibres.stiffness, self.flag_rest)
             losses.append(lost)
             set_each(mbs, self.model.flags, "offset", self.flag_rest)
+        if self.section is not None:
+            losses.append(self._transform(q, load))
         return losses
+
+    def _transform(self, q: Floats, load: Load) -> float:
+        """Move the rest strains of the fibres; return the loss, mJ."""
+        section, model = self.section, self.model
+        assert section is not None
+        strain = fibre_lengths_mm(section, q[model.bent] - load.rest_angle, q[model.longer]) / section.length_mm
+        stress = fibre_stress(section, strain, self.fibre_rest)
+        rest = strain - stress / section.young
+        loss = transformation_loss_mJ(section, stress, rest, self.fibre_rest)
+        changed = np.flatnonzero(rest != self.fibre_rest)  # most stay elastic
+        offset = section.length_mm * rest.ravel()[changed]
+        set_each(model.mbs, [model.fibres[k] for k in changed], "offset", offset)
+        self.fibre_rest = rest
+        return loss
 
 
 class Dashpots:

@@ -86,6 +86,7 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
     rig, joints, m = stepper.rig, stepper.rig.joints, plan.drive_mm.size
     rotation, tip = np.empty((m, joints + 1)), np.empty((m, 2))
     tension, energy = np.zeros((m, 2, joints + 1)), np.empty((m, 4))
+    longer = np.empty((m, stepper.model.longer.size))
     work, crept = 0.0, np.zeros(2)
     for k in range(m):
         load = load_of(plan, k, plan.slack_mm[k] + crept, plan.time_s[k])
@@ -99,6 +100,7 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
         crept += plan.creep[k] * (creep_goal_mm(rig, tension[k, :, 0]) - crept)
         q = stepper.coordinates()
         rotation[k] = q[stepper.model.rotation]
+        longer[k] = q[stepper.model.longer]
         tip[k] = stepper.tip_mm()
         energy[k] = work, stepper.losses.friction, stepper.losses.material, stepper.losses.drag
     angles = np.diff(rotation, axis=1)
@@ -112,7 +114,8 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
         tension_N=tension[:, :, 0],
         tip_mm=tip,
     )
-    return MultibodySolution(record, tension, peak_strain(stepper.joint, angles), *energy.T)
+    strain = peak_strain(stepper.joint, angles, longer if stepper.joint.section else None)
+    return MultibodySolution(record, tension, strain, *energy.T)
 
 
 def load_of(plan: Schedule, sample: int, slack_mm: Floats, time_s: float) -> Load:

@@ -149,8 +149,8 @@ def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, 
 
 
 # each tube has the parameters fitted to the other one, so that no preset was fitted to its own tube
-_FROM_90 = {"E_GPa": 17.1, "plateau_MPa": 276.0, "plateau_modulus_GPa": 3.95, "mu": 0.125}
-_FROM_150 = {"E_GPa": 17.4, "plateau_MPa": 266.0, "plateau_modulus_GPa": 2.85, "mu": 0.176}
+_FROM_90 = {"E_GPa": 17.1, "plateau_MPa": 277.0, "plateau_modulus_GPa": 3.97, "mu": 0.125}
+_FROM_150 = {"E_GPa": 17.3, "plateau_MPa": 271.0, "plateau_modulus_GPa": 2.78, "mu": 0.175}
 
 PRESETS: dict[str, Preset] = {
     "du2018": _DU2018,

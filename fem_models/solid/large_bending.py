@@ -3,7 +3,10 @@
 One quarter is solved with :mod:`fem_models.solid.superelastic`: the bending plane y = 0 and the middle of the notch
 z = 0 are planes of symmetry. The middle of the ring stays plane and rotates by half the angle of the joint, free to
 change its shape in plane and free of axial force, as in an endless chain in pure bending
-(:func:`fem_models.solid.linear.chain_stiffness` is its slope at rest). Contact of the edges of a notch is left out.
+(:func:`fem_models.solid.linear.chain_stiffness` is its slope at rest). A thrust presses the rings together along the
+normal of the middle of the notch, as tendons do that span it. The moment is then that about the line through both ends
+of the bending length, on the neutral axis of the straight section: engines count their levers from there. Contact of
+the edges of a notch is left out.
 Units are mm, N, rad.
 """
 
@@ -11,13 +14,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 from skfem import MeshTet2
 
+from fem_models.joint import joint_mechanics
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import notched_tube
@@ -52,12 +56,13 @@ class BentJoint:
 
 @dataclass(frozen=True)
 class QuarterJoint:
-    """Quarter (y >= 0, z >= 0) of one SNR, and which of its nodes lie in the middle of the ring, (n,)."""
+    """Quarter (y >= 0, z >= 0) of one SNR, which of its nodes lie in the middle of the ring, (n,), and the thrust."""
 
     rig: Rig
     solid: FlagSolid
     unknowns: Unknowns
     end: Mask
+    thrust_N: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -91,11 +96,17 @@ class MomentAngle:
 
 
 def quarter_joint(
-    rig: Rig, *, refinement: float = 1.0, fillet_mm: float = 0.0, hardening: float = HARDENING_SHARE
+    rig: Rig,
+    *,
+    refinement: float = 1.0,
+    fillet_mm: float = 0.0,
+    hardening: float = HARDENING_SHARE,
+    thrust_N: float = 0.0,
 ) -> QuarterJoint:
     """Mesh a quarter of one SNR; errors as :func:`fem_models.solid.mesh.snr_mesh`."""
     points, cells = quarter_of(snr_mesh(rig, refinement=refinement, fillet_mm=fillet_mm))
-    return joint_of(rig, flag_solid(points, cells, flag_law(rig, hardening=hardening)))
+    joint = joint_of(rig, flag_solid(points, cells, flag_law(rig, hardening=hardening)))
+    return replace(joint, thrust_N=thrust_N)
 
 
 def quarter_of(mesh: MeshTet2) -> tuple[Floats, Ints]:
@@ -135,6 +146,8 @@ def bend(joint: QuarterJoint, angles_rad: ArrayLike, *, step_rad: float = math.r
         A step that does not converge; the message has the angle.
     """
     state, angle, before, last_step = straight(joint.solid), 0.0, None, 0.0
+    if joint.thrust_N:
+        state = _rotated(joint, state, 0.0, 0.0, None)
     for target in np.asarray(angles_rad, dtype=float):
         longest = step_rad
         while abs(target - angle) > 1e-12:
@@ -163,7 +176,9 @@ def _rotated(
     lift[end] = place @ (_rotation((target - angle) / 2) - np.eye(3)).T
     frames = np.tile(np.eye(3), (len(points), 1, 1))
     frames[end] = _rotation(target / 2).T  # rows: along the plane, y, normal
-    return newton(joint.solid, joint.unknowns, state, lift, frames, before=before)
+    push = np.zeros_like(points)
+    push[end, 2] = -joint.thrust_N / 2 / end.sum()  # half of the section
+    return newton(joint.solid, joint.unknowns, state, lift, frames, before=before, push_N=push)
 
 
 def _rotation(angle: float) -> Floats:
@@ -179,6 +194,11 @@ def _bent_joint(joint: QuarterJoint, angle: float, state: Equilibrium) -> BentJo
     moment = 2 * float((place[:, 2] * force[:, 0] - place[:, 0] * force[:, 2]).sum())
     local = place @ _rotation(angle / 2)  # along the plane, y, normal
     sine, cosine = math.sin(angle / 2), math.cos(angle / 2)
+    if joint.thrust_N:
+        mechanics = joint_mechanics(joint.rig)
+        along = float(local[:, 2].mean()) - 0.5 * (points[0, 2] * 2 - mechanics.turning_length_mm)
+        across = float((local[:, 0] - points[:, 0]).mean()) - mechanics.flexure.neutral_offset_mm
+        moment -= joint.thrust_N * (across * cosine + along * sine)
     middle = local[:, 2].mean() * cosine - (local[:, 0] - points[:, 0]).mean() * sine
     offset = (points[0, 2] * cosine - middle) / sine if sine else math.nan
     return BentJoint(angle, moment, float(offset), state)

@@ -138,8 +138,9 @@ def newton(
     frames: Floats,
     *,
     before: Floats | None = None,
+    push_N: Floats | None = None,
 ) -> Equilibrium:
-    """Move the prescribed displacements by ``lift_mm`` (n, 3) and find the equilibrium of the rest without loads.
+    """Move the prescribed displacements by ``lift_mm`` (n, 3) and find the equilibrium of the rest.
 
     Parameters
     ----------
@@ -150,12 +151,17 @@ def newton(
     before
         Transformation strains for the first tangent. Where the load continues in its direction, those before the last
         step keep metal on a plateau there.
+    push_N
+        Forces on the nodes along x, y, z, (n, 3), which keep their direction; none by default.
 
     Raises
     ------
     SolverError
         No convergence.
     """
+    pushed = np.zeros(sought.count + 1)  # the last one: prescribed
+    if push_N is not None:
+        np.add.at(pushed, sought.numbers, np.einsum("nij,nj->ni", frames, push_N))
     place, lift, residuals = start.displacement_mm, lift_mm, []
     elements = Elements(gradients=solid.gradients, volumes=solid.volumes, cells=solid.cells)
     numbering = Numbering(
@@ -171,7 +177,7 @@ def newton(
         history = before if iteration == 0 and before is not None else start.transformation
         step = Step(displacement=place, transformation=history, lift=lift)
         found: Assembled = assemble(elements, solid.law, step, numbering)
-        load, force = found.load, found.force
+        load, force = found.load + pushed[:-1], found.force
         if iteration:
             residuals.append(float(np.linalg.norm(load) / max(float(np.linalg.norm(force)), least)))
             if not residuals[-1] < 1e6:

@@ -10,7 +10,7 @@ from fem_models.chain.along import line_along, moved_series, taped_run
 from fem_models.chain.solve import chain_angle_deg, solve_chain
 from fem_models.load import LoadProgram, sine
 from fem_models.rig import Rig, RigError, preset
-from fem_models.rig.effects import Creep, Drag, Gravity, TipStop
+from fem_models.rig.effects import Creep, Drag, Gravity, Superelastic, TipStop
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 
@@ -47,8 +47,9 @@ def test_derivatives_by_stiffness_and_load_have_their_closed_form():
         {"creep": Creep(0.3, 5.0)},
         {"gravity": Gravity(2.0, 90.0), "tip_stop": TipStop(6.0, 2.0)},
         {"joint": MeasuredJoint(14, 2.6, 520.0, hardening_slope=0.8, hardening_limit=1.5, hardening_angle_deg=2.0)},
+        {"superelastic": Superelastic(450.0, 220.0, 0.05, 1.0)},
     ],
-    ids=["plain", "drag", "creep", "gravity and tip stop", "flexures that harden"],
+    ids=["plain", "drag", "creep", "gravity and tip stop", "flexures that harden", "superelastic"],
 )
 def test_moved_rigs_follow_their_own_runs(parts):
     rig, program = replace(preset("du2018", preload_N=10.0), **parts), sine(2.0, 0.1, cycles=1, samples_per_cycle=60)
@@ -67,6 +68,25 @@ def test_moved_rigs_follow_their_own_runs(parts):
         tension = solve_chain(ahead, program).record.tension_a_N - solve_chain(behind, program).record.tension_a_N
         of_tension = found.tension_a_N - base.series.tension_a_N
         assert np.linalg.norm(of_tension - tension / 2) < 0.02 * np.linalg.norm(tension / 2)
+
+
+def test_a_moved_plateau_is_followed():
+    """Derivatives by the law of the section itself, and of the tip that it shortens."""
+    law, program = Superelastic(450.0, 220.0, 0.05, 1.0), sine(2.0, 0.1, cycles=1, samples_per_cycle=60)
+    rig = replace(preset("du2018", preload_N=20.0), material=Material(60.0, 0.33), superelastic=law)
+    base = taped_run(rig, program)
+    line = line_along(base)
+    for name in ("plateau_MPa", "unloading_plateau_MPa", "plateau_modulus_GPa"):
+        step = 10 * STEP * getattr(law, name)
+        ahead, behind = (
+            replace(rig, superelastic=replace(law, **{name: getattr(law, name) + way * step})) for way in (1, -1)
+        )
+        found = moved_series(base, line, ahead, program)
+        runs = [taped_run(other, program).series for other in (ahead, behind)]
+        for quantity in ("angle_deg", "tip_mm"):
+            central = (getattr(runs[0], quantity) - getattr(runs[1], quantity)) / 2
+            moved = getattr(found, quantity) - getattr(base.series, quantity)
+            assert np.linalg.norm(moved - central) < 0.03 * np.linalg.norm(central)
 
 
 def test_a_rig_of_another_kind_is_run_by_itself(monkeypatch):

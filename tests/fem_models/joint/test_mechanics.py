@@ -10,6 +10,7 @@ from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.paper_elements import theta_sum
 from fem_models.joint.section import section
+from fem_models.joint.superelastic_section import section_path
 from fem_models.rig import RigError, preset
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.joints import MeasuredJoint
@@ -141,8 +142,24 @@ def test_material_elements_add_up_to_the_bending_stiffness():
     joint = joint_mechanics(rig)
     bending = joint.flexure.bending_Nmm_per_rad
     assert joint.jenkins.elastic_Nmm_per_rad + joint.jenkins.stiffness.sum() == pytest.approx(bending)
-    assert joint.fibres.stiffness.sum() == pytest.approx(bending, rel=1e-6)
+    # the share that the Jenkins loop leaves: below the plateau all is elastic, along the notch as a whole
+    small = section_path(joint.section, [1e-4], [0.0])
+    assert small.moment_Nmm[0] / 1e-4 == pytest.approx(0.6 * bending, rel=1e-6)
+    assert small.tangent[0] == pytest.approx(0.6 * bending, rel=1e-6)
+    squeezed = section_path(joint.section, [0.0], [3.0])
+    shorter = joint.section.axial_compliance * 3.0 - squeezed.elongation_mm[0]
+    assert 3.0 / shorter == pytest.approx(joint.flexure.axial_N_per_mm, rel=1e-6)
+    assert joint_mechanics(V).section is None
     assert joint_mechanics(V).fibres.stiffness.size == joint_mechanics(V).jenkins.stiffness.size == 0
+
+
+def test_only_a_superelastic_section_leaves_the_axial_stiffness_to_the_fibres():
+    law = Superelastic(plateau_MPa=450.0, unloading_plateau_MPa=220.0)
+    assert joint_mechanics(V).axial_compliance == 1 / joint_mechanics(V).flexure.axial_N_per_mm
+    assert joint_mechanics(replace(V, superelastic=law)).axial_compliance < 0.3 * joint_mechanics(V).axial_compliance
+    slots = preset("notched-wrist-150")
+    assert joint_mechanics(slots).axial_compliance == pytest.approx(0.0, abs=1e-9)
+    assert joint_mechanics(replace(slots, superelastic=None)).axial_compliance > 1e-5
 
 
 def test_a_slot_closes_where_the_edges_at_the_chord_of_its_arc_meet():

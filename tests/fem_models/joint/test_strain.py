@@ -1,14 +1,20 @@
 """Peak strain of the flexures, and the limits that a run exceeds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from fem_models.chain.solve import solve_chain
 from fem_models.joint import joint_mechanics
 from fem_models.joint.strain import FATIGUE, StrainLimit, limits_passed, peak_strain, strain_limits
+from fem_models.joint.superelastic_section import elongation_under_mm
 from fem_models.load import LoadProgram
 from fem_models.load_control import run_load_control
 from fem_models.multibody.quasi_static import solve_multibody
 from fem_models.rig import RigError, preset
+from fem_models.rig.effects import Superelastic
+from fem_models.rig.rig import Material
 from studies.commands.first_report import strain_summary
 
 WRIST = preset("notched-wrist-150")
@@ -18,6 +24,36 @@ UP_AND_BACK = np.concatenate([[0.0], np.linspace(0.1, 1.9, 10), np.linspace(1.7,
 def test_peak_strain_is_counted_from_rest():
     strain = peak_strain(joint_mechanics(WRIST), np.radians([WRIST.precurvature_deg, WRIST.precurvature_deg + 10.0]))
     np.testing.assert_allclose(strain, [0.0, np.radians(10.0) * joint_mechanics(WRIST).peak_strain_per_rad], atol=1e-12)
+
+
+def test_thrust_adds_its_strain_to_the_outer_fibre_that_it_strains_more():
+    law = Superelastic(450.0, 220.0)
+    pair = joint_mechanics(replace(preset("du2018"), superelastic=law))
+    longer = np.full((2, 3), -0.002 * pair.section.length_mm)  # 0.2 % of compression, as 40 N on this section
+    angles, per_rad = np.array([[0.03, 0.03, 0.02], [-0.03, -0.02, -0.03]]), pair.peak_strain_per_rad
+    assert elongation_under_mm(pair.section, 40.0) == pytest.approx(longer[0, 0], rel=0.1)
+    bending = peak_strain(pair, angles)
+    found = peak_strain(pair, angles, longer)
+    # positive bending presses the side of tendon a; the third joint is pressed more on the other side
+    np.testing.assert_allclose(found - bending, [[0.002, 0.002, -0.002], [0.002, 0.002, -0.002]], atol=1e-12)
+    np.testing.assert_allclose(np.abs(found).max(axis=0), 0.03 * per_rad + 0.002)
+    np.testing.assert_allclose(np.ptp(found, axis=0), np.ptp(bending, axis=0))  # the range of a fibre is as without
+    one_sided = joint_mechanics(WRIST)
+    assert max(one_sided.outer_fibres_per_rad) == one_sided.peak_strain_per_rad
+    assert one_sided.outer_fibres_per_rad[0] != one_sided.outer_fibres_per_rad[1]
+
+
+def test_both_engines_have_the_strain_of_the_thrust():
+    rig = replace(
+        preset("du2018", preload_N=20.0), material=Material(60.0, 0.33), superelastic=Superelastic(450.0, 220.0)
+    )
+    steps = LoadProgram(np.array([0.0, 0.2]))
+    area = float(joint_mechanics(rig).section.area_mm2.sum())
+    for solve in (solve_chain, solve_multibody):
+        run = solve(rig, steps)
+        elastic = run.segment_tensions_N[:, :, 1:].sum(axis=1) / (60e3 * area)  # N/EA
+        bending = peak_strain(joint_mechanics(rig), np.radians(run.record.notches_deg))
+        np.testing.assert_allclose(run.peak_strain, bending + elastic, rtol=2e-3)
 
 
 def test_limits_are_exceeded_between_samples_by_interpolation():

@@ -11,17 +11,28 @@ import pytest
 from scipy.optimize import brentq
 from skfem import MeshTet1, MeshTet2
 
-from fem_models.joint.flexure import flexure
-from fem_models.joint.superelastic import flag_fibres, flag_moment
+from fem_models.joint import joint_mechanics
+from fem_models.joint.flexure import beam, flexure
+from fem_models.joint.superelastic import FlagFibres, flag_moment, in_series
+from fem_models.joint.superelastic_section import section_path
 from fem_models.rig import preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.joints import Notch, NotchedTube, Tube
-from fem_models.rig.rig import with_notch
+from fem_models.rig.rig import Material
 from fem_models.solid.calculix import calculix_forces
 from fem_models.solid.large_bending import MomentAngle, bend, measured, moment_angle, quarter_joint, whole
 from fem_models.solid.linear import cells, chain_stiffness, solid_snr
-from fem_models.solid.superelastic import dissipated, flag_law, flag_solid, newton, nodal_strain, straight, unknowns
+from fem_models.solid.superelastic import (
+    HARDENING_SHARE,
+    dissipated,
+    flag_law,
+    flag_solid,
+    newton,
+    nodal_strain,
+    straight,
+    unknowns,
+)
 from fem_models.solid.superelastic_elements import fibres_of_curve, fit_error, flag_path
 from fem_models.solid.superelastic_kernel import Elements, Law, Numbering, Step, assemble, stress
 from fem_models.view.solid import bent_mesh, write_mesh
@@ -231,6 +242,24 @@ def test_curve_is_a_flag(loop):
     assert 0 < curve.transformed[15] < 0.2
 
 
+@pytest.mark.parametrize("thrust", [20.0, 40.0])
+def test_section_under_thrust_is_that_of_the_solid_in_the_working_range(thrust):
+    """du2018 at 10 and 20 N of preload, beyond the 3.2 deg of a joint that 45 deg of the tip take."""
+    law = replace(LAW, plateau_modulus_GPa=1e-3 * HARDENING_SHARE * YOUNG)
+    rig = replace(RIG, superelastic=law, material=Material(60.0, POISSON))
+    pressed = quarter_joint(rig, refinement=0.4, fillet_mm=0.125, thrust_N=thrust)
+    angles = np.radians([1.0, 2.0, 3.0, 4.0, 5.0, 4.0, 3.0, 2.0, 1.0])
+    path = list(bend(pressed, angles, step_rad=np.radians(1.0)))
+    solid = np.array([bent.moment_Nmm for bent in path])
+    section = section_path(joint_mechanics(rig).section, angles, thrust).moment_Nmm
+    assert np.abs(section - solid).max() < 0.06 * solid.max()  # of the elastic slope on this coarse mesh
+    free = section_path(joint_mechanics(rig).section, angles, 0.0).moment_Nmm
+    back = slice(5, None)  # the thrust shows most on the way back
+    assert np.linalg.norm((section - solid)[back]) < 0.5 * np.linalg.norm((free - solid)[back])
+    ends = pressed.end
+    assert path[4].state.force_N[ends, 2].sum() == pytest.approx(-thrust / 2, rel=1e-6)
+
+
 def test_fit_gives_the_engines_the_curve(loop):
     _, curve = loop
     fibres = fibres_of_curve(curve)
@@ -242,10 +271,21 @@ def test_fit_gives_the_engines_the_curve(loop):
     assert fibres.stiffness.sum() == pytest.approx(slope, rel=0.05)
 
 
+def fibres_between_rigid_rings(rig) -> FlagFibres:
+    """Fibres of a pair of notches without thrust, as elements in the angle."""
+    section, law = joint_mechanics(rig).section, rig.superelastic
+    y, area, length = np.abs(section.height_mm), section.area_mm2, section.length_mm
+    area = area / (1 - rig.material.loop_share)  # all of the metal
+    k = YOUNG * y**2 * area / length
+    upper, lower = (k * stress / YOUNG * length / y for stress in (law.plateau_MPa, law.unloading_plateau_MPa))
+    slope = k * law.plateau_modulus_GPa * 1e3 / YOUNG
+    return FlagFibres(k, upper, lower, law.transformation_strain * length / y, slope)
+
+
 def test_fit_finds_elements_that_made_the_curve():
     """Fibres of the section itself, elements of the family that is fitted: 1.5 % of the largest moment everywhere."""
     degrees = np.append(np.linspace(0, 20, 41)[1:], np.linspace(20, 0, 41)[1:])
-    fibres = flag_fibres(with_notch(RIG, replace(RIG.joint.notch, rigid_roots=True)))
+    fibres = fibres_between_rigid_rings(RIG)
     moment = flag_path(fibres, np.radians(degrees)).sum(axis=1)
     none = np.zeros_like(moment)
     curve = MomentAngle(RIG, np.radians(degrees), moment, none, none, none, none)
@@ -280,9 +320,9 @@ def in_series_with(fibres, root_Nmm_per_rad, angles_rad):
 )
 def test_fibres_and_roots_as_one_are_the_two_in_series(law):
     rig = replace(RIG, superelastic=law)
-    rigid = with_notch(rig, replace(rig.joint.notch, rigid_roots=True))
-    as_one, fibres = flag_fibres(rig), flag_fibres(rigid)
-    root = 1 / (1 / flexure(rig).bending_Nmm_per_rad - 1 / flexure(rigid).bending_Nmm_per_rad)
+    root = 1 / (1 / flexure(rig).bending_Nmm_per_rad - 1 / beam(rig).bending_Nmm_per_rad)
+    fibres, section = fibres_between_rigid_rings(rig), joint_mechanics(rig).section
+    as_one = in_series(fibres, root)
     k, slope = as_one.stiffness, as_one.slope
     through = np.degrees(((1 - slope / k) * as_one.upper_Nmm + k * as_one.span_rad) / (k - slope)).min()
     assert through < 14
@@ -290,6 +330,8 @@ def test_fibres_and_roots_as_one_are_the_two_in_series(law):
     for back in (np.linspace(14, -14, 281), np.concatenate([np.linspace(14, 5, 91), np.linspace(5, 11, 61)])):
         path = np.radians(np.concatenate([up, back]))
         expected = in_series_with(fibres, root, path)
+        share = section_path(section, path, 0.0).moment_Nmm / (1 - rig.material.loop_share)
+        np.testing.assert_allclose(share, expected, atol=1e-9 * expected.max())  # the section of the engines is exact
         error = np.abs(flag_path(as_one, path).sum(axis=1) - expected) / expected.max()
         assert error[: up.size].max() < 1e-9
         assert error.max() < 0.02

@@ -130,4 +130,6 @@ def test_a_trial_that_takes_part_in_no_choice_is_predicted(measured: Path):
     assert found.named == ("superelastic_plateau", "notch_closure")
     assert found.closure_deg == pytest.approx(closure_by_geometry_deg("150"), abs=1.0)
     assert found.after_deg < 3.5 < 9.0 < found.before_deg
-    assert pooled_deg([found, replace(found, after_deg=0.0, before_deg=0.0)])[1] == found.after_deg / np.sqrt(2)
+    assert pooled_deg([found, replace(found, after_deg=0.0, before_deg=0.0)])[1] == pytest.approx(
+        found.after_deg / np.sqrt(2)
+    )

@@ -184,16 +184,17 @@ def test_the_search_goes_on_to_the_noise_where_no_model_explains_the_records():
     assert trace.augmented.heldout_rmse_deg < 1.3 * trace.floor.deg
 
 
-@pytest.mark.parametrize(("amplitude_mm", "ends"), [(2.0, True), (1.2, False)])
+@pytest.mark.parametrize(("amplitude_mm", "ends"), [(2.2, True), (1.2, False)])
 def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_mm, ends):
     """On a flat plateau one joint bends three times as far as the others, to the end of its transformation."""
-    law = Superelastic(180.0, 80.0, transformation_strain=0.03, plateau_modulus_GPa=0.1)
-    records = two_preloads(lambda rig: replace(rig, superelastic=law), triangle(amplitude_mm, cycles=2))
+    # far above the 65 and 130 MPa of the tendons' thrust; eight cycles, because the end is hardly above the noise
+    law = Superelastic(250.0, 110.0, transformation_strain=0.03, plateau_modulus_GPa=0.1)
+    records = two_preloads(lambda rig: replace(rig, superelastic=law), triangle(amplitude_mm, cycles=8))
     trace = trace_records(records, effects=[e for e in catalogue() if e.name == "superelastic_plateau"])
     found = trace.augmented.model.values(trace.augmented.x)[1][0]
     assert trace.verdict == "effect"
     assert ("transformation_strain" in found) is ends
-    assert found["plateau_MPa"] == pytest.approx(180.0, rel=0.08)
+    assert found["plateau_MPa"] == pytest.approx(250.0, rel=0.08)
     assert found.get("transformation_strain", 0.03) == pytest.approx(0.03, rel=0.15)
     assert trace.augmented.heldout_rmse_deg < 1.3 * NOISE_DEG
     assert any(c.fitted is trace.augmented for c in trace.candidates)

@@ -1,0 +1,158 @@
+"""Superelastic section of a joint under the thrust of both tendons, compiled: its two unknowns are solved locally.
+
+Bending phi and elongation g of the section follow from the angle of the joint and the stretch of both tendons over the
+pitch (static condensation): see :mod:`fem_models.joint.superelastic_section` for the equations. The chain sees
+tensions and moment with their consistent slopes, and its band stays as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fem_models.chain.compiled import chain_njit
+from fem_models.chain.laws import Flag, Span, flag_moment, segment
+from fem_models.chain.parameters import Memory, Pair, Parameters, SectionParameters
+from hysteresis.arrays import Floats
+
+BENT, LONGER = 0, 1
+"""Places of phi and g in a row of sections; the angle and both stretches follow, then slopes of phi and of g in
+them."""
+ROW = 11
+_ITERATIONS = 200
+_UPHILL = 0.5  # slope of the potential at the end of a step, over that at its start, at most
+
+
+class Sums(NamedTuple):
+    """Pull and moment of all fibres, and their slopes in elongation and bending."""
+
+    pull: float
+    moment: float
+    pull_by_longer: float
+    pull_by_bent: float
+    moment_by_bent: float
+
+
+class Bend(NamedTuple):
+    """What a section has to follow.
+
+    The angle of the joint from rest, roots included; the stretch of the tendons if the section kept its length under
+    preload; their levers; which tendons are taut, as of :func:`fem_models.chain.laws.segment`.
+    """
+
+    angle: float
+    stretch: Pair
+    lever: Pair
+    taut: int
+
+
+@chain_njit(forceinline=True)
+def stress_law(section: SectionParameters) -> Flag:
+    """Flag of a fibre, stress over strain."""
+    return Flag(section.young, section.upper, section.lower, section.span, section.climb)
+
+
+@chain_njit(error_model="python")
+def fibre_sums(
+    bent: float, longer: float, section: SectionParameters, heights: Floats, areas: Floats, rests: Floats
+) -> Sums:
+    """Integrate the stress over a section.
+
+    A fibre that has never transformed is elastic up to the plateau: most are.
+    """
+    law, by_length = stress_law(section), 1.0 / section.length
+    mean, curvature, start = longer * by_length, bent * by_length, law.upper / law.stiffness
+    pull, moment, kpp, kpm, kmm = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(rests.size):
+        height, area, rest = heights[j], areas[j], rests[j]
+        strain = mean + height * curvature
+        if rest == 0.0 and abs(strain) <= start:
+            stress, slope = law.stiffness * strain, law.stiffness
+        else:
+            stress, slope = flag_moment(strain, rest, law)
+        force, stiffness = area * stress, area * slope
+        pull += force
+        moment += force * height
+        kpp += stiffness
+        kpm += stiffness * height
+        kmm += stiffness * height * height
+    elastic = section.elastic
+    return Sums(pull + elastic * longer, moment, kpp * by_length + elastic, kpm * by_length, kmm * by_length)
+
+
+@chain_njit()
+def bend_on(row: Floats, angle: float, stretch: Pair) -> None:
+    """Change a solution to first order by changes of the angle and of both stretches."""
+    row[BENT] += row[5] * angle + row[6] * stretch[0] + row[7] * stretch[1]
+    row[LONGER] += row[8] * angle + row[9] * stretch[0] + row[10] * stretch[1]
+
+
+@chain_njit(error_model="python")
+def with_section(i: int, bend: Bend, rig: Parameters, memory: Memory, row: Floats) -> tuple[Span, float, float]:
+    """Tensions over joint i, its moment, and the slope of the moment by the angle, slips held.
+
+    The last solution in ``row``, carried on to first order, is where Newton's method starts: laws are linear between
+    events, and without one it lands on the solution. The potential is convex. A step that leads beyond its least value
+    is shortened. The moment is infinite where there is no solution.
+    """
+    root, least = rig.section.root, 0.1 * rig.tolerance
+    to_moment = 1.0 / root if root > 0.0 else 0.0
+    angle, stretch, lever = bend.angle - row[2], (bend.stretch[0] - row[3], bend.stretch[1] - row[4]), bend.lever
+    bend_on(row, angle, stretch)
+    bent, longer = row[BENT] if root > 0.0 else bend.angle, row[LONGER]
+    to_force, heights, areas, rests = rig.bending / rig.arm[0], memory.fibre_height, memory.fibre_area, memory.fibres[i]
+    start_bent, start_longer, turn, reach, downhill, part = bent, longer, 0.0, 0.0, 0.0, 1.0
+    found = False
+    for _ in range(_ITERATIONS):
+        shift = longer - rig.section.rest
+        span = segment(bend.stretch[0] + shift, bend.stretch[1] + shift, lever, rig, bend.taut)
+        sums = fibre_sums(bent, longer, rig.section, heights, areas, rests)
+        off_angle, off_thrust = bent + root * sums.moment - bend.angle, sums.pull + span.tension[0] + span.tension[1]
+        own, cross, kpm = span.own, span.cross, sums.pull_by_bent
+        by_a, by_b = own[0] + cross, own[1] + cross  # slopes of the thrust
+        kpp, soft = sums.pull_by_longer + by_a + by_b, 1.0 + root * sums.moment_by_bent
+        determinant = soft * kpp - root * kpm * kpm
+        found = abs(off_angle) * to_force <= least and abs(off_thrust) <= least
+        if found:
+            break
+        uphill = off_angle * to_moment * turn + off_thrust * reach
+        if uphill > -_UPHILL * downhill:
+            part *= min(max(downhill / (downhill - uphill), 0.1), 0.9)
+        else:
+            start_bent, start_longer, part = bent, longer, 1.0
+            turn = -(kpp * off_angle - root * kpm * off_thrust) / determinant
+            reach = -(soft * off_thrust - kpm * off_angle) / determinant
+            downhill = off_angle * to_moment * turn + off_thrust * reach
+        bent, longer = start_bent + part * turn, start_longer + part * reach
+    row[BENT], row[LONGER], row[2], row[3], row[4] = bent, longer, bend.angle, bend.stretch[0], bend.stretch[1]
+    row[5], row[6], row[7] = kpp / determinant, root * kpm * by_a / determinant, root * kpm * by_b / determinant
+    row[8], row[9], row[10] = -kpm / determinant, -soft * by_a / determinant, -soft * by_b / determinant
+    own_a, own_b, cross = own[0] + by_a * row[9], own[1] + by_b * row[10], cross + by_a * row[10]
+    turn_a, turn_b = by_a * row[8], by_b * row[8]  # tensions by the angle, stretch held; moment by the stretch
+    moved = Span(
+        tension=span.tension,
+        own=(own_a, own_b),
+        cross=cross,
+        by_angle=(turn_a - own_a * lever[0] - cross * lever[1], turn_b - cross * lever[0] - own_b * lever[1]),
+    )
+    slope = sums.moment_by_bent * row[5] + kpm * row[8] - turn_a * lever[0] - turn_b * lever[1]
+    return moved, sums.moment if found else math.inf, slope
+
+
+@chain_njit()
+def transform(i: int, bent: float, longer: float, rig: Parameters, memory: Memory) -> float:
+    """Move the rest strains of joint i's fibres to where they are at a solution; return the loss, mJ.
+
+    See :func:`fem_models.joint.superelastic_section.transformation_loss_mJ`.
+    """
+    law, rests, loss = stress_law(rig.section), memory.fibres[i], 0.0
+    climb = law.climb / (1.0 - law.climb / law.stiffness)
+    for j in range(rests.size):
+        strain = (longer + memory.fibre_height[j] * bent) / rig.section.length
+        if rests[j] != 0.0 or abs(strain) * law.stiffness > law.upper:
+            stress, _ = flag_moment(strain, rests[j], law)
+            rest = strain - stress / law.stiffness
+            moved = rest - rests[j]
+            loss += memory.fibre_area[j] * (stress - 0.5 * climb * moved) * moved
+            rests[j] = rest
+    return loss * rig.section.length

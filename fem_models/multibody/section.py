@@ -1,0 +1,124 @@
+"""Superelastic sections as Exudyn items: two coordinates for each notch, and fibres as connectors between them.
+
+The coordinates are bending phi and elongation g of the section (:mod:`fem_models.joint.superelastic_section`). A fibre
+is a connector over both, of the length g - y phi. A linear element of the two rings' rotations and of phi is the
+elastic roots. A spring along the notch, longer by g, carries the thrust of the tendons: the beam has no axial stiffness
+then, and keeps the shear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import exudyn as exu
+import exudyn.itemInterface as items
+import numpy as np
+
+import fem_models.multibody.connector_laws as laws
+from fem_models.joint.superelastic_section import SuperelasticSection, elongation_under_mm
+from hysteresis.arrays import Floats, Ints
+
+STIFF_ROOTS, STIFF_LINK = 1e4, 1e2  # over the section's stiffness, where it has nothing elastic in series
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Connectors of the fibres, fibre by fibre, joint by joint; nodes of the coordinates, joint by joint."""
+
+    fibres: list[int]
+    bent: list[int]
+    longer: list[int]
+
+    def coordinates(self, mbs: Any) -> tuple[Ints, Ints]:
+        """Coordinates of bending and elongation, shapes (N,), of an assembled system."""
+        bent, longer = ([mbs.GetNodeODE2Index(n) for n in nodes] for nodes in (self.bent, self.longer))
+        return np.array(bent, dtype=int), np.array(longer, dtype=int)
+
+
+def axial_stiffness(section: SuperelasticSection) -> float:
+    """Elastic stiffness of the section over its length, N/mm."""
+    return section.young * float(section.area_mm2.sum()) / section.length_mm + section.elastic_N_per_mm
+
+
+def link_stiffness(section: SuperelasticSection) -> float:
+    """Stiffness in series with the section along the notch, N/mm."""
+    stiff = STIFF_LINK * axial_stiffness(section)
+    return min(1 / section.axial_compliance, stiff) if section.axial_compliance > 0 else stiff
+
+
+def shortening_mm(section: SuperelasticSection, thrust_N: float) -> float:
+    """How much shorter a notch is under a thrust."""
+    return thrust_N / link_stiffness(section) - elongation_under_mm(section, thrust_N)
+
+
+def add_sections(
+    mbs: Any, section: SuperelasticSection, ends: list[tuple[int, int]], length_mm: float, thrust_N: float, ground: int
+) -> Sections:
+    """Add the section of each notch between two nodes of rings, ``length_mm`` apart without load.
+
+    ``ground`` is the marker of a fixed coordinate. The sections start under a thrust.
+    """
+    markers, bent, longer = [], [], []
+    at_start = elongation_under_mm(section, thrust_N)
+    for near, far in ends:
+        nodes = [mbs.AddNode(items.Node1D(initialCoordinates=[at])) for at in (0.0, at_start)]
+        mbs.AddObject(items.ObjectMass1D(mass=0.0, nodeNumber=nodes[1]))
+        turn, stretch = (mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=0)) for n in nodes)
+        _add_roots(mbs, section, [near, far, nodes[0]])
+        _add_link(mbs, section, (near, far), stretch, ground, length_mm)
+        if section.elastic_N_per_mm > 0:
+            share = items.ObjectConnectorCoordinateSpringDamper(
+                markerNumbers=[ground, stretch], stiffness=section.elastic_N_per_mm
+            )
+            mbs.AddObject(share)
+        markers.append([turn, stretch])
+        bent.append(nodes[0])
+        longer.append(nodes[1])
+    stiffness = section.young * section.area_mm2 / section.length_mm
+    fibres = [
+        laws.add_with_law(
+            mbs,
+            items.ObjectConnectorCoordinateSpringDamperExt(markerNumbers=pair, factor0=-height, stiffness=k),
+            laws.fibre,
+        )
+        for height, k in zip(section.height_mm.tolist(), stiffness.tolist(), strict=True)
+        for pair in markers
+    ]
+    return Sections(fibres, bent, longer)
+
+
+def _add_roots(mbs: Any, section: SuperelasticSection, nodes: list[int]) -> None:
+    """Energy of the roots, k (rotation of far less near ring less bending of the section)^2/2: a constant matrix."""
+    bending = section.young * float(section.area_mm2 @ section.height_mm**2) / section.length_mm
+    stiff = STIFF_ROOTS * bending
+    stiffness = min(1 / section.root_compliance, stiff) if section.root_compliance > 0 else stiff
+    row = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 1.0, -1.0])
+    mbs.AddObject(
+        items.ObjectGenericODE2(
+            nodeNumbers=nodes, massMatrix=np.zeros((7, 7)), stiffnessMatrix=stiffness * np.outer(row, row)
+        )
+    )
+
+
+def _add_link(
+    mbs: Any, section: SuperelasticSection, ends: tuple[int, int], stretch: int, ground: int, length_mm: float
+) -> None:
+    """Spring from ring to ring, in compression too, whose length counts without the elongation of the section."""
+    points = [mbs.AddMarker(items.MarkerNodeRigid(nodeNumber=n)) for n in ends]
+    link = items.ObjectConnectorReevingSystemSprings(
+        markerNumbers=[*points, stretch, ground],
+        hasCoordinateMarkers=True,
+        coordinateFactors=[1.0, 1.0],  # Exudyn subtracts them
+        stiffnessPerLength=link_stiffness(section) * length_mm,
+        referenceLength=length_mm,
+        regularizationForce=-1.0,  # below 0: pushes as it pulls
+        sheavesAxes=exu.Vector3DList([[0, 0, 1]] * 2),
+        sheavesRadii=[0.0, 0.0],
+    )
+    mbs.AddObject(link)
+
+
+def fibre_lengths_mm(section: SuperelasticSection, bent: Floats, longer: Floats) -> Floats:
+    """Elongations of the fibres of all joints, shape (k, N), at coordinates of shape (N,)."""
+    return longer + section.height_mm[:, None] * bent
