@@ -312,11 +312,7 @@ def assemble(
             radius = side * rig.wheel.radius_mm
             free_spans.append(_add_free_span(mbs, tendon, rig.preload_N, markers[0], wheel_marker, radius))
         segments += _add_segments(mbs, rig, joint, tendon, side * arm, backbone, [*markers, ground])
-        bristle = bristle_N_per_mm(rig, tendon, bristle_ratio)
-        open_stiffness = laws.OPEN_STIFFNESS * tendon.EA_N / rig.pitch_mm
-        for m in markers:
-            guide = Spring(markerNumbers=[ground, m], stiffness=bristle, damping=open_stiffness)
-            guides.append(laws.add_with_law(mbs, guide, laws.stick_slip))
+        guides += [_add_guide(mbs, rig, tendon, bristle_ratio, [ground, m]) for m in markers]
         slip_nodes += [n for n, _ in slip]
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
     _add_surroundings(mbs, rig, backbone.rings)
@@ -345,6 +341,13 @@ def assemble(
         centre_mm=np.array([ring.centre_mm for ring in backbone.rings]),
         tip=backbone.rings[-1],
     )
+
+
+def _add_guide(mbs: Any, rig: Rig, tendon: Tendon, bristle_ratio: float, markers: list[int]) -> int:
+    """Bristle between the ground and the slip of a tendon at a guide."""
+    bristle = bristle_N_per_mm(rig, tendon, bristle_ratio)
+    guide = Spring(markerNumbers=markers, stiffness=bristle, damping=laws.OPEN_STIFFNESS * tendon.EA_N / rig.pitch_mm)
+    return laws.add_with_law(mbs, guide, laws.stick_slip)
 
 
 def bristle_N_per_mm(rig: Rig, tendon: Tendon, bristle_ratio: float) -> float:
