@@ -181,11 +181,10 @@ def linearise(tape: Tape, path: Path, rig: Parameters, memory: Memory) -> Line:
         note_step(s, line, rig, memory, work, load)
         motion.x[:] = tape.x[s]
         work.guess[:] = work.tension[:, 0]
-        if s > 0:
-            accept(rig, memory, work, motion, load, rate)
-            at = load
-            if part == 1.0:
-                creep_on(path.creep[k], rig, work.tension, motion.crept)
+        accept(rig, memory, work, motion, load, rate)
+        at = load
+        if s > 0 and part == 1.0:
+            creep_on(path.creep[k], rig, work.tension, motion.crept)
     return line
 
 
@@ -237,7 +236,7 @@ def imbalance(
     state, guides, external = line.tape.state[s], memory.guides, work.external
     n, capstan = ratios.size, load.friction_scale * rig.capstan
     b[:] = 0.0
-    external_moments(x, rig, work, 1 if line.stop[s] > 0.0 else 0)
+    external_moments(x, rig, load, work, 1 if line.stop[s] > 0.0 else 0)
     held_moments(s, line, rig, memory, load, b)
     near, rest = free_span(x, load, rig, work, taut[0]), crossing(rig.rest, rig).length
     note_span(0, near, spans)
@@ -388,8 +387,7 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
             return math.inf
         most = max(most, difference)
         pull_along(s, line, moved)
-        if s > 0:
-            take_up(s, line, rig, memory, load, rate, moved)
+        take_up(s, line, rig, memory, load, rate, moved)
         moved.x[:] = tape.x[s] + moved.change
         work.guess[:] = moved.tension[:, 0]
         at = load

@@ -30,7 +30,7 @@ class ChainSettings:
     step that fails is halved. ``tolerance`` is that of the residual, over the same force.
     """
 
-    bristle_ratio: float = 0.02
+    bristle_ratio: float = 20.0
     max_step_mm: float = 0.1
     max_force_step: float = 0.25
     max_halvings: int = 20

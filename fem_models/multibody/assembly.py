@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import exudyn as exu
 import exudyn.itemInterface as items
@@ -49,6 +49,13 @@ NITINOL_T_PER_MM3 = 6.45e-9
 MASSLESS = RingInertia(0.0, 0.0)
 
 
+class DeadLoad(NamedTuple):
+    """A load of Exudyn that keeps its direction, and its force in the bending plane, N."""
+
+    number: int
+    force_N: tuple[float, float]
+
+
 @dataclass(frozen=True)
 class Model:
     """Item numbers and coordinate indices of an assembled system."""
@@ -57,6 +64,7 @@ class Model:
     wheel: int
     free_spans: list[int]  # one connector a tendon, wheel to base; none under load control
     forces: list[int]  # under load control, one a tendon
+    dead: list[DeadLoad]  # weight of the rings, load on the tip; none before the stepper sets them
     segments: list[int]  # tendon a then b, base to tip
     guides: list[int]  # friction connectors, the same order
     beams: list[int]  # flexures, base to tip
@@ -244,15 +252,17 @@ def _add_segments(
     return out
 
 
-def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> None:
-    """Weight of the rings, and load and stop at the tip."""
+def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> list[DeadLoad]:
+    """Weight of the rings, and load and stop at the tip; return the dead loads, which the stepper sets."""
+    dead = []
     if rig.gravity is not None:
         for ring in rings[1:]:
             centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ring.body, localPosition=[ring.centre_mm, 0, 0]))
-            mbs.AddLoad(items.LoadForceVector(markerNumber=centre, loadVector=[*ring_weight_N(rig), 0.0]))
+            dead.append(DeadLoad(int(mbs.AddLoad(items.LoadForceVector(markerNumber=centre))), ring_weight_N(rig)))
     tip = items.MarkerBodyPosition(bodyNumber=rings[-1].body, localPosition=[rings[-1].centre_mm, 0, 0])
     if rig.tip_load is not None:
-        mbs.AddLoad(items.LoadForceVector(markerNumber=mbs.AddMarker(tip), loadVector=[*tip_load_N(rig), 0.0]))
+        load = items.LoadForceVector(markerNumber=mbs.AddMarker(tip))
+        dead.append(DeadLoad(int(mbs.AddLoad(load)), tip_load_N(rig)))
     if rig.tip_stop is not None:
         origin = mbs.AddObject(items.ObjectGround())
         markers = [mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=origin)), mbs.AddMarker(tip)]
@@ -262,6 +272,7 @@ def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> None:
             offset=[0, rig.tip_stop.y_mm, 0],
         )
         laws.add_with_law(mbs, stop, laws.stop_above if rig.tip_stop.y_mm >= 0 else laws.stop_below)
+    return dead
 
 
 def assemble(
@@ -299,7 +310,7 @@ def assemble(
             guides.append(laws.add_with_law(mbs, guide, laws.stick_slip))
         slip_nodes += [n for n, _ in slip]
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
-    _add_surroundings(mbs, rig, backbone.rings)
+    dead = _add_surroundings(mbs, rig, backbone.rings)
     mbs.Assemble()
     first = np.array([mbs.GetNodeODE2Index(ring.node) for ring in backbone.rings])
     return Model(
@@ -307,6 +318,7 @@ def assemble(
         wheel=int(wheel),
         free_spans=free_spans,
         forces=forces,
+        dead=dead,
         segments=segments,
         guides=guides,
         beams=backbone.beams,

@@ -118,7 +118,7 @@ class _Motion:
         """Bring the drive to where it is at the end of the step."""
         drive, slack_a, slack_b, scale, dry, residual = self.course(min(time_s, self.plan.time_s[-1])).tolist()
         a, b = self.crept.tolist()
-        self.stepper.set_load(Load(drive, (slack_a + a, slack_b + b), scale, dry, residual, time_s))
+        self.stepper.set_load(Load(drive, (slack_a + a, slack_b + b), scale, dry, residual, time_s, 1.0))
         return True
 
     def before_residual(self, mbs: Any, time_s: float, newton: int, discontinuous: int) -> None:

@@ -47,7 +47,7 @@ class MultibodySettings:
     guides may change between sticking and sliding in a step.
     """
 
-    bristle_ratio: float = 0.02
+    bristle_ratio: float = 20.0
     friction_tolerance: float = 1e-6
     max_friction_iterations: int = 60
     max_step_mm: float = 0.1
@@ -144,6 +144,9 @@ class Stepper:
             set_each(self.model.mbs, self.model.free_spans, "offset", offset)
         if load.loop_scale != now.loop_scale:
             self.material.scale_loop(load.loop_scale)
+        if load.dead != now.dead:
+            for number, (x, y) in self.model.dead:
+                self.model.mbs.SetLoadParameter(number, "loadVector", [load.dead * x, load.dead * y, 0.0])
         if load.rest_angle != now.rest_angle:
             self._set_rest_angle(load.rest_angle)
         self.load = load
@@ -247,7 +250,7 @@ class Stepper:
                 guess = self._predicted(step.length)
             else:  # after a reversal or a failure: every guide sticks until its force says otherwise
                 self._start_from(before)
-                guess = FrictionState(0.0 * self.guides.sliding, self.guides.limit)
+                guess = FrictionState(self.guides.all_stick(), self.guides.limit)
             found = self._equilibrium(step.load, guess, fine=step.fine)
             if found is None or self.jumped(self.coordinates() - before, step.length):
                 self.direction, self.reach = self.direction if not step.fine else math.nan, 0.5 * step.length
