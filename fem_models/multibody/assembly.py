@@ -46,6 +46,9 @@ class RingInertia:
 NITINOL_T_PER_MM3 = 6.45e-9
 """Density of Nitinol, 6450 kg/m^3 (Duerig and Pelton, Materials Properties Handbook: Titanium Alloys, ASM 1994)."""
 
+SMOOTH_RATIO = 0.02
+"""Spring of a guide without friction, over EA/pitch."""
+
 MASSLESS = RingInertia(0.0, 0.0)
 
 
@@ -303,9 +306,8 @@ def assemble(
             radius = side * rig.wheel.radius_mm
             free_spans.append(_add_free_span(mbs, tendon, rig.preload_N, markers[0], wheel_marker, radius))
         segments += _add_segments(mbs, rig, joint, tendon, side * arm, backbone, [*markers, ground])
-        bristle = bristle_N_per_mm(rig, tendon, bristle_ratio)
         open_stiffness = laws.OPEN_STIFFNESS * tendon.EA_N / rig.pitch_mm
-        for m in markers:
+        for m, bristle in zip(markers, bristle_N_per_mm(rig, tendon, bristle_ratio), strict=True):
             guide = Spring(markerNumbers=[ground, m], stiffness=bristle, damping=open_stiffness)
             guides.append(laws.add_with_law(mbs, guide, laws.stick_slip))
         slip_nodes += [n for n, _ in slip]
@@ -334,6 +336,12 @@ def assemble(
     )
 
 
-def bristle_N_per_mm(rig: Rig, tendon: Tendon, bristle_ratio: float) -> float:
-    """Stiffness of a sticking guide: ``bristle_ratio`` times EA/pitch."""
-    return bristle_ratio * tendon.EA_N / rig.pitch_mm
+def bristle_N_per_mm(rig: Rig, tendon: Tendon, bristle_ratio: float) -> Floats:
+    """Stiffness of each guide of a tendon while it sticks, shape (N,): ``bristle_ratio`` times EA/pitch.
+
+    A guide without friction carries nothing. Its spring only leads the search for the slip, best a soft one.
+    """
+    dry, ratio = rig.friction, np.full(rig.joints, bristle_ratio)
+    if dry.capstan_coefficient == 0 and dry.guide_N == 0:
+        ratio[int(dry.sheath_N > 0) :] = min(bristle_ratio, SMOOTH_RATIO)
+    return ratio * tendon.EA_N / rig.pitch_mm

@@ -17,7 +17,7 @@ from fem_models.joint.superelastic import FlagFibres, flag_moment
 from fem_models.load.stepping import Load
 from fem_models.multibody.assembly import Model, bristle_N_per_mm
 from fem_models.rig import Rig
-from hysteresis.arrays import Floats, Mask
+from hysteresis.arrays import Floats
 
 FAR_N = 1e6  # far above any friction: a bristle with this limit sticks, one with this force slides
 
@@ -42,20 +42,14 @@ class Guides:
     """Guides as bristles: springs with rest points, whose forces are limited.
 
     ``limit`` and ``sliding`` are those at the last equilibrium; ``sliding`` is 0 where a guide sticks, else the sign of
-    its friction. A guide without friction slides all the time, under a limit of 0: it has no state to look for.
+    its friction.
     """
 
     def __init__(self, model: Model, rig: Rig, bristle_ratio: float, scale_N: float) -> None:
         bristle = [bristle_N_per_mm(rig, tendon, bristle_ratio) for tendon in rig.tendons]
         self.model, self.tendons, self.scale = model, len(rig.tendons), scale_N
-        self.bristle = np.repeat(bristle, rig.joints)
-        self.rest, self.limit = np.zeros(self.bristle.size), np.zeros(self.bristle.size)
-        self.smooth = np.tile(_without_friction(rig), self.tendons)
-        self.sliding = self.all_stick()
-
-    def all_stick(self) -> Floats:
-        """States before any force is known: guides with friction stick."""
-        return np.where(self.smooth, 1.0, 0.0)
+        self.bristle = np.concatenate(bristle)
+        self.rest, self.limit, self.sliding = (np.zeros(self.bristle.size) for _ in range(3))
 
     def bound(self, limit: Floats) -> None:
         """Bound the friction of each guide, N."""
@@ -71,8 +65,7 @@ class Guides:
         force = self.bristle * (q[self.model.slip] - self.rest)
         tolerance = 1e-9 * self.scale
         loose = np.where(np.abs(force) > limit + tolerance, np.sign(force), 0.0)
-        states = np.where(sliding == 0, loose, np.where(force * sliding < limit - tolerance, 0.0, sliding))
-        return np.where(self.smooth, 1.0, states)
+        return np.where(sliding == 0, loose, np.where(force * sliding < limit - tolerance, 0.0, sliding))
 
     def base_slides(self, sliding: Floats) -> bool:
         """Whether a tendon has begun to slide at the base, or to slide in the other direction."""
@@ -93,14 +86,6 @@ class Guides:
         set_each(self.model.mbs, self.model.guides, "offset", rest)
         self.bound(limit)
         return loss
-
-
-def _without_friction(rig: Rig) -> Mask:
-    """Which guides of a tendon have no friction at any tension, shape (N,)."""
-    dry = rig.friction
-    out = np.full(rig.joints, dry.capstan_coefficient == 0 and dry.guide_N == 0)
-    out[0] &= dry.sheath_N == 0
-    return out
 
 
 class Material:

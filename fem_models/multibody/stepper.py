@@ -250,7 +250,7 @@ class Stepper:
                 guess = self._predicted(step.length)
             else:  # after a reversal or a failure: every guide sticks until its force says otherwise
                 self._start_from(before)
-                guess = FrictionState(self.guides.all_stick(), self.guides.limit)
+                guess = FrictionState(0.0 * self.guides.sliding, self.guides.limit)
             found = self._equilibrium(step.load, guess, fine=step.fine)
             if found is None or self.jumped(self.coordinates() - before, step.length):
                 self.direction, self.reach = self.direction if not step.fine else math.nan, 0.5 * step.length
