@@ -106,6 +106,7 @@ def chain_parameters(
     contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
     segment = _pair([tendon.EA_N / rig.pitch_mm for tendon in tendons])
     creep = rig.creep.fraction if rig.creep else 0.0
+    stiffest = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in tendons)
     return Parameters(
         preload=_pair([rig.preload_N] * len(tendons)),
         arm=(arms.a, -arms.b),
@@ -137,8 +138,8 @@ def chain_parameters(
         pitch=float(rig.pitch_mm),
         drag_sheath=float(rig.drag.sheath_N_s_per_mm) if rig.drag else 0.0,
         drag_joint=float(rig.drag.joint_Nmm_s_per_rad) if rig.drag else 0.0,
-        # rounding of a slip times the stiffest segment is the least residual there can be
-        tolerance=max(settings.tolerance * scale, 1e-14 * max(tendon.EA_N for tendon in tendons)),
+        # rounding of a slip times the stiffest spring is the least residual there can be
+        tolerance=max(settings.tolerance * scale, 1e-14 * stiffest),
     )
 
 

@@ -13,7 +13,7 @@ from numba.extending import register_jitable
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
-FINE = 0.5001  # of the longest step: half, but for rounding
+FINE = 0.2501  # of the longest step: a quarter, but for rounding
 LEAST_LENGTH = 1e-12  # of a step, where something is divided by it
 
 
@@ -47,7 +47,7 @@ class StepControl(NamedTuple):
 class Step(NamedTuple):
     """The next step on a path: where it ends, as a part of the path and as a load, and its length.
 
-    ``fine`` steps are no longer than half of the longest one.
+    ``fine`` steps are no longer than a quarter of the longest one.
     """
 
     part: float

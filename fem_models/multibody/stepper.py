@@ -181,7 +181,7 @@ class Stepper:
         """Find friction that agrees with the tensions; None where the solver fails.
 
         None, too, where a tendon begins to slide at the base in a step that is not ``fine``: the work of the wheel has
-        a corner there, and half the step keeps the balance of energies.
+        a corner there, and a quarter of the longest step keeps the balance of energies.
         """
         sliding, limit = guess
         for _ in range(self.settings.max_friction_iterations):
@@ -308,8 +308,8 @@ def _static_solver(rig: Rig, settings: MultibodySettings) -> Any:
     static = solver.staticSolver
     static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
     static.newton.relativeTolerance = settings.newton_relative_tolerance
-    # Rounding of a coordinate times the stiffest segment is the least residual there can be.
-    stiffest = max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
+    # Rounding of a coordinate times the stiffest spring is the least residual there can be.
+    stiffest = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
     static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)
     static.newton.maxIterations = settings.newton_iterations
     # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.
