@@ -93,7 +93,7 @@ def force_control(
 
 @register_jitable
 def at_rest(rest_angle: float) -> Load:
-    """Load of the rig before its program starts: no weight and no load on the tip, which come on the way to sample 0."""
+    """Load of the rig before its program starts, without weight or tip load: they come on the way to sample 0."""
     return Load(
         drive=0.0,
         slack=(0.0, 0.0),
