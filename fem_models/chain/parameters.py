@@ -24,10 +24,10 @@ Pair = tuple[float, float]
 class ChainSettings:
     """Numerical settings.
 
-    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``max_step_mm`` bounds a step of the drive,
-    ``max_force_step`` that of a force, over the force scale of
-    :class:`fem_models.joint.mechanics.JointMechanics`. ``max_halvings`` is how often a
-    step that fails is halved. ``tolerance`` is that of the residual, over the same force.
+    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch: at 20 close to its limit, no give at all.
+    ``max_step_mm`` bounds a step of the drive, ``max_force_step`` that of a force, over the force scale of
+    :class:`fem_models.joint.mechanics.JointMechanics`. ``max_halvings`` is how often a step that fails is halved.
+    ``tolerance`` is that of the residual, over the same force.
     """
 
     bristle_ratio: float = 20.0

@@ -40,11 +40,12 @@ from hysteresis.arrays import Floats
 class MultibodySettings:
     """Numerical settings; the tests verify the defaults.
 
-    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``friction_tolerance`` ends the fixed point
-    between tensions and friction limits, over the force scale of :class:`fem_models.joint.mechanics.JointMechanics`.
-    ``max_step_mm`` bounds a step of the drive whatever the sampling, ``max_force_step`` that of a force, over the same
-    scale. ``max_halvings`` is how often a step that fails is halved. ``max_friction_iterations`` also bounds how often
-    guides may change between sticking and sliding in a step.
+    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch: at 20 close to its limit, no give at all.
+    ``friction_tolerance`` ends the fixed point between tensions and friction limits, over the force scale of
+    :class:`fem_models.joint.mechanics.JointMechanics`. ``max_step_mm`` bounds a step of the drive whatever the
+    sampling, ``max_force_step`` that of a force, over the same scale. ``max_halvings`` is how often a step that fails
+    is halved. ``max_friction_iterations`` also bounds how often guides may change between sticking and sliding in a
+    step.
     """
 
     bristle_ratio: float = 20.0
