@@ -116,7 +116,7 @@ def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
 
 
 def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
-    """A practice case like one that was missed once: the equivalent rig had absorbed the friction. Effects that do nothing left
+    """A case like one that was missed once: the equivalent rig had absorbed the friction. Effects that do nothing left
     as little as it did, and friction, started beside the early baseline, still left a little more."""
     with_a_short_final_fit(monkeypatch)
     shown = ("guide_friction", "time_delay", "wheel_eccentricity", "gravity")
