@@ -34,8 +34,9 @@ from fem_models.chain.laws import (
     closed,
     crossing,
     crossing_at,
+    flag_along,
+    flag_branch,
     flag_element,
-    flag_moment,
     segment,
     wrap,
 )
@@ -61,6 +62,7 @@ class Line(NamedTuple):
     taut: Ints  # (s, N + 1), which tendons are taut
     closed: Mask  # (s, N), notches
     slips: Floats  # (s, j, N), sign of the moment of a Jenkins element that slips, else 0
+    branch: Ints  # (s, k, N), of a flag element
 
 
 class Moved(NamedTuple):
@@ -112,7 +114,7 @@ def substitute(factors: Floats, b: Floats) -> None:
 
 
 @chain_njit()
-def line_of(tape: Tape, stop: bool, elements: int, rest_wrap: float) -> Line:
+def line_of(tape: Tape, stop: bool, elements: int, flags: int, rest_wrap: float) -> Line:
     """Arrays for the steps of a tape."""
     steps, size = tape.x.shape
     joints, levers = tape.state.shape[2], steps if stop else 0
@@ -131,6 +133,7 @@ def line_of(tape: Tape, stop: bool, elements: int, rest_wrap: float) -> Line:
         taut=np.zeros((steps, joints + 1), dtype=np.int64),
         closed=np.zeros((steps, joints), dtype=np.bool_),
         slips=np.zeros((steps, elements, joints)),
+        branch=np.zeros((steps, flags, joints), dtype=np.int64),
     )
 
 
@@ -150,12 +153,16 @@ def note_step(s: int, line: Line, rig: Parameters, memory: Memory, work: Work, l
             part = memory.jenkins_stiffness[j] * (theta - memory.jenkins[j, i])
             if abs(part) > load.loop_scale * memory.slip_moment[j]:
                 line.slips[s, j, i] = math.copysign(1.0, part)
+        for j in range(memory.flag_stiffness.size):
+            line.branch[s, j, i] = flag_branch(theta - load.rest_angle, memory.flags[j, i], flag_element(j, memory))
 
 
 @chain_njit(nogil=True, error_model="python")
 def linearise(tape: Tape, path: Path, rig: Parameters, memory: Memory) -> Line:
     """Take the steps of a tape once more, and factorise the tangent at each."""
-    line = line_of(tape, rig.stop_stiffness > 0.0, memory.slip_moment.size, rig.rest_wrap)
+    line = line_of(
+        tape, rig.stop_stiffness > 0.0, memory.slip_moment.size, memory.flag_stiffness.size, rig.rest_wrap
+    )
     joints = tape.state.shape[2]
     motion, work = motion_at_rest(rig, joints), work_space(rig, joints)
     behind = np.zeros(tape.x.shape[1] + 2 * BAND)
@@ -215,9 +222,9 @@ def held_moments(s: int, line: Line, rig: Parameters, memory: Memory, load: Load
             sticks = stiffness * (x[3 * i + 3] - jenkins[j, i])
             b[BAND + 3 * i + 3] += sticks if slip == 0.0 else slip * limit
     for j in range(memory.flag_stiffness.size):
-        flag, rest = flag_element(j, memory), memory.flags[j]
+        flag, rest, on = flag_element(j, memory), memory.flags[j], line.branch[s, j]
         for i in range(shut.size):
-            b[BAND + 3 * i + 3] += flag_moment(x[3 * i + 3] - load.rest_angle, rest[i], flag)[0]
+            b[BAND + 3 * i + 3] += flag_along(on[i], x[3 * i + 3] - load.rest_angle, rest[i], flag)[0]
 
 
 @chain_njit(forceinline=True)
@@ -343,10 +350,10 @@ def take_up(s: int, line: Line, rig: Parameters, memory: Memory, load: Load, rat
             if slips[j, i] != 0.0:
                 jenkins[j, i] = x[3 * i + 3] + change[3 * i + 3] - slips[j, i] * slid
     for j in range(memory.flag_stiffness.size):
-        flag, rest = flag_element(j, memory), memory.flags[j]
+        flag, rest, on = flag_element(j, memory), memory.flags[j], line.branch[s, j]
         for i in range(rest.size):
             bent = x[3 * i + 3] + change[3 * i + 3] - load.rest_angle
-            rest[i] = bent - flag_moment(bent, rest[i], flag)[0] / flag.stiffness
+            rest[i] = bent - flag_along(on[i], bent, rest[i], flag)[0] / flag.stiffness
 
 
 @chain_njit()

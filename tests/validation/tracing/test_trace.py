@@ -116,11 +116,11 @@ def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
 
 
 def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
-    """A case like one that was missed once: the equivalent rig had absorbed the friction. Effects that do nothing left
+    """A practice case that was missed once: the equivalent rig had absorbed the friction. Effects that do nothing left
     as little as it did, and friction, started beside the early baseline, still left a little more."""
     with_a_short_final_fit(monkeypatch)
     shown = ("guide_friction", "time_delay", "wheel_eccentricity", "gravity")
-    records = draw_case("work", "unknown", shown[0], 3).records
+    records = draw_case("work", "unknown", shown[0], 4).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.verdict == "effect"
     assert trace.augmented.names == shown[:1]
