@@ -160,9 +160,7 @@ def note_step(s: int, line: Line, rig: Parameters, memory: Memory, work: Work, l
 @chain_njit(nogil=True, error_model="python")
 def linearise(tape: Tape, path: Path, rig: Parameters, memory: Memory) -> Line:
     """Take the steps of a tape once more, and factorise the tangent at each."""
-    line = line_of(
-        tape, rig.stop_stiffness > 0.0, memory.slip_moment.size, memory.flag_stiffness.size, rig.rest_wrap
-    )
+    line = line_of(tape, rig.stop_stiffness > 0.0, memory.slip_moment.size, memory.flag_stiffness.size, rig.rest_wrap)
     joints = tape.state.shape[2]
     motion, work = motion_at_rest(rig, joints), work_space(rig, joints)
     behind = np.zeros(tape.x.shape[1] + 2 * BAND)

@@ -72,8 +72,8 @@ LABELS = (*CATALOGUE, CLEAN, PAIR, *OUTSIDE_CATALOGUE)
 MEASURED_JOINTS = 0.25
 """Share of the cases whose rig has measured joints instead of the preset's tube."""
 OF_THE_TUBE = {"superelastic_plateau", "backlash"}
-"""Effects of which measured joints show nothing. Their tendons have no toe region: friction F at the base then keeps the
-manipulator still over 2 F / k of the drive, as play does, at every preload."""
+"""Effects that are not drawn for measured joints. Their tendons have no toe region: friction F at the base then keeps
+the manipulator still over 2 F / k of the drive, as play does, at every preload."""
 ATTEMPTS = 40
 
 

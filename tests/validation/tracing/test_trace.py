@@ -116,8 +116,8 @@ def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
 
 
 def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
-    """The equivalent rig absorbs a part of the friction. Effects that do nothing leave as little as it does, and friction,
-    after its first steps, a little more. It is not named where only the best effect is fitted to its end."""
+    """The equivalent rig absorbs a part of the friction. Effects that do nothing leave as little as it does. Friction,
+    after its first steps, leaves a little more: it is not named where only the best effect is fitted to its end."""
     with_a_short_final_fit(monkeypatch)
     shown = ("guide_friction", "time_delay", "wheel_eccentricity", "gravity")
     records = draw_case("work", "unknown", shown[0], 3).records
@@ -127,8 +127,8 @@ def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
 
 
 def test_an_equivalent_rig_does_not_hide_a_second_effect():
-    """A case of a retired set: drag alone leaves 3.1 times the noise at best. In rigs of the preset's tube the equivalent
-    rig absorbs the guides' friction beside drag, to 1.01 to 1.11 times the noise (eight cases of the retired sets)."""
+    """A case of a retired set: drag alone leaves 3.1 times the noise at best. In seven others, rigs of the preset's tube,
+    the equivalent rig absorbs the guides' friction beside drag: 1.01 to 1.11 times the noise are left."""
     shown = {"viscous_drag", "guide_friction"}
     records = draw_case("score-5", "unknown", "pair", 1).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
