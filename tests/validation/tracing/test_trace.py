@@ -127,7 +127,7 @@ def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
 
 
 def test_an_equivalent_rig_does_not_hide_a_second_effect():
-    """A case of a retired set: drag alone leaves 3.1 times the noise at best. In seven others, rigs of the preset's tube,
+    """A case of a retired set: drag alone leaves 3.1 times the noise at best. In eight others, rigs of the preset's tube,
     the equivalent rig absorbs the guides' friction beside drag: 1.01 to 1.11 times the noise are left."""
     shown = {"viscous_drag", "guide_friction"}
     records = draw_case("score-5", "unknown", "pair", 1).records
@@ -164,7 +164,7 @@ def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch
         return of_the_rig[0]
 
     monkeypatch.setattr("validation.tracing.trace.find_effects", once)
-    monkeypatch.setattr("validation.tracing.trace.EQUIVALENT_RIG", replace(EQUIVALENT_RIG, finished=1))
+    monkeypatch.setattr("validation.tracing.trace.EQUIVALENT_RIG", replace(EQUIVALENT_RIG, finished=2))
     with_a_short_final_fit(monkeypatch)
     shown = {"time_delay", "viscous_drag", "tendon_slack", "unequal_tendons"}
     records = draw_case("score-5", "unknown", "pair", 3).records
