@@ -127,7 +127,7 @@ def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
 
 
 def test_an_equivalent_rig_does_not_hide_a_second_effect():
-    """A case of a retired set: drag alone leaves 3.1 times the noise at best. In eight others, rigs of the preset's tube,
+    """A case of a retired set: drag alone leaves 3.1 times the noise at best. In eight others, with the preset's tube,
     the equivalent rig absorbs the guides' friction beside drag: 1.01 to 1.11 times the noise are left."""
     shown = {"viscous_drag", "guide_friction"}
     records = draw_case("score-5", "unknown", "pair", 1).records
