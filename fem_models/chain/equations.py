@@ -94,7 +94,7 @@ def loaded(rig: Parameters) -> bool:
 
 
 @chain_njit()
-def external_moments(x: Floats, rig: Parameters, work: Work, touched: int) -> float:
+def external_moments(x: Floats, rig: Parameters, load: Load, work: Work, touched: int) -> float:
     """Fill the moments of weight, tip load and tip stop on every joint, their slopes and the tip's levers.
 
     Returns the stiffness of the stop, N/mm, where the tip touches it. Ring i hangs at its centre, half a pitch beyond
@@ -114,16 +114,18 @@ def external_moments(x: Floats, rig: Parameters, work: Work, touched: int) -> fl
     depth = side * (tip_y - rig.stop_y)
     touches = depth > 0.0 if touched == BY_DEPTH else touched == 1
     push = side * rig.stop_stiffness * depth if touches else 0.0
+    weight_x, weight_y = load.dead * rig.weight_x, load.dead * rig.weight_y
+    tip_x, tip_load = load.dead * rig.tip_x, load.dead * rig.tip_y
     moment = 0.0
     for i in range(n - 1, -1, -1):
         cs, sn = math.cos(heading), math.sin(heading)
         length = rig.pitch if i < n - 1 else 0.5 * rig.pitch
         rings = (n - 0.5 - i) * rig.pitch
-        moment += rings * (rig.weight_y * cs - rig.weight_x * sn) - push * length * cs
-        moment += length * (rig.tip_y * cs - rig.tip_x * sn)
+        moment += rings * (weight_y * cs - weight_x * sn) - push * length * cs
+        moment += length * (tip_load * cs - tip_x * sn)
         work.external[i] = moment
-        work.restoring[i] = rings * (rig.weight_y * sn + rig.weight_x * cs) - push * length * sn
-        work.restoring[i] += length * (rig.tip_y * sn + rig.tip_x * cs)
+        work.restoring[i] = rings * (weight_y * sn + weight_x * cs) - push * length * sn
+        work.restoring[i] += length * (tip_load * sn + tip_x * cs)
         work.lever[3 * i + 3] = length * cs
         heading -= x[3 * i + 3]
     return rig.stop_stiffness if touches else 0.0
@@ -216,7 +218,7 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
     for row in (0, 3 * n + 1, 3 * n + 2):
         add(band, row, row, 1.0)
         b[row] = 0.0
-    stop = external_moments(x, rig, work, BY_DEPTH)
+    stop = external_moments(x, rig, load, work, BY_DEPTH)
     near = free_span(x, load, rig, work, BY_TENSION)
     rest = crossing(rig.rest, rig).length  # where the tendons have their lengths
     work.tension[0, 0], work.tension[1, 0] = near.tension

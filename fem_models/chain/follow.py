@@ -243,6 +243,7 @@ def load_at(k: int, path: Path, crept: Floats) -> Load:
         friction_scale=path.friction_scale[k],
         rest_angle=path.rest_angle[k],
         time=path.time[k],
+        dead=1.0,
     )
 
 
@@ -317,6 +318,7 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) ->
         return Failure(sample=0, start=0.0, end=0.0), tape
     motion.limit[:] = work.limit
     motion.state[:] = work.state
+    accept(rig, memory, work, motion, here, 0.0)
     tape, steps = noted(tape, 0, -1, 1.0, motion), 1
     wheel_force, wound = work.tension[0, 0] - work.tension[1, 0], 0.0
     if rig.load_control:

@@ -67,6 +67,11 @@ class GuideForce(NamedTuple):
     by_wrap: float
 
 
+ELASTIC, UNTRANSFORMED, LOWER, UPPER, TRANSFORMED = range(5)
+"""Branches of a flag element: the elastic line from its rest angle, that from no angle, the plateaus of unloading and
+loading, and the line beyond the span of the transformation."""
+
+
 class Flag(NamedTuple):
     """Parameters of one flag element; see :class:`fem_models.joint.superelastic.FlagFibres`."""
 
@@ -225,20 +230,41 @@ def flag_element(j: int, memory: Memory) -> Flag:
 
 
 @chain_njit(forceinline=True)
-def flag_moment(theta: float, rest: float, flag: Flag) -> tuple[float, float]:
-    """Moment and slope of a flag element; both branches are bounds of the elastic line from the rest angle."""
+def flag_branch(theta: float, rest: float, flag: Flag) -> int:
+    """Where a flag element is: on the elastic line from its rest angle, or at a bound of it."""
     k, climb = flag.stiffness, flag.climb
     sign = 1.0 if theta >= 0.0 else -1.0
-    u, moment, slope = abs(theta), k * (theta - rest) * sign, k
+    u, moment = abs(theta), k * (theta - rest) * sign
     full = k * (u - flag.span)
-    # the plateaus, unloading and loading
     lower, upper = climb * u + (1.0 - climb / k) * flag.lower, climb * u + (1.0 - climb / k) * flag.upper
     least, most = max(min(k * u, lower), full), max(min(k * u, upper), full)
-    if moment < least:
-        moment, slope = least, k if (k * u < lower or full > lower) else climb
-    if moment > most:
-        moment, slope = most, k if (k * u < upper or full > upper) else climb
-    return sign * moment, slope
+    if least <= moment <= most:
+        return ELASTIC
+    plateau, other = (lower, LOWER) if moment < least else (upper, UPPER)
+    if full > plateau:
+        return TRANSFORMED
+    return UNTRANSFORMED if k * u < plateau else other
+
+
+@chain_njit(forceinline=True)
+def flag_along(branch: int, theta: float, rest: float, flag: Flag) -> tuple[float, float]:
+    """Moment and slope of a flag element on one of its branches, straight lines."""
+    k, climb = flag.stiffness, flag.climb
+    sign = 1.0 if theta >= 0.0 else -1.0
+    if branch == ELASTIC:
+        return k * (theta - rest), k
+    if branch == UNTRANSFORMED:
+        return k * theta, k
+    if branch == TRANSFORMED:
+        return k * (theta - sign * flag.span), k
+    plateau = flag.lower if branch == LOWER else flag.upper
+    return climb * theta + sign * (1.0 - climb / k) * plateau, climb
+
+
+@chain_njit(forceinline=True)
+def flag_moment(theta: float, rest: float, flag: Flag) -> tuple[float, float]:
+    """Moment and slope of a flag element; both branches are bounds of the elastic line from the rest angle."""
+    return flag_along(flag_branch(theta, rest, flag), theta, rest, flag)
 
 
 @chain_njit(forceinline=True)

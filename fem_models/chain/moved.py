@@ -34,8 +34,9 @@ from fem_models.chain.laws import (
     closed,
     crossing,
     crossing_at,
+    flag_along,
+    flag_branch,
     flag_element,
-    flag_moment,
     segment,
     spring,
     wrap,
@@ -63,6 +64,7 @@ class Line(NamedTuple):
     taut: Ints  # (s, N + 1), which tendons are taut
     closed: Mask  # (s, N), notches
     slips: Floats  # (s, j, N), sign of the moment of a Jenkins element that slips, else 0
+    branch: Ints  # (s, k, N), of a flag element
 
 
 class Moved(NamedTuple):
@@ -115,7 +117,7 @@ def substitute(factors: Floats, b: Floats) -> None:
 
 
 @chain_njit()
-def line_of(tape: Tape, stop: bool, elements: int, rest_wrap: float) -> Line:
+def line_of(tape: Tape, stop: bool, elements: int, flags: int, rest_wrap: float) -> Line:
     """Arrays for the steps of a tape."""
     steps, size = tape.x.shape
     joints, levers = tape.state.shape[2], steps if stop else 0
@@ -134,6 +136,7 @@ def line_of(tape: Tape, stop: bool, elements: int, rest_wrap: float) -> Line:
         taut=np.zeros((steps, joints + 1), dtype=np.int64),
         closed=np.zeros((steps, joints), dtype=np.bool_),
         slips=np.zeros((steps, elements, joints)),
+        branch=np.zeros((steps, flags, joints), dtype=np.int64),
     )
 
 
@@ -153,12 +156,14 @@ def note_step(s: int, line: Line, rig: Parameters, memory: Memory, work: Work, l
             part = memory.jenkins_stiffness[j] * (theta - memory.jenkins[j, i])
             if abs(part) > load.loop_scale * memory.slip_moment[j]:
                 line.slips[s, j, i] = math.copysign(1.0, part)
+        for j in range(memory.flag_stiffness.size):
+            line.branch[s, j, i] = flag_branch(theta - load.rest_angle, memory.flags[j, i], flag_element(j, memory))
 
 
 @chain_njit(nogil=True, error_model="python")
 def linearise(tape: Tape, path: Path, rig: Parameters, memory: Memory) -> Line:
     """Take the steps of a tape once more, and factorise the tangent at each."""
-    line = line_of(tape, rig.stop_stiffness > 0.0, memory.slip_moment.size, rig.rest_wrap)
+    line = line_of(tape, rig.stop_stiffness > 0.0, memory.slip_moment.size, memory.flag_stiffness.size, rig.rest_wrap)
     joints = tape.state.shape[2]
     motion, work = motion_at_rest(rig, joints), work_space(rig, joints)
     behind = np.zeros(tape.x.shape[1] + 2 * BAND)
@@ -184,11 +189,10 @@ def linearise(tape: Tape, path: Path, rig: Parameters, memory: Memory) -> Line:
         note_step(s, line, rig, memory, work, load)
         motion.x[:] = tape.x[s]
         work.guess[:] = work.tension[:, 0]
-        if s > 0:
-            accept(rig, memory, work, motion, load, rate)
-            at = load
-            if part == 1.0:
-                creep_on(path.creep[k], rig, work.tension, motion.crept)
+        accept(rig, memory, work, motion, load, rate)
+        at = load
+        if s > 0 and part == 1.0:
+            creep_on(path.creep[k], rig, work.tension, motion.crept)
     return line
 
 
@@ -219,9 +223,9 @@ def held_moments(s: int, line: Line, rig: Parameters, memory: Memory, load: Load
             sticks = stiffness * (x[3 * i + 3] - jenkins[j, i])
             b[BAND + 3 * i + 3] += sticks if slip == 0.0 else slip * limit
     for j in range(memory.flag_stiffness.size):
-        flag, rest = flag_element(j, memory), memory.flags[j]
+        flag, rest, on = flag_element(j, memory), memory.flags[j], line.branch[s, j]
         for i in range(shut.size):
-            b[BAND + 3 * i + 3] += flag_moment(x[3 * i + 3] - load.rest_angle, rest[i], flag)[0]
+            b[BAND + 3 * i + 3] += flag_along(on[i], x[3 * i + 3] - load.rest_angle, rest[i], flag)[0]
 
 
 @chain_njit(forceinline=True)
@@ -240,7 +244,7 @@ def imbalance(
     state, guides, external = line.tape.state[s], memory.guides, work.external
     n, capstan = ratios.size, load.friction_scale * rig.capstan
     b[:] = 0.0
-    external_moments(x, rig, work, 1 if line.stop[s] > 0.0 else 0)
+    external_moments(x, rig, load, work, 1 if line.stop[s] > 0.0 else 0)
     held_moments(s, line, rig, memory, load, b)
     near, rest = free_span(x, load, rig, work, taut[0]), crossing(rig.rest, rig).length
     note_span(0, near, spans)
@@ -352,10 +356,10 @@ def take_up(s: int, line: Line, rig: Parameters, memory: Memory, load: Load, rat
             if slips[j, i] != 0.0:
                 jenkins[j, i] = x[3 * i + 3] + change[3 * i + 3] - slips[j, i] * slid
     for j in range(memory.flag_stiffness.size):
-        flag, rest = flag_element(j, memory), memory.flags[j]
+        flag, rest, on = flag_element(j, memory), memory.flags[j], line.branch[s, j]
         for i in range(rest.size):
             bent = x[3 * i + 3] + change[3 * i + 3] - load.rest_angle
-            rest[i] = bent - flag_moment(bent, rest[i], flag)[0] / flag.stiffness
+            rest[i] = bent - flag_along(on[i], bent, rest[i], flag)[0] / flag.stiffness
 
 
 @chain_njit()
@@ -413,8 +417,7 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
             return math.inf
         most = max(most, difference)
         pull_along(s, line, moved)
-        if s > 0:
-            take_up(s, line, rig, memory, load, rate, moved)
+        take_up(s, line, rig, memory, load, rate, moved)
         if memory.fibre_area.size > 0:
             bend_along(s, line, rig, memory, work, moved)
         moved.x[:] = tape.x[s] + moved.change

@@ -69,10 +69,11 @@ def base_slides(before: Floats, state: Floats) -> bool:
 def newton(x: Floats, rig: Parameters, memory: Memory, work: Work, before: Floats, attempt: Attempt) -> int:
     """Solve for the equilibrium from x, and return the iterations it took, or -1; x is changed in either case.
 
-    ``before`` are the states of the guides, (2, N), at the last equilibrium. A step that is not fine is given up where
-    a tendon begins to slide at the base: the work of the wheel has a corner there, and half the step keeps the balance
-    of energies. In the first iteration the guides keep the states they come with, which x may not agree with yet. A
-    touched tip stop adds k l l^T to the tangent, l being the tip's levers: Sherman-Morrison with a second solution.
+    ``before`` are the states of the guides, (2, N), at the last equilibrium. A step that is not fine is given up
+    where a tendon begins to slide at the base: the work of the wheel has a corner there, and a quarter of the longest
+    step keeps the balance of energies. In the first iteration the guides keep the states they come with, which x may
+    not agree with yet. A touched tip stop adds k l l^T to the tangent, l being the tip's levers: Sherman-Morrison
+    with a second solution.
     """
     b, lever, z = work.residual, work.lever, np.empty(x.size)
     for iteration in range(attempt.iterations):

@@ -26,13 +26,13 @@ Pair = tuple[float, float]
 class ChainSettings:
     """Numerical settings.
 
-    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``max_step_mm`` bounds a step of the drive,
-    ``max_force_step`` that of a force, over the force scale of
-    :class:`fem_models.joint.mechanics.JointMechanics`. ``max_halvings`` is how often a
-    step that fails is halved. ``tolerance`` is that of the residual, over the same force.
+    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch: at 20 close to its limit, no give at all.
+    ``max_step_mm`` bounds a step of the drive, ``max_force_step`` that of a force, over the force scale of
+    :class:`fem_models.joint.mechanics.JointMechanics`. ``max_halvings`` is how often a step that fails is halved.
+    ``tolerance`` is that of the residual, over the same force.
     """
 
-    bristle_ratio: float = 0.02
+    bristle_ratio: float = 20.0
     max_step_mm: float = 0.1
     max_force_step: float = 0.25
     max_halvings: int = 20
@@ -131,6 +131,7 @@ def chain_parameters(
     contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
     segment = _pair([tendon.EA_N / rig.pitch_mm for tendon in tendons])
     creep = rig.creep.fraction if rig.creep else 0.0
+    stiffest = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in tendons)
     return Parameters(
         preload=_pair([rig.preload_N] * len(tendons)),
         arm=(arms.a, -arms.b),
@@ -164,8 +165,8 @@ def chain_parameters(
         pitch=float(rig.pitch_mm),
         drag_sheath=float(rig.drag.sheath_N_s_per_mm) if rig.drag else 0.0,
         drag_joint=float(rig.drag.joint_Nmm_s_per_rad) if rig.drag else 0.0,
-        # rounding of a slip times the stiffest segment is the least residual there can be
-        tolerance=max(settings.tolerance * scale, 1e-14 * max(tendon.EA_N for tendon in tendons)),
+        # rounding of a slip times the stiffest spring is the least residual there can be
+        tolerance=max(settings.tolerance * scale, 1e-14 * stiffest),
         section=_section_parameters(rig, joint),
     )
 

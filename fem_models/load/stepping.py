@@ -13,7 +13,7 @@ from numba.extending import register_jitable
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
-FINE = 0.5001  # of the longest step: half, but for rounding
+FINE = 0.2501  # of the longest step: a quarter, but for rounding
 LEAST_LENGTH = 1e-12  # of a step, where something is divided by it
 
 
@@ -26,6 +26,7 @@ class Load(NamedTuple):
     friction_scale: float  # of all guides
     rest_angle: float  # rad, of every joint without load
     time: float  # s
+    dead: float  # of the weight of the rings and the load on the tip
 
 
 class StepControl(NamedTuple):
@@ -46,7 +47,7 @@ class StepControl(NamedTuple):
 class Step(NamedTuple):
     """The next step on a path: where it ends, as a part of the path and as a load, and its length.
 
-    ``fine`` steps are no longer than half of the longest one.
+    ``fine`` steps are no longer than a quarter of the longest one.
     """
 
     part: float
@@ -92,8 +93,16 @@ def force_control(
 
 @register_jitable
 def at_rest(rest_angle: float) -> Load:
-    """Load of the rig before its program starts."""
-    return Load(drive=0.0, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.0, rest_angle=rest_angle, time=0.0)
+    """Load of the rig before its program starts, without weight or tip load: they come on the way to sample 0."""
+    return Load(
+        drive=0.0,
+        slack=(0.0, 0.0),
+        loop_scale=1.0,
+        friction_scale=1.0,
+        rest_angle=rest_angle,
+        time=0.0,
+        dead=0.0,
+    )
 
 
 @register_jitable
@@ -109,6 +118,7 @@ def between(start: Load, end: Load, part: float) -> Load:
         friction_scale=start.friction_scale + part * (end.friction_scale - start.friction_scale),
         rest_angle=start.rest_angle + part * (end.rest_angle - start.rest_angle),
         time=start.time + part * (end.time - start.time),
+        dead=start.dead + part * (end.dead - start.dead),
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import exudyn as exu
 import exudyn.itemInterface as items
@@ -47,7 +47,17 @@ class RingInertia:
 NITINOL_T_PER_MM3 = 6.45e-9
 """Density of Nitinol, 6450 kg/m^3 (Duerig and Pelton, Materials Properties Handbook: Titanium Alloys, ASM 1994)."""
 
+SMOOTH_RATIO = 0.02
+"""Spring of a guide without friction, over EA/pitch."""
+
 MASSLESS = RingInertia(0.0, 0.0)
+
+
+class DeadLoad(NamedTuple):
+    """A load of Exudyn that keeps its direction, and its force in the bending plane, N."""
+
+    number: int
+    force_N: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -58,6 +68,7 @@ class Model:
     wheel: int
     free_spans: list[int]  # one connector a tendon, wheel to base; none under load control
     forces: list[int]  # under load control, one a tendon
+    dead: list[DeadLoad]  # weight of the rings, load on the tip; none before the stepper sets them
     segments: list[int]  # tendon a then b, base to tip
     guides: list[int]  # friction connectors, the same order
     beams: list[int]  # flexures, base to tip
@@ -264,15 +275,17 @@ def _add_segments(
     return out
 
 
-def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> None:
-    """Weight of the rings, and load and stop at the tip."""
+def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> list[DeadLoad]:
+    """Weight of the rings, and load and stop at the tip; return the dead loads, which the stepper sets."""
+    dead = []
     if rig.gravity is not None:
         for ring in rings[1:]:
             centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ring.body, localPosition=[ring.centre_mm, 0, 0]))
-            mbs.AddLoad(items.LoadForceVector(markerNumber=centre, loadVector=[*ring_weight_N(rig), 0.0]))
+            dead.append(DeadLoad(int(mbs.AddLoad(items.LoadForceVector(markerNumber=centre))), ring_weight_N(rig)))
     tip = items.MarkerBodyPosition(bodyNumber=rings[-1].body, localPosition=[rings[-1].centre_mm, 0, 0])
     if rig.tip_load is not None:
-        mbs.AddLoad(items.LoadForceVector(markerNumber=mbs.AddMarker(tip), loadVector=[*tip_load_N(rig), 0.0]))
+        load = items.LoadForceVector(markerNumber=mbs.AddMarker(tip))
+        dead.append(DeadLoad(int(mbs.AddLoad(load)), tip_load_N(rig)))
     if rig.tip_stop is not None:
         origin = mbs.AddObject(items.ObjectGround())
         markers = [mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=origin)), mbs.AddMarker(tip)]
@@ -282,6 +295,7 @@ def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> None:
             offset=[0, rig.tip_stop.y_mm, 0],
         )
         laws.add_with_law(mbs, stop, laws.stop_above if rig.tip_stop.y_mm >= 0 else laws.stop_below)
+    return dead
 
 
 def assemble(
@@ -312,10 +326,11 @@ def assemble(
             radius = side * rig.wheel.radius_mm
             free_spans.append(_add_free_span(mbs, tendon, rig.preload_N, markers[0], wheel_marker, radius))
         segments += _add_segments(mbs, rig, joint, tendon, side * arm, backbone, [*markers, ground])
-        guides += [_add_guide(mbs, rig, tendon, bristle_ratio, [ground, m]) for m in markers]
+        bristles = bristle_N_per_mm(rig, tendon, bristle_ratio)
+        guides += [_add_guide(mbs, rig, tendon, one, [ground, m]) for m, one in zip(markers, bristles, strict=True)]
         slip_nodes += [n for n, _ in slip]
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
-    _add_surroundings(mbs, rig, backbone.rings)
+    dead = _add_surroundings(mbs, rig, backbone.rings)
     mbs.Assemble()
     bent, longer = backbone.sections.coordinates(mbs)
     first = np.array([mbs.GetNodeODE2Index(ring.node) for ring in backbone.rings])
@@ -324,6 +339,7 @@ def assemble(
         wheel=int(wheel),
         free_spans=free_spans,
         forces=forces,
+        dead=dead,
         segments=segments,
         guides=guides,
         beams=backbone.beams,
@@ -343,13 +359,18 @@ def assemble(
     )
 
 
-def _add_guide(mbs: Any, rig: Rig, tendon: Tendon, bristle_ratio: float, markers: list[int]) -> int:
+def _add_guide(mbs: Any, rig: Rig, tendon: Tendon, bristle: float, markers: list[int]) -> int:
     """Bristle between the ground and the slip of a tendon at a guide."""
-    bristle = bristle_N_per_mm(rig, tendon, bristle_ratio)
     guide = Spring(markerNumbers=markers, stiffness=bristle, damping=laws.OPEN_STIFFNESS * tendon.EA_N / rig.pitch_mm)
     return laws.add_with_law(mbs, guide, laws.stick_slip)
 
 
-def bristle_N_per_mm(rig: Rig, tendon: Tendon, bristle_ratio: float) -> float:
-    """Stiffness of a sticking guide: ``bristle_ratio`` times EA/pitch."""
-    return bristle_ratio * tendon.EA_N / rig.pitch_mm
+def bristle_N_per_mm(rig: Rig, tendon: Tendon, bristle_ratio: float) -> Floats:
+    """Stiffness of each guide of a tendon while it sticks, shape (N,): ``bristle_ratio`` times EA/pitch.
+
+    A guide without friction carries nothing. Its spring only leads the search for the slip, best a soft one.
+    """
+    dry, ratio = rig.friction, np.full(rig.joints, bristle_ratio)
+    if dry.capstan_coefficient == 0 and dry.guide_N == 0:
+        ratio[int(dry.sheath_N > 0) :] = min(bristle_ratio, SMOOTH_RATIO)
+    return ratio * tendon.EA_N / rig.pitch_mm

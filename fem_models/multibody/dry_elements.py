@@ -50,16 +50,23 @@ class Guides:
     def __init__(self, model: Model, rig: Rig, bristle_ratio: float, scale_N: float) -> None:
         bristle = [bristle_N_per_mm(rig, tendon, bristle_ratio) for tendon in rig.tendons]
         self.model, self.tendons, self.scale = model, len(rig.tendons), scale_N
-        self.bristle = np.repeat(bristle, rig.joints)
+        self.bristle = np.concatenate(bristle)
         self.rest, self.limit, self.sliding = (np.zeros(self.bristle.size) for _ in range(3))
+        self.given = {field: np.full(self.bristle.size, np.nan) for field in ("offset", "staticFrictionOffsetForce")}
 
     def bound(self, limit: Floats) -> None:
         """Bound the friction of each guide, N."""
-        set_each(self.model.mbs, self.model.guides, "staticFrictionOffsetForce", limit)
+        self._put("staticFrictionOffsetForce", limit)
+
+    def _put(self, field: str, values: Floats) -> None:
+        """Set a parameter of the guides in which it changes."""
+        changed = np.flatnonzero(values != self.given[field]).tolist()
+        set_each(self.model.mbs, [self.model.guides[k] for k in changed], field, values[changed].tolist())
+        self.given[field] = values
 
     def fix(self, sliding: Floats, limit: Floats) -> None:
         """Make each guide stick or slide for a whole solve, so that Newton's method meets no kink."""
-        set_each(self.model.mbs, self.model.guides, "offset", np.where(sliding == 0, self.rest, -sliding * FAR_N))
+        self._put("offset", np.where(sliding == 0, self.rest, -sliding * FAR_N))
         self.bound(np.where(sliding == 0, FAR_N, limit))
 
     def next_states(self, q: Floats, sliding: Floats, limit: Floats) -> Floats:
@@ -85,7 +92,7 @@ class Guides:
         rest = slip - force / self.bristle
         loss = float(0.5 * (self.limit + limit) @ np.abs(rest - self.rest))
         self.rest, self.limit = rest, limit
-        set_each(self.model.mbs, self.model.guides, "offset", rest)
+        self._put("offset", rest)
         self.bound(limit)
         return loss
 

@@ -109,6 +109,7 @@ class _Motion:
         time = np.concatenate([[plan.time_s[0] - (plan.time_s[1] - plan.time_s[0])], plan.time_s])
         self.course = PchipInterpolator(time, np.vstack([columns[:1], columns]))
         self.crept, self.work, self.force = np.zeros(2), work_mJ, stepper.wheel_force_N()
+        self.sliding = stepper.guides.sliding
         self.rows: list[tuple[float, ...]] = []
         self.tensions: list[Floats] = []
         self.rotations: list[Floats] = []
@@ -118,12 +119,20 @@ class _Motion:
         """Bring the drive to where it is at the end of the step."""
         drive, slack_a, slack_b, scale, dry, residual = self.course(min(time_s, self.plan.time_s[-1])).tolist()
         a, b = self.crept.tolist()
-        self.stepper.set_load(Load(drive, (slack_a + a, slack_b + b), scale, dry, residual, time_s))
+        self.sliding = self.stepper.guides.sliding
+        self.stepper.set_load(Load(drive, (slack_a + a, slack_b + b), scale, dry, residual, time_s, 1.0))
         return True
 
     def before_residual(self, mbs: Any, time_s: float, newton: int, discontinuous: int) -> None:
-        """Bound the friction by the present tensions."""
-        self.stepper.guides.bound(self.stepper.limits())
+        """Bound the friction by the present tensions, and let guides stick or slide by their forces.
+
+        Within an iteration of Newton's method nothing has a kink. In the first one guides keep the states of the last
+        step.
+        """
+        guides, limit = self.stepper.guides, self.stepper.limits()
+        if newton > 0:
+            self.sliding = guides.next_states(self.stepper.coordinates(), self.sliding, limit)
+        guides.fix(self.sliding, limit)
 
     def after_newton(self, mbs: Any, time_s: float) -> list[float]:
         """Refuse a step that jumped to another equilibrium: an error above Exudyn's limit of 1, half the step."""
@@ -139,6 +148,7 @@ class _Motion:
         if time_s <= last[0]:  # Exudyn calls it once before the first step
             return True
         q, velocities = stepper.coordinates(), np.asarray(mbs.systemData.GetODE2Coordinates_t())
+        stepper.guides.sliding = self.sliding
         stepper.accept(q, velocities, stepper.limits())
         before, self.force = self.force, stepper.wheel_force_N()
         self.work += 0.5 * (before + self.force) * (stepper.load.drive - last[1])

@@ -128,6 +128,7 @@ def load_of(plan: Schedule, sample: int, slack_mm: Floats, time_s: float) -> Loa
         friction_scale=float(plan.friction_scale[sample]),
         rest_angle=float(plan.residual_rad[sample]),
         time=float(time_s),
+        dead=1.0,
     )
 
 

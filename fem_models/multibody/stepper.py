@@ -40,14 +40,15 @@ from hysteresis.arrays import Floats
 class MultibodySettings:
     """Numerical settings; the tests verify the defaults.
 
-    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch. ``friction_tolerance`` ends the fixed point
-    between tensions and friction limits, over the force scale of :class:`fem_models.joint.mechanics.JointMechanics`.
-    ``max_step_mm`` bounds a step of the drive whatever the sampling, ``max_force_step`` that of a force, over the same
-    scale. ``max_halvings`` is how often a step that fails is halved. ``max_friction_iterations`` also bounds how often
-    guides may change between sticking and sliding in a step.
+    ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch: at 20 close to its limit, no give at all.
+    ``friction_tolerance`` ends the fixed point between tensions and friction limits, over the force scale of
+    :class:`fem_models.joint.mechanics.JointMechanics`. ``max_step_mm`` bounds a step of the drive whatever the
+    sampling, ``max_force_step`` that of a force, over the same scale. ``max_halvings`` is how often a step that fails
+    is halved. ``max_friction_iterations`` also bounds how often guides may change between sticking and sliding in a
+    step.
     """
 
-    bristle_ratio: float = 0.02
+    bristle_ratio: float = 20.0
     friction_tolerance: float = 1e-6
     max_friction_iterations: int = 60
     max_step_mm: float = 0.1
@@ -144,6 +145,9 @@ class Stepper:
             set_each(self.model.mbs, self.model.free_spans, "offset", offset)
         if load.loop_scale != now.loop_scale:
             self.material.scale_loop(load.loop_scale)
+        if load.dead != now.dead:
+            for number, (x, y) in self.model.dead:
+                self.model.mbs.SetLoadParameter(number, "loadVector", [load.dead * x, load.dead * y, 0.0])
         if load.rest_angle != now.rest_angle:
             self._set_rest_angle(load.rest_angle)
         self.load = load
@@ -179,7 +183,7 @@ class Stepper:
         """Find friction that agrees with the tensions; None where the solver fails.
 
         None, too, where a tendon begins to slide at the base in a step that is not ``fine``: the work of the wheel has
-        a corner there, and half the step keeps the balance of energies.
+        a corner there, and a quarter of the longest step keeps the balance of energies.
         """
         sliding, limit = guess
         for _ in range(self.settings.max_friction_iterations):
@@ -306,8 +310,8 @@ def _static_solver(rig: Rig, settings: MultibodySettings) -> Any:
     static = solver.staticSolver
     static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
     static.newton.relativeTolerance = settings.newton_relative_tolerance
-    # Rounding of a coordinate times the stiffest segment is the least residual there can be.
-    stiffest = max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
+    # Rounding of a coordinate times the stiffest spring is the least residual there can be.
+    stiffest = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
     static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)
     static.newton.maxIterations = settings.newton_iterations
     # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.

@@ -75,6 +75,9 @@ CLEAN, PAIR = "clean", "pair"
 LABELS = (*CATALOGUE, CLEAN, PAIR, *OUTSIDE_CATALOGUE)
 MEASURED_JOINTS = 0.25
 """Share of the cases whose rig has measured joints instead of the preset's tube."""
+OF_THE_TUBE = {"superelastic_plateau", "backlash"}
+"""Effects that are not drawn for measured joints. Their tendons have no toe region: friction F at the base then keeps
+the manipulator still over 2 F / k of the drive, as play does, at every preload."""
 ATTEMPTS = 40
 
 
@@ -169,7 +172,7 @@ def draw_noiseless(
     for attempt in range(ATTEMPTS):
         rng = np.random.default_rng((*key, attempt))
         try:
-            measured_joints = rng.random() < MEASURED_JOINTS and "superelastic_plateau" not in effects
+            measured_joints = rng.random() < MEASURED_JOINTS and not {*effects} & OF_THE_TUBE
             baseline = draw_baseline(rng, measured_joints=measured_joints, change=change)
             return _draw(f"{label}-{number:02d}", effects, kind, engine, (baseline, rng), ratio), rng
         except (SolverError, RigError, OutOfReachError):

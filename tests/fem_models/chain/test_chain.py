@@ -74,9 +74,11 @@ def test_minor_loops_close():
     rig = preset("du2018")
     alone = replace(rig, friction=Friction(sheath_N=rig.friction.sheath_N))
     assert np.ptp(simulate_chain(alone, steps).angle_deg[10::16]) < 1e-6
-    # With 14 more dry guides the first passes shake down how they share the friction: 5e-5 deg, then less and less.
+    # With 14 more dry guides the first passes shake down how they share the friction: 1.1e-4 deg, then 4e-6, 4e-7 and
+    # less. It is the same with bristles five times as stiff, and a tenth more at a hundredth of the step.
     moved = np.abs(np.diff(simulate_chain(rig, steps).angle_deg[10::16]))
-    assert moved[0] < 1e-4
+    assert moved[0] < 1.5e-4
+    assert moved[1] < 1e-5
     assert moved[-1] < 1e-6
 
 
@@ -126,10 +128,10 @@ def test_drag_needs_times():
 
 
 def test_energy_with_drag():
-    steps = triangle(2.2, step_mm=0.005)
-    steps = replace(steps, time_s=0.05 * np.arange(steps.drive_mm.size))
+    steps = triangle(2.2, step_mm=0.0025)
+    steps = replace(steps, time_s=0.025 * np.arange(steps.drive_mm.size))
     rig = replace(preset("du2018"), drag=Drag(sheath_N_s_per_mm=5.0, joint_Nmm_s_per_rad=200.0))
-    s = solve_chain(rig, steps, ChainSettings(max_step_mm=0.005))
+    s = solve_chain(rig, steps, ChainSettings(max_step_mm=0.0025))
     start = np.flatnonzero(steps.cycle == 1)[0] - 1
     loss = s.friction_loss_mJ + s.material_loss_mJ + s.viscous_loss_mJ
     assert s.viscous_loss_mJ[-1] > 0.1 * loss[-1]

@@ -33,7 +33,7 @@ def test_tangent_is_the_residuals_derivative(name, law):
     joint = joint_mechanics(rig)
     parameters, memory = chain_parameters(rig, joint, ChainSettings()), memory_at_rest(rig, joint)
     work = work_space(parameters, n)
-    load = Load(drive=0.4, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.3, rest_angle=0.0, time=0.0)
+    load = Load(drive=0.4, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.3, rest_angle=0.0, time=0.0, dead=1.0)
     x = np.zeros(3 * (n + 1))
     x[3::3] = rng.uniform(0.005, 0.04, n)  # one sign: a wrap has a corner at zero
     for side, arm in enumerate(parameters.arm):  # the tendons slide along, so that none is slack

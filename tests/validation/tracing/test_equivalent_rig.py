@@ -40,10 +40,15 @@ MEASURED = Rig(
 )
 
 
-def records_of(rig, amplitude_mm, *, unit="mm", per_mm=1.0, seed=0):
+SOFT_START = replace(TENDON, toe_N=40.0, EA_N=3 * TENDON.EA_N)  # as stiff at 20 N
+WITH_PLAY = replace(MEASURED, tendon_a=SOFT_START, tendon_b=SOFT_START, backlash=Backlash(width_mm=0.09))
+THREE_PRELOADS = (*PLAN, (5.0, 1.0, 0.1))
+
+
+def records_of(rig, amplitude_mm, *, unit="mm", per_mm=1.0, seed=0, plan=PLAN):
     """Records that state nothing of the rig but the preload."""
     rng, out = np.random.default_rng(seed), []
-    for preload, part, rate in PLAN:
+    for preload, part, rate in plan:
         program = sine(part * amplitude_mm, rate, cycles=2, samples_per_cycle=60)
         angle = simulate_chain(replace(rig, preload_N=preload), program).angle_deg
         out.append(
@@ -97,10 +102,23 @@ def test_tendons_are_as_stiff_at_the_preload_whatever_their_toe():
         assert tendon.EA_N * 20.0 / (20.0 + tendon.toe_N) == pytest.approx(problem.start["EA_at_preload_N"])
 
 
+def test_play_before_tendons_without_a_toe_region_is_friction_at_the_base():
+    """Friction F keeps the manipulator still over 2 F / k of the drive, k being the free tendon's: as a play does."""
+    played = fitted(records_of(replace(MEASURED, backlash=Backlash(width_mm=0.09)), 1.2))
+    assert played.rmse_deg < 1.05 * NOISE_DEG
+    values = played.model.values(played.x)[0]
+    in_equivalent_mm = 2 * values["sheath_N"] * values["free_length_mm"] / values["EA_at_preload_N"]
+    still = in_equivalent_mm / played.model.problem.mm_per_unit
+    by_friction = 2 * MEASURED.friction.sheath_N * TENDON.free_length_mm / TENDON.EA_N
+    assert still - by_friction == pytest.approx(0.09, rel=0.1)
+
+
 def test_play_is_named_with_its_width_in_the_drive_s_unit():
-    """In steps of 1 um of tendon, on a wheel that turns in the other direction."""
-    rig = replace(MEASURED, backlash=Backlash(width_mm=0.09))
-    trace = trace_records(records_of(rig, 1.2, unit="step", per_mm=-1000.0))
+    """In steps of 1 um of tendon, on a wheel that turns in the other direction.
+
+    The tendons are softer at a lower preload. So friction keeps the manipulator still for longer there, but play not.
+    """
+    trace = trace_records(records_of(WITH_PLAY, 1.2, unit="step", per_mm=-1000.0, plan=THREE_PRELOADS))
     assert (trace.verdict, trace.model, trace.known) == ("effect", EQUIVALENT_RIG.name, False)
     assert [added.effect.name for added in trace.effects] == ["backlash"]
     width = trace.augmented.model.values(trace.augmented.x)[1][0]
@@ -155,7 +173,7 @@ def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkey
 
     monkeypatch.setattr("validation.tracing.search.final_fit.fit", failing)
     shown = {"backlash", "time_delay", "guide_friction"}
-    records = records_of(replace(MEASURED, backlash=Backlash(width_mm=0.09)), 1.2)
+    records = records_of(WITH_PLAY, 1.2, plan=THREE_PRELOADS)
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.augmented.names == ("backlash",)
     result = trace_report(trace)

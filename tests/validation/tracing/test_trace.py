@@ -116,21 +116,21 @@ def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
 
 
 def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
-    """A practice case that was missed once: the equivalent rig had absorbed the friction. Effects that do nothing left
-    as little as it did, and friction, started beside the early baseline, still left a little more."""
+    """The equivalent rig absorbs a part of the friction. Effects that do nothing leave as little as it does. Friction,
+    after its first steps, leaves a little more: it is not named where only the best effect is fitted to its end."""
     with_a_short_final_fit(monkeypatch)
     shown = ("guide_friction", "time_delay", "wheel_eccentricity", "gravity")
-    records = draw_case("work", "unknown", shown[0], 4).records
+    records = draw_case("work", "unknown", shown[0], 3).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.verdict == "effect"
     assert trace.augmented.names == shown[:1]
 
 
 def test_an_equivalent_rig_does_not_hide_a_second_effect():
-    """A case of a retired set: beside drag the rig absorbed so much of the guides' friction that the residual was 1.17
-    times the noise, and 1.86 times on held-out data."""
+    """A case of a retired set: drag alone leaves 3.1 times the noise at best. In eight others, with the preset's tube,
+    the equivalent rig absorbs the guides' friction beside drag: 1.01 to 1.11 times the noise are left."""
     shown = {"viscous_drag", "guide_friction"}
-    records = draw_case("score-6", "unknown", "pair", 5).records
+    records = draw_case("score-5", "unknown", "pair", 1).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert set(trace.augmented.names) == shown
     assert trace.augmented.heldout_rmse_deg < 1.3 * trace.floor.deg
@@ -164,7 +164,7 @@ def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch
         return of_the_rig[0]
 
     monkeypatch.setattr("validation.tracing.trace.find_effects", once)
-    monkeypatch.setattr("validation.tracing.trace.EQUIVALENT_RIG", replace(EQUIVALENT_RIG, finished=1))
+    monkeypatch.setattr("validation.tracing.trace.EQUIVALENT_RIG", replace(EQUIVALENT_RIG, finished=2))
     with_a_short_final_fit(monkeypatch)
     shown = {"time_delay", "viscous_drag", "tendon_slack", "unequal_tendons"}
     records = draw_case("score-5", "unknown", "pair", 3).records
