@@ -138,7 +138,12 @@ def chain_parameters(
         segment=segment,
         free=_pair([tendon.EA_N / tendon.free_length_mm for tendon in tendons]),
         toe=_pair([tendon.toe_N for tendon in tendons]),
-        bristle=_pair([settings.bristle_ratio * one for one in segment]),
+        bristle=_pair(
+            [
+                1 / (1 / (settings.bristle_ratio * one) + dry.stick_compliance_mm_per_N) if one else 0.0
+                for one in segment
+            ]
+        ),
         creep=_pair([creep * tendon.free_length_mm / tendon.EA_N for tendon in tendons]),
         load_control=load_control,
         rest=joint.rest_angle_rad,

@@ -373,4 +373,4 @@ def bristle_N_per_mm(rig: Rig, tendon: Tendon, bristle_ratio: float) -> Floats:
     dry, ratio = rig.friction, np.full(rig.joints, bristle_ratio)
     if dry.capstan_coefficient == 0 and dry.guide_N == 0:
         ratio[int(dry.sheath_N > 0) :] = min(bristle_ratio, SMOOTH_RATIO)
-    return ratio * tendon.EA_N / rig.pitch_mm
+    return np.asarray(1 / (rig.pitch_mm / (ratio * tendon.EA_N) + dry.stick_compliance_mm_per_N))

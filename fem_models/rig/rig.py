@@ -98,12 +98,16 @@ class Friction:
         The same between wheel and base, acting at the base.
     rest_wrap_deg
         Wrap at the base with the manipulator straight, from the path between wheel and base.
+    stick_compliance_mm_per_N
+        Way over force of a guide that sticks, before it slides: asperities and a polymer's liner give way (the bristles
+        of Canudas de Wit et al. 1995, doi 10.1109/9.376053). 0 is friction that holds until it slides.
     """
 
     capstan_coefficient: float = 0.0
     guide_N: float = 0.0
     sheath_N: float = 0.0
     rest_wrap_deg: float = 0.0
+    stick_compliance_mm_per_N: float = 0.0
 
     def __post_init__(self) -> None:
         require_numbers("friction", self)

@@ -77,3 +77,20 @@ def test_after_a_reversal_the_manipulator_moves_as_with_bristles_without_give(en
     limit = 2 * angles[1] - angles[0]
     assert np.abs(own - limit)[after].max() <= 0.002  # 0.30 deg with springs of 2 % of EA/pitch
     assert np.abs(own - limit).max() <= 0.005
+
+
+@pytest.mark.parametrize("engine", BY_FORCE)
+def test_a_soft_guide_gives_way_by_its_compliance_before_it_slides(engine):
+    """One guide, before a joint that does not bend: the tendon comes in by its stretch, force by force."""
+    compliance, limit = 0.02, 3.0
+    rig = replace(
+        RIGID_BENDS, precurvature_deg=0.0, preload_N=1.0,
+        friction=Friction(sheath_N=limit, stick_compliance_mm_per_N=compliance), joint=MeasuredJoint(1, 2.6, 1e6),
+    )  # fmt: skip
+    force = np.array([1.0, 2.0, 3.0, 3.5, 3.9])
+    tension = BY_FORCE[engine](rig, force).segment_tensions_N[:, 0, -1]
+    # force - tension = way / compliance at the guide, and the segment behind it stretches by the way
+    segment = 9000.0 / 2.6
+    way = (force - 1.0) / (1 / compliance + segment)
+    np.testing.assert_allclose(tension, 1.0 + segment * way, rtol=2e-3)
+    assert np.abs(force - tension).max() < limit  # it has not slid

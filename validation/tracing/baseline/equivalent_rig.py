@@ -24,6 +24,7 @@ from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.arrays import Floats, Ints
 from hysteresis.path import cycle_index
 from hysteresis.record import Record
+from validation.tracing.baseline.known_rig import SOFT_STICK, soft_mm_per_N, stick_compliance
 from validation.tracing.baseline.rig_problem import Added, RigProblem
 from validation.tracing.baseline.runs import Run, drive_runs, run_setup
 from validation.tracing.baseline.samples import kept_samples, mean_slope, middle_of
@@ -100,6 +101,7 @@ class EquivalentRigProblem(RigProblem):
             sheath_N=values["sheath_N"],
             capstan_coefficient=values["capstan_coefficient"],
             guide_N=values["guide_N"],
+            stick_compliance_mm_per_N=values["stick_compliance_mm_per_N"],
         )
         material = replace(rig.material, loop_share=values["loop_share"], loop_angle_deg=values["loop_angle_deg"])
         assert isinstance(rig.joint, MeasuredJoint)
@@ -275,6 +277,7 @@ def _parameters(preload_N: float, joint_deg: float, *, several: bool) -> tuple[F
         FreeParameter("moment_arm_mm", "mm", 0.4 * _ARM_MM, 2.5 * _ARM_MM, 0.01, log=True),
         FreeParameter("flexure_stiffness_Nmm_per_rad", "Nmm/rad", 10.0 * unit, 5_000.0 * unit, 0.2, log=True),
         FreeParameter("free_length_mm", "mm", *_FREE_BOUNDS_MM, 0.2, log=True),
+        stick_compliance(_rig(preload_N, joint_deg)),
         FreeParameter("even", "-", -LARGEST_CUBIC, LARGEST_CUBIC, 0.01),
         FreeParameter("odd", "-", -LARGEST_CUBIC, LARGEST_CUBIC, 0.01),
     ]
@@ -295,6 +298,7 @@ def _start(preload_N: float, joint_deg: float, *, several: bool) -> Mapping[str,
         "moment_arm_mm": _ARM_MM,
         "flexure_stiffness_Nmm_per_rad": _STIFFNESS * unit,
         "free_length_mm": _FREE_MM,
+        "stick_compliance_mm_per_N": SOFT_STICK / 10 * soft_mm_per_N(_rig(preload_N, joint_deg)),
         "even": 0.0,
         "odd": 0.0,
     }

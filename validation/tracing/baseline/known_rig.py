@@ -37,6 +37,8 @@ VARIED_FLEXURES = (
 (:class:`fem_models.rig.joints.MeasuredJoint`). The factor is on the stiffness after a reversal, with the loop's part:
 a measured stiffness is mostly that of a whole bend, and a loop may begin stiffer than the flexure itself is. Along
 the bend a stiffness varies by a factor of two at most: more is an effect."""
+SOFT_STICK = 50.0
+"""A soft guide gives way by as much as this many pitches of tendon before it slides."""
 _YOUNG_GPA, _TENDON_TO_WALL_MM = 50.0, 0.1
 
 
@@ -50,6 +52,7 @@ class KnownRigProblem(RigProblem):
             rig.friction,
             capstan_coefficient=values["capstan_coefficient"],
             sheath_N=values.get("sheath_N", rig.friction.sheath_N),
+            stick_compliance_mm_per_N=values.get("stick_compliance_mm_per_N", rig.friction.stick_compliance_mm_per_N),
         )
         if "youngs_modulus_GPa" in values:
             elastic = replace(rig.material, youngs_modulus_GPa=values["youngs_modulus_GPa"])
@@ -128,6 +131,17 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
     )
 
 
+def soft_mm_per_N(rig: Rig) -> float:
+    """Way over force of one pitch of tendon."""
+    return rig.pitch_mm / rig.tendon_a.EA_N
+
+
+def stick_compliance(rig: Rig) -> FreeParameter:
+    """Way over force of a guide that sticks: of dry metal nothing, of a liner up to some hundred pitches of tendon."""
+    unit = SOFT_STICK * soft_mm_per_N(rig)
+    return FreeParameter("stick_compliance_mm_per_N", "mm/N", 0.0, 4 * unit, 0.1 * unit)
+
+
 def _require_the_rigs_sense(records: Sequence[Record]) -> None:
     """Refuse angles that fall as the drive rises: to reverse them would silently exchange the two tendons."""
     for record in records:
@@ -152,6 +166,7 @@ def _parameters(rigs: Sequence[Rig]) -> tuple[FreeParameter, ...]:
         FreeParameter("loop_share", "-", 0.0, 0.9, 0.2),
         FreeParameter("loop_angle_deg", "deg", angle / 4, 4 * angle, 0.4, log=True),
         FreeParameter("EA_N", "N", EA / 4, 4 * EA, 0.2, log=True),
+        stick_compliance(rig),
     )
 
 
@@ -172,6 +187,7 @@ def _start(rig: Rig, *, load_control: bool) -> Values:
         "loop_share": min(max(material.loop_share, 0.1), 0.85),
         "loop_angle_deg": material.loop_angle_deg,
         "EA_N": rig.tendon_a.EA_N,
+        "stick_compliance_mm_per_N": max(rig.friction.stick_compliance_mm_per_N, SOFT_STICK / 10 * soft_mm_per_N(rig)),
     }
 
 
