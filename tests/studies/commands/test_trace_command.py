@@ -39,8 +39,8 @@ PNG = b"\x89PNG\r\n\x1a\n"
 def bench_records(width_mm: float) -> list[Record]:
     """Three records of the preset from the chain model, at three preloads, with noise.
 
-    Its tendons have a toe region: with linear ones, play is friction at the base. At two preloads it is capstan friction
-    there beside it.
+    Its tendons have a toe region: with linear ones, play is friction at the base. At two preloads it is capstan
+    friction there beside it.
     """
     noise, out = np.random.default_rng(0), []
     for preload, amplitude in ((20.0, 1.0), (10.0, 0.5), (5.0, 0.5)):
