@@ -14,7 +14,7 @@ import numpy as np
 from fem_models.joint import JointMechanics
 from fem_models.joint.contact import ring_weight_N, tip_load_N
 from fem_models.joint.hardening import Hardening
-from fem_models.joint.superelastic_section import elongation_under_mm
+from fem_models.joint.superelastic_section import Heating, elongation_under_mm
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -50,11 +50,16 @@ class SectionParameters(NamedTuple):
     young: float
     upper: float
     lower: float
+    upper_pressed: float  # in compression
+    lower_pressed: float
     span: float
     climb: float
+    heat: float  # of the transformed strain, K/mm^2; 0 for a section that does not heat itself
+    rise: float  # of the plateaus, MPa/K
+    heating_time: float
 
 
-NO_SECTION = SectionParameters(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
+NO_SECTION = SectionParameters(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class Parameters(NamedTuple):
@@ -112,6 +117,7 @@ class Memory(NamedTuple):
     fibres: Floats
     fibre_height: Floats  # (f,)
     fibre_area: Floats  # (f,)
+    warming: Floats  # (N,), of sections above their surroundings, K; (0,) where they do not heat themselves
 
 
 def _pair(values: list[float]) -> Pair:
@@ -179,17 +185,22 @@ def chain_parameters(
 def _section_parameters(rig: Rig, joint: JointMechanics) -> SectionParameters:
     if (section := joint.section) is None:
         return NO_SECTION
-    return SectionParameters(
-        length=section.length_mm,
-        root=section.root_compliance,
-        elastic=section.elastic_N_per_mm,
-        rest=elongation_under_mm(section, len(rig.tendons) * rig.preload_N),
-        young=section.young,
-        upper=section.upper,
-        lower=section.lower,
-        span=section.span,
-        climb=section.climb,
+    heating = section.heating or Heating(0.0, 0.0, 1.0)
+    numbers = (  # in the order of the fields; a kernel is compiled anew for integers
+        section.length_mm,
+        section.root_compliance,
+        section.elastic_N_per_mm,
+        elongation_under_mm(section, len(rig.tendons) * rig.preload_N),
+        section.young,
+        section.upper,
+        section.lower,
+        section.upper_pressed,
+        section.lower_pressed,
+        section.span,
+        section.climb,
+        *heating,
     )
+    return SectionParameters(*map(float, numbers))
 
 
 def memory_at_rest(rig: Rig, joint: JointMechanics) -> Memory:
@@ -211,4 +222,5 @@ def memory_at_rest(rig: Rig, joint: JointMechanics) -> Memory:
         fibres=np.zeros((n, area.size)),
         fibre_height=height,
         fibre_area=area,
+        warming=np.zeros(n if joint.section and joint.section.heating else 0),
     )
