@@ -25,7 +25,7 @@ from fem_models.chain.laws import (
     segment,
 )
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.chain.section import ROW, Bend, heat_exchange, with_section
+from fem_models.chain.section import ROW, Bend, with_section
 from fem_models.load.stepping import Load
 from hysteresis.arrays import Floats
 
@@ -222,7 +222,7 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
     near = free_span(x, load, rig, work, BY_TENSION)
     rest = crossing(rig.rest, rig).length  # where the tendons have their lengths
     work.tension[0, 0], work.tension[1, 0] = near.tension
-    largest, exchange = 0.0, heat_exchange(rate, rig)
+    largest = 0.0
     for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
         u = 3 * i + 1  # slips at this guide are at u and u + 1, at the next one at v and v + 1; the joint is at row
         v, row = u + 3, u + 2
@@ -232,7 +232,7 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
         stretch = x[u] - x[v] - path.length[0] + rest[0], x[u + 1] - x[v + 1] - path.length[1] + rest[1]
         moment, slope = joint_moment(theta, i, rig, memory, load)
         if memory.fibre_area.size > 0:
-            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION, exchange)
+            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION, rate)
             far, bent, stiff = with_section(i, bend, rig, memory, work.sections[i])
             moment, slope = moment + bent, slope + stiff
         else:

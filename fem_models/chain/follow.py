@@ -13,10 +13,11 @@ import numpy as np
 
 from fem_models.chain.compiled import chain_njit
 from fem_models.chain.equations import Work, work_space
+from fem_models.chain.fibres import transform
 from fem_models.chain.laws import flag_element, flag_moment
 from fem_models.chain.newton import Attempt, newton
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.chain.section import BENT, LONGER, heat_exchange, transform
+from fem_models.chain.section import BENT, LONGER
 from fem_models.load.stepping import (
     LEAST_LENGTH,
     Load,
@@ -145,7 +146,6 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
     """
     x, drag, n = motion.x, motion.drag, memory.guides.shape[1]
     lost = material = viscous = 0.0
-    exchange = heat_exchange(rate, rig)
     for side in range(2):
         stiffness = rig.bristle[side]
         for i in range(n):
@@ -173,7 +173,7 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
             material += moment * (rest - memory.flags[j, i])
             memory.flags[j, i] = rest
         if memory.fibre_area.size > 0:
-            material += transform(i, work.sections[i, BENT], work.sections[i, LONGER], rig, memory, exchange)
+            material += transform(i, work.sections[i, BENT], work.sections[i, LONGER], rig, memory, rate)
     motion.energy[FRICTION] += lost
     motion.energy[MATERIAL] += material
     motion.energy[DRAG] += viscous
@@ -266,7 +266,8 @@ def note(k: int, path: Path, rig: Parameters, memory: Memory, work: Work, motion
         run.angles[k, i] = motion.x[3 * i + 3]
     for i in range(run.longer.shape[1]):
         run.longer[k, i] = work.sections[i, LONGER]
-    run.warming[k] = memory.warming
+    for i in range(run.warming.shape[1]):
+        run.warming[k, i] = memory.fibres[i, -1]
     run.tensions[k] = work.tension
     energy = motion.energy
     run.energies[k, 0], run.energies[k, 1] = energy[WHEEL], energy[FRICTION]

@@ -26,6 +26,7 @@ from fem_models.chain.equations import (
     free_span,
     work_space,
 )
+from fem_models.chain.fibres import transform
 from fem_models.chain.follow import Path, Run, Tape, accept, creep_on, load_at, motion_at_rest
 from fem_models.chain.laws import (
     ONLY_A,
@@ -42,7 +43,7 @@ from fem_models.chain.laws import (
     wrap,
 )
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.chain.section import BENT, LONGER, Bend, bend_on, heat_exchange, transform, with_section
+from fem_models.chain.section import BENT, LONGER, Bend, bend_on, with_section
 from fem_models.load.stepping import Load, at_rest, between
 from hysteresis.arrays import Floats, Ints, Mask
 
@@ -248,7 +249,6 @@ def imbalance(
     held_moments(s, line, rig, memory, load, b)
     near, rest = free_span(x, load, rig, work, taut[0]), crossing(rig.rest, rig).length
     note_span(0, near, spans)
-    exchange = heat_exchange(rate, rig)
     same = capstan == line.capstan[s] and rig.rest_wrap == line.rest_wrap
     for i in range(n):
         u = 3 * i + 1
@@ -257,7 +257,7 @@ def imbalance(
         stretch_a = x[u] - x[v] - path.length[0] + rest[0]
         stretch_b = x[u + 1] - x[v + 1] - path.length[1] + rest[1]
         if memory.fibre_area.size > 0:
-            bend = Bend(x[row] - load.rest_angle, (stretch_a, stretch_b), path.lever, taut[i + 1], exchange)
+            bend = Bend(x[row] - load.rest_angle, (stretch_a, stretch_b), path.lever, taut[i + 1], rate)
             far, bent, _ = with_section(i, bend, rig, memory, work.sections[i])
             b[BAND + row] += bent
         else:
@@ -366,7 +366,7 @@ def take_up(s: int, line: Line, rig: Parameters, memory: Memory, load: Load, rat
 @chain_njit()
 def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, rate: float, work: Work, moved: Moved) -> None:
     """Move the sections of a moved rig by its difference from the rig; after the first step fibres transform."""
-    change, exchange = moved.change, heat_exchange(rate, rig)
+    change = moved.change
     for i in range(memory.fibres.shape[0]):
         u = 3 * i + 1
         v, bent, row = u + 3, change[u + 2], work.sections[i]
@@ -375,7 +375,7 @@ def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, rate: float,
         bend_on(row, bent, (change[u] - change[v] - lever[0] * bent, change[u + 1] - change[v + 1] - lever[1] * bent))
         moved.longer[i] = row[LONGER]
         if s > 0:
-            transform(i, row[BENT], row[LONGER], rig, memory, exchange)
+            transform(i, row[BENT], row[LONGER], rig, memory, rate)
         row[BENT], row[LONGER] = before  # of the rig's own place, where the next step starts
 
 
@@ -430,5 +430,6 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
                 run.angles[k, i] = moved.x[3 * i + 3]
             run.tensions[k] = moved.tension
             run.longer[k] = moved.longer[: run.longer.shape[1]]
-            run.warming[k] = memory.warming
+            for i in range(run.warming.shape[1]):
+                run.warming[k, i] = memory.fibres[i, -1]
     return most

@@ -2,8 +2,8 @@
 
 Bending phi and elongation g of the section follow from the angle of the joint and the stretch of both tendons over the
 pitch (static condensation): see :mod:`fem_models.joint.superelastic_section` for the equations. The chain sees
-tensions and moment with their consistent slopes, and its band stays as it is. The temperature of a section that heats
-itself is a third local unknown.
+tensions and moment with their consistent slopes, and its band stays as it is. What the fibres do is in
+:mod:`fem_models.chain.fibres`.
 """
 
 from __future__ import annotations
@@ -12,144 +12,32 @@ import math
 from typing import NamedTuple
 
 from fem_models.chain.compiled import chain_njit
-from fem_models.chain.laws import LOWER, UPPER, Flag, Span, flag_along, flag_branch, flag_moment, segment
-from fem_models.chain.parameters import Memory, Pair, Parameters, SectionParameters
+from fem_models.chain.fibres import sums_of
+from fem_models.chain.laws import Span, segment
+from fem_models.chain.parameters import Memory, Pair, Parameters
 from hysteresis.arrays import Floats
 
-BENT, LONGER, WARM = 0, 1, 11
-"""Places of phi, g and temperature in a row of sections; the angle and both stretches follow g, then slopes of phi and
-of g in them."""
-ROW = 12
+BENT, LONGER = 0, 1
+"""Places of phi and g in a row of sections; the angle and both stretches follow, then slopes of phi and of g in
+them."""
+ROW = 11
 _ITERATIONS = 200
-_HEAT_ITERATIONS, _SAME_K = 50, 1e-12
 _UPHILL = 0.5  # slope of the potential at the end of a step, over that at its start, at most
-
-
-class Sums(NamedTuple):
-    """Pull and moment of all fibres, and their slopes in elongation and bending."""
-
-    pull: float
-    moment: float
-    pull_by_longer: float
-    pull_by_bent: float
-    moment_by_bent: float
 
 
 class Bend(NamedTuple):
     """What a section has to follow.
 
     The angle of the joint from rest, roots included; the stretch of the tendons if the section kept its length under
-    preload; their levers; which tendons are taut, as of :func:`fem_models.chain.laws.segment`; the exchange of heat, as
-    of :func:`heat_exchange`.
+    preload; their levers; which tendons are taut, as of :func:`fem_models.chain.laws.segment`; 1/s of the step, 0 of a
+    slow one.
     """
 
     angle: float
     stretch: Pair
     lever: Pair
     taut: int
-    exchange: Pair
-
-
-@chain_njit(forceinline=True)
-def heat_exchange(rate: float, rig: Parameters) -> Pair:
-    """See :func:`fem_models.joint.superelastic_section.heat_exchange`; ``rate`` is 1/s of the step, 0 of a slow one."""
-    if rig.section.heat == 0.0 or rate == 0.0:
-        return 0.0, 0.0
-    h = 1.0 / (rate * rig.section.heating_time)
-    return math.exp(-h), -math.expm1(-h) / h
-
-
-@chain_njit(forceinline=True)
-def stress_law(section: SectionParameters, strain: float, shift: float) -> Flag:
-    """Flag of a fibre on the side of a strain, stress over strain; ``shift`` raises both plateaus."""
-    upper, lower = section.upper, section.lower
-    if strain < 0.0:
-        upper, lower = section.upper_pressed, section.lower_pressed
-    return Flag(section.young, upper + shift, lower + shift, section.span, section.climb)
-
-
-@chain_njit(forceinline=True)
-def shift_of(warming: float, section: SectionParameters) -> float:
-    """Rise of the plateaus with the temperature, MPa; none falls below 0 (runs that get there are refused)."""
-    return max(section.rise * warming, -min(section.lower, section.lower_pressed))
-
-
-@chain_njit(error_model="python")
-def fibre_sums(
-    bent: float, longer: float, section: SectionParameters, heights: Floats, areas: Floats, rests: Floats
-) -> Sums:
-    """Integrate the stress over a section.
-
-    A fibre that has never transformed is elastic up to the plateau: most are.
-    """
-    young, by_length = section.young, 1.0 / section.length
-    mean, curvature = longer * by_length, bent * by_length
-    start, pressed = section.upper / young, -section.upper_pressed / young
-    pull, moment, kpp, kpm, kmm = 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(rests.size):
-        height, area, rest = heights[j], areas[j], rests[j]
-        strain = mean + height * curvature
-        if rest == 0.0 and pressed <= strain <= start:
-            stress, slope = young * strain, young
-        else:
-            stress, slope = flag_moment(strain, rest, stress_law(section, strain, 0.0))
-        force, stiffness = area * stress, area * slope
-        pull += force
-        moment += force * height
-        kpp += stiffness
-        kpm += stiffness * height
-        kmm += stiffness * height * height
-    elastic = section.elastic
-    return Sums(pull + elastic * longer, moment, kpp * by_length + elastic, kpm * by_length, kmm * by_length)
-
-
-@chain_njit(error_model="python")
-def heated_sums(
-    i: int, bent: float, longer: float, section: SectionParameters, memory: Memory, exchange: Pair, warming: float
-) -> tuple[Sums, float]:
-    """Integrate the stress over section i, which heats itself, and find its temperature from a first guess.
-
-    The heat that is set free falls as the plateaus rise with the temperature: one equation, piecewise linear, whose
-    slope hardly varies. The slopes of the sums include how the temperature follows the strains, a matrix of rank one.
-    """
-    young, by_length, rests = section.young, 1.0 / section.length, memory.fibres[i]
-    mean, curvature, share = longer * by_length, bent * by_length, 1.0 - section.climb / section.young
-    gain, start, before = exchange[1] * section.heat, exchange[0] * memory.warming[i], 0.0
-    for j in range(rests.size):
-        before += memory.fibre_area[j] * abs(rests[j])
-    pull = moment = kpp = kpm = kmm = by_mean = by_bend = follow = 0.0
-    for _ in range(_HEAT_ITERATIONS):
-        pull = moment = kpp = kpm = kmm = by_mean = by_bend = 0.0
-        shift, after, softer = shift_of(warming, section), 0.0, 0.0
-        for j in range(rests.size):
-            height, area, rest = memory.fibre_height[j], memory.fibre_area[j], rests[j]
-            strain = mean + height * curvature
-            law = stress_law(section, strain, shift)
-            branch = flag_branch(strain, rest, law)
-            stress, slope = flag_along(branch, strain, rest, law)
-            force, stiffness = area * stress, area * slope
-            pull += force
-            moment += force * height
-            kpp += stiffness
-            kpm += stiffness * height
-            kmm += stiffness * height * height
-            after += area * abs(strain - stress / young)
-            if branch == UPPER or branch == LOWER:
-                transforming = math.copysign(area * share, strain)
-                by_mean += transforming
-                by_bend += transforming * height
-                softer += area * share
-        rise = section.rise if shift == section.rise * warming else 0.0
-        off, follow = warming - start - gain * (after - before), gain / (1.0 + gain * softer * rise / young)
-        if abs(off) <= _SAME_K * (1.0 + abs(warming)):
-            break
-        warming -= off / (1.0 + gain * softer * rise / young)
-    stiffer, elastic = rise * follow, section.elastic
-    kpp += stiffer * by_mean * by_mean
-    kpm += stiffer * by_mean * by_bend
-    kmm += stiffer * by_bend * by_bend
-    sums = Sums(pull + elastic * longer, moment, kpp * by_length + elastic, kpm * by_length, kmm * by_length)
-    return sums, warming
+    rate: float
 
 
 @chain_njit()
@@ -178,10 +66,7 @@ def with_section(i: int, bend: Bend, rig: Parameters, memory: Memory, row: Float
     for _ in range(_ITERATIONS):
         shift = longer - rig.section.rest
         span = segment(bend.stretch[0] + shift, bend.stretch[1] + shift, lever, rig, bend.taut)
-        if rig.section.heat > 0.0:
-            sums, row[WARM] = heated_sums(i, bent, longer, rig.section, memory, bend.exchange, row[WARM])
-        else:
-            sums = fibre_sums(bent, longer, rig.section, heights, areas, rests)
+        sums = sums_of(bent, longer, rig.section, heights, areas, rests, bend.rate)
         off_angle, off_thrust = bent + root * sums.moment - bend.angle, sums.pull + span.tension[0] + span.tension[1]
         own, cross, kpm = span.own, span.cross, sums.pull_by_bent
         by_a, by_b = own[0] + cross, own[1] + cross  # slopes of the thrust
@@ -212,29 +97,3 @@ def with_section(i: int, bend: Bend, rig: Parameters, memory: Memory, row: Float
     )
     slope = sums.moment_by_bent * row[5] + kpm * row[8] - turn_a * lever[0] - turn_b * lever[1]
     return moved, sums.moment if found else math.inf, slope
-
-
-@chain_njit()
-def transform(i: int, bent: float, longer: float, rig: Parameters, memory: Memory, exchange: Pair) -> float:
-    """Move the rest strains of joint i's fibres, and its temperature, to where they are at a solution; return the loss.
-
-    In mJ; see :func:`fem_models.joint.superelastic_section.transformation_loss_mJ`.
-    """
-    section, rests, loss, shift, risen = rig.section, memory.fibres[i], 0.0, 0.0, 0.0
-    climb = section.climb / (1.0 - section.climb / section.young)
-    if section.heat > 0.0:
-        last = memory.warming[i]
-        _, memory.warming[i] = heated_sums(i, bent, longer, section, memory, exchange, last)
-        shift = shift_of(memory.warming[i], section)
-        risen = shift - shift_of(last, section)
-    start, pressed = (section.upper + shift) / section.young, -(section.upper_pressed + shift) / section.young
-    for j in range(rests.size):
-        strain = (longer + memory.fibre_height[j] * bent) / section.length
-        if rests[j] != 0.0 or not pressed <= strain <= start:
-            stress, _ = flag_moment(strain, rests[j], stress_law(section, strain, shift))
-            rest = strain - stress / section.young
-            moved = rest - rests[j]
-            mean = stress - 0.5 * (climb * moved + (risen if strain >= 0.0 else -risen))
-            loss += memory.fibre_area[j] * mean * moved
-            rests[j] = rest
-    return loss * section.length

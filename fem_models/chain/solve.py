@@ -192,8 +192,9 @@ def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, ru
         tip_mm=tip_mm(rig, joint, run),
     )
     strain = peak_strain(joint, run.angles, run.longer if joint.section else None)
+    wheel, friction, material, drag = run.energies.T
     warming = run.warming if run.warming.size else None
-    return ChainSolution(record, run.tensions, strain, *run.energies.T, warming)
+    return ChainSolution(record, run.tensions, strain, wheel, friction, material, drag, warming)
 
 
 def tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:

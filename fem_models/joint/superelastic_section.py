@@ -215,7 +215,8 @@ def elongation_under_mm(section: SuperelasticSection, thrust_N: float) -> float:
 def section_path(section: SuperelasticSection, angle_rad: ArrayLike, thrust_N: ArrayLike) -> SectionPath:
     """Bend a virgin section along a path of angles under thrusts, slowly; both broadcast to shape (m,).
 
-    It keeps the temperature of its surroundings. The angle is that of the joint, roots included. Newton's method on angle and elongation of the section.
+    It keeps the temperature of its surroundings. The angle is that of the joint, roots included. Newton's method on
+    angle and elongation of the section.
 
     Raises
     ------
@@ -241,9 +242,9 @@ def fibre_stress(section: SuperelasticSection, strain: Floats, rest: Floats, shi
 
     ``shift_MPa`` raises all plateaus, shape () or (N,).
     """
-    one, pressed = np.ones_like(strain), strain < 0
-    upper = np.where(pressed, section.upper_pressed, section.upper) + shift_MPa
-    lower = np.where(pressed, section.lower_pressed, section.lower) + shift_MPa
+    one, pressed, shift = np.ones_like(strain), strain < 0, np.asarray(shift_MPa, dtype=float)
+    upper = shift + np.where(pressed, section.upper_pressed, section.upper)
+    lower = shift + np.where(pressed, section.lower_pressed, section.lower)
     law = FlagFibres(section.young * one, upper, lower, section.span * one, section.climb * one)
     return flag_moment(strain, rest, law)
 

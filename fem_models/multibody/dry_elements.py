@@ -152,7 +152,7 @@ class Material:
 
     def _set_plateaus(self) -> None:
         """Set the plateaus of each fibre, at the temperature of its joint."""
-        section, joints = self.section, self.fibre_rest.shape[1]
+        section = self.section
         assert section is not None
         area, shift = (1 - section.climb / section.young) * section.area_mm2, self.heat.shift_MPa(self.heat.now)
         plateaus = section.upper, section.lower, section.upper_pressed, section.lower_pressed

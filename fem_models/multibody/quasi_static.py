@@ -120,7 +120,8 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
     )
     strain = peak_strain(stepper.joint, angles, longer if stepper.joint.section else None)
     heats = stepper.material.heat.heating is not None
-    return MultibodySolution(record, tension, strain, *energy.T, warming if heats else None)
+    worked, friction, material, drag = energy.T
+    return MultibodySolution(record, tension, strain, worked, friction, material, drag, warming if heats else None)
 
 
 def load_of(plan: Schedule, sample: int, slack_mm: Floats, time_s: float) -> Load:

@@ -53,14 +53,15 @@ class Superelastic:
 
     The default plateaus, at 37 degrees, and the transformation strain are measured (GitHub
     confluentmedical/nitinol-design-concepts, 115-open-frame-shape-set: 460-500 MPa on loading, 240-210 on unloading,
-    0.046), and so are 6.52 MPa/K and, in compression, a start at 690 MPa: 1.44 times 480. That ``compression_factor`` is
-    not the default, 1: laws that were fitted to bending are alike on both sides.
+    0.046), and so are 6.52 MPa/K and, in compression, a start at 690 MPa: 1.44 times 480. That ``compression_factor``
+    is not the default, 1: laws that were fitted to bending are alike on both sides.
 
     Self-heating: the transformation sets latent heat free and takes it back. Each joint has one temperature, of all
-    metal in its section over the length that bends, which goes back to that of the surroundings with ``heating_time_s``.
-    None keeps it there: a slow rig. Only latent heat over heat capacity counts, 31 K here: the latent heat is
-    T slope strain/density (Clausius and Clapeyron, 310 K, 6450 kg/m^3), the heat capacity 3 R per mole of atoms (Dulong
-    and Petit). A maker's table (SMA Inc., Selected Properties of NiTi) has 24 J/g and 0.84 J/(g K): 29 K.
+    metal in its section over the length that bends, which goes back to that of the surroundings with
+    ``heating_time_s``. None keeps it there: a slow rig. Only latent heat over heat capacity counts, 31 K here. The
+    default latent heat is T slope strain/density (Clausius and Clapeyron, 310 K, 6450 kg/m^3), the heat capacity 3 R
+    per mole of atoms (Dulong and Petit). A maker's table (SMA Inc., Selected Properties of NiTi) has 24 J/g and 0.84
+    J/(g K): 29 K.
 
     Parameters
     ----------

@@ -89,7 +89,9 @@ def flag_law(rig: Rig, *, hardening: float = HARDENING_SHARE) -> Law:
     if flag is None:
         return Law(bulk, shear, upper=math.inf, lower=math.inf, span=0.0, hardening=1.0)
     alike = flag.compression_factor == 1
-    require(alike, "superelastic.compression_factor", flag.compression_factor, "1: the solid's law is alike on both sides")
+    require(
+        alike, "superelastic.compression_factor", flag.compression_factor, "1: the solid's law is alike on both sides"
+    )
     slope = hardening * young / (1 - hardening)  # over the transformation strain
     drop = slope * flag.transformation_strain / 2
     return Law(
