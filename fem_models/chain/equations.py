@@ -211,7 +211,8 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
     """Fill tangent and residual at x, guide by guide.
 
     Row by row: the base does not rotate; each guide's balance of tensions; each joint's balance of moments; the tendons
-    are anchored at the tip. ``rate`` is 1/s of the step for drag and heat, 0 without; ``settle`` as in :func:`guide_row`.
+    are anchored at the tip. ``rate`` is 1/s of the step for drag and heat, 0 without; ``settle`` as in
+    :func:`guide_row`.
     """
     band, b, n = work.tangent, work.residual, memory.guides.shape[1]
     band[:] = 0.0
