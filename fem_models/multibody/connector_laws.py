@@ -19,6 +19,12 @@ def stick_slip(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, open_stiffness:
     return exu.symbolic.min(exu.symbolic.max(k * (u - rest), -limit), limit) + open_stiffness * u
 
 
+def linear(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest: Any, vo: Any, fd: Any, limit: Any,
+           ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
+    """Spring k from a rest point: without a law Exudyn's own tangent leaves out the factors of both coordinates."""
+    return k * (u - rest)
+
+
 def toe(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, preload: Any, vo: Any, fd: Any, limit: Any,
         ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
     """Exponential spring of a tendon's toe region."""

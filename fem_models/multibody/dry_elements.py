@@ -159,17 +159,27 @@ class Material:
         for field, plateau in zip(_PLATEAUS, plateaus, strict=True):
             set_each(self.model.mbs, self.model.fibres, field, np.outer(area, plateau + shift).ravel().tolist())
 
-    def begin(self, time_s: float) -> None:
-        """Start a step of a length in time."""
+    def begin(self, time_s: float, q: Floats) -> None:
+        """Start a step of a length in time, from coordinates."""
         if self.heat.heating is not None:
             self.heat.begin(time_s)
             self._set_plateaus()
+            self._set_springs(q)
+
+    def _set_springs(self, q: Floats) -> None:
+        """Set the springs that lead the search for the temperature, without force at coordinates."""
+        (pull, turn), mbs, heat = self.heat.weights, self.model.mbs, self.model.heat
+        set_each(mbs, heat, "factor0", (-turn).tolist())
+        set_each(mbs, heat, "factor1", pull.tolist())
+        set_each(mbs, heat, "stiffness", self.heat.stiffness.tolist())
+        set_each(mbs, heat, "offset", (pull * q[self.model.longer] + turn * q[self.model.bent]).tolist())
 
     def temperatures_agree(self, q: Floats, load: Load) -> bool:
         """Whether an equilibrium has the temperatures that its heat leaves; if not, guess others."""
         if self.heat.heating is None or self.heat.agree(self._strain(q, load), self.fibre_rest):
             return True
         self._set_plateaus()
+        self._set_springs(q)
         return False
 
     def scale_loop(self, factor: float) -> None:

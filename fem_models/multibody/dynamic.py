@@ -150,9 +150,9 @@ class _Motion:
             return True
         q, velocities = stepper.coordinates(), np.asarray(mbs.systemData.GetODE2Coordinates_t())
         stepper.guides.sliding = self.sliding
-        stepper.material.begin(time_s - last[0])
+        stepper.material.begin(time_s - last[0], q)
         stepper.accept(q, velocities, stepper.limits())
-        stepper.material.begin(0.0)  # plateaus of the next step have the temperatures at the end of this one
+        stepper.material.begin(0.0, q)  # plateaus of the next step have the temperatures at the end of this one
         before, self.force = self.force, stepper.wheel_force_N()
         self.work += 0.5 * (before + self.force) * (stepper.load.drive - last[1])
         if self.stepper.rig.creep is not None:

@@ -248,7 +248,7 @@ class Stepper:
             before = self.coordinates()
             time_s = (step.part - done) * (end.time - start.time)
             self.dashpots.damp_over(time_s)
-            self.material.begin(time_s)
+            self.material.begin(time_s, before)
             if direction == self.direction:
                 self._start_from(before + step.length * self.increment)
                 guess = self._predicted(step.length)
