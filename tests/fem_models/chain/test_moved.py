@@ -89,7 +89,7 @@ def follow_moved_laws(law: Superelastic, names: tuple[str, ...]) -> None:
     base = taped_run(rig, program)
     line = line_along(base)
     for name in names:
-        step = 10 * STEP * getattr(law, name)
+        step = 0.02 * STEP * getattr(law, name)  # small: fibres reach plateaus one by one
         ahead, behind = (
             replace(rig, superelastic=replace(law, **{name: getattr(law, name) + way * step})) for way in (1, -1)
         )
