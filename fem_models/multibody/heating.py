@@ -15,6 +15,8 @@ from hysteresis.arrays import Floats
 
 TOLERANCE_MPA = 1e-3
 """How far the plateaus of a joint may be from those that its heat leaves."""
+FULL_GUESSES = 6
+"""Later guesses go half the way: where fibres transform, the search may alternate between branches."""
 _ITERATIONS, _SMALL_MPA, _SAME_K = 50, 1e-6, 1e-10
 
 
@@ -30,13 +32,13 @@ class JointTemperatures:
         self.heating = None if section is None else section.heating
         self.last, self.now, self.coldest = np.zeros(joints), np.zeros(joints), np.zeros(joints)
         self.stiffness, self.weights = np.zeros(joints), np.zeros((2, joints))
-        self.exchange = 0.0, 0.0
+        self.exchange, self.guesses = (0.0, 0.0), 0
 
     def begin(self, time_s: float) -> None:
         """Start a step of a length in time, at the temperatures of the last equilibrium."""
         if self.heating is not None:
             self.exchange = heat_exchange(time_s, self.heating.time_s)
-            self.now = self.last
+            self.now, self.guesses = self.last, 0
 
     def shift_MPa(self, temperature_K: Floats) -> Floats:
         """Rise of the plateaus; none falls below 0 (runs that get there are refused)."""
@@ -72,7 +74,8 @@ class JointTemperatures:
             warm = warm - off / slope
         agreed = bool(heating.rise * np.abs(warm - self.now).max() <= TOLERANCE_MPA)
         if not agreed:
-            self.now = warm
+            part = 1.0 if self.guesses < FULL_GUESSES else 0.5
+            self.now, self.guesses = self.now + part * (warm - self.now), self.guesses + 1
             self.weights = np.array([by_shift.sum(axis=0), section.height_mm @ by_shift])
             self.stiffness = heating.rise * gain / slope / section.length_mm
         return agreed
