@@ -211,7 +211,8 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
     """Fill tangent and residual at x, guide by guide.
 
     Row by row: the base does not rotate; each guide's balance of tensions; each joint's balance of moments; the tendons
-    are anchored at the tip. ``rate`` is 1/s of the step for drag, 0 without; ``settle`` as in :func:`guide_row`.
+    are anchored at the tip. ``rate`` is 1/s of the step for drag and heat, 0 without; ``settle`` as in
+    :func:`guide_row`.
     """
     band, b, n = work.tangent, work.residual, memory.guides.shape[1]
     band[:] = 0.0
@@ -232,7 +233,7 @@ def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work,
         stretch = x[u] - x[v] - path.length[0] + rest[0], x[u + 1] - x[v + 1] - path.length[1] + rest[1]
         moment, slope = joint_moment(theta, i, rig, memory, load)
         if memory.fibre_area.size > 0:
-            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION)
+            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION, rate)
             far, bent, stiff = with_section(i, bend, rig, memory, work.sections[i])
             moment, slope = moment + bent, slope + stiff
         else:

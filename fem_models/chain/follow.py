@@ -13,10 +13,11 @@ import numpy as np
 
 from fem_models.chain.compiled import chain_njit
 from fem_models.chain.equations import Work, work_space
+from fem_models.chain.fibres import transform
 from fem_models.chain.laws import flag_element, flag_moment
 from fem_models.chain.newton import Attempt, newton
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.chain.section import BENT, LONGER, transform
+from fem_models.chain.section import BENT, LONGER
 from fem_models.load.stepping import (
     LEAST_LENGTH,
     Load,
@@ -51,13 +52,15 @@ class Path(NamedTuple):
 class Run(NamedTuple):
     """Results: angles (m, N), tensions (m, 2, N + 1), energies (m, 4): wheel, friction, material, drag.
 
-    ``longer`` (m, N) is the elongation of superelastic sections, (m, 0) where there are none.
+    ``longer`` (m, N) is the elongation of superelastic sections, ``warming`` (m, N) the temperature above the
+    surroundings of those that heat themselves; (m, 0) where there are none.
     """
 
     angles: Floats
     tensions: Floats
     energies: Floats
     longer: Floats
+    warming: Floats
 
 
 class Tape(NamedTuple):
@@ -170,7 +173,7 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
             material += moment * (rest - memory.flags[j, i])
             memory.flags[j, i] = rest
         if memory.fibre_area.size > 0:
-            material += transform(i, work.sections[i, BENT], work.sections[i, LONGER], rig, memory)
+            material += transform(i, work.sections[i, BENT], work.sections[i, LONGER], rig, memory, rate)
     motion.energy[FRICTION] += lost
     motion.energy[MATERIAL] += material
     motion.energy[DRAG] += viscous
@@ -256,13 +259,15 @@ def creep_on(part: float, rig: Parameters, tension: Floats, crept: Floats) -> No
 
 
 @chain_njit()
-def note(k: int, path: Path, rig: Parameters, work: Work, motion: Motion, run: Run) -> None:
+def note(k: int, path: Path, rig: Parameters, memory: Memory, work: Work, motion: Motion, run: Run) -> None:
     """Write the results of sample k, and let the tendons creep."""
     creep_on(path.creep[k], rig, work.tension, motion.crept)
     for i in range(run.angles.shape[1]):
         run.angles[k, i] = motion.x[3 * i + 3]
     for i in range(run.longer.shape[1]):
         run.longer[k, i] = work.sections[i, LONGER]
+    for i in range(run.warming.shape[1]):
+        run.warming[k, i] = memory.fibres[i, -1]
     run.tensions[k] = work.tension
     energy = motion.energy
     run.energies[k, 0], run.energies[k, 1] = energy[WHEEL], energy[FRICTION]
@@ -353,5 +358,5 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) ->
             wheel_force, wound, at, done, last_direction = now, winding, load, step.part, direction
             reach = reach_after_success(reach, control)
         here = goal
-        note(k, path, rig, work, motion, run)
+        note(k, path, rig, memory, work, motion, run)
     return Failure(sample=-1, start=0.0, end=0.0), cut(tape, steps, min(steps, tape.part.size))

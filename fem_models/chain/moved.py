@@ -26,6 +26,7 @@ from fem_models.chain.equations import (
     free_span,
     work_space,
 )
+from fem_models.chain.fibres import transform
 from fem_models.chain.follow import Path, Run, Tape, accept, creep_on, load_at, motion_at_rest
 from fem_models.chain.laws import (
     ONLY_A,
@@ -42,7 +43,7 @@ from fem_models.chain.laws import (
     wrap,
 )
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.chain.section import BENT, LONGER, Bend, bend_on, transform, with_section
+from fem_models.chain.section import BENT, LONGER, Bend, bend_on, with_section
 from fem_models.load.stepping import Load, at_rest, between
 from hysteresis.arrays import Floats, Ints, Mask
 
@@ -256,7 +257,7 @@ def imbalance(
         stretch_a = x[u] - x[v] - path.length[0] + rest[0]
         stretch_b = x[u + 1] - x[v + 1] - path.length[1] + rest[1]
         if memory.fibre_area.size > 0:
-            bend = Bend(x[row] - load.rest_angle, (stretch_a, stretch_b), path.lever, taut[i + 1])
+            bend = Bend(x[row] - load.rest_angle, (stretch_a, stretch_b), path.lever, taut[i + 1], rate)
             far, bent, _ = with_section(i, bend, rig, memory, work.sections[i])
             b[BAND + row] += bent
         else:
@@ -363,7 +364,7 @@ def take_up(s: int, line: Line, rig: Parameters, memory: Memory, load: Load, rat
 
 
 @chain_njit()
-def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, work: Work, moved: Moved) -> None:
+def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, rate: float, work: Work, moved: Moved) -> None:
     """Move the sections of a moved rig by its difference from the rig; after the first step fibres transform."""
     change = moved.change
     for i in range(memory.fibres.shape[0]):
@@ -374,7 +375,7 @@ def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, work: Work, 
         bend_on(row, bent, (change[u] - change[v] - lever[0] * bent, change[u + 1] - change[v + 1] - lever[1] * bent))
         moved.longer[i] = row[LONGER]
         if s > 0:
-            transform(i, row[BENT], row[LONGER], rig, memory)
+            transform(i, row[BENT], row[LONGER], rig, memory, rate)
         row[BENT], row[LONGER] = before  # of the rig's own place, where the next step starts
 
 
@@ -419,7 +420,7 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
         pull_along(s, line, moved)
         take_up(s, line, rig, memory, load, rate, moved)
         if memory.fibre_area.size > 0:
-            bend_along(s, line, rig, memory, work, moved)
+            bend_along(s, line, rig, memory, rate, work, moved)
         moved.x[:] = tape.x[s] + moved.change
         work.guess[:] = moved.tension[:, 0]
         at = load
@@ -429,4 +430,6 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
                 run.angles[k, i] = moved.x[3 * i + 3]
             run.tensions[k] = moved.tension
             run.longer[k] = moved.longer[: run.longer.shape[1]]
+            for i in range(run.warming.shape[1]):
+                run.warming[k, i] = memory.fibres[i, -1]
     return most

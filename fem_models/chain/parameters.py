@@ -14,7 +14,7 @@ import numpy as np
 from fem_models.joint import JointMechanics
 from fem_models.joint.contact import ring_weight_N, tip_load_N
 from fem_models.joint.hardening import Hardening
-from fem_models.joint.superelastic_section import elongation_under_mm
+from fem_models.joint.superelastic_section import Heating, SuperelasticSection, elongation_under_mm
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -52,6 +52,25 @@ class SectionParameters(NamedTuple):
     lower: float
     span: float
     climb: float
+
+
+class NitinolParameters(NamedTuple):
+    """The same of a section that differs between tension and compression, or heats itself."""
+
+    length: float
+    root: float
+    elastic: float
+    rest: float
+    young: float
+    upper: float
+    lower: float
+    span: float
+    climb: float
+    upper_pressed: float  # in compression
+    lower_pressed: float
+    heat: float  # of the transformed strain, K/mm^2; 0 for a section that does not heat itself
+    rise: float  # of the plateaus, MPa/K
+    heating_time: float
 
 
 NO_SECTION = SectionParameters(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
@@ -93,11 +112,14 @@ class Parameters(NamedTuple):
     drag_sheath: float  # N s/mm
     drag_joint: float  # Nmm s/rad
     tolerance: float  # of the residual, N
-    section: SectionParameters  # of a rig whose memory has fibres
+    section: SectionParameters | NitinolParameters  # of a rig whose memory has fibres
 
 
 class Memory(NamedTuple):
-    """Dry elements: rest points of guides (2, N), Jenkins (j, N), flags (k, N), fibres (N, f); and their parameters."""
+    """Dry elements: rest points of guides (2, N), Jenkins (j, N), flags (k, N), fibres (N, f); and their parameters.
+
+    With :class:`NitinolParameters` the fibres of a joint have one more column: its temperature above the surroundings.
+    """
 
     guides: Floats
     jenkins: Floats
@@ -176,20 +198,29 @@ def chain_parameters(
     )
 
 
-def _section_parameters(rig: Rig, joint: JointMechanics) -> SectionParameters:
+def is_nitinol(section: SuperelasticSection) -> bool:
+    """Whether a section has :class:`NitinolParameters`."""
+    return section.heating is not None or section.upper_pressed != section.upper
+
+
+def _section_parameters(rig: Rig, joint: JointMechanics) -> SectionParameters | NitinolParameters:
     if (section := joint.section) is None:
         return NO_SECTION
-    return SectionParameters(
-        length=section.length_mm,
-        root=section.root_compliance,
-        elastic=section.elastic_N_per_mm,
-        rest=elongation_under_mm(section, len(rig.tendons) * rig.preload_N),
-        young=section.young,
-        upper=section.upper,
-        lower=section.lower,
-        span=section.span,
-        climb=section.climb,
+    alike = (  # in the order of the fields; a kernel is compiled anew for integers
+        section.length_mm,
+        section.root_compliance,
+        section.elastic_N_per_mm,
+        elongation_under_mm(section, len(rig.tendons) * rig.preload_N),
+        section.young,
+        section.upper,
+        section.lower,
+        section.span,
+        section.climb,
     )
+    if not is_nitinol(section):
+        return SectionParameters(*map(float, alike))
+    heating = section.heating or Heating(0.0, 0.0, 1.0)
+    return NitinolParameters(*map(float, (*alike, section.upper_pressed, section.lower_pressed, *heating)))
 
 
 def memory_at_rest(rig: Rig, joint: JointMechanics) -> Memory:
@@ -208,7 +239,7 @@ def memory_at_rest(rig: Rig, joint: JointMechanics) -> Memory:
         flag_lower=share * fibres.lower_Nmm,
         flag_span=fibres.span_rad,
         flag_climb=share * fibres.slope,
-        fibres=np.zeros((n, area.size)),
+        fibres=np.zeros((n, area.size + (joint.section is not None and is_nitinol(joint.section)))),
         fibre_height=height,
         fibre_area=area,
     )

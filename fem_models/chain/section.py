@@ -2,7 +2,8 @@
 
 Bending phi and elongation g of the section follow from the angle of the joint and the stretch of both tendons over the
 pitch (static condensation): see :mod:`fem_models.joint.superelastic_section` for the equations. The chain sees
-tensions and moment with their consistent slopes, and its band stays as it is.
+tensions and moment with their consistent slopes, and its band stays as it is. What the fibres do is in
+:mod:`fem_models.chain.fibres`.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ import math
 from typing import NamedTuple
 
 from fem_models.chain.compiled import chain_njit
-from fem_models.chain.laws import Flag, Span, flag_moment, segment
-from fem_models.chain.parameters import Memory, Pair, Parameters, SectionParameters
+from fem_models.chain.fibres import sums_of
+from fem_models.chain.laws import Span, segment
+from fem_models.chain.parameters import Memory, Pair, Parameters
 from hysteresis.arrays import Floats
 
 BENT, LONGER = 0, 1
@@ -23,61 +25,19 @@ _ITERATIONS = 200
 _UPHILL = 0.5  # slope of the potential at the end of a step, over that at its start, at most
 
 
-class Sums(NamedTuple):
-    """Pull and moment of all fibres, and their slopes in elongation and bending."""
-
-    pull: float
-    moment: float
-    pull_by_longer: float
-    pull_by_bent: float
-    moment_by_bent: float
-
-
 class Bend(NamedTuple):
     """What a section has to follow.
 
     The angle of the joint from rest, roots included; the stretch of the tendons if the section kept its length under
-    preload; their levers; which tendons are taut, as of :func:`fem_models.chain.laws.segment`.
+    preload; their levers; which tendons are taut, as of :func:`fem_models.chain.laws.segment`; 1/s of the step, 0 of a
+    slow one.
     """
 
     angle: float
     stretch: Pair
     lever: Pair
     taut: int
-
-
-@chain_njit(forceinline=True)
-def stress_law(section: SectionParameters) -> Flag:
-    """Flag of a fibre, stress over strain."""
-    return Flag(section.young, section.upper, section.lower, section.span, section.climb)
-
-
-@chain_njit(error_model="python")
-def fibre_sums(
-    bent: float, longer: float, section: SectionParameters, heights: Floats, areas: Floats, rests: Floats
-) -> Sums:
-    """Integrate the stress over a section.
-
-    A fibre that has never transformed is elastic up to the plateau: most are.
-    """
-    law, by_length = stress_law(section), 1.0 / section.length
-    mean, curvature, start = longer * by_length, bent * by_length, law.upper / law.stiffness
-    pull, moment, kpp, kpm, kmm = 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(rests.size):
-        height, area, rest = heights[j], areas[j], rests[j]
-        strain = mean + height * curvature
-        if rest == 0.0 and abs(strain) <= start:
-            stress, slope = law.stiffness * strain, law.stiffness
-        else:
-            stress, slope = flag_moment(strain, rest, law)
-        force, stiffness = area * stress, area * slope
-        pull += force
-        moment += force * height
-        kpp += stiffness
-        kpm += stiffness * height
-        kmm += stiffness * height * height
-    elastic = section.elastic
-    return Sums(pull + elastic * longer, moment, kpp * by_length + elastic, kpm * by_length, kmm * by_length)
+    rate: float
 
 
 @chain_njit()
@@ -106,7 +66,7 @@ def with_section(i: int, bend: Bend, rig: Parameters, memory: Memory, row: Float
     for _ in range(_ITERATIONS):
         shift = longer - rig.section.rest
         span = segment(bend.stretch[0] + shift, bend.stretch[1] + shift, lever, rig, bend.taut)
-        sums = fibre_sums(bent, longer, rig.section, heights, areas, rests)
+        sums = sums_of(bent, longer, rig.section, heights, areas, rests, bend.rate)
         off_angle, off_thrust = bent + root * sums.moment - bend.angle, sums.pull + span.tension[0] + span.tension[1]
         own, cross, kpm = span.own, span.cross, sums.pull_by_bent
         by_a, by_b = own[0] + cross, own[1] + cross  # slopes of the thrust
@@ -137,22 +97,3 @@ def with_section(i: int, bend: Bend, rig: Parameters, memory: Memory, row: Float
     )
     slope = sums.moment_by_bent * row[5] + kpm * row[8] - turn_a * lever[0] - turn_b * lever[1]
     return moved, sums.moment if found else math.inf, slope
-
-
-@chain_njit()
-def transform(i: int, bent: float, longer: float, rig: Parameters, memory: Memory) -> float:
-    """Move the rest strains of joint i's fibres to where they are at a solution; return the loss, mJ.
-
-    See :func:`fem_models.joint.superelastic_section.transformation_loss_mJ`.
-    """
-    law, rests, loss = stress_law(rig.section), memory.fibres[i], 0.0
-    climb = law.climb / (1.0 - law.climb / law.stiffness)
-    for j in range(rests.size):
-        strain = (longer + memory.fibre_height[j] * bent) / rig.section.length
-        if rests[j] != 0.0 or abs(strain) * law.stiffness > law.upper:
-            stress, _ = flag_moment(strain, rests[j], law)
-            rest = strain - stress / law.stiffness
-            moved = rest - rests[j]
-            loss += memory.fibre_area[j] * (stress - 0.5 * climb * moved) * moved
-            rests[j] = rest
-    return loss * rig.section.length

@@ -26,7 +26,7 @@ from fem_models.chain.parameters import ChainSettings, Parameters, chain_paramet
 from fem_models.joint import JointMechanics, joint_mechanics
 from fem_models.joint.contact import require_open
 from fem_models.joint.strain import peak_strain
-from fem_models.joint.superelastic_section import elongation_under_mm
+from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
 from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, force_schedule, schedule
@@ -43,7 +43,8 @@ class ChainSolution:
 
     ``segment_tensions_N`` has shape (m, 2, N+1): tendons a and b, from the wheel to the tip. ``peak_strain``, shape
     (m, N), is that of :func:`fem_models.joint.strain.peak_strain`. The work of the wheel and the losses to friction,
-    material and drag are cumulative from the start of the program.
+    material and drag are cumulative from the start of the program. ``warming_K``, shape (m, N), is the temperature of
+    joints that heat themselves above that of the surroundings; None of a rig whose joints do not.
     """
 
     record: Record
@@ -53,10 +54,11 @@ class ChainSolution:
     friction_loss_mJ: Floats
     material_loss_mJ: Floats
     viscous_loss_mJ: Floats
+    warming_K: Floats | None = None
 
 
 def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None = None) -> ChainSolution:
-    """Run a load program quasi-statically; times matter for creep and drag only.
+    """Run a load program quasi-statically; times matter for creep, drag and self-heating only.
 
     Raises
     ------
@@ -152,6 +154,7 @@ def run_space(case: ChainCase, joints: int) -> Run:
         tensions=np.empty((m, 2, joints + 1)),
         energies=np.empty((m, 4)),
         longer=np.empty((m, sections)),
+        warming=np.empty((m, joints if case.joint.section and case.joint.section.heating else 0)),
     )
 
 
@@ -174,6 +177,7 @@ def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Ta
         between = f"between drives {failed.start:.6g} and {failed.end:.6g} {unit}"
         raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}")
     require_open(rig, joint, run.angles)
+    require_warm(rig, joint.section, run.warming)
     return run, tape
 
 
@@ -188,7 +192,9 @@ def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, ru
         tip_mm=tip_mm(rig, joint, run),
     )
     strain = peak_strain(joint, run.angles, run.longer if joint.section else None)
-    return ChainSolution(record, run.tensions, strain, *run.energies.T)
+    wheel, friction, material, drag = run.energies.T
+    warming = run.warming if run.warming.size else None
+    return ChainSolution(record, run.tensions, strain, wheel, friction, material, drag, warming)
 
 
 def tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:

@@ -49,13 +49,16 @@ def flag_fibres(rig: Rig) -> FlagFibres:
     Raises
     ------
     RigError
-        A plateau as steep as the elastic law.
+        A plateau as steep as the elastic law; a law that needs a section: not alike on both sides, or self-heating.
     """
     law = rig.superelastic
     if law is None or not isinstance(rig.joint, MeasuredJoint):
         none = np.empty(0)
         return FlagFibres(none, none, none, none, none)
     require_plateau(law, rig.material)
+    for name, without in (("compression_factor", 1.0), ("heating_time_s", None)):
+        value = getattr(law, name)
+        require(value == without, f"superelastic.{name}", value, f"{without}: measured joints have no section")
     young_GPa, bending = rig.material.youngs_modulus_GPa, rig.joint.flexure_stiffness_Nmm_per_rad
     elastic = bending / (1 - rig.joint.roots_share)
     fibres = _fibres(law, young_GPa, *_assumed_section(rig, elastic / (young_GPa * 1e3)))
@@ -84,8 +87,8 @@ def _fibres(law: Superelastic, young_GPa: float, y: Floats, area: Floats, length
     stiffness = young * y**2 * area / length
     return FlagFibres(
         stiffness=stiffness,
-        upper_Nmm=stiffness * law.plateau_MPa / young * length / y,
-        lower_Nmm=stiffness * law.unloading_plateau_MPa / young * length / y,
+        upper_Nmm=stiffness * (law.plateau_MPa + law.shift_MPa) / young * length / y,
+        lower_Nmm=stiffness * (law.unloading_plateau_MPa + law.shift_MPa) / young * length / y,
         span_rad=law.transformation_strain * length / y,
         slope=stiffness * law.plateau_modulus_GPa / young_GPa,
     )

@@ -7,13 +7,25 @@ its elongation. Thrust and moment are the integrals of the stress,
     N = -int stress dA        M = -int stress y dA        angle of the joint = phi + M/k_roots
 
 so that the neutral axis moves with the load. The stress of each fibre follows the flag of
-:func:`fem_models.joint.superelastic.flag_moment`, in tension and in compression, with its own history.
+:func:`fem_models.joint.superelastic.flag_moment`, in tension and in compression, with its own history. The plateaus of
+compression may be higher.
+
+A section that heats itself has one temperature, T above the surroundings. The transformed strain z of its fibres sets
+heat free, and all plateaus rise by b T (He and Sun 2011, doi 10.1016/j.ijsolstr.2011.02.017; one mass):
+
+    dT/dt = (heat) d(int |z| dA)/dt - T/time
+
+Engines solve for T at the end of each step together with the load, so that the plateau a step ends on is the one that
+its heat leaves. Over a step of the length h the exchange of heat is exact for a transformation at a constant rate
+(:func:`heat_exchange`).
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,6 +48,18 @@ _ITERATIONS, _SHORTER_STEPS = 100, 60
 _ROUNDING, _SMALL = 1e-12, 1e-9  # the latter a strain
 
 
+class Heating(NamedTuple):
+    """Self-heating of a section.
+
+    ``heat`` is the temperature that the integral of the transformed strain over all fibres (mm^2) brings, K/mm^2, with
+    no exchange of heat; ``rise`` what a plateau rises by, MPa/K; ``time_s`` the time constant of the exchange.
+    """
+
+    heat: float
+    rise: float
+    time_s: float
+
+
 @dataclass(frozen=True)
 class SuperelasticSection:
     """Fibres of one joint between its elastic parts; mm, N, MPa, rad.
@@ -54,10 +78,16 @@ class SuperelasticSection:
         Axial compliance in series that is not that of the section over its length, mm/N: a V is wider beside its root.
     elastic_N_per_mm
         Axial stiffness of the share of the metal that belongs to a Jenkins loop, which slips in bending only.
-    young, upper, lower, climb
-        Modulus, stresses at which the transformation starts and at which it starts to return, slope of the plateaus.
+    young, climb
+        Modulus, and slope of the plateaus.
+    upper, lower
+        Stresses at which the transformation starts, and at which it starts to return, in tension.
+    upper_pressed, lower_pressed
+        The same in compression.
     span
         Strain of the transformation.
+    heating
+        What the section needs to heat itself; None where it keeps the temperature of its surroundings.
     """
 
     height_mm: Floats
@@ -69,8 +99,11 @@ class SuperelasticSection:
     young: float
     upper: float
     lower: float
+    upper_pressed: float
+    lower_pressed: float
     climb: float
     span: float
+    heating: Heating | None
 
 
 @dataclass(frozen=True)
@@ -107,7 +140,7 @@ def _section(joint: NotchedTube, material: Material, law: Superelastic, fibres: 
     between, whole = beam_of_notch(joint, metal), flexure_of_notch(joint, metal)
     y, area = section_fibres(joint, fibres)
     length = metal.young * float((y**2 * area).sum()) / between.bending_Nmm_per_rad
-    axial, share = metal.young * float(area.sum()) / length, 1 - loop_share
+    axial, share, pressed = metal.young * float(area.sum()) / length, 1 - loop_share, law.compression_factor
     assert between.axial_N_per_mm is not None
     return SuperelasticSection(
         height_mm=-y,
@@ -117,11 +150,51 @@ def _section(joint: NotchedTube, material: Material, law: Superelastic, fibres: 
         axial_compliance=max(1 / between.axial_N_per_mm - 1 / axial, 0.0),
         elastic_N_per_mm=loop_share * axial,
         young=metal.young,
-        upper=law.plateau_MPa,
-        lower=law.unloading_plateau_MPa,
+        upper=law.plateau_MPa + law.shift_MPa,
+        lower=law.unloading_plateau_MPa + law.shift_MPa,
+        upper_pressed=pressed * law.plateau_MPa + law.shift_MPa,
+        lower_pressed=pressed * law.unloading_plateau_MPa + law.shift_MPa,
         climb=1e3 * law.plateau_modulus_GPa,
         span=law.transformation_strain,
+        heating=_heating(law, float(area.sum())),
     )
+
+
+def _heating(law: Superelastic, area_mm2: float) -> Heating | None:
+    """Self-heating of a section of an area, the share of a Jenkins loop included: it takes up heat."""
+    if law.heating_time_s is None:
+        return None
+    heat = law.complete_heating_K / (law.transformation_strain * area_mm2)
+    return Heating(heat, law.clausius_clapeyron_MPa_per_K, law.heating_time_s)
+
+
+def heat_exchange(time_s: float, constant_s: float) -> tuple[float, float]:
+    """Parts of the temperature before a step, and of the heat set free in it, that are there at its end.
+
+    dT/dt = heat/time_s - T/constant_s, solved for a constant rate of heat. No time is a slow step: none is left.
+    """
+    if time_s == 0:
+        return 0.0, 0.0
+    h = time_s / constant_s
+    return math.exp(-h), -math.expm1(-h) / h
+
+
+def require_warm(rig: Rig, section: SuperelasticSection | None, warming_K: Floats) -> None:
+    """Check that no unloading plateau has fallen to 0 in a run; temperatures above the surroundings, shape (m, N).
+
+    Raises
+    ------
+    SolverError
+        A section that has cooled so far that its metal would stay martensite.
+    """
+    if section is None or section.heating is None or warming_K.size == 0:
+        return
+    coldest, joint = float(warming_K.min()), 1 + int(warming_K.min(axis=0).argmin())
+    if section.heating.rise * coldest <= -min(section.lower, section.lower_pressed):
+        raise SolverError(
+            f"rig {rig.name}: joint {joint} cools by {-coldest:.3g} K, and its unloading plateau falls to 0: "
+            "expected a higher unloading plateau, a smaller latent heat or a shorter heating_time_s"
+        )
 
 
 def elongation_under_mm(section: SuperelasticSection, thrust_N: float) -> float:
@@ -134,15 +207,16 @@ def elongation_under_mm(section: SuperelasticSection, thrust_N: float) -> float:
     """
     area, young, length = float(section.area_mm2.sum()), section.young, section.length_mm
     elastic = -thrust_N / (young * area / length + section.elastic_N_per_mm)
-    if -elastic / length * young <= section.upper:
+    if -elastic / length * young <= section.upper_pressed:
         return elastic
     return float(section_path(section, 0.0, thrust_N).elongation_mm[0])
 
 
 def section_path(section: SuperelasticSection, angle_rad: ArrayLike, thrust_N: ArrayLike) -> SectionPath:
-    """Bend a virgin section along a path of angles under thrusts; both broadcast to shape (m,).
+    """Bend a virgin section along a path of angles under thrusts, slowly; both broadcast to shape (m,).
 
-    The angle is that of the joint, roots included. Newton's method on angle and elongation of the section.
+    It keeps the temperature of its surroundings. The angle is that of the joint, roots included. Newton's method on
+    angle and elongation of the section.
 
     Raises
     ------
@@ -163,22 +237,28 @@ def section_path(section: SuperelasticSection, angle_rad: ArrayLike, thrust_N: A
     return SectionPath(*np.array(rows).T)
 
 
-def fibre_stress(section: SuperelasticSection, strain: Floats, rest: Floats) -> Floats:
-    """Stress of the fibres at strains, with their rest strains, MPa; shapes (k,)."""
-    one = np.ones_like(strain)
-    law = FlagFibres(
-        section.young * one, section.upper * one, section.lower * one, section.span * one, section.climb * one
-    )
+def fibre_stress(section: SuperelasticSection, strain: Floats, rest: Floats, shift_MPa: ArrayLike = 0.0) -> Floats:
+    """Stress of the fibres at strains, with their rest strains, MPa; shapes (k,) or (k, N).
+
+    ``shift_MPa`` raises all plateaus, shape () or (N,).
+    """
+    one, pressed, shift = np.ones_like(strain), strain < 0, np.asarray(shift_MPa, dtype=float)
+    upper = shift + np.where(pressed, section.upper_pressed, section.upper)
+    lower = shift + np.where(pressed, section.lower_pressed, section.lower)
+    law = FlagFibres(section.young * one, upper, lower, section.span * one, section.climb * one)
     return flag_moment(strain, rest, law)
 
 
-def transformation_loss_mJ(section: SuperelasticSection, stress: Floats, after: Floats, before: Floats) -> float:
+def transformation_loss_mJ(
+    section: SuperelasticSection, stress: Floats, after: Floats, before: Floats, risen_MPa: ArrayLike = 0.0
+) -> float:
     """Work of moving rest strains to where the fibres have a stress; shapes (k,) or (k, N).
 
-    Rest strains move on plateaus only, along which the stress rises in proportion to them: the mean counts.
+    Rest strains move on plateaus only, along which the stress rises in proportion to them, and by ``risen_MPa``, shape
+    () or (N,), with the temperature: the mean counts.
     """
     climb = section.climb / (1 - section.climb / section.young)
-    work = (stress - 0.5 * climb * (after - before)) * (after - before)
+    work = (stress - 0.5 * (climb * (after - before) + np.sign(stress) * risen_MPa)) * (after - before)
     return section.length_mm * float((section.area_mm2 @ work).sum())
 
 

@@ -50,7 +50,7 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     Raises
     ------
     RigError
-        Creep, drag or velocity weakening without times, effects of the cycle count without cycles.
+        Creep, drag, velocity weakening or self-heating without times, effects of the cycle count without cycles.
     """
     drive, m = program.drive_mm, program.drive_mm.size
     if rig.drive_gain is not None:
@@ -77,6 +77,8 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     for name in ("creep", "drag", "stribeck"):
         if getattr(rig, name) is not None and program.time_s is None:
             raise RigError(f"rig {rig.name}: {name}: expected a load program with time_s")
+    if program.time_s is None and rig.superelastic is not None and rig.superelastic.heating_time_s is not None:
+        raise RigError(f"rig {rig.name}: superelastic.heating_time_s: expected a load program with time_s")
     time = np.zeros(m) if program.time_s is None else program.time_s - program.time_s[0]
     creep = np.zeros(m)
     if rig.creep is not None:
@@ -100,6 +102,8 @@ def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
     for name in ("drag", "preload_loss", "fatigue", "drive_gain", "stribeck", "position_friction", "run_in"):
         if getattr(rig, name) is not None:
             raise RigError(f"rig {rig.name}: {name}: expected a rig without it under load control")
+    if rig.superelastic is not None and rig.superelastic.heating_time_s is not None:
+        raise RigError(f"rig {rig.name}: superelastic.heating_time_s: expected a rig without it under load control")
     if force.ndim != 1 or force.size == 0:
         raise RigError(f"force_N of shape {force.shape}: expected a row of forces")
     if not (np.isfinite(force) & (force >= 0)).all():

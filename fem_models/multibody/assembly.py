@@ -76,6 +76,7 @@ class Model:
     flags: list[int]  # the same
     hardening: list[int]  # joint by joint; none where flexures are linear
     fibres: list[int]  # of superelastic sections, the same
+    heat: list[int]  # springs of sections that heat themselves, joint by joint
     bent: Ints  # coordinates of the sections: bending, and elongation
     longer: Ints
     dashpots: list[int]  # of tendon a and b at the base, then joint by joint; none where the rig has no drag
@@ -182,7 +183,7 @@ def _add_backbone(mbs: Any, rig: Rig, joint: JointMechanics, ground: int, inerti
         near.append(mbs.AddNode(end))
         _add_beam(mbs, [rings[-1].node, near[-1]], length, *ring)
     jenkins, flags, hardening, dashpots = _add_material(mbs, rig, joint, near, rings)
-    sections = Sections([], [], [])
+    sections = Sections([], [], [], [])
     if section is not None:
         ends = [(a, ring.node) for a, ring in zip(near, rings[1:], strict=True)]
         sections = add_sections(mbs, section, ends, bend, thrust, ground)
@@ -347,6 +348,7 @@ def assemble(
         flags=backbone.flags,
         hardening=backbone.hardening,
         fibres=backbone.sections.fibres,
+        heat=backbone.sections.heat,
         bent=bent,
         longer=longer,
         dashpots=dashpots + backbone.dashpots,

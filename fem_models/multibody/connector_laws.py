@@ -19,6 +19,12 @@ def stick_slip(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, open_stiffness:
     return exu.symbolic.min(exu.symbolic.max(k * (u - rest), -limit), limit) + open_stiffness * u
 
 
+def linear(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, rest: Any, vo: Any, fd: Any, limit: Any,
+           ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
+    """Spring k from a rest point: without a law Exudyn's own tangent leaves out the factors of both coordinates."""
+    return k * (u - rest)
+
+
 def toe(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, preload: Any, vo: Any, fd: Any, limit: Any,
         ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
     """Exponential spring of a tendon's toe region."""
@@ -59,15 +65,17 @@ def hardening(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, angle: Any, rest
 
 
 def fibre(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any, residual: Any, lower: Any,
-          upper: Any, ve: Any, span: Any, rv: Any) -> Any:  # fmt: skip
-    """Follow the law of :func:`flag` with fewer operations, one side at a time."""
+          upper: Any, upper_pressed: Any, span: Any, lower_pressed: Any) -> Any:  # fmt: skip
+    """Follow the law of :func:`flag` with fewer operations, one side at a time; in compression with other plateaus."""
     low, high = exu.symbolic.min, exu.symbolic.max
     x = u - residual
     side, size = exu.symbolic.sign(x), exu.symbolic.abs(x)
     elastic, rise = k * size, climb * size
     full = elastic - k * span
     line = side * (k * (x - rest))
-    return side * low(high(line, high(low(elastic, rise + lower), full)), high(low(elastic, rise + upper), full))
+    pulled = 0.5 * (1.0 + side)
+    start, back = pulled * upper + (1.0 - pulled) * upper_pressed, pulled * lower + (1.0 - pulled) * lower_pressed
+    return side * low(high(line, high(low(elastic, rise + back), full)), high(low(elastic, rise + start), full))
 
 
 def closed_in_both_directions(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, angle: Any, vo: Any, fd: Any,

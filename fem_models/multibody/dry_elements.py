@@ -17,9 +17,17 @@ from fem_models.joint.superelastic import FlagFibres, flag_moment
 from fem_models.joint.superelastic_section import fibre_stress, transformation_loss_mJ
 from fem_models.load.stepping import Load
 from fem_models.multibody.assembly import Model, bristle_N_per_mm
+from fem_models.multibody.heating import JointTemperatures
 from fem_models.multibody.section import fibre_lengths_mm
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
+
+_PLATEAUS = (  # where the law of a fibre finds them, see connector_laws
+    "staticFrictionOffsetForce",
+    "dynamicFrictionForce",
+    "exponentialDecayStatic",
+    "frictionProportionalZone",
+)
 
 FAR_N = 1e6  # far above any friction: a bristle with this limit sticks, one with this force slides
 
@@ -129,6 +137,7 @@ class Material:
         set_each(mbs, model.hardening, "offset", [joint.rest_angle_rad] * len(model.hardening))
         self.section = joint.section
         self.fibre_rest = np.zeros((len(model.fibres) // n, n))  # strains
+        self.heat = JointTemperatures(joint.section, n)
         if self.section is not None:
             self._set_fibres()
 
@@ -137,11 +146,41 @@ class Material:
         section, mbs, fibres = self.section, self.model.mbs, self.model.fibres
         assert section is not None
         area = np.repeat(section.area_mm2, self.fibre_rest.shape[1])
-        at_no_strain = (1 - section.climb / section.young) * area
-        set_each(mbs, fibres, "staticFrictionOffsetForce", at_no_strain * section.upper)
-        set_each(mbs, fibres, "dynamicFrictionForce", at_no_strain * section.lower)
         set_each(mbs, fibres, "damping", area * section.climb / section.length_mm)
         set_each(mbs, fibres, "viscousFrictionFactor", [section.span * section.length_mm] * area.size)
+        self._set_plateaus()
+
+    def _set_plateaus(self) -> None:
+        """Set the plateaus of each fibre, at the temperature of its joint."""
+        section = self.section
+        assert section is not None
+        area, shift = (1 - section.climb / section.young) * section.area_mm2, self.heat.shift_MPa(self.heat.now)
+        plateaus = section.upper, section.lower, section.upper_pressed, section.lower_pressed
+        for field, plateau in zip(_PLATEAUS, plateaus, strict=True):
+            set_each(self.model.mbs, self.model.fibres, field, np.outer(area, plateau + shift).ravel().tolist())
+
+    def begin(self, time_s: float, q: Floats) -> None:
+        """Start a step of a length in time, from coordinates."""
+        if self.heat.heating is not None:
+            self.heat.begin(time_s)
+            self._set_plateaus()
+            self._set_springs(q)
+
+    def _set_springs(self, q: Floats) -> None:
+        """Set the springs that lead the search for the temperature, without force at coordinates."""
+        (pull, turn), mbs, heat = self.heat.weights, self.model.mbs, self.model.heat
+        set_each(mbs, heat, "factor0", (-turn).tolist())
+        set_each(mbs, heat, "factor1", pull.tolist())
+        set_each(mbs, heat, "stiffness", self.heat.stiffness.tolist())
+        set_each(mbs, heat, "offset", (pull * q[self.model.longer] + turn * q[self.model.bent]).tolist())
+
+    def temperatures_agree(self, q: Floats, load: Load) -> bool:
+        """Whether an equilibrium has the temperatures that its heat leaves; if not, guess others."""
+        if self.heat.heating is None or self.heat.agree(self._strain(q, load), self.fibre_rest):
+            return True
+        self._set_plateaus()
+        self._set_springs(q)
+        return False
 
     def scale_loop(self, factor: float) -> None:
         """Scale the slip moments of the Jenkins elements."""
@@ -173,14 +212,21 @@ class Material:
             losses.append(self._transform(q, load))
         return losses
 
+    def _strain(self, q: Floats, load: Load) -> Floats:
+        """Strains of the fibres, shape (k, N)."""
+        section, model = self.section, self.model
+        assert section is not None
+        return fibre_lengths_mm(section, q[model.bent] - load.rest_angle, q[model.longer]) / section.length_mm
+
     def _transform(self, q: Floats, load: Load) -> float:
         """Move the rest strains of the fibres; return the loss, mJ."""
         section, model = self.section, self.model
         assert section is not None
-        strain = fibre_lengths_mm(section, q[model.bent] - load.rest_angle, q[model.longer]) / section.length_mm
-        stress = fibre_stress(section, strain, self.fibre_rest)
+        strain = self._strain(q, load)
+        stress = fibre_stress(section, strain, self.fibre_rest, self.heat.shift_MPa(self.heat.now))
+        risen = self.heat.accept(strain, self.fibre_rest)
         rest = strain - stress / section.young
-        loss = transformation_loss_mJ(section, stress, rest, self.fibre_rest)
+        loss = transformation_loss_mJ(section, stress, rest, self.fibre_rest, risen)
         changed = np.flatnonzero(rest != self.fibre_rest)  # most stay elastic
         offset = section.length_mm * rest.ravel()[changed]
         set_each(model.mbs, [model.fibres[k] for k in changed], "offset", offset)

@@ -18,6 +18,7 @@ from scipy.interpolate import PchipInterpolator
 from fem_models.joint import joint_mechanics
 from fem_models.joint.contact import require_open
 from fem_models.joint.section import section
+from fem_models.joint.superelastic_section import require_warm
 from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, schedule
@@ -149,7 +150,9 @@ class _Motion:
             return True
         q, velocities = stepper.coordinates(), np.asarray(mbs.systemData.GetODE2Coordinates_t())
         stepper.guides.sliding = self.sliding
+        stepper.material.begin(time_s - last[0], q)
         stepper.accept(q, velocities, stepper.limits())
+        stepper.material.begin(0.0, q)  # plateaus of the next step have the temperatures at the end of this one
         before, self.force = self.force, stepper.wheel_force_N()
         self.work += 0.5 * (before + self.force) * (stepper.load.drive - last[1])
         if self.stepper.rig.creep is not None:
@@ -281,6 +284,7 @@ def solve_dynamic(rig: Rig, program: LoadProgram, settings: DynamicSettings | No
     rotation, tension = motion.at_samples(motion.rotations), motion.at_samples(motion.tensions)
     _, _, worked, friction, material, viscous, kinetic, *tip = motion.at_samples(motion.rows).T
     require_open(rig, joint, np.diff(rotation, axis=1))
+    require_warm(rig, joint.section, stepper.material.heat.coldest[None])
     record = simulated_record(
         "dynamic multibody",
         rig,

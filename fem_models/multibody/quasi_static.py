@@ -19,6 +19,7 @@ import numpy as np
 from fem_models.joint import joint_mechanics
 from fem_models.joint.contact import require_open
 from fem_models.joint.strain import peak_strain
+from fem_models.joint.superelastic_section import require_warm
 from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, force_schedule, schedule
@@ -36,7 +37,8 @@ class MultibodySolution:
 
     ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. ``peak_strain``, shape
     (m, N), is that of :func:`fem_models.joint.strain.peak_strain`. ``wheel_work_mJ`` and the losses to friction, the
-    material and drag are cumulative from the start of the program.
+    material and drag are cumulative from the start of the program. ``warming_K``, shape (m, N), is the temperature of
+    joints that heat themselves above that of the surroundings; None of a rig whose joints do not.
     """
 
     record: Record
@@ -46,10 +48,11 @@ class MultibodySolution:
     friction_loss_mJ: Floats
     material_loss_mJ: Floats
     viscous_loss_mJ: Floats
+    warming_K: Floats | None = None
 
 
 def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings | None = None) -> MultibodySolution:
-    """Run a load program quasi-statically; times matter for creep and drag only.
+    """Run a load program quasi-statically; times matter for creep, drag and self-heating only.
 
     Drag is of first order in the time between samples (implicit Euler). A first sample away from zero drive is reached
     slowly, without drag.
@@ -86,7 +89,7 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
     rig, joints, m = stepper.rig, stepper.rig.joints, plan.drive_mm.size
     rotation, tip = np.empty((m, joints + 1)), np.empty((m, 2))
     tension, energy = np.zeros((m, 2, joints + 1)), np.empty((m, 4))
-    longer = np.empty((m, stepper.model.longer.size))
+    longer, warming = np.empty((m, stepper.model.longer.size)), np.empty((m, joints))
     work, crept = 0.0, np.zeros(2)
     for k in range(m):
         load = load_of(plan, k, plan.slack_mm[k] + crept, plan.time_s[k])
@@ -100,11 +103,12 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
         crept += plan.creep[k] * (creep_goal_mm(rig, tension[k, :, 0]) - crept)
         q = stepper.coordinates()
         rotation[k] = q[stepper.model.rotation]
-        longer[k] = q[stepper.model.longer]
+        longer[k], warming[k] = q[stepper.model.longer], stepper.material.heat.last
         tip[k] = stepper.tip_mm()
         energy[k] = work, stepper.losses.friction, stepper.losses.material, stepper.losses.drag
     angles = np.diff(rotation, axis=1)
     require_open(rig, stepper.joint, angles)
+    require_warm(rig, stepper.joint.section, warming)
     record = simulated_record(
         "multibody",
         rig,
@@ -115,7 +119,9 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
         tip_mm=tip,
     )
     strain = peak_strain(stepper.joint, angles, longer if stepper.joint.section else None)
-    return MultibodySolution(record, tension, strain, *energy.T)
+    heats = stepper.material.heat.heating is not None
+    worked, friction, material, drag = energy.T
+    return MultibodySolution(record, tension, strain, worked, friction, material, drag, warming if heats else None)
 
 
 def load_of(plan: Schedule, sample: int, slack_mm: Floats, time_s: float) -> Load:

@@ -24,9 +24,13 @@ STIFF_ROOTS, STIFF_LINK = 1e4, 1e2  # over the section's stiffness, where it has
 
 @dataclass(frozen=True)
 class Sections:
-    """Connectors of the fibres, fibre by fibre, joint by joint; nodes of the coordinates, joint by joint."""
+    """Connectors of the fibres, fibre by fibre, joint by joint; nodes of the coordinates, joint by joint.
+
+    ``heat`` are springs that lead the search for the temperature, joint by joint; none without self-heating.
+    """
 
     fibres: list[int]
+    heat: list[int]
     bent: list[int]
     longer: list[int]
 
@@ -85,7 +89,11 @@ def add_sections(
         for height, k in zip(section.height_mm.tolist(), stiffness.tolist(), strict=True)
         for pair in markers
     ]
-    return Sections(fibres, bent, longer)
+    heat = [
+        laws.add_with_law(mbs, items.ObjectConnectorCoordinateSpringDamperExt(markerNumbers=pair), laws.linear)
+        for pair in (markers if section.heating else [])
+    ]
+    return Sections(fibres, heat, bent, longer)
 
 
 def _add_roots(mbs: Any, section: SuperelasticSection, nodes: list[int]) -> None:

@@ -195,7 +195,8 @@ class Stepper:
             if not fine and self.guides.base_slides(states):
                 return None
             near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.joint.force_scale_N
-            if near and np.array_equal(states, sliding):
+            warm = self.material.temperatures_agree(self.coordinates(), load)
+            if near and warm and np.array_equal(states, sliding):
                 return FrictionState(sliding, limit)
             sliding, limit = states, update
         return None
@@ -247,6 +248,7 @@ class Stepper:
             before = self.coordinates()
             time_s = (step.part - done) * (end.time - start.time)
             self.dashpots.damp_over(time_s)
+            self.material.begin(time_s, before)
             if direction == self.direction:
                 self._start_from(before + step.length * self.increment)
                 guess = self._predicted(step.length)

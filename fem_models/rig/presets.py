@@ -89,6 +89,18 @@ _DU2018 = Preset(
     },
 )
 
+_SLOW_AND_ALIKE = {
+    "superelastic.compression_factor": Source("assumed", "alike in tension and compression, as where it was fitted"),
+    **{
+        f"superelastic.{name}": Source("assumed", "the plateaus are those of the trials: no shift")
+        for name in ("temperature_C", "reference_C", "clausius_clapeyron_MPa_per_K")
+    },
+    **{
+        f"superelastic.{name}": Source("assumed", "slow trials: no influence without heating_time_s")
+        for name in ("latent_heat_J_per_g", "heat_capacity_J_per_gK")
+    },
+}
+
 WRISTS = "GitHub nepacheco/MastersThesis 4f920c7"
 
 
@@ -145,6 +157,7 @@ def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, 
             "assumed", "half of the loading plateau: only loading was measured"
         ),
         "superelastic.transformation_strain": Source("assumed", "not reached before the notches close"),
+        **_SLOW_AND_ALIKE,
         "closure.stiffness_Nmm_per_rad": Source("assumed", "stiff: closed notches deform by less than 0.1 deg"),
     }
     return Preset(rig, sources)

@@ -34,15 +34,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Material:
-    """Nitinol of the flexures: linear elasticity and, in parallel, a rate-independent material loop.
+    """Nitinol of the flexures: linear elasticity and, in parallel, a material loop that does not depend on the rate.
 
     ``loop_share`` is the part of the flexure's bending stiffness carried by Jenkins elements (elastic up
     to a slip moment); their slip angles are spread evenly up to ``loop_angle_deg`` of one joint. A share
     of 0 switches the material loop off.
+
+    Jenkins elements are a loop of plastic kind, fitted to loops of angle over drive. They are not the law of Nitinol,
+    which is :class:`fem_models.rig.effects.Superelastic`: they lose energy at any strain, stay bent without load, and
+    know neither temperature nor plateau. A rig may have both: the share of the elements does not follow the flag.
+
+    The elastic constants without a value are those of austenite (GitHub confluentmedical/nitinol-design-concepts,
+    115-open-frame-shape-set; measured moduli go from 40 to 80 GPa, doi 10.1016/j.commatsci.2021.110357).
     """
 
-    youngs_modulus_GPa: float
-    poissons_ratio: float
+    youngs_modulus_GPa: float = 62.9
+    poissons_ratio: float = 0.33
     loop_share: float = 0.0
     loop_angle_deg: float = 1.0
 

@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from fem_models.rig import Rig
-from fem_models.rig.checks import SolverError
+from fem_models.rig.checks import SolverError, require
 from fem_models.solid.linear import factorize
 from fem_models.solid.superelastic_kernel import Assembled, Elements, Law, Numbering, Step, assemble, strains
 from hysteresis.arrays import Floats, Ints
@@ -76,20 +76,29 @@ def flag_law(rig: Rig, *, hardening: float = HARDENING_SHARE) -> Law:
     """Law of a rig's metal; elastic where the rig is not superelastic.
 
     The plateaus of a rig are those in the middle of the transformation; with ``hardening``, the slope over Young's
-    modulus, they start lower.
+    modulus, they start lower. The solid is bent slowly: it keeps the temperature of its surroundings.
+
+    Raises
+    ------
+    RigError
+        Plateaus that differ between tension and compression.
     """
     young, poisson = rig.material.youngs_modulus_GPa * 1e3, rig.material.poissons_ratio
     bulk, shear = young / (3 * (1 - 2 * poisson)), young / (2 * (1 + poisson))
     flag = rig.superelastic
     if flag is None:
         return Law(bulk, shear, upper=math.inf, lower=math.inf, span=0.0, hardening=1.0)
+    alike = flag.compression_factor == 1
+    require(
+        alike, "superelastic.compression_factor", flag.compression_factor, "1: the solid's law is alike on both sides"
+    )
     slope = hardening * young / (1 - hardening)  # over the transformation strain
     drop = slope * flag.transformation_strain / 2
     return Law(
         bulk=bulk,
         shear=shear,
-        upper=float(flag.plateau_MPa - drop),
-        lower=float(max(flag.unloading_plateau_MPa - drop, 1e-3 * flag.plateau_MPa)),
+        upper=float(flag.plateau_MPa + flag.shift_MPa - drop),
+        lower=float(max(flag.unloading_plateau_MPa + flag.shift_MPa - drop, 1e-3 * flag.plateau_MPa)),
         span=float(flag.transformation_strain),
         hardening=slope,
     )

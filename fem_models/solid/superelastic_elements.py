@@ -51,8 +51,9 @@ def fibres_of_curve(curve: MomentAngle) -> FlagFibres:
     largest = float(np.abs(curve.angle_rad).max(initial=0.0))
     if len(curve.angle_rad) < 8 or not np.abs(curve.moment_Nmm).max() > 0:
         raise ValueError(f"curve of {len(curve.angle_rad)} angles up to {largest:g} rad: expected 8 that bend at least")
-    strain = law.plateau_MPa / (curve.rig.material.youngs_modulus_GPa * 1e3)
-    back = np.minimum(law.unloading_plateau_MPa / law.plateau_MPa * np.array(LOWERS), 1.0)
+    upper, below = law.plateau_MPa + law.shift_MPa, law.unloading_plateau_MPa + law.shift_MPa
+    strain = upper / (curve.rig.material.youngs_modulus_GPa * 1e3)
+    back = np.minimum(below / upper * np.array(LOWERS), 1.0)
     onset, lower = (grid.ravel() for grid in np.meshgrid(largest * np.geomspace(0.02, 1.0, ONSETS), back))
     onset, lower = np.append(onset, 10 * largest), np.append(lower, 1.0)  # the last one stays elastic
     flat = np.zeros_like(onset)

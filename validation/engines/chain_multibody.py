@@ -41,7 +41,9 @@ EFFECTS: dict[str, dict[str, object]] = {
     "slack": {"slack": Slack(tendon_b_mm=0.15)},
     "backlash": {"backlash": Backlash(width_mm=0.1)},
     "eccentricity": {"eccentricity": Eccentricity(amplitude_mm=0.1, phase_deg=40.0)},
-    "superelastic": {"superelastic": Superelastic(plateau_MPa=450.0, unloading_plateau_MPa=200.0)},
+    "superelastic": {
+        "superelastic": Superelastic(plateau_MPa=450.0, unloading_plateau_MPa=200.0, transformation_strain=0.04)
+    },
     "closure": {"closure": Closure(stiffness_Nmm_per_rad=20_000.0, angle_deg=2.5)},
     "gravity": {"gravity": Gravity(ring_mass_g=2.0, direction_deg=-90.0)},
     "tip_stop": {"tip_stop": TipStop(y_mm=10.0, stiffness_N_per_mm=5.0)},

@@ -149,7 +149,7 @@ def _superelastic_plateau(rng: Rng, baseline: BaselineRuns) -> Family:
 
     def at(size: float) -> Injected:
         plateau = largest_MPa * (1 - 0.8 * size)
-        law = Superelastic(plateau, unloading * plateau, plateau_modulus_GPa=slope)
+        law = Superelastic(plateau, unloading * plateau, 0.04, slope)
         numbers = {"plateau_MPa": plateau, "unloading_plateau_MPa": unloading * plateau, "plateau_modulus_GPa": slope}
         return Injected(numbers, rig=lambda rig: replace(rig, superelastic=law))
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fem_models.chain.equations import BAND, BAND_OF_JOINTS, assemble, work_space
+from fem_models.chain.fibres import transform
 from fem_models.chain.parameters import ChainSettings, chain_parameters, memory_at_rest
-from fem_models.chain.section import transform
 from fem_models.chain.solve import simulate_chain, solve_chain
 from fem_models.joint import joint_mechanics
 from fem_models.load import triangle
@@ -15,6 +15,7 @@ from fem_models.load.stepping import Load
 from fem_models.rig import preset
 from fem_models.rig.effects import Gravity, Superelastic, TipLoad, TipStop
 
+RATE = 0.5  # 1/s
 SHORT = triangle(2.2, step_mm=0.1)
 OUTSIDE = {
     "nothing": {},
@@ -25,7 +26,14 @@ OUTSIDE = {
 }
 
 
-@pytest.mark.parametrize("law", [None, Superelastic(400.0, 200.0, 0.02, 1.0)], ids=["linear", "superelastic"])
+LAWS = {
+    "linear": None,
+    "superelastic": Superelastic(400.0, 200.0, 0.02, 1.0),
+    "heated": Superelastic(400.0, 200.0, 0.02, 1.0, compression_factor=1.2, heating_time_s=2.0),
+}
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 @pytest.mark.parametrize("name", OUTSIDE)
 def test_tangent_is_the_residuals_derivative(name, law):
     rig = replace(preset("du2018", preload_N=20.0 if law is None else 40.0), superelastic=law, **OUTSIDE[name])
@@ -46,7 +54,7 @@ def test_tangent_is_the_residuals_derivative(name, law):
             unknowns[i + 3, i] = -1.0  # a heading bends its own joint, and the next one back
 
     def residual(x):
-        _, stop, outside = assemble(x, parameters, memory, load, work, 0.0, False)
+        _, stop, outside = assemble(x, parameters, memory, load, work, RATE, False)
         assert outside == headed
         assert (stop > 0) == (name in ("stop", "both"))
         assert (work.tension > 0).all()
@@ -56,7 +64,7 @@ def test_tangent_is_the_residuals_derivative(name, law):
     if law is not None:
         residual(x)
         for i in range(n):  # some history: fibres of every joint have transformed
-            transform(i, *work.sections[i, :2], parameters, memory)
+            transform(i, *work.sections[i, :2], parameters, memory, RATE)
         assert (memory.fibres != 0).any(axis=1).sum() > n / 2
         x[3::3] += 0.002
     slopes = [(residual(x + step * u)[0] - residual(x - step * u)[0]) / (2 * step) for u in unknowns.T]

@@ -14,6 +14,7 @@ from fem_models.rig.effects import Creep, Drag, Gravity, Superelastic, TipStop
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 
+HEATED = Superelastic(450.0, 220.0, 0.05, 1.0, compression_factor=1.2, temperature_C=30.0, heating_time_s=1.0)
 FORCE = np.linspace(0.0, 4.0, 9)
 STEP = 1e-4
 
@@ -48,8 +49,9 @@ def test_derivatives_by_stiffness_and_load_have_their_closed_form():
         {"gravity": Gravity(2.0, 90.0), "tip_stop": TipStop(6.0, 2.0)},
         {"joint": MeasuredJoint(14, 2.6, 520.0, hardening_slope=0.8, hardening_limit=1.5, hardening_angle_deg=2.0)},
         {"superelastic": Superelastic(450.0, 220.0, 0.05, 1.0)},
+        {"superelastic": HEATED},
     ],
-    ids=["plain", "drag", "creep", "gravity and tip stop", "flexures that harden", "superelastic"],
+    ids=["plain", "drag", "creep", "gravity and tip stop", "flexures that harden", "superelastic", "heated"],
 )
 def test_moved_rigs_follow_their_own_runs(parts):
     rig, program = replace(preset("du2018", preload_N=10.0), **parts), sine(2.0, 0.1, cycles=1, samples_per_cycle=60)
@@ -72,11 +74,21 @@ def test_moved_rigs_follow_their_own_runs(parts):
 
 def test_a_moved_plateau_is_followed():
     """Derivatives by the law of the section itself, and of the tip that it shortens."""
-    law, program = Superelastic(450.0, 220.0, 0.05, 1.0), sine(2.0, 0.1, cycles=1, samples_per_cycle=60)
+    names = ("plateau_MPa", "unloading_plateau_MPa", "plateau_modulus_GPa")
+    follow_moved_laws(Superelastic(450.0, 220.0, 0.05, 1.0), names)
+
+
+def test_a_moved_temperature_side_and_heat_are_followed():
+    names = ("compression_factor", "temperature_C", "heating_time_s", "latent_heat_J_per_g", "plateau_MPa")
+    follow_moved_laws(HEATED, names)
+
+
+def follow_moved_laws(law: Superelastic, names: tuple[str, ...]) -> None:
+    program = sine(2.0, 0.1, cycles=1, samples_per_cycle=60)
     rig = replace(preset("du2018", preload_N=20.0), material=Material(60.0, 0.33), superelastic=law)
     base = taped_run(rig, program)
     line = line_along(base)
-    for name in ("plateau_MPa", "unloading_plateau_MPa", "plateau_modulus_GPa"):
+    for name in names:
         step = 0.02 * STEP * getattr(law, name)  # small: fibres reach plateaus one by one
         ahead, behind = (
             replace(rig, superelastic=replace(law, **{name: getattr(law, name) + way * step})) for way in (1, -1)

@@ -20,6 +20,8 @@ from fem_models.rig.rig import Friction, Material, with_notch
 
 FLAT = Superelastic(450.0, 220.0, transformation_strain=0.05)
 SLOPED = Superelastic(450.0, 200.0, transformation_strain=0.03, plateau_modulus_GPa=1.5)
+PRESSED = replace(SLOPED, compression_factor=1.44, temperature_C=32.0)
+HEATED = replace(PRESSED, heating_time_s=2.0)
 PAIR = replace(preset("du2018"), material=Material(60.0, 0.33), superelastic=FLAT)
 WRIST = replace(
     preset("notched-wrist-150"), precurvature_deg=0.0, superelastic=SLOPED, closure=None, friction=Friction()
@@ -39,37 +41,59 @@ def strips(rig: Rig, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Fibres:
-    """Strips with a transformation strain each: the axial strain is found between bounds, for each curvature."""
+    """Strips with a transformation strain each: the axial strain is found between bounds, for each curvature.
+
+    So is the temperature, around that.
+    """
 
     def __init__(self, rig: Rig, count: int = 2000) -> None:
         self.height, self.area = strips(rig, count)
         self.young, self.law = 1e3 * rig.material.youngs_modulus_GPa, rig.superelastic
         self.length = self.young * (self.area @ self.height**2) / beam(rig).bending_Nmm_per_rad
         self.grown, self.stress, self.loss = np.zeros(count), np.zeros(count), 0.0
+        self.warmer = 0.0
 
-    def transformed(self, strain: np.ndarray) -> np.ndarray:
+    def transformed(self, strain: np.ndarray, warmer: float) -> np.ndarray:
         """Transformation strains that agree with strains: what yields grows, what is released shrinks."""
-        share = 1 - 1e3 * self.law.plateau_modulus_GPa / self.young
+        law = self.law
+        share = 1 - 1e3 * law.plateau_modulus_GPa / self.young
+        side = np.where(strain < 0, law.compression_factor, 1.0)
+        by_heat = law.clausius_clapeyron_MPa_per_K * (law.temperature_C + warmer - law.reference_C)
         at_least, at_most = (
-            share * np.maximum(np.abs(strain) - stress / self.young, 0.0)
-            for stress in (self.law.plateau_MPa, self.law.unloading_plateau_MPa)
+            share * np.maximum(np.abs(strain) - (side * stress + by_heat) / self.young, 0.0)
+            for stress in (law.plateau_MPa, law.unloading_plateau_MPa)
         )
         kept = np.where(self.grown * strain > 0, np.abs(self.grown), 0.0)
         grown = np.minimum(np.minimum(np.maximum(kept, at_least), at_most), self.law.transformation_strain)
         return np.sign(strain) * grown
 
-    def bend(self, phi: float, thrust: float) -> float:
-        """Moment at a bending of the section, Nmm."""
+    def bend(self, phi: float, thrust: float, time_s: float = 0.0) -> float:
+        """Moment at a bending of the section, Nmm, after a step of a length in time."""
+        warmer = 0.0
+        if self.law.heating_time_s is not None and time_s > 0:
+            part = time_s / self.law.heating_time_s  # the heat comes evenly over the step
+            left, gained = self.warmer * np.exp(-part), (1 - np.exp(-part)) / part
+
+            def too_warm(warmer: float) -> float:
+                _, grown = self.balanced(phi, thrust, warmer)
+                share = self.area @ (np.abs(grown) - np.abs(self.grown)) / self.law.transformation_strain
+                return warmer - left - gained * share / self.area.sum() * self.law.complete_heating_K
+
+            warmer = brentq(too_warm, -60.0, 60.0, xtol=1e-9)
+        found, grown = self.balanced(phi, thrust, warmer)
+        self.loss += self.length * (self.area * 0.5 * (self.stress + found)) @ (grown - self.grown)
+        self.grown, self.stress, self.warmer = grown, found, warmer
+        return float(self.area * found @ self.height)
+
+    def balanced(self, phi: float, thrust: float, warmer: float) -> tuple[np.ndarray, np.ndarray]:
+        """Stresses and transformation strains under a thrust at a temperature."""
 
         def stress(mean: float) -> np.ndarray:
             strain = mean + self.height * phi / self.length
-            return self.young * (strain - self.transformed(strain))
+            return self.young * (strain - self.transformed(strain, warmer))
 
         mean = brentq(lambda mean: self.area @ stress(mean) + thrust, -0.2, 0.2, xtol=1e-15)
-        found, grown = stress(mean), self.transformed(mean + self.height * phi / self.length)
-        self.loss += self.length * (self.area * 0.5 * (self.stress + found)) @ (grown - self.grown)
-        self.grown, self.stress = grown, found
-        return float(self.area * found @ self.height)
+        return stress(mean), self.transformed(mean + self.height * phi / self.length, warmer)
 
 
 def cycle(largest: float, steps: int) -> np.ndarray:
@@ -80,6 +104,11 @@ def cycle(largest: float, steps: int) -> np.ndarray:
 @pytest.mark.parametrize("thrust", [0.0, 10.0, 20.0, 40.0])
 def test_pair_under_thrust_is_that_of_dense_fibres_over_one_cycle(thrust, monkeypatch):
     check_cycle(PAIR, np.radians(2.3) * cycle(1.0, 120), thrust, monkeypatch)
+
+
+@pytest.mark.parametrize("thrust", [0.0, 40.0])
+def test_pair_that_is_not_alike_on_both_sides_is_that_of_dense_fibres(thrust, monkeypatch):
+    check_cycle(replace(PAIR, superelastic=PRESSED), np.radians(2.6) * cycle(1.0, 120), thrust, monkeypatch)
 
 
 @pytest.mark.parametrize("thrust", [0.0, 1.0, 4.0])
@@ -145,6 +174,18 @@ def test_engines_have_moment_loss_and_slope_of_dense_fibres_at_their_thrust(engi
     assert 2 * preload - 0.3 < thrust.min() < thrust.max() < 2 * preload + 5
 
 
+@pytest.mark.parametrize("engine", [solve_chain, solve_multibody])
+@pytest.mark.parametrize("law", [PRESSED, HEATED], ids=["not alike", "heated"])
+def test_engines_have_moment_loss_slope_and_temperature_of_dense_fibres(engine, law, monkeypatch):
+    monkeypatch.setattr(superelastic_section, "SECTION_FIBRES", MANY)
+    tendon = replace(PAIR.tendon_a, toe_N=0.0)
+    one = with_notch(replace(PAIR, superelastic=law), replace(PAIR.joint.notch, count=1))
+    one = replace(one, friction=Friction(), tendon_a=tendon, tendon_b=tendon)
+    drive = 0.2 * cycle(1.0, 60)
+    steps = LoadProgram(drive, time_s=np.arange(drive.size) / 60)  # a cycle of 4 s
+    check_engine(one, engine(one, steps), taut(one, tendon) if engine is solve_multibody else 1.0)
+
+
 @pytest.mark.parametrize("engine", [solve_chain_by_force, solve_multibody_by_force])
 def test_engines_have_moment_loss_and_slope_of_dense_fibres_of_a_wrist(engine, monkeypatch):
     monkeypatch.setattr(superelastic_section, "SECTION_FIBRES", MANY)
@@ -160,11 +201,17 @@ def check_engine(rig: Rig, run, factor: float) -> np.ndarray:
     gap, half = 0.5 * joint.rigid_gap_mm, 0.5 * theta
     levers = [gap * np.sin(half) + sign * arm * np.cos(half) for sign, arm in zip((1, -1), joint.arms_mm, strict=True)]
     moment, thrust = (tension * np.column_stack(levers)).sum(axis=1), tension.sum(axis=1)
-    dense, expected, loss = Fibres(rig), [], []
-    for m, push, at in zip(moment, thrust, theta, strict=True):
-        expected.append(dense.bend(at - joint.section.root_compliance * m, push))
+    dense, expected, loss, warmer = Fibres(rig), [], [], []
+    heats = rig.superelastic.heating_time_s is not None
+    steps_s = np.diff(run.record.time_s, prepend=0.0) if heats else 0.0 * theta
+    for m, push, at, step_s in zip(moment, thrust, theta, steps_s, strict=True):
+        expected.append(dense.bend(at - joint.section.root_compliance * m, push, step_s))
         loss.append(dense.loss)
+        warmer.append(dense.warmer)
     assert dense.grown.any()
+    if heats:
+        assert np.ptp(warmer) > 1.0
+        assert np.abs(run.warming_K[:, 0] - warmer).max() < 2e-3 * np.ptp(warmer)
     assert np.abs(moment - expected).max() < 1e-3 * np.abs(moment).max()
     assert lost(run.material_loss_mJ) == pytest.approx(lost(np.array(loss)), rel=1e-3)
     moved = np.abs(np.diff(theta)) > 1e-3 * np.ptp(theta)

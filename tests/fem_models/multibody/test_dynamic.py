@@ -14,7 +14,7 @@ from fem_models.multibody.quasi_static import solve_multibody
 from fem_models.multibody.stepper import MultibodySettings
 from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.checks import SolverError
-from fem_models.rig.effects import Closure, Drag, Gravity
+from fem_models.rig.effects import Closure, Drag, Gravity, Superelastic
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, with_notch
 from hysteresis.metrics import loop_width
@@ -279,3 +279,15 @@ def test_simulate_in_time_from_the_command_line(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "dynamic multibody" in printed
     assert "quasi-static" not in printed
+
+
+def test_joints_heat_themselves_in_time_as_they_do_quasi_statically():
+    heated = replace(SHORT, superelastic=Superelastic(430.0, 220.0, compression_factor=1.2, heating_time_s=0.5))
+    program = sine(1.2, 0.5, cycles=1, samples_per_cycle=80)
+    moving, still = solve_dynamic(heated, program), solve_multibody(heated, program)
+    cold = solve_multibody(replace(heated, superelastic=replace(heated.superelastic, heating_time_s=None)), program)
+    off = np.abs(moving.record.angle_deg - still.record.angle_deg).max()
+    assert off < 0.05
+    assert moving.material_loss_mJ[-1] == pytest.approx(still.material_loss_mJ[-1], rel=0.02)
+    assert abs(cold.material_loss_mJ[-1] / still.material_loss_mJ[-1] - 1) > 0.03
+    assert np.ptp(still.warming_K) > 1.0

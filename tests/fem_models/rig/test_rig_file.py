@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from fem_models.rig import RigError, read_rig
+from fem_models.rig.rig_file import rig_of_tables
 
 RIG_FILE = """
 preload_N = 15.0
@@ -43,6 +44,13 @@ def test_rig_file(tmp_path: Path):
         ("preload_N = 15.0", "preload_N = 'taut'", "preload_N = 'taut': expected a number"),
         ("preload_N = 15.0", "preload_N = ", "not TOML"),
         ("[tendon]", "colour = 'red'\n[tendon]", "colour = 'red': expected one of"),
+        ("[tendon]", "[superelastic]\nheating_time_s = 0\n[tendon]", "superelastic.heating_time_s = 0: expected above 0"),
+        ("[tendon]", "[superelastic]\ntemperature_C = 0\n[tendon]", "superelastic.temperature_C = 0: expected warmer"),
+        (
+            "[tendon]",
+            "[superelastic]\ncompression_factor = -1\n[tendon]",
+            "superelastic.compression_factor = -1: expected above 0",
+        ),
     ],
 )
 def test_bad_rig_files_are_named(tmp_path: Path, old: str, new: str, message: str):
@@ -53,6 +61,21 @@ def test_bad_rig_files_are_named(tmp_path: Path, old: str, new: str, message: st
     assert str(caught.value).startswith(str(path))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_nitinol_needs_no_constants(tmp_path: Path):
+    path = tmp_path / "mine.toml"
+    path.write_text(RIG_FILE.replace("{youngs_modulus_GPa = 60.0, poissons_ratio = 0.33}", "{}") + "[superelastic]\n")
+    rig = read_rig(path)
+    assert (rig.material.youngs_modulus_GPa, rig.material.poissons_ratio) == (62.9, 0.33)
+    law = rig.superelastic
+    assert (law.plateau_MPa, law.unloading_plateau_MPa, law.transformation_strain) == (480.0, 225.0, 0.046)
+    assert (law.compression_factor, law.shift_MPa, law.heating_time_s) == (1.0, 0.0, None)
+    path.write_text(RIG_FILE + "[superelastic]\ncompression_factor = 1.44\ntemperature_C = 20\nheating_time_s = 3\n")
+    law = read_rig(path).superelastic
+    assert law.shift_MPa == pytest.approx(-17 * 6.52)
+    assert (law.compression_factor, law.heating_time_s) == (1.44, 3)
+    assert rig_of_tables(rig.to_dict(), "as written") == rig
 
 
 @pytest.mark.parametrize(

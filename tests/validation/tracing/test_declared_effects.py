@@ -223,10 +223,9 @@ def of_engagement(a, b, both):
 
 def of_temperature(a, b, both):
     """Both plateaus shift, the hysteresis between them stays."""
-    law = BARE_WITH_PLATEAU.superelastic
-    for name in ("plateau_MPa", "unloading_plateau_MPa"):
-        one, two, sum_ = (getattr(rig.superelastic, name) - getattr(law, name) for rig in (a, b, both))
-        assert sum_ == pytest.approx(one + two)
+    one, two, sum_ = (rig.superelastic.shift_MPa for rig in (a, b, both))
+    assert sum_ == pytest.approx(one + two)
+    assert both.superelastic.plateau_MPa == BARE_WITH_PLATEAU.superelastic.plateau_MPa
 
 
 SUMS = {

@@ -9,17 +9,13 @@ from validation.tracing.effect import Effect, FreeParameter, RigForm, Scale, Sen
 
 SENSIBLE_WARMER = Sensible(-40.0, 40.0, "from a cold room to a body and a warm lamp")
 WARMER = FreeParameter("warmer_K", "K", -150.0, 150.0, 1.0, linear=True, sensible=SENSIBLE_WARMER)
-MPA_PER_K = 6.5
-"""Rise of both plateaus with the temperature."""
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    """Shift both plateaus of the declared law."""
+    """Warm the surroundings of the declared law: both plateaus rise."""
     if (law := rig.superelastic) is None:
         raise RigError("superelastic = None: expected a declared plateau for a change of temperature to shift")
-    shift = MPA_PER_K * values["warmer_K"]
-    shifted = replace(law, plateau_MPa=law.plateau_MPa + shift, unloading_plateau_MPa=law.unloading_plateau_MPa + shift)
-    return replace(rig, superelastic=shifted)
+    return replace(rig, superelastic=replace(law, temperature_C=law.temperature_C + values["warmer_K"]))
 
 
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
@@ -28,8 +24,8 @@ def _starts(scale: Scale, rig: Rig) -> list[Values]:
 
 EFFECT = Effect(
     name="temperature",
-    physics="The stresses at which Nitinol transforms, and transforms back, rise with the temperature, by about 6.5 "
-    "MPa/K (Clausius-Clapeyron relation, with a slope that is usual for Nitinol). A tube that is "
+    physics="The stresses at which Nitinol transforms, and transforms back, rise with the temperature, by 6.5 MPa/K "
+    "where the rig declares no other slope (Clausius-Clapeyron relation). A tube that is "
     "warmer or colder than its declared plateaus has both shifted.",
     distinguished_by="Measure the temperature of the tube, or record again in warm water. Another plateau stress of "
     "the material looks the same at one temperature.",
