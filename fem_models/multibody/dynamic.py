@@ -22,7 +22,7 @@ from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, schedule
 from fem_models.load.stepping import Load, distance
-from fem_models.multibody.assembly import NITINOL_T_PER_MM3, RingInertia
+from fem_models.multibody.assembly import NITINOL_T_PER_MM3, RingInertia, tip_inertia
 from fem_models.multibody.quasi_static import creep_goal_mm, load_of
 from fem_models.multibody.stepper import MultibodySettings, Stepper, quiet
 from fem_models.rig import Rig, RigError
@@ -54,8 +54,8 @@ class DynamicSolution:
     """A record, and what only the model knows. Arrays follow the samples of the record, shape (m, ...).
 
     ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. Work of the wheel and
-    losses are cumulative from the start of the program; ``kinetic_mJ`` is that of the rings. ``step_s`` is the step of
-    the integration, ``step_mm`` how far the drive goes in it where it is fastest.
+    losses are cumulative from the start of the program; ``kinetic_mJ`` is that of the rings and of a mass at the tip.
+    ``step_s`` is the step of the integration, ``step_mm`` how far the drive goes in it where it is fastest.
     """
 
     record: Record
@@ -174,7 +174,9 @@ class _Motion:
         angle, speed = q[rings + 2], velocities[rings + 2]
         vx = velocities[rings] - arm * speed * np.sin(angle)
         vy = velocities[rings + 1] + arm * speed * np.cos(angle)
-        return float(0.5 * (self.inertia.mass_t * (vx**2 + vy**2) + self.inertia.about_centre_t_mm2 * speed**2).sum())
+        mass = np.full(speed.size, self.inertia.mass_t)
+        mass[-1] = tip_inertia(self.stepper.rig, self.inertia).mass_t
+        return float(0.5 * (mass * (vx**2 + vy**2) + self.inertia.about_centre_t_mm2 * speed**2).sum())
 
     def at_samples(self, rows: list[Any]) -> Floats:
         """Values at the samples' times, on the line between steps, shape (m, ...)."""
