@@ -246,7 +246,7 @@ def imbalance(
     b[:] = 0.0
     external_moments(x, rig, load, work, 1 if line.stop[s] > 0.0 else 0)
     held_moments(s, line, rig, memory, load, b)
-    near, rest = free_span(x, load, rig, work, taut[0]), crossing(rig.rest, rig).length
+    near, rest = free_span(x, load, rig, (work.guess[0], work.guess[1]), taut[0]), crossing(rig.rest, rig).length
     note_span(0, near, spans)
     same = capstan == line.capstan[s] and rig.rest_wrap == line.rest_wrap
     for i in range(n):
