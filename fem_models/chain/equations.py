@@ -187,7 +187,7 @@ def free_span(x: Floats, load: Load, rig: Parameters, guess: Pair, taut: int) ->
     return Span(tension=(a, b), own=(slope_a, slope_b), cross=0.0, by_angle=(0.0, 0.0))
 
 
-@chain_njit(error_model="python")
+@chain_njit(forceinline=True)
 def bend_joints(x: Floats, rig: Parameters, memory: Memory, load: Load, rows: Floats) -> None:
     """Fill what depends on a joint's angle alone: half its sine and cosine, its moment with slope, the wrap's ratio.
 
@@ -256,7 +256,7 @@ def guide_balance(side: int, x: Floats, rig: Parameters, memory: Memory, work: W
     return abs(off)
 
 
-@chain_njit()
+@chain_njit(forceinline=True)
 def balance_at(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, settle: bool) -> Balance:
     """Fill residuals at x, and the slopes of which a tangent is made.
 
@@ -271,6 +271,7 @@ def balance_at(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Wor
     near = free = free_span(x, load, rig, last, BY_TENSION)
     tension[0, 0], tension[1, 0] = near.tension
     rest, drag, largest = crossing(rig.rest, rig).length, rate * rig.drag_joint, 0.0  # where tendons have their lengths
+    by_arm = 1.0 / rig.arm[0]
     for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
         u = 3 * i + 1  # slips at this guide are at u and u + 1, at the next one at v and v + 1; the joint is at row
         v, row = u + 3, u + 2
@@ -292,7 +293,7 @@ def balance_at(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Wor
         if outside:
             off -= work.external[i]
         b[row] = off
-        largest = max(largest, abs(off) / rig.arm[0])
+        largest = max(largest, abs(off) * by_arm)
         rows[STIFF, i] += drag - ta * path.bow[0] - tb * path.bow[1]
         rows[STIFF, i] -= path.lever[0] * far.by_angle[0] + path.lever[1] * far.by_angle[1]
         rows[OWN, i], rows[OWN + 1, i] = far.own

@@ -180,12 +180,25 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
 def largest_change(x: Floats, y: Floats) -> tuple[float, float]:
     """Largest rotation of a joint and slide at a guide between two states."""
     rotation = slide = 0.0
-    for i in range(x.size):
-        if i % 3 == 0:
-            rotation = max(rotation, abs(y[i] - x[i]))
-        else:
-            slide = max(slide, abs(y[i] - x[i]))
+    for i in range(0, x.size, 3):
+        rotation = max(rotation, abs(y[i] - x[i]))
+        slide = max(slide, abs(y[i + 1] - x[i + 1]), abs(y[i + 2] - x[i + 2]))
     return rotation, slide
+
+
+@chain_njit(forceinline=True)
+def copy(values: Floats, out: Floats) -> None:
+    """Copy a row; an assignment of slices takes many times as long for rows as short as these."""
+    for i in range(out.size):
+        out[i] = values[i]
+
+
+@chain_njit(forceinline=True)
+def copy_both(values: Floats, out: Floats) -> None:
+    """Copy an array of tendons a and b, shape (2, n)."""
+    for side in range(2):
+        for i in range(out.shape[1]):
+            out[side, i] = values[side, i]
 
 
 @chain_njit()
@@ -204,33 +217,36 @@ def guess(motion: Motion, work: Work, length: float, same_direction: bool) -> No
 
     After a reversal or a failure nothing is carried on: every guide sticks until its force says otherwise.
     """
-    work.x_before[:] = motion.x
-    motion.trial[:] = motion.x
+    x, trial, increment, state = motion.x, motion.trial, motion.increment, work.state
+    copy(x, work.x_before)
     if not same_direction:
-        work.state[:] = 0.0
+        copy(x, trial)
+        state[:] = 0.0
         return
-    for i in range(motion.x.size):
-        motion.trial[i] += length * motion.increment[i]
-    work.state[:] = motion.state
+    for i in range(x.size):
+        trial[i] = x[i] + length * increment[i]
+    copy_both(motion.state, state)
     for side in range(2):
         start = int(motion.front[side])
         ahead = int(length * motion.front_speed[side])
-        for i in range(start, min(start + ahead, motion.state.shape[1])):
-            work.state[side, i] = motion.state[side, 0]
+        for i in range(start, min(start + ahead, state.shape[1])):
+            state[side, i] = state[side, 0]
 
 
 @chain_njit()
 def learn(motion: Motion, work: Work, length: float, direction: float, last_direction: float) -> None:
     """Take up the equilibrium that was found, and what the step changed per length."""
+    x, trial, increment = motion.x, motion.trial, motion.increment
     for side in range(2):
         reached = front(work.state[side])
         motion.front_speed[side] = front_speed(motion.front[side], reached, direction, last_direction, length)
         motion.front[side] = reached
-    for i in range(motion.x.size):
-        motion.increment[i] = (motion.trial[i] - motion.x[i]) / max(length, LEAST_LENGTH)
-    motion.state[:] = work.state
-    motion.x[:] = motion.trial
-    work.guess[:] = work.tension[:, 0]
+    by_length = 1.0 / max(length, LEAST_LENGTH)
+    for i in range(x.size):
+        increment[i] = (trial[i] - x[i]) * by_length
+        x[i] = trial[i]
+    copy_both(work.state, motion.state)
+    work.guess[0], work.guess[1] = work.tension[0, 0], work.tension[1, 0]
 
 
 @chain_njit()
@@ -259,11 +275,14 @@ def creep_on(part: float, rig: Parameters, tension: Floats, crept: Floats) -> No
 def note(k: int, path: Path, rig: Parameters, work: Work, motion: Motion, run: Run) -> None:
     """Write the results of sample k, and let the tendons creep."""
     creep_on(path.creep[k], rig, work.tension, motion.crept)
-    for i in range(run.angles.shape[1]):
-        run.angles[k, i] = motion.x[3 * i + 3]
+    angles, tensions = run.angles, run.tensions
+    for i in range(angles.shape[1]):
+        angles[k, i] = motion.x[3 * i + 3]
     for i in range(run.longer.shape[1]):
         run.longer[k, i] = work.sections[i, LONGER]
-    run.tensions[k] = work.tension
+    for side in range(2):
+        for i in range(tensions.shape[2]):
+            tensions[k, side, i] = work.tension[side, i]
     energy = motion.energy
     run.energies[k, 0], run.energies[k, 1] = energy[WHEEL], energy[FRICTION]
     run.energies[k, 2], run.energies[k, 3] = energy[MATERIAL], energy[DRAG]

@@ -136,13 +136,13 @@ def segment(stretch_a: float, stretch_b: float, lever: Pair, rig: Parameters, ta
     thrust = preload_a + preload_b
     target_a = preload_a + ka * (stretch_a + q * thrust)
     target_b = preload_b + kb * (stretch_b + q * thrust)
-    d = 1.0 + (ka + kb) * q
-    ta = ((1.0 + kb * q) * target_a - ka * q * target_b) / d
-    tb = ((1.0 + ka * q) * target_b - kb * q * target_a) / d
+    by_d = 1.0 / (1.0 + (ka + kb) * q)
+    ta = ((1.0 + kb * q) * target_a - ka * q * target_b) * by_d
+    tb = ((1.0 + ka * q) * target_b - kb * q * target_a) * by_d
     cross = 0.0
     if taut == BOTH or (taut == BY_TENSION and ta > 0.0 and tb > 0.0):
-        cross = -ka * kb * q / d
-        own_a, own_b = (1.0 + kb * q) * ka / d, (1.0 + ka * q) * kb / d
+        cross = -ka * kb * q * by_d
+        own_a, own_b = (1.0 + kb * q) * ka * by_d, (1.0 + ka * q) * kb * by_d
     else:
         ta, tb = target_a / (1.0 + ka * q), target_b / (1.0 + kb * q)
         own_a, own_b = SLACK_STIFFNESS * ka, SLACK_STIFFNESS * kb

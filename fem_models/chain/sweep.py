@@ -23,7 +23,7 @@ from fem_models.chain.equations import (
 )
 
 
-@chain_njit(error_model="python")  # a zero pivot raises ZeroDivisionError
+@chain_njit(forceinline=True, error_model="python")  # a zero pivot raises ZeroDivisionError
 def sweep(x: Floats, work: Work, balance: Balance) -> None:
     """Solve the tangent at x for the residuals, in place."""
     b, rows, kept, n = work.residual, work.rows, work.swept, work.rows.shape[1]
