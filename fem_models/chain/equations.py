@@ -81,7 +81,7 @@ class Balance(NamedTuple):
     free: Pair  # slopes of the tensions between wheel and base
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def work_space(rig: Parameters, joints: int) -> Work:
     """Arrays for a chain; the tensions are guessed to be the preload."""
     size = 3 * (joints + 1)
@@ -101,6 +101,21 @@ def work_space(rig: Parameters, joints: int) -> Work:
         swept=np.zeros((joints, SWEPT)),
         sections=np.zeros((joints, ROW)),
     )
+
+
+@chain_njit(forceinline=True)
+def copy(values: Floats, out: Floats) -> None:
+    """Copy a row; an assignment of slices takes many times as long for rows as short as these."""
+    for i in range(out.size):
+        out[i] = values[i]
+
+
+@chain_njit(forceinline=True)
+def copy_both(values: Floats, out: Floats) -> None:
+    """Copy an array of tendons a and b, shape (2, n)."""
+    for side in range(2):
+        for i in range(out.shape[1]):
+            out[side, i] = values[side, i]
 
 
 @chain_njit(forceinline=True)
@@ -227,7 +242,9 @@ def bend_joints(x: Floats, rig: Parameters, memory: Memory, load: Load, rows: Fl
 
 
 @chain_njit(forceinline=True)
-def guide_balance(side: int, x: Floats, rig: Parameters, memory: Memory, work: Work, guide: Guide, settle: bool) -> float:
+def guide_balance(
+    side: int, x: Floats, rig: Parameters, memory: Memory, work: Work, guide: Guide, settle: bool
+) -> float:
     """Fill residual and slopes of one guide and tendon: tension before less tension beyond less friction, N.
 
     With ``settle`` the guide sticks or slides first, by its force. A state that contradicts the force even so counts as
@@ -257,7 +274,9 @@ def guide_balance(side: int, x: Floats, rig: Parameters, memory: Memory, work: W
 
 
 @chain_njit(forceinline=True)
-def balance_at(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, settle: bool) -> Balance:
+def balance_at(
+    x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, settle: bool
+) -> Balance:
     """Fill residuals at x, and the slopes of which a tangent is made.
 
     Row by row: the base does not rotate; each guide's balance of tensions; each joint's balance of moments; the tendons

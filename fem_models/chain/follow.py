@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.chain.compiled import chain_njit
-from fem_models.chain.equations import Work, work_space
+from fem_models.chain.equations import Work, copy, copy_both, work_space
 from fem_models.chain.laws import flag_element, flag_moment
 from fem_models.chain.newton import Attempt, newton
 from fem_models.chain.parameters import Memory, Parameters
@@ -92,7 +92,7 @@ class Motion(NamedTuple):
     energy: Floats  # (4,)
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def motion_at_rest(rig: Parameters, joints: int) -> Motion:
     """Every joint at the angle it has without load."""
     size = 3 * (joints + 1)
@@ -186,21 +186,6 @@ def largest_change(x: Floats, y: Floats) -> tuple[float, float]:
     return rotation, slide
 
 
-@chain_njit(forceinline=True)
-def copy(values: Floats, out: Floats) -> None:
-    """Copy a row; an assignment of slices takes many times as long for rows as short as these."""
-    for i in range(out.size):
-        out[i] = values[i]
-
-
-@chain_njit(forceinline=True)
-def copy_both(values: Floats, out: Floats) -> None:
-    """Copy an array of tendons a and b, shape (2, n)."""
-    for side in range(2):
-        for i in range(out.shape[1]):
-            out[side, i] = values[side, i]
-
-
 @chain_njit()
 def wound_in(x: Floats, rig: Parameters, work: Work) -> float:
     """Tendon a that the wheel has wound in under load control, mm: its slip at the base and its stretch."""
@@ -288,7 +273,7 @@ def note(k: int, path: Path, rig: Parameters, work: Work, motion: Motion, run: R
     run.energies[k, 2], run.energies[k, 3] = energy[MATERIAL], energy[DRAG]
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def tape_of(steps: int, joints: int) -> Tape:
     """Make an empty tape for a number of steps; for none it is not written on."""
     return Tape(
@@ -299,7 +284,7 @@ def tape_of(steps: int, joints: int) -> Tape:
     )
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def cut(tape: Tape, steps: int, length: int) -> Tape:
     """Copy the first steps of a tape to one of another length."""
     out = tape_of(length, tape.state.shape[2])
@@ -310,7 +295,7 @@ def cut(tape: Tape, steps: int, length: int) -> Tape:
     return out
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def noted(tape: Tape, step: int, k: int, part: float, motion: Motion) -> Tape:
     """Write a step on a tape, which grows; return the tape."""
     if tape.part.size == 0:
@@ -323,7 +308,7 @@ def noted(tape: Tape, step: int, k: int, part: float, motion: Motion) -> Tape:
     return tape
 
 
-@chain_njit(nogil=True)  # batches run in threads
+@chain_njit(nogil=True, allocates=True)  # batches run in threads
 def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) -> tuple[Failure, Tape]:
     """Visit the samples from rest and fill the results; between samples everything moves in proportion.
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fem_models.chain.compiled import chain_njit
-from fem_models.chain.equations import BAND, Balance, Work, balance_at, fill_tangent
+from fem_models.chain.equations import BAND, Balance, Work, balance_at, copy, fill_tangent
 from fem_models.chain.parameters import Memory, Parameters
 from fem_models.chain.sweep import sweep
 from fem_models.load.stepping import Load
@@ -64,7 +64,7 @@ def eliminate_outside(x: Floats, work: Work, balance: Balance) -> None:
     b, lever, z, touched = work.residual, work.lever, work.behind, balance.stop_stiffness > 0.0
     fill_tangent(x, work, balance)
     if touched:
-        z[:] = lever
+        copy(lever, z)
     eliminate(work.tangent, b, z, touched, BAND)
     if touched:
         by_b = by_z = 0.0

@@ -19,18 +19,14 @@ SMALL = 0.3
 def small_sine(z: float) -> float:
     """Taylor's series of the sine to the 11th power."""
     s = z * z
-    return z + z * s * (
-        -1 / 6 + s * (1 / 120 + s * (-1 / 5040 + s * (1 / 362880 - s / 39916800)))
-    )
+    return z + z * s * (-1 / 6 + s * (1 / 120 + s * (-1 / 5040 + s * (1 / 362880 - s / 39916800))))
 
 
 @chain_njit(forceinline=True)
 def small_cosine(z: float) -> float:
     """Taylor's series of the cosine to the 12th power."""
     s = z * z
-    return 1.0 + s * (
-        -1 / 2 + s * (1 / 24 + s * (-1 / 720 + s * (1 / 40320 + s * (-1 / 3628800 + s / 479001600))))
-    )
+    return 1.0 + s * (-1 / 2 + s * (1 / 24 + s * (-1 / 720 + s * (1 / 40320 + s * (-1 / 3628800 + s / 479001600)))))
 
 
 @chain_njit(forceinline=True)
