@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from fem_models.chain.compiled import chain_njit
 from fem_models.chain.parameters import Memory, Pair, Parameters
-from fem_models.load.stepping import Load
 
 SLACK_STIFFNESS = 1e-6
 """Stiffness of a slack segment over that of a taut one, in the tangent only.

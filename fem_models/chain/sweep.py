@@ -21,6 +21,7 @@ from fem_models.chain.equations import (
     Work,
     half_sign,
 )
+from hysteresis.arrays import Floats
 
 
 @chain_njit(forceinline=True, error_model="python")  # a zero pivot raises ZeroDivisionError

@@ -68,3 +68,27 @@ def friction_ratios(angle: Floats, steepest: float, capstan: float, rest_wrap: f
             here = abs(angle[i])
             ratio[i] = math.tanh(0.25 * capstan * (here + before))
             before = here
+
+
+@chain_njit(allocates=True)  # called from Python
+def reach(angles: Floats, ring: float, turning: float, tip: Floats) -> None:
+    """Fill how far rings and notches reach from joint 1 to the middle of the last ring, shape (m, 2).
+
+    ``angles`` has shape (m, N). A notch, ``turning`` long, lies along the mean of the headings before and beyond it,
+    a ring along its own; headings are turned on from joint to joint.
+    """
+    samples, joints = angles.shape
+    for k in range(samples):
+        along, across, x, y = 1.0, 0.0, 0.0, 0.0  # of the heading; of the place
+        for i in range(joints):
+            half = 0.5 * angles[k, i]
+            if abs(half) <= SMALL:
+                cs, sn = small_cosine(half), small_sine(half)
+            else:
+                cs, sn = math.cos(half), math.sin(half)
+            along, across = along * cs - across * sn, along * sn + across * cs
+            x, y = x + turning * along, y + turning * across
+            along, across = along * cs - across * sn, along * sn + across * cs
+            length = ring if i < joints - 1 else 0.5 * ring
+            x, y = x + length * along, y + length * across
+        tip[k, 0], tip[k, 1] = x, y
