@@ -295,17 +295,72 @@ def cut(tape: Tape, steps: int, length: int) -> Tape:
     return out
 
 
-@chain_njit(allocates=True)
-def noted(tape: Tape, step: int, k: int, part: float, motion: Motion) -> Tape:
-    """Write a step on a tape, which grows; return the tape."""
-    if tape.part.size == 0:
-        return tape
-    if step == tape.part.size:
-        tape = cut(tape, step, 2 * step)
+@chain_njit()
+def note_step(tape: Tape, step: int, k: int, part: float, motion: Motion) -> None:
+    """Write a step on a tape that has room for it."""
     tape.sample[step], tape.part[step] = k, part
-    tape.x[step] = motion.x
-    tape.state[step] = motion.state
-    return tape
+    for i in range(motion.x.size):
+        tape.x[step, i] = motion.x[i]
+    for side in range(2):
+        for i in range(motion.state.shape[1]):
+            tape.state[step, side, i] = motion.state[side, i]
+
+
+class Place(NamedTuple):
+    """How far along a path a run is."""
+
+    sample: int  # that it is on the way to
+    done: float  # part of the way to it
+    here: Load  # at the sample before
+    at: Load
+    reach: float  # length of the next step
+    direction: float  # of the last step: 1, -1, or 0 at rest; nan where it is not known
+    wheel_force: float
+    wound: float
+    steps: int
+    failed: bool  # no step leads on, even to ``reached``
+    reached: float
+
+
+@chain_njit()
+def walk(
+    path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape, motion: Motion, work: Work, start: Place
+) -> Place:
+    """Go on along a path to its end, to where there is no equilibrium, or until the tape is full."""
+    k, done, here, at, reach, last_direction = start[:6]
+    wheel_force, wound, steps = start.wheel_force, start.wound, start.steps
+    control, room, failed, reached = path.control, tape.part.size, False, at.drive
+    while k < path.drive.size and not failed and (steps < room or room == 0):
+        goal = load_at(k, path, motion.crept)
+        direction = np.sign(goal.drive - here.drive)
+        step = next_step(here, goal, done, reach, control)
+        load = step.load
+        rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
+        guess(motion, work, step.length, direction == last_direction)
+        attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=step.fine)
+        found = newton(motion.trial, rig, memory, work, motion.state, attempt) >= 0
+        rotation, slide = largest_change(motion.x, motion.trial)
+        bound = step.length + released_mm(rig, work, motion.drag)
+        if not found or jumped(rotation, slide, bound, control):
+            reach, reached = 0.5 * step.length, load.drive
+            if step.fine:
+                last_direction = math.nan
+            failed = too_short(reach, control)
+            continue
+        learn(motion, work, step.length, direction, last_direction)
+        accept(rig, memory, work, motion, load, rate)
+        if room > 0:
+            note_step(tape, steps, k, step.part, motion)
+        steps += 1
+        now = work.tension[0, 0] - work.tension[1, 0]
+        winding = wound_in(motion.x, rig, work) if rig.load_control else load.drive
+        motion.energy[WHEEL] += 0.5 * (wheel_force + now) * (winding - wound)
+        wheel_force, wound, at, done, last_direction = now, winding, load, step.part, direction
+        reach = reach_after_success(reach, control)
+        if done == 1.0:
+            note(k, path, rig, work, motion, run)
+            here, done, k = goal, 0.0, k + 1
+    return Place(k, done, here, at, reach, last_direction, wheel_force, wound, steps, failed, reached)
 
 
 @chain_njit(nogil=True, allocates=True)  # batches run in threads
@@ -314,48 +369,24 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) ->
 
     The tape that is returned holds the steps, unless the one given is empty.
     """
-    joints, control = run.angles.shape[1], path.control
+    joints, samples, taped = run.angles.shape[1], path.drive.size, tape.part.size > 0
     motion, work = motion_at_rest(rig, joints), work_space(rig, joints)
-    here = at = at_rest(rig.rest)
+    here = at_rest(rig.rest)
     start = Attempt(load=here, rate=0.0, iterations=10 * path.iterations, fine=True)
     if newton(motion.x, rig, memory, work, work.state, start) < 0:
         return Failure(sample=0, start=0.0, end=0.0), tape
     motion.limit[:] = work.limit
     motion.state[:] = work.state
     accept(rig, memory, work, motion, here, 0.0)
-    tape, steps = noted(tape, 0, -1, 1.0, motion), 1
-    wheel_force, wound = work.tension[0, 0] - work.tension[1, 0], 0.0
-    if rig.load_control:
-        wound = wound_in(motion.x, rig, work)
-    reach, last_direction = control.max_step, 0.0
-    for k in range(path.drive.size):
-        goal = load_at(k, path, motion.crept)
-        direction = np.sign(goal.drive - here.drive)
-        done = 0.0
-        while done < 1.0:
-            step = next_step(here, goal, done, reach, control)
-            load = step.load
-            rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
-            guess(motion, work, step.length, direction == last_direction)
-            attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=step.fine)
-            found = newton(motion.trial, rig, memory, work, motion.state, attempt) >= 0
-            rotation, slide = largest_change(motion.x, motion.trial)
-            bound = step.length + released_mm(rig, work, motion.drag)
-            if not found or jumped(rotation, slide, bound, control):
-                reach = 0.5 * step.length
-                if step.fine:
-                    last_direction = math.nan
-                if too_short(reach, control):
-                    return Failure(sample=k, start=at.drive, end=load.drive), tape
-                continue
-            learn(motion, work, step.length, direction, last_direction)
-            accept(rig, memory, work, motion, load, rate)
-            tape, steps = noted(tape, steps, k, step.part, motion), steps + 1
-            now = work.tension[0, 0] - work.tension[1, 0]
-            winding = wound_in(motion.x, rig, work) if rig.load_control else load.drive
-            motion.energy[WHEEL] += 0.5 * (wheel_force + now) * (winding - wound)
-            wheel_force, wound, at, done, last_direction = now, winding, load, step.part, direction
-            reach = reach_after_success(reach, control)
-        here = goal
-        note(k, path, rig, work, motion, run)
-    return Failure(sample=-1, start=0.0, end=0.0), cut(tape, steps, min(steps, tape.part.size))
+    if taped:
+        note_step(tape, 0, -1, 1.0, motion)
+    wheel_force = work.tension[0, 0] - work.tension[1, 0]
+    wound = wound_in(motion.x, rig, work) if rig.load_control else 0.0
+    place = Place(0, 0.0, here, here, path.control.max_step, 0.0, wheel_force, wound, 1, False, 0.0)
+    while place.sample < samples and not place.failed:
+        if taped and place.steps == tape.part.size:
+            tape = cut(tape, place.steps, 2 * place.steps)
+        place = walk(path, rig, memory, run, tape, motion, work, place)
+    if place.failed:
+        return Failure(sample=place.sample, start=place.at.drive, end=place.reached), tape
+    return Failure(sample=-1, start=0.0, end=0.0), cut(tape, place.steps, min(place.steps, tape.part.size))
