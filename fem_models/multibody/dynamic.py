@@ -24,7 +24,7 @@ from fem_models.load.schedule import Schedule, schedule
 from fem_models.load.stepping import Load, distance
 from fem_models.multibody.assembly import NITINOL_T_PER_MM3, RingInertia, tip_inertia
 from fem_models.multibody.quasi_static import creep_goal_mm, load_of
-from fem_models.multibody.stepper import MultibodySettings, Stepper, quiet
+from fem_models.multibody.stepper import MultibodySettings, Stepper, quiet, wheel_force_N
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import NotchedTube
@@ -108,7 +108,7 @@ class _Motion:
         # the path gets no reversals that the program does not have.
         time = np.concatenate([[plan.time_s[0] - (plan.time_s[1] - plan.time_s[0])], plan.time_s])
         self.course = PchipInterpolator(time, np.vstack([columns[:1], columns]))
-        self.crept, self.work, self.force = np.zeros(2), work_mJ, stepper.wheel_force_N()
+        self.crept, self.work, self.force = np.zeros(2), work_mJ, wheel_force_N(stepper.tensions())
         self.sliding = stepper.guides.sliding
         self.rows: list[tuple[float, ...]] = []
         self.tensions: list[Floats] = []
@@ -150,7 +150,7 @@ class _Motion:
         q, velocities = stepper.coordinates(), np.asarray(mbs.systemData.GetODE2Coordinates_t())
         stepper.guides.sliding = self.sliding
         stepper.accept(q, velocities, stepper.limits())
-        before, self.force = self.force, stepper.wheel_force_N()
+        before, self.force = self.force, wheel_force_N(stepper.tensions())
         self.work += 0.5 * (before + self.force) * (stepper.load.drive - last[1])
         if self.stepper.rig.creep is not None:
             part = -math.expm1(-(time_s - last[0]) / self.stepper.rig.creep.time_s)
