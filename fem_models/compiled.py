@@ -44,13 +44,16 @@ class _Cache(FunctionCache):
 def njit_of(*sources: Path) -> Callable[..., Callable[[Kernel], Any]]:
     """Give a decorator for kernels that come from these files; its options are those of ``numba.njit``.
 
-    A division by zero gives inf or nan, as numpy's does, unless ``error_model`` is "python": the checks cost time.
+    A division by zero gives inf or nan, as numpy's does, unless ``error_model`` is "python": the checks cost time. A
+    kernel that is told not to allocate (``allocates`` False) counts no references to the arrays that it takes, which
+    may cost more than its arithmetic. It may be called by other kernels alone, which hold the arrays; numba refuses to
+    compile it if it makes one.
     """
     checksum = checksum_of(list(sources))
 
-    def kernel_njit(*, error_model: str = "numpy", **options: Any) -> Callable[[Kernel], Any]:
+    def kernel_njit(*, error_model: str = "numpy", allocates: bool = True, **options: Any) -> Callable[[Kernel], Any]:
         def compile_cached(function: Kernel) -> Any:
-            dispatcher = njit(error_model=error_model, **options)(function)
+            dispatcher = njit(error_model=error_model, _nrt=allocates, **options)(function)
             dispatcher._cache = _Cache(function, checksum)
             return dispatcher
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal
@@ -113,8 +114,8 @@ class Record:
         fits = array.ndim == len(shape) and all(want in (None, n) for want, n in zip(shape, array.shape, strict=True))
         expected = str(shape).replace("None", "any")
         self._require(fits and array.size > 0, name, f"shape {array.shape}", f"shape {expected}")
-        self._require(bool(np.isfinite(array).all()), name, "NaN or infinite", "finite numbers")
         largest, limit = float(np.abs(array).max()), MAX_COUNT if name in ("time_s", "cycle") else MAX_MAGNITUDE
+        self._require(math.isfinite(largest), name, "NaN or infinite", "finite numbers")
         self._require(largest <= limit, name, f"magnitude {largest:g}", f"at most {limit:g}")
         if name == "cycle":
             self._require(not bad_cycles(array).any(), name, "not a count", "whole numbers that never fall")

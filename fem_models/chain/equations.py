@@ -16,22 +16,37 @@ from fem_models.chain.laws import (
     BY_TENSION,
     Guide,
     Span,
+    closed,
     crossing,
+    crossing_at,
+    flag_element,
+    flag_moment,
     free_tension,
     friction,
     guide_at,
-    joint_moment,
     next_state,
     segment,
+    spring,
 )
-from fem_models.chain.parameters import Memory, Parameters
+from fem_models.chain.parameters import Memory, Pair, Parameters
 from fem_models.chain.section import ROW, Bend, with_section
+from fem_models.chain.turns import friction_ratios, half_turns
 from fem_models.load.stepping import Load
 from hysteresis.arrays import Floats
 
 BAND = 5  # half width of the tangent by the headings of the rings; it is stored as tangent[i, j - i + BAND]
 BAND_OF_JOINTS = 4  # the same by the angles of the joints
 BY_DEPTH = -1  # whether the tip touches its stop
+ROWS = 17
+ANGLE, SINE, COSINE, MOMENT, STIFF, RATIO, CROSS = range(7)
+OWN, TURN, SLIDES, HOLDS, BY_WRAP = range(7, ROWS, 2)
+"""Places in the rows of :class:`Work`. Of a joint: its angle, sine and cosine of half of it, its moment; slope of the
+whole moment in the angle; friction of the guide before it to the sum of the tensions. Of the segment that crosses it:
+slopes of the tensions in the other's stretch; and from here on in pairs, of tendons a and b: in the own stretch and in
+the angle; slopes of the friction of the guide in the tensions, in the slip and in the wrap."""
+SWEPT = 9
+"""What :func:`fem_models.chain.sweep.sweep` keeps of a joint: slips by those at the next guide (2 x 2) and without
+them, angle by the stretch of either tendon and without it."""
 OPEN_STIFFNESS = 1e-9  # of EA/pitch, in the tangent only: a slack tendon past a sliding guide leaves the slip open
 
 
@@ -41,6 +56,7 @@ class Work(NamedTuple):
     tangent: Floats  # (3 N + 3, 2 BAND + 1)
     residual: Floats  # (3 N + 3,)
     lever: Floats  # dy_tip by the headings in the rows of the joints, (3 N + 3,)
+    behind: Floats  # the tangent's solution for it
     external: Floats  # moments of weight and stop on the joints, (N,)
     restoring: Floats  # what weight and stop add to the tangent by the headings, (N,)
     tension: Floats  # (2, N + 1)
@@ -48,6 +64,8 @@ class Work(NamedTuple):
     state: Floats  # (2, N) of the guides: 0 sticks, 1 or -1 slides, the sign being that of the friction
     x_before: Floats  # (3 N + 3,) at the last equilibrium
     guess: Floats  # (2,) tension between wheel and base to start from
+    rows: Floats  # (ROWS, N), of every joint and of the guide before it
+    swept: Floats  # (N, SWEPT)
     sections: Floats  # (N, ROW), see :func:`fem_models.chain.section.with_section`
 
 
@@ -60,9 +78,10 @@ class Balance(NamedTuple):
     largest: float  # residual, N
     stop_stiffness: float  # of a touched tip stop, N/mm, else 0
     outside: bool
+    free: Pair  # slopes of the tensions between wheel and base
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def work_space(rig: Parameters, joints: int) -> Work:
     """Arrays for a chain; the tensions are guessed to be the preload."""
     size = 3 * (joints + 1)
@@ -70,6 +89,7 @@ def work_space(rig: Parameters, joints: int) -> Work:
         tangent=np.zeros((size, 2 * BAND + 1)),
         residual=np.zeros(size),
         lever=np.zeros(size),
+        behind=np.zeros(size),
         external=np.zeros(joints),
         restoring=np.zeros(joints),
         tension=np.zeros((2, joints + 1)),
@@ -77,8 +97,25 @@ def work_space(rig: Parameters, joints: int) -> Work:
         state=np.zeros((2, joints)),
         x_before=np.zeros(size),
         guess=np.array(rig.preload),
+        rows=np.zeros((ROWS, joints)),
+        swept=np.zeros((joints, SWEPT)),
         sections=np.zeros((joints, ROW)),
     )
+
+
+@chain_njit(forceinline=True)
+def copy(values: Floats, out: Floats) -> None:
+    """Copy a row; an assignment of slices takes many times as long for rows as short as these."""
+    for i in range(out.size):
+        out[i] = values[i]
+
+
+@chain_njit(forceinline=True)
+def copy_both(values: Floats, out: Floats) -> None:
+    """Copy an array of tendons a and b, shape (2, n)."""
+    for side in range(2):
+        for i in range(out.shape[1]):
+            out[side, i] = values[side, i]
 
 
 @chain_njit(forceinline=True)
@@ -152,32 +189,71 @@ def by_headings(work: Work) -> None:
 
 
 @chain_njit(forceinline=True)
-def free_span(x: Floats, load: Load, rig: Parameters, work: Work, taut: int) -> Span:
+def free_span(x: Floats, load: Load, rig: Parameters, guess: Pair, taut: int) -> Span:
     """Tensions between wheel and base: given under load control, else of what the wheel winds in.
 
-    ``taut`` as of :func:`fem_models.chain.laws.segment`.
+    ``guess`` is where the search for the tensions of a toe region starts; ``taut`` is as of
+    :func:`fem_models.chain.laws.segment`.
     """
     if rig.load_control:
         return Span(tension=(load.drive, 0.0), own=(0.0, 0.0), cross=0.0, by_angle=(0.0, 0.0))
-    a, slope_a = free_tension(load.drive - x[1] - load.slack[0], 0, rig, work.guess[0], taut)
-    b, slope_b = free_tension(-load.drive - x[2] - load.slack[1], 1, rig, work.guess[1], taut)
+    a, slope_a = free_tension(load.drive - x[1] - load.slack[0], 0, rig, guess[0], taut)
+    b, slope_b = free_tension(-load.drive - x[2] - load.slack[1], 1, rig, guess[1], taut)
     return Span(tension=(a, b), own=(slope_a, slope_b), cross=0.0, by_angle=(0.0, 0.0))
 
 
-@chain_njit()
-def guide_row(side: int, x: Floats, rig: Parameters, memory: Memory, work: Work, guide: Guide, settle: bool) -> float:
-    """Fill the row of one guide and tendon: tension before less tension beyond less friction; return its residual, N.
+@chain_njit(forceinline=True)
+def bend_joints(x: Floats, rig: Parameters, memory: Memory, load: Load, rows: Floats) -> None:
+    """Fill what depends on a joint's angle alone: half its sine and cosine, its moment with slope, the wrap's ratio.
+
+    Loops of one operation over all joints: a compiler does several joints at a time.
+    """
+    n, steepest = rows.shape[1], 0.0
+    for i in range(n):
+        rows[ANGLE, i] = x[3 * i + 3]
+        steepest = max(steepest, abs(x[3 * i + 3]))
+    half_turns(rows[ANGLE], steepest, rows[SINE], rows[COSINE])
+    if rig.hardening[0] == 0.0 and rig.hardening[1] == 0.0:
+        for i in range(n):
+            rows[MOMENT, i], rows[STIFF, i] = rig.elastic * (rows[ANGLE, i] - load.rest_angle), rig.elastic
+    else:
+        for i in range(n):
+            rows[MOMENT, i], rows[STIFF, i] = spring(rows[ANGLE, i] - load.rest_angle, rig)
+    jenkins = memory.jenkins
+    for j in range(memory.slip_moment.size):
+        stiffness, limit = memory.jenkins_stiffness[j], load.loop_scale * memory.slip_moment[j]
+        for i in range(n):
+            part = stiffness * (rows[ANGLE, i] - jenkins[j, i])
+            rows[MOMENT, i] += min(max(part, -limit), limit)
+            rows[STIFF, i] += stiffness if abs(part) <= limit else 0.0
+    for j in range(memory.flag_stiffness.size):
+        flag, rest = flag_element(j, memory), memory.flags[j]
+        for i in range(n):
+            part, tangent = flag_moment(rows[ANGLE, i] - load.rest_angle, rest[i], flag)
+            rows[MOMENT, i] += part
+            rows[STIFF, i] += tangent
+    if steepest > rig.contact_angle:
+        for i in range(n):
+            theta = rows[ANGLE, i]
+            if closed(theta, rig):
+                rows[MOMENT, i] += math.copysign(rig.contact_stiffness * (abs(theta) - rig.contact_angle), theta)
+                rows[STIFF, i] += rig.contact_stiffness
+    friction_ratios(rows[ANGLE], steepest, load.friction_scale * rig.capstan, rig.rest_wrap, rows[RATIO])
+
+
+@chain_njit(forceinline=True)
+def guide_balance(
+    side: int, x: Floats, rig: Parameters, memory: Memory, work: Work, guide: Guide, settle: bool
+) -> float:
+    """Fill residual and slopes of one guide and tendon: tension before less tension beyond less friction, N.
 
     With ``settle`` the guide sticks or slides first, by its force. A state that contradicts the force even so counts as
-    a residual above the tolerance.
+    a residual above the tolerance. Returns the residual's size.
     """
-    i, near, far = guide.number, guide.near, guide.far
-    band, residual = work.tangent, work.residual
-    joint = 3 * i  # place of the joint before the guide; the one beyond is at joint + 3
-    row, other = joint + 1 + side, joint + 2 - side
-    bristle, stiffness = rig.bristle[side], rig.segment[side]
-    total, force = near.tension[side] + far.tension[side], bristle * (x[row] - memory.guides[side, i])
-    limit = guide.constant + total * guide.ratio
+    i, near, far, rows = guide.number, guide.near.tension[side], guide.far.tension[side], work.rows
+    at = 3 * i + 1 + side
+    bristle, total = rig.bristle[side], near + far
+    force, limit = bristle * (x[at] - memory.guides[side, i]), guide.constant + total * guide.ratio
     if rig.capstan == 0.0 and guide.constant == 0.0:  # without friction it neither sticks nor slides
         bristle = force = 0.0
     state = work.state[side, i]
@@ -186,80 +262,115 @@ def guide_row(side: int, x: Floats, rig: Parameters, memory: Memory, work: Work,
         work.state[side, i] = state
     work.limit[side, i] = limit
     dry = friction(state, force, bristle, total, guide)
-    work.residual[row] = near.tension[side] - far.tension[side] - dry.force - guide.drag * (x[row] - work.x_before[row])
-    band, into, out = work.tangent, 1.0 - dry.by_tension, 1.0 + dry.by_tension
-    if i > 0:
-        add(band, row, joint, into * near.by_angle[side])
-        add(band, row, row - 3, into * near.own[side])
-        add(band, row, other - 3, into * near.cross)
-    add(band, row, row, -into * near.own[side])
-    add(band, row, other, -into * near.cross)
-    open_stiffness = OPEN_STIFFNESS * (stiffness if stiffness > 0.0 else rig.segment[0])
-    add(band, row, row, -(out * far.own[side] + dry.by_slip + guide.drag + open_stiffness))
-    add(band, row, other, -out * far.cross)
-    add(band, row, row + 3, out * far.own[side])
-    add(band, row, other + 3, out * far.cross)
-    add(band, row, joint, -dry.by_wrap * guide.wrap_by_angle[0])
-    add(band, row, joint + 3, -(out * far.by_angle[side] + dry.by_wrap * guide.wrap_by_angle[1]))
+    off = near - far - dry.force - guide.drag * (x[at] - work.x_before[at])
+    stiffness = rig.segment[side] if rig.segment[side] > 0.0 else rig.segment[0]
+    work.residual[at] = off
+    rows[SLIDES + side, i] = dry.by_tension
+    rows[HOLDS + side, i] = dry.by_slip + guide.drag + OPEN_STIFFNESS * stiffness
+    rows[BY_WRAP + side, i] = dry.by_wrap
     if next_state(state, force, limit, rig.tolerance) != state:
-        return max(abs(residual[row]), 2.0 * rig.tolerance)
-    return abs(residual[row])
+        return max(abs(off), 2.0 * rig.tolerance)
+    return abs(off)
+
+
+@chain_njit(forceinline=True)
+def balance_at(
+    x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, settle: bool
+) -> Balance:
+    """Fill residuals at x, and the slopes of which a tangent is made.
+
+    Row by row: the base does not rotate; each guide's balance of tensions; each joint's balance of moments; the tendons
+    are anchored at the tip. ``rate`` is 1/s of the step for drag, 0 without; ``settle`` as in :func:`guide_balance`.
+    """
+    b, n, rows, tension = work.residual, memory.guides.shape[1], work.rows, work.tension
+    outside = loaded(rig) or rig.stop_stiffness != 0.0
+    stop = external_moments(x, rig, load, work, BY_DEPTH) if outside else 0.0
+    bend_joints(x, rig, memory, load, rows)
+    last = max(tension[0, 0], 0.01 * work.guess[0]), max(tension[1, 0], 0.01 * work.guess[1])
+    near = free = free_span(x, load, rig, last, BY_TENSION)
+    tension[0, 0], tension[1, 0] = near.tension
+    rest, drag, largest = crossing(rig.rest, rig).length, rate * rig.drag_joint, 0.0  # where tendons have their lengths
+    by_arm = 1.0 / rig.arm[0]
+    for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
+        u = 3 * i + 1  # slips at this guide are at u and u + 1, at the next one at v and v + 1; the joint is at row
+        v, row = u + 3, u + 2
+        theta, moment = rows[ANGLE, i], rows[MOMENT, i]
+        path = crossing_at(rows[SINE, i], rows[COSINE, i], rig)
+        stretch = x[u] - x[v] - path.length[0] + rest[0], x[u + 1] - x[v + 1] - path.length[1] + rest[1]
+        if memory.fibre_area.size > 0:
+            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION, rate)
+            far, bent, stiff = with_section(i, bend, rig, memory, work.sections[i])
+            moment += bent
+            rows[STIFF, i] += stiff
+        else:
+            far = segment(stretch[0], stretch[1], path.lever, rig, BY_TENSION)
+        ta, tb = far.tension
+        tension[0, i + 1], tension[1, i + 1] = ta, tb
+        off = moment - ta * path.lever[0] - tb * path.lever[1]
+        if drag > 0.0:
+            off += drag * (theta - work.x_before[row])
+        if outside:
+            off -= work.external[i]
+        b[row] = off
+        largest = max(largest, abs(off) * by_arm)
+        rows[STIFF, i] += drag - ta * path.bow[0] - tb * path.bow[1]
+        rows[STIFF, i] -= path.lever[0] * far.by_angle[0] + path.lever[1] * far.by_angle[1]
+        rows[OWN, i], rows[OWN + 1, i] = far.own
+        rows[CROSS, i] = far.cross
+        rows[TURN, i], rows[TURN + 1, i] = far.by_angle
+        guide = guide_at(i, rows[RATIO, i], near, far, rig, load.friction_scale, rate)
+        largest = max(
+            largest,
+            guide_balance(0, x, rig, memory, work, guide, settle),
+            guide_balance(1, x, rig, memory, work, guide, settle),
+        )
+        near = far
+    return Balance(largest=largest, stop_stiffness=stop, outside=stop > 0.0 or loaded(rig), free=free.own)
+
+
+@chain_njit(forceinline=True)
+def half_sign(angle: float) -> float:
+    """Slope of half the size of an angle; 0 at no angle."""
+    return 0.5 if angle > 0.0 else (-0.5 if angle < 0.0 else 0.0)
+
+
+@chain_njit()
+def fill_tangent(x: Floats, work: Work, balance: Balance) -> None:
+    """Write the tangent as a band, of the slopes at x; where there are loads from outside, by headings."""
+    band, rows, n = work.tangent, work.rows, work.rows.shape[1]
+    band[:] = 0.0
+    for row in (0, 3 * n + 1, 3 * n + 2):
+        add(band, row, row, 1.0)
+        work.residual[row] = 0.0
+    for i in range(n):
+        u, row = 3 * i + 1, 3 * i + 3
+        add(band, row, row, rows[STIFF, i])
+        for side in range(2):
+            at, other = u + side, u + 1 - side
+            turn, cross, slides = rows[TURN + side, i], rows[CROSS, i], rows[SLIDES + side, i]
+            into, out, by_wrap = 1.0 - slides, 1.0 + slides, rows[BY_WRAP + side, i]
+            add(band, row, at, turn)
+            add(band, row, at + 3, -turn)
+            before = balance.free[side]
+            if i > 0:
+                before = rows[OWN + side, i - 1]
+                add(band, at, row - 3, into * rows[TURN + side, i - 1])
+                add(band, at, at - 3, into * before)
+                add(band, at, other - 3, into * rows[CROSS, i - 1])
+                add(band, at, other, -into * rows[CROSS, i - 1])
+            add(band, at, at, -(into * before + out * rows[OWN + side, i] + rows[HOLDS + side, i]))
+            add(band, at, other, -out * cross)
+            add(band, at, at + 3, out * rows[OWN + side, i])
+            add(band, at, other + 3, out * cross)
+            add(band, at, row - 3, -by_wrap * half_sign(x[row - 3]))
+            add(band, at, row, -(out * turn + by_wrap * half_sign(x[row])))
+    if balance.outside:
+        by_headings(work)
 
 
 @chain_njit()
 def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, settle: bool) -> Balance:
-    """Fill tangent and residual at x, guide by guide.
-
-    Row by row: the base does not rotate; each guide's balance of tensions; each joint's balance of moments; the tendons
-    are anchored at the tip. ``rate`` is 1/s of the step for drag and heat, 0 without; ``settle`` as in
-    :func:`guide_row`.
-    """
-    band, b, n = work.tangent, work.residual, memory.guides.shape[1]
-    band[:] = 0.0
-    for row in (0, 3 * n + 1, 3 * n + 2):
-        add(band, row, row, 1.0)
-        b[row] = 0.0
-    stop = external_moments(x, rig, load, work, BY_DEPTH)
-    near = free_span(x, load, rig, work, BY_TENSION)
-    rest = crossing(rig.rest, rig).length  # where the tendons have their lengths
-    work.tension[0, 0], work.tension[1, 0] = near.tension
-    largest = 0.0
-    for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
-        u = 3 * i + 1  # slips at this guide are at u and u + 1, at the next one at v and v + 1; the joint is at row
-        v, row = u + 3, u + 2
-        theta = x[row]
-        path = crossing(theta, rig)
-        lever_a, lever_b = path.lever
-        stretch = x[u] - x[v] - path.length[0] + rest[0], x[u + 1] - x[v + 1] - path.length[1] + rest[1]
-        moment, slope = joint_moment(theta, i, rig, memory, load)
-        if memory.fibre_area.size > 0:
-            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION, rate)
-            far, bent, stiff = with_section(i, bend, rig, memory, work.sections[i])
-            moment, slope = moment + bent, slope + stiff
-        else:
-            far = segment(stretch[0], stretch[1], path.lever, rig, BY_TENSION)
-        ta, tb = far.tension
-        work.tension[0, i + 1], work.tension[1, i + 1] = ta, tb
-        drag = rate * rig.drag_joint
-        b[row] = moment + drag * (theta - work.x_before[row]) - ta * lever_a - tb * lever_b - work.external[i]
-        largest = max(largest, abs(b[row]) / rig.arm[0])
-        add(
-            band, row, row,
-            slope + drag - ta * path.bow[0] - tb * path.bow[1] - lever_a * far.by_angle[0] - lever_b * far.by_angle[1],
-        )  # fmt: skip
-        by_a, by_b = -far.by_angle[0], -far.by_angle[1]  # slopes of the moment in the stretch: the same by symmetry
-        add(band, row, u, -by_a)
-        add(band, row, u + 1, -by_b)
-        add(band, row, v, by_a)
-        add(band, row, v + 1, by_b)
-        guide = guide_at(i, x[u - 1], theta, near, far, rig, load.friction_scale, rate)
-        largest = max(
-            largest,
-            guide_row(0, x, rig, memory, work, guide, settle),
-            guide_row(1, x, rig, memory, work, guide, settle),
-        )
-        near = far
-    outside = stop > 0.0 or loaded(rig)
-    if outside:
-        by_headings(work)
-    return Balance(largest=largest, stop_stiffness=stop, outside=outside)
+    """Fill residual and tangent at x; arguments as of :func:`balance_at`."""
+    balance = balance_at(x, rig, memory, load, work, rate, settle)
+    fill_tangent(x, work, balance)
+    return balance

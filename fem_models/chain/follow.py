@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.chain.compiled import chain_njit
-from fem_models.chain.equations import Work, work_space
+from fem_models.chain.equations import Work, copy, copy_both, work_space
 from fem_models.chain.fibres import transform
 from fem_models.chain.laws import flag_element, flag_moment
 from fem_models.chain.newton import Attempt, newton
@@ -95,7 +95,7 @@ class Motion(NamedTuple):
     energy: Floats  # (4,)
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def motion_at_rest(rig: Parameters, joints: int) -> Motion:
     """Every joint at the angle it has without load."""
     size = 3 * (joints + 1)
@@ -183,11 +183,9 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
 def largest_change(x: Floats, y: Floats) -> tuple[float, float]:
     """Largest rotation of a joint and slide at a guide between two states."""
     rotation = slide = 0.0
-    for i in range(x.size):
-        if i % 3 == 0:
-            rotation = max(rotation, abs(y[i] - x[i]))
-        else:
-            slide = max(slide, abs(y[i] - x[i]))
+    for i in range(0, x.size, 3):
+        rotation = max(rotation, abs(y[i] - x[i]))
+        slide = max(slide, abs(y[i + 1] - x[i + 1]), abs(y[i + 2] - x[i + 2]))
     return rotation, slide
 
 
@@ -207,33 +205,36 @@ def guess(motion: Motion, work: Work, length: float, same_direction: bool) -> No
 
     After a reversal or a failure nothing is carried on: every guide sticks until its force says otherwise.
     """
-    work.x_before[:] = motion.x
-    motion.trial[:] = motion.x
+    x, trial, increment, state = motion.x, motion.trial, motion.increment, work.state
+    copy(x, work.x_before)
     if not same_direction:
-        work.state[:] = 0.0
+        copy(x, trial)
+        state[:] = 0.0
         return
-    for i in range(motion.x.size):
-        motion.trial[i] += length * motion.increment[i]
-    work.state[:] = motion.state
+    for i in range(x.size):
+        trial[i] = x[i] + length * increment[i]
+    copy_both(motion.state, state)
     for side in range(2):
         start = int(motion.front[side])
         ahead = int(length * motion.front_speed[side])
-        for i in range(start, min(start + ahead, motion.state.shape[1])):
-            work.state[side, i] = motion.state[side, 0]
+        for i in range(start, min(start + ahead, state.shape[1])):
+            state[side, i] = state[side, 0]
 
 
 @chain_njit()
 def learn(motion: Motion, work: Work, length: float, direction: float, last_direction: float) -> None:
     """Take up the equilibrium that was found, and what the step changed per length."""
+    x, trial, increment = motion.x, motion.trial, motion.increment
     for side in range(2):
         reached = front(work.state[side])
         motion.front_speed[side] = front_speed(motion.front[side], reached, direction, last_direction, length)
         motion.front[side] = reached
-    for i in range(motion.x.size):
-        motion.increment[i] = (motion.trial[i] - motion.x[i]) / max(length, LEAST_LENGTH)
-    motion.state[:] = work.state
-    motion.x[:] = motion.trial
-    work.guess[:] = work.tension[:, 0]
+    by_length = 1.0 / max(length, LEAST_LENGTH)
+    for i in range(x.size):
+        increment[i] = (trial[i] - x[i]) * by_length
+        x[i] = trial[i]
+    copy_both(work.state, motion.state)
+    work.guess[0], work.guess[1] = work.tension[0, 0], work.tension[1, 0]
 
 
 @chain_njit()
@@ -262,19 +263,22 @@ def creep_on(part: float, rig: Parameters, tension: Floats, crept: Floats) -> No
 def note(k: int, path: Path, rig: Parameters, memory: Memory, work: Work, motion: Motion, run: Run) -> None:
     """Write the results of sample k, and let the tendons creep."""
     creep_on(path.creep[k], rig, work.tension, motion.crept)
-    for i in range(run.angles.shape[1]):
-        run.angles[k, i] = motion.x[3 * i + 3]
+    angles, tensions = run.angles, run.tensions
+    for i in range(angles.shape[1]):
+        angles[k, i] = motion.x[3 * i + 3]
     for i in range(run.longer.shape[1]):
         run.longer[k, i] = work.sections[i, LONGER]
     for i in range(run.warming.shape[1]):
         run.warming[k, i] = memory.fibres[i, -1]
-    run.tensions[k] = work.tension
+    for side in range(2):
+        for i in range(tensions.shape[2]):
+            tensions[k, side, i] = work.tension[side, i]
     energy = motion.energy
     run.energies[k, 0], run.energies[k, 1] = energy[WHEEL], energy[FRICTION]
     run.energies[k, 2], run.energies[k, 3] = energy[MATERIAL], energy[DRAG]
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def tape_of(steps: int, joints: int) -> Tape:
     """Make an empty tape for a number of steps; for none it is not written on."""
     return Tape(
@@ -285,7 +289,7 @@ def tape_of(steps: int, joints: int) -> Tape:
     )
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def cut(tape: Tape, steps: int, length: int) -> Tape:
     """Copy the first steps of a tape to one of another length."""
     out = tape_of(length, tape.state.shape[2])
@@ -297,66 +301,97 @@ def cut(tape: Tape, steps: int, length: int) -> Tape:
 
 
 @chain_njit()
-def noted(tape: Tape, step: int, k: int, part: float, motion: Motion) -> Tape:
-    """Write a step on a tape, which grows; return the tape."""
-    if tape.part.size == 0:
-        return tape
-    if step == tape.part.size:
-        tape = cut(tape, step, 2 * step)
+def note_step(tape: Tape, step: int, k: int, part: float, motion: Motion) -> None:
+    """Write a step on a tape that has room for it."""
     tape.sample[step], tape.part[step] = k, part
-    tape.x[step] = motion.x
-    tape.state[step] = motion.state
-    return tape
+    for i in range(motion.x.size):
+        tape.x[step, i] = motion.x[i]
+    for side in range(2):
+        for i in range(motion.state.shape[1]):
+            tape.state[step, side, i] = motion.state[side, i]
 
 
-@chain_njit(nogil=True)  # batches run in threads
+class Place(NamedTuple):
+    """How far along a path a run is."""
+
+    sample: int  # that it is on the way to
+    done: float  # part of the way to it
+    here: Load  # at the sample before
+    at: Load
+    reach: float  # length of the next step
+    direction: float  # of the last step: 1, -1, or 0 at rest; nan where it is not known
+    wheel_force: float
+    wound: float
+    steps: int
+    failed: bool  # no step leads on, even to ``reached``
+    reached: float
+
+
+@chain_njit()
+def walk(
+    path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape, motion: Motion, work: Work, start: Place
+) -> Place:
+    """Go on along a path to its end, to where there is no equilibrium, or until the tape is full."""
+    k, done, here, at, reach, last_direction = start[:6]
+    wheel_force, wound, steps = start.wheel_force, start.wound, start.steps
+    control, room, failed, reached = path.control, tape.part.size, False, at.drive
+    while k < path.drive.size and not failed and (steps < room or room == 0):
+        goal = load_at(k, path, motion.crept)
+        direction = np.sign(goal.drive - here.drive)
+        step = next_step(here, goal, done, reach, control)
+        load = step.load
+        rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
+        guess(motion, work, step.length, direction == last_direction)
+        attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=step.fine)
+        found = newton(motion.trial, rig, memory, work, motion.state, attempt) >= 0
+        rotation, slide = largest_change(motion.x, motion.trial)
+        bound = step.length + released_mm(rig, work, motion.drag)
+        if not found or jumped(rotation, slide, bound, control):
+            reach, reached = 0.5 * step.length, load.drive
+            if step.fine:
+                last_direction = math.nan
+            failed = too_short(reach, control)
+            continue
+        learn(motion, work, step.length, direction, last_direction)
+        accept(rig, memory, work, motion, load, rate)
+        if room > 0:
+            note_step(tape, steps, k, step.part, motion)
+        steps += 1
+        now = work.tension[0, 0] - work.tension[1, 0]
+        winding = wound_in(motion.x, rig, work) if rig.load_control else load.drive
+        motion.energy[WHEEL] += 0.5 * (wheel_force + now) * (winding - wound)
+        wheel_force, wound, at, done, last_direction = now, winding, load, step.part, direction
+        reach = reach_after_success(reach, control)
+        if done == 1.0:
+            note(k, path, rig, memory, work, motion, run)
+            here, done, k = goal, 0.0, k + 1
+    return Place(k, done, here, at, reach, last_direction, wheel_force, wound, steps, failed, reached)
+
+
+@chain_njit(nogil=True, allocates=True)  # batches run in threads
 def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) -> tuple[Failure, Tape]:
     """Visit the samples from rest and fill the results; between samples everything moves in proportion.
 
     The tape that is returned holds the steps, unless the one given is empty.
     """
-    joints, control = run.angles.shape[1], path.control
+    joints, samples, taped = run.angles.shape[1], path.drive.size, tape.part.size > 0
     motion, work = motion_at_rest(rig, joints), work_space(rig, joints)
-    here = at = at_rest(rig.rest)
+    here = at_rest(rig.rest)
     start = Attempt(load=here, rate=0.0, iterations=10 * path.iterations, fine=True)
     if newton(motion.x, rig, memory, work, work.state, start) < 0:
         return Failure(sample=0, start=0.0, end=0.0), tape
     motion.limit[:] = work.limit
     motion.state[:] = work.state
     accept(rig, memory, work, motion, here, 0.0)
-    tape, steps = noted(tape, 0, -1, 1.0, motion), 1
-    wheel_force, wound = work.tension[0, 0] - work.tension[1, 0], 0.0
-    if rig.load_control:
-        wound = wound_in(motion.x, rig, work)
-    reach, last_direction = control.max_step, 0.0
-    for k in range(path.drive.size):
-        goal = load_at(k, path, motion.crept)
-        direction = np.sign(goal.drive - here.drive)
-        done = 0.0
-        while done < 1.0:
-            step = next_step(here, goal, done, reach, control)
-            load = step.load
-            rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
-            guess(motion, work, step.length, direction == last_direction)
-            attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=step.fine)
-            found = newton(motion.trial, rig, memory, work, motion.state, attempt) >= 0
-            rotation, slide = largest_change(motion.x, motion.trial)
-            bound = step.length + released_mm(rig, work, motion.drag)
-            if not found or jumped(rotation, slide, bound, control):
-                reach = 0.5 * step.length
-                if step.fine:
-                    last_direction = math.nan
-                if too_short(reach, control):
-                    return Failure(sample=k, start=at.drive, end=load.drive), tape
-                continue
-            learn(motion, work, step.length, direction, last_direction)
-            accept(rig, memory, work, motion, load, rate)
-            tape, steps = noted(tape, steps, k, step.part, motion), steps + 1
-            now = work.tension[0, 0] - work.tension[1, 0]
-            winding = wound_in(motion.x, rig, work) if rig.load_control else load.drive
-            motion.energy[WHEEL] += 0.5 * (wheel_force + now) * (winding - wound)
-            wheel_force, wound, at, done, last_direction = now, winding, load, step.part, direction
-            reach = reach_after_success(reach, control)
-        here = goal
-        note(k, path, rig, memory, work, motion, run)
-    return Failure(sample=-1, start=0.0, end=0.0), cut(tape, steps, min(steps, tape.part.size))
+    if taped:
+        note_step(tape, 0, -1, 1.0, motion)
+    wheel_force = work.tension[0, 0] - work.tension[1, 0]
+    wound = wound_in(motion.x, rig, work) if rig.load_control else 0.0
+    place = Place(0, 0.0, here, here, path.control.max_step, 0.0, wheel_force, wound, 1, False, 0.0)
+    while place.sample < samples and not place.failed:
+        if taped and place.steps == tape.part.size:
+            tape = cut(tape, place.steps, 2 * place.steps)
+        place = walk(path, rig, memory, run, tape, motion, work, place)
+    if place.failed:
+        return Failure(sample=place.sample, start=place.at.drive, end=place.reached), tape
+    return Failure(sample=-1, start=0.0, end=0.0), cut(tape, place.steps, min(place.steps, tape.part.size))

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from fem_models.chain.compiled import chain_njit
 from fem_models.chain.parameters import Memory, Pair, Parameters
-from fem_models.load.stepping import Load
 
 SLACK_STIFFNESS = 1e-6
 """Stiffness of a slack segment over that of a taut one, in the tangent only.
@@ -54,7 +53,6 @@ class Guide(NamedTuple):
     constant: float  # friction that does not depend on the tensions, N
     ratio: float  # of friction to the sum of the tensions on both sides, tanh(mu wrap/2)
     capstan: float
-    wrap_by_angle: tuple[float, float]  # of the joints before and beyond
     drag: float  # N/mm of a step
 
 
@@ -137,13 +135,13 @@ def segment(stretch_a: float, stretch_b: float, lever: Pair, rig: Parameters, ta
     thrust = preload_a + preload_b
     target_a = preload_a + ka * (stretch_a + q * thrust)
     target_b = preload_b + kb * (stretch_b + q * thrust)
-    d = 1.0 + (ka + kb) * q
-    ta = ((1.0 + kb * q) * target_a - ka * q * target_b) / d
-    tb = ((1.0 + ka * q) * target_b - kb * q * target_a) / d
+    by_d = 1.0 / (1.0 + (ka + kb) * q)
+    ta = ((1.0 + kb * q) * target_a - ka * q * target_b) * by_d
+    tb = ((1.0 + ka * q) * target_b - kb * q * target_a) * by_d
     cross = 0.0
     if taut == BOTH or (taut == BY_TENSION and ta > 0.0 and tb > 0.0):
-        cross = -ka * kb * q / d
-        own_a, own_b = (1.0 + kb * q) * ka / d, (1.0 + ka * q) * kb / d
+        cross = -ka * kb * q * by_d
+        own_a, own_b = (1.0 + kb * q) * ka * by_d, (1.0 + ka * q) * kb * by_d
     else:
         ta, tb = target_a / (1.0 + ka * q), target_b / (1.0 + kb * q)
         own_a, own_b = SLACK_STIFFNESS * ka, SLACK_STIFFNESS * kb
@@ -177,29 +175,14 @@ def wrap(i: int, before: float, theta: float, rig: Parameters) -> float:
 
 
 @chain_njit(forceinline=True)
-def guide_at(
-    i: int, before: float, theta: float, near: Span, far: Span, rig: Parameters, scale: float, rate: float
-) -> Guide:
-    """Guide i between joints at the angles ``before`` and ``theta``.
-
-    ``scale`` is the factor of its friction; ``rate`` is 1/s of the step, 0 without drag.
-    """
+def guide_at(i: int, ratio: float, near: Span, far: Span, rig: Parameters, scale: float, rate: float) -> Guide:
+    """Guide i; ``scale`` is the factor of its friction, ``rate`` is 1/s of the step, 0 without drag."""
     constant, drag = rig.guide, 0.0
-    capstan = scale * rig.capstan
     if i == 0:
         constant += rig.sheath
         drag = rate * rig.drag_sheath
-    half_before = 0.5 if before > 0.0 else (-0.5 if before < 0.0 else 0.0)
-    half_theta = 0.5 if theta > 0.0 else (-0.5 if theta < 0.0 else 0.0)
     return Guide(
-        number=i,
-        near=near,
-        far=far,
-        constant=scale * constant,
-        ratio=math.tanh(0.5 * capstan * wrap(i, before, theta, rig)),
-        capstan=capstan,
-        wrap_by_angle=(half_before, half_theta),
-        drag=drag,
+        number=i, near=near, far=far, constant=scale * constant, ratio=ratio, capstan=scale * rig.capstan, drag=drag
     )
 
 
@@ -281,28 +264,6 @@ def spring(bent: float, rig: Parameters) -> tuple[float, float]:
     growth = u * (slope + limit * u) / (1.0 + u * u)
     moment = rig.elastic * bent + math.copysign(1.0, bent) * rig.hardened * angle * beyond
     return moment, rig.elastic + rig.hardened * growth
-
-
-@chain_njit(forceinline=True)
-def joint_moment(theta: float, i: int, rig: Parameters, memory: Memory, load: Load) -> tuple[float, float]:
-    """Moment that bends joint i to an angle, and its slope: spring, Jenkins and flag elements, closed notch."""
-    moment, slope = spring(theta - load.rest_angle, rig)
-    for j in range(memory.slip_moment.size):
-        stiffness = memory.jenkins_stiffness[j]
-        part, limit = stiffness * (theta - memory.jenkins[j, i]), load.loop_scale * memory.slip_moment[j]
-        if abs(part) <= limit:
-            moment += part
-            slope += stiffness
-        else:
-            moment += math.copysign(limit, part)
-    for j in range(memory.flag_stiffness.size):
-        part, tangent = flag_moment(theta - load.rest_angle, memory.flags[j, i], flag_element(j, memory))
-        moment += part
-        slope += tangent
-    if closed(theta, rig):
-        moment += math.copysign(rig.contact_stiffness * (abs(theta) - rig.contact_angle), theta)
-        slope += rig.contact_stiffness
-    return moment, slope
 
 
 @chain_njit(forceinline=True)

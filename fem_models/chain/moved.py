@@ -117,7 +117,7 @@ def substitute(factors: Floats, b: Floats) -> None:
             b[i + BAND - k] -= factors[i, BAND - k] * own
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def line_of(tape: Tape, stop: bool, elements: int, flags: int, rest_wrap: float) -> Line:
     """Arrays for the steps of a tape."""
     steps, size = tape.x.shape
@@ -161,7 +161,7 @@ def note_step(s: int, line: Line, rig: Parameters, memory: Memory, work: Work, l
             line.branch[s, j, i] = flag_branch(theta - load.rest_angle, memory.flags[j, i], flag_element(j, memory))
 
 
-@chain_njit(nogil=True, error_model="python")
+@chain_njit(nogil=True, error_model="python", allocates=True)
 def linearise(tape: Tape, path: Path, rig: Parameters, memory: Memory) -> Line:
     """Take the steps of a tape once more, and factorise the tangent at each."""
     line = line_of(tape, rig.stop_stiffness > 0.0, memory.slip_moment.size, memory.flag_stiffness.size, rig.rest_wrap)
@@ -247,7 +247,7 @@ def imbalance(
     b[:] = 0.0
     external_moments(x, rig, load, work, 1 if line.stop[s] > 0.0 else 0)
     held_moments(s, line, rig, memory, load, b)
-    near, rest = free_span(x, load, rig, work, taut[0]), crossing(rig.rest, rig).length
+    near, rest = free_span(x, load, rig, (work.guess[0], work.guess[1]), taut[0]), crossing(rig.rest, rig).length
     note_span(0, near, spans)
     same = capstan == line.capstan[s] and rig.rest_wrap == line.rest_wrap
     for i in range(n):
@@ -379,7 +379,7 @@ def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, rate: float,
         row[BENT], row[LONGER] = before  # of the rig's own place, where the next step starts
 
 
-@chain_njit()
+@chain_njit(allocates=True)
 def moved_at_rest(joints: int) -> Moved:
     """Arrays for a moved rig."""
     size = 3 * joints + 3
@@ -394,7 +394,7 @@ def moved_at_rest(joints: int) -> Moved:
     )
 
 
-@chain_njit(nogil=True, error_model="python")
+@chain_njit(nogil=True, error_model="python", allocates=True)
 def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: Run) -> float:
     """Take a moved rig along the steps of a rig, and fill angles and tensions.
 

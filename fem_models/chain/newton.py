@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from fem_models.chain.compiled import chain_njit
-from fem_models.chain.equations import BAND, BAND_OF_JOINTS, Work, assemble
+from fem_models.chain.equations import BAND, Balance, Work, balance_at, copy, fill_tangent
 from fem_models.chain.parameters import Memory, Parameters
+from fem_models.chain.sweep import sweep
 from fem_models.load.stepping import Load
 from hysteresis.arrays import Floats
 
@@ -56,6 +55,29 @@ def eliminate(a: Floats, b: Floats, z: Floats, both: bool, reach: int) -> None:
             z[i] = second / a[i, BAND]
 
 
+@chain_njit(error_model="python")
+def eliminate_outside(x: Floats, work: Work, balance: Balance) -> None:
+    """Solve the tangent at x for the residuals, in place, where there are loads from outside.
+
+    A touched tip stop adds k l l^T to the tangent, l being the tip's levers: Sherman-Morrison with a second solution.
+    """
+    b, lever, z, touched = work.residual, work.lever, work.behind, balance.stop_stiffness > 0.0
+    fill_tangent(x, work, balance)
+    if touched:
+        copy(lever, z)
+    eliminate(work.tangent, b, z, touched, BAND)
+    if touched:
+        by_b = by_z = 0.0
+        for i in range(x.size):
+            by_b += lever[i] * b[i]
+            by_z += lever[i] * z[i]
+        scale = balance.stop_stiffness * by_b / (1.0 + balance.stop_stiffness * by_z)
+        for i in range(x.size):
+            b[i] -= scale * z[i]
+    for i in range(x.size - 3, 3, -3):  # joints from headings
+        b[i] -= b[i - 3]
+
+
 @chain_njit()
 def base_slides(before: Floats, state: Floats) -> bool:
     """Whether a tendon has begun to slide at the base, or to slide in the other direction; states (2, N)."""
@@ -72,33 +94,21 @@ def newton(x: Floats, rig: Parameters, memory: Memory, work: Work, before: Float
     ``before`` are the states of the guides, (2, N), at the last equilibrium. A step that is not fine is given up
     where a tendon begins to slide at the base: the work of the wheel has a corner there, and a quarter of the longest
     step keeps the balance of energies. In the first iteration the guides keep the states they come with, which x may
-    not agree with yet. A touched tip stop adds k l l^T to the tangent, l being the tip's levers: Sherman-Morrison
-    with a second solution.
+    not agree with yet.
     """
-    b, lever, z = work.residual, work.lever, np.empty(x.size)
+    b = work.residual
     for iteration in range(attempt.iterations):
-        balance = assemble(x, rig, memory, attempt.load, work, attempt.rate, iteration > 0)
+        balance = balance_at(x, rig, memory, attempt.load, work, attempt.rate, iteration > 0)
         if iteration > 0 and not attempt.fine and base_slides(before, work.state):
             return -1
         if balance.largest <= rig.tolerance:
             return iteration
         if not balance.largest < 1e9 * rig.scale:
             return -1
-        touched = balance.stop_stiffness > 0.0
-        if touched:
-            z[:] = lever
-        eliminate(work.tangent, b, z, touched, BAND if balance.outside else BAND_OF_JOINTS)
-        if touched:
-            by_b = by_z = 0.0
-            for i in range(x.size):
-                by_b += lever[i] * b[i]
-                by_z += lever[i] * z[i]
-            scale = balance.stop_stiffness * by_b / (1.0 + balance.stop_stiffness * by_z)
-            for i in range(x.size):
-                b[i] -= scale * z[i]
         if balance.outside:
-            for i in range(x.size - 3, 3, -3):  # joints from headings
-                b[i] -= b[i - 3]
+            eliminate_outside(x, work, balance)
+        else:
+            sweep(x, work, balance)
         most = 0.0
         for i in range(3, x.size, 3):
             most = max(most, abs(b[i]))

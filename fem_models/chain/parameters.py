@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.joint import JointMechanics
-from fem_models.joint.contact import ring_weight_N, tip_load_N
+from fem_models.joint.contact import ring_weight_N, tip_force_N
 from fem_models.joint.hardening import Hardening
 from fem_models.joint.superelastic_section import Heating, SuperelasticSection, elongation_under_mm
 from fem_models.rig import Rig
@@ -149,7 +149,7 @@ def chain_parameters(
     flexure, arms, dry, tendons = joint.flexure, joint.arms_mm, rig.friction, rig.tendons
     elastic, scale = joint.jenkins.elastic_Nmm_per_rad, joint.force_scale_N
     stop, weight, ring = rig.tip_stop, ring_weight_N(rig), joint.ring.bending_Nmm_per_rad  # the ring is in series
-    tip, spring = tip_load_N(rig), float(elastic * ring / (ring + elastic))
+    tip, spring = tip_force_N(rig), float(elastic * ring / (ring + elastic))
     contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
     segment = _pair([tendon.EA_N / rig.pitch_mm for tendon in tendons])
     creep = rig.creep.fraction if rig.creep else 0.0

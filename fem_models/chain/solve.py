@@ -23,6 +23,7 @@ import numpy as np
 
 from fem_models.chain.follow import Path, Run, Tape, follow, tape_of
 from fem_models.chain.parameters import ChainSettings, Parameters, chain_parameters, memory_at_rest
+from fem_models.chain.turns import reach
 from fem_models.joint import JointMechanics, joint_mechanics
 from fem_models.joint.contact import require_open
 from fem_models.joint.strain import peak_strain
@@ -202,15 +203,15 @@ def tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:
 
     The turning length of a notch lies along the mean of the headings before and beyond it, the rest along the rings.
     """
-    n, heading = rig.joints, np.cumsum(run.angles, axis=1)
-    turning = joint.turning_length_mm
-    reach = (rig.pitch_mm - turning) * np.append(np.ones(n - 1), 0.5)
-    place = np.exp(1j * heading) @ reach + turning * np.exp(1j * (heading - 0.5 * run.angles)).sum(axis=1)
+    n, turning = rig.joints, joint.turning_length_mm
+    tip = np.empty((len(run.angles), 2))
+    reach(run.angles, rig.pitch_mm - turning, turning, tip)
     thrust = len(rig.tendons) * rig.preload_N
     shortening = joint.axial_compliance * (run.tensions[:, :, 1:].sum(axis=(1, 2)) - n * thrust)
     if joint.section is not None:
         shortening += (elongation_under_mm(joint.section, thrust) - run.longer).sum(axis=1)
-    return np.column_stack([0.5 * (rig.pitch_mm - turning) + place.real - shortening, place.imag])
+    tip[:, 0] += 0.5 * (rig.pitch_mm - turning) - shortening
+    return tip
 
 
 @dataclass(frozen=True)

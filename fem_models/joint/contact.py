@@ -14,21 +14,32 @@ from hysteresis.arrays import Floats
 GRAVITY_MM_PER_S2 = 9806.65
 
 
+def weight_N(mass_g: float) -> float:
+    """Weight of a mass, N."""
+    return mass_g * 1e-6 * GRAVITY_MM_PER_S2  # g to kg, mm/s^2 to m/s^2
+
+
 def ring_weight_N(rig: Rig) -> tuple[float, float]:
     """Weight of one ring along the straight tube and across it, in the bending plane, N."""
     if rig.gravity is None:
         return 0.0, 0.0
-    weight = rig.gravity.ring_mass_g * 1e-6 * GRAVITY_MM_PER_S2  # g to kg, mm/s^2 to m/s^2
-    direction = math.radians(rig.gravity.direction_deg)
-    return weight * math.cos(direction), weight * math.sin(direction)
+    return _parts(weight_N(rig.gravity.ring_mass_g), rig.gravity.direction_deg)
 
 
-def tip_load_N(rig: Rig) -> tuple[float, float]:
-    """Dead force on the centre of the last ring, along the straight tube and across it, N."""
-    if rig.tip_load is None:
-        return 0.0, 0.0
-    direction = math.radians(rig.tip_load.direction_deg)
-    return rig.tip_load.force_N * math.cos(direction), rig.tip_load.force_N * math.sin(direction)
+def tip_force_N(rig: Rig) -> tuple[float, float]:
+    """Dead force on the centre of the last ring, along the straight tube and across it, N: load and weight there."""
+    x = y = 0.0
+    if rig.tip_load is not None:
+        x, y = _parts(rig.tip_load.force_N, rig.tip_load.direction_deg)
+    if rig.tip_mass is not None:
+        weight_x, weight_y = _parts(weight_N(rig.tip_mass.mass_g), rig.tip_mass.direction_deg)
+        x, y = x + weight_x, y + weight_y
+    return x, y
+
+
+def _parts(force_N: float, direction_deg: float) -> tuple[float, float]:
+    direction = math.radians(direction_deg)
+    return force_N * math.cos(direction), force_N * math.sin(direction)
 
 
 def require_open(rig: Rig, joint: JointMechanics, joint_angles_rad: Floats) -> None:

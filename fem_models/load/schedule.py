@@ -18,7 +18,7 @@ from hysteresis.arrays import Floats
 class Schedule:
     """Inputs of a run, shapes (m,) or (m, 2) for tendons a and b.
 
-    ``drive_mm``: displacement at the wheel's rim, after gain, backlash and eccentricity. ``slack_mm``: extra length of
+    ``drive_mm``: displacement at the wheel's rim, after gain, play and eccentricity. ``slack_mm``: extra length of
     a tendon compared with rest. ``loop_scale``: factor of the slip moments of the Jenkins elements. ``friction_scale``:
     factor of the friction of all guides. ``residual_rad``: angle of every joint without load.
     ``time_s``: from the first sample on, zeros for a program without times.
@@ -34,14 +34,37 @@ class Schedule:
     creep: Floats
 
 
-def play(drive: Floats, width: float) -> Floats:
-    """Play operator of a width; the play starts centred at zero: shape (m,) -> (m,)."""
+def play(drive: Floats, width: ArrayLike) -> Floats:
+    """Play operator of a width, that of each sample; the play starts centred at zero: shape (m,) -> (m,)."""
     out = np.empty_like(drive)
     at = 0.0
-    for k, x in enumerate(drive.tolist()):
-        at = min(max(at, x - width / 2), x + width / 2)
+    widths = np.broadcast_to(np.asarray(width, dtype=float), drive.shape)
+    for k, (x, w) in enumerate(zip(drive.tolist(), widths.tolist(), strict=True)):
+        at = min(max(at, x - w / 2), x + w / 2)
         out[k] = at
     return out
+
+
+def play_width_mm(rig: Rig, program: LoadProgram) -> Floats:
+    """Width of the play between drive and wheel at every sample, shape (m,): what the preload leaves, and backlash.
+
+    Raises
+    ------
+    RigError
+        As :func:`schedule`.
+    """
+    width = np.full(program.drive_mm.size, rig.backlash.width_mm if rig.backlash else 0.0)
+    if (clearance := rig.preloaded_play) is not None:
+        width = width + clearance.free_width_mm / (1 + _preload_N(rig, program) / clearance.takes_up_N)
+    return width
+
+
+def _preload_N(rig: Rig, program: LoadProgram) -> Floats:
+    """Preload that is left at every sample, shape (m,)."""
+    lost = np.zeros(program.drive_mm.size)
+    if rig.preload_loss is not None:
+        lost = rig.preload_loss.fraction * _settled(program, rig.preload_loss.cycles)
+    return rig.preload_N * (1 - lost)
 
 
 def schedule(rig: Rig, program: LoadProgram) -> Schedule:
@@ -55,8 +78,8 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     drive, m = program.drive_mm, program.drive_mm.size
     if rig.drive_gain is not None:
         drive = (1 + rig.drive_gain.error) * drive
-    if rig.backlash is not None:
-        drive = play(drive, rig.backlash.width_mm)
+    if rig.backlash is not None or rig.preloaded_play is not None:
+        drive = play(drive, play_width_mm(rig, program))
     if rig.eccentricity is not None:
         phase = np.radians(rig.eccentricity.phase_deg)
         wave = np.sin(drive / rig.wheel.radius_mm + phase) - np.sin(phase)
@@ -65,7 +88,7 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     if rig.slack is not None:
         slack += [rig.slack.tendon_a_mm, rig.slack.tendon_b_mm]
     if rig.preload_loss is not None:
-        tension = rig.preload_N * (1 - rig.preload_loss.fraction * _settled(program, rig.preload_loss.cycles))
+        tension = _preload_N(rig, program)
         length = rig.joints * rig.pitch_mm
         for side, tendon in enumerate(rig.tendons):
             slack[:, side] -= tendon_stretch_mm(tendon, tension, rig.preload_N, length)
@@ -89,7 +112,7 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
 def force_schedule(rig: Rig, force_N: ArrayLike) -> Schedule:
     """Work out the inputs of a run under load control: the drives are tensions of tendon a at the wheel, in N.
 
-    Effects between motor and base (slack, backlash, eccentricity, creep) do not change a prescribed force.
+    Effects between motor and base (slack, play, eccentricity, creep) do not change a prescribed force.
 
     Raises
     ------

@@ -16,7 +16,7 @@ import numpy as np
 
 import fem_models.multibody.connector_laws as laws
 from fem_models.joint import JointMechanics
-from fem_models.joint.contact import ring_weight_N, tip_load_N
+from fem_models.joint.contact import ring_weight_N, tip_force_N
 from fem_models.multibody.section import Sections, add_sections, shortening_mm
 from fem_models.rig import Rig
 from fem_models.rig.rig import Tendon
@@ -51,6 +51,13 @@ SMOOTH_RATIO = 0.02
 """Spring of a guide without friction, over EA/pitch."""
 
 MASSLESS = RingInertia(0.0, 0.0)
+
+
+def tip_inertia(rig: Rig, ring: RingInertia) -> RingInertia:
+    """Inertia of the last ring, with the mass at its centre; statics know no mass."""
+    if rig.tip_mass is None or ring == MASSLESS:
+        return ring
+    return RingInertia(ring.mass_t + 1e-6 * rig.tip_mass.mass_g, ring.about_centre_t_mm2)
 
 
 class DeadLoad(NamedTuple):
@@ -174,7 +181,8 @@ def _add_backbone(mbs: Any, rig: Rig, joint: JointMechanics, ground: int, inerti
     bending = 0.0 if rig.superelastic else joint.jenkins.elastic_Nmm_per_rad  # flags take the place of the spring
     for i in range(1, rig.joints + 1):
         moved -= shorter
-        rings.append(_ring(mbs, i * p - length / 2, moved, length / 2, inertia))
+        mass = inertia if i < rig.joints else tip_inertia(rig, inertia)
+        rings.append(_ring(mbs, i * p - length / 2, moved, length / 2, mass))
         beams.append(_add_beam(mbs, [near[-1], rings[-1].node], bend, bending, axial, shear))
         if i == rig.joints:
             break
@@ -277,16 +285,16 @@ def _add_segments(
 
 
 def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> list[DeadLoad]:
-    """Weight of the rings, and load and stop at the tip; return the dead loads, which the stepper sets."""
+    """Weight of the rings, and load, weight and stop at the tip; return the dead loads, which the stepper sets."""
     dead = []
     if rig.gravity is not None:
         for ring in rings[1:]:
             centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ring.body, localPosition=[ring.centre_mm, 0, 0]))
             dead.append(DeadLoad(int(mbs.AddLoad(items.LoadForceVector(markerNumber=centre))), ring_weight_N(rig)))
     tip = items.MarkerBodyPosition(bodyNumber=rings[-1].body, localPosition=[rings[-1].centre_mm, 0, 0])
-    if rig.tip_load is not None:
+    if rig.tip_load is not None or rig.tip_mass is not None:
         load = items.LoadForceVector(markerNumber=mbs.AddMarker(tip))
-        dead.append(DeadLoad(int(mbs.AddLoad(load)), tip_load_N(rig)))
+        dead.append(DeadLoad(int(mbs.AddLoad(load)), tip_force_N(rig)))
     if rig.tip_stop is not None:
         origin = mbs.AddObject(items.ObjectGround())
         markers = [mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=origin)), mbs.AddMarker(tip)]

@@ -62,10 +62,6 @@ class Guides:
         self.rest, self.limit, self.sliding = (np.zeros(self.bristle.size) for _ in range(3))
         self.given = {field: np.full(self.bristle.size, np.nan) for field in ("offset", "staticFrictionOffsetForce")}
 
-    def bound(self, limit: Floats) -> None:
-        """Bound the friction of each guide, N."""
-        self._put("staticFrictionOffsetForce", limit)
-
     def _put(self, field: str, values: Floats) -> None:
         """Set a parameter of the guides in which it changes."""
         changed = np.flatnonzero(values != self.given[field]).tolist()
@@ -75,7 +71,7 @@ class Guides:
     def fix(self, sliding: Floats, limit: Floats) -> None:
         """Make each guide stick or slide for a whole solve, so that Newton's method meets no kink."""
         self._put("offset", np.where(sliding == 0, self.rest, -sliding * FAR_N))
-        self.bound(np.where(sliding == 0, FAR_N, limit))
+        self._put("staticFrictionOffsetForce", np.where(sliding == 0, FAR_N, limit))
 
     def next_states(self, q: Floats, sliding: Floats, limit: Floats) -> Floats:
         """States by the forces of the bristles; a guide that slides sticks before it slides in the other direction."""
@@ -100,8 +96,6 @@ class Guides:
         rest = slip - force / self.bristle
         loss = float(0.5 * (self.limit + limit) @ np.abs(rest - self.rest))
         self.rest, self.limit = rest, limit
-        self._put("offset", rest)
-        self.bound(limit)
         return loss
 
 
@@ -199,9 +193,11 @@ class Material:
         if self.model.jenkins:
             bend, limit = np.tile(angle, self.slip_moment.size // angle.size), load.loop_scale * self.slip_moment
             moment = np.clip(self.jenkins_stiffness * (bend - self.jenkins_rest), -limit, limit)
-            self.jenkins_rest, lost = _slipped(bend, moment, self.jenkins_stiffness, self.jenkins_rest)
+            rest, lost = _slipped(bend, moment, self.jenkins_stiffness, self.jenkins_rest)
             losses.append(lost)
-            set_each(mbs, self.model.jenkins, "offset", self.jenkins_rest)
+            slipped = np.flatnonzero(np.abs(moment) >= limit)  # what sticks keeps its rest angle but for rounding
+            set_each(mbs, [self.model.jenkins[k] for k in slipped], "offset", rest[slipped].tolist())
+            self.jenkins_rest[slipped] = rest[slipped]
         if self.model.flags:
             bend = np.tile(angle - load.rest_angle, self.fibres.stiffness.size // angle.size)
             moment = flag_moment(bend, self.flag_rest, self.fibres)

@@ -23,9 +23,9 @@ from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
 from fem_models.load.schedule import Schedule, schedule
 from fem_models.load.stepping import Load, distance
-from fem_models.multibody.assembly import NITINOL_T_PER_MM3, RingInertia
+from fem_models.multibody.assembly import NITINOL_T_PER_MM3, RingInertia, tip_inertia
 from fem_models.multibody.quasi_static import creep_goal_mm, load_of
-from fem_models.multibody.stepper import MultibodySettings, Stepper, quiet
+from fem_models.multibody.stepper import MultibodySettings, Stepper, quiet, wheel_force_N
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import NotchedTube
@@ -55,8 +55,8 @@ class DynamicSolution:
     """A record, and what only the model knows. Arrays follow the samples of the record, shape (m, ...).
 
     ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. Work of the wheel and
-    losses are cumulative from the start of the program; ``kinetic_mJ`` is that of the rings. ``step_s`` is the step of
-    the integration, ``step_mm`` how far the drive goes in it where it is fastest.
+    losses are cumulative from the start of the program; ``kinetic_mJ`` is that of the rings and of a mass at the tip.
+    ``step_s`` is the step of the integration, ``step_mm`` how far the drive goes in it where it is fastest.
     """
 
     record: Record
@@ -109,7 +109,7 @@ class _Motion:
         # the path gets no reversals that the program does not have.
         time = np.concatenate([[plan.time_s[0] - (plan.time_s[1] - plan.time_s[0])], plan.time_s])
         self.course = PchipInterpolator(time, np.vstack([columns[:1], columns]))
-        self.crept, self.work, self.force = np.zeros(2), work_mJ, stepper.wheel_force_N()
+        self.crept, self.work, self.force = np.zeros(2), work_mJ, wheel_force_N(stepper.tensions())
         self.sliding = stepper.guides.sliding
         self.rows: list[tuple[float, ...]] = []
         self.tensions: list[Floats] = []
@@ -153,7 +153,7 @@ class _Motion:
         stepper.material.begin(time_s - last[0], q)
         stepper.accept(q, velocities, stepper.limits())
         stepper.material.begin(0.0, q)  # plateaus of the next step have the temperatures at the end of this one
-        before, self.force = self.force, stepper.wheel_force_N()
+        before, self.force = self.force, wheel_force_N(stepper.tensions())
         self.work += 0.5 * (before + self.force) * (stepper.load.drive - last[1])
         if self.stepper.rig.creep is not None:
             part = -math.expm1(-(time_s - last[0]) / self.stepper.rig.creep.time_s)
@@ -177,7 +177,9 @@ class _Motion:
         angle, speed = q[rings + 2], velocities[rings + 2]
         vx = velocities[rings] - arm * speed * np.sin(angle)
         vy = velocities[rings + 1] + arm * speed * np.cos(angle)
-        return float(0.5 * (self.inertia.mass_t * (vx**2 + vy**2) + self.inertia.about_centre_t_mm2 * speed**2).sum())
+        mass = np.full(speed.size, self.inertia.mass_t)
+        mass[-1] = tip_inertia(self.stepper.rig, self.inertia).mass_t
+        return float(0.5 * (mass * (vx**2 + vy**2) + self.inertia.about_centre_t_mm2 * speed**2).sum())
 
     def at_samples(self, rows: list[Any]) -> Floats:
         """Values at the samples' times, on the line between steps, shape (m, ...)."""

@@ -99,7 +99,7 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
             work += stepper.move(load)
         except SolverError as error:
             raise SolverError(f"rig {rig.name}, sample {k} of {m}: {error}") from None
-        tension[k, : len(rig.tendons)] = stepper.tensions()
+        tension[k, : len(rig.tendons)] = stepper.found
         crept += plan.creep[k] * (creep_goal_mm(rig, tension[k, :, 0]) - crept)
         q = stepper.coordinates()
         rotation[k] = q[stepper.model.rotation]

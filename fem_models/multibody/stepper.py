@@ -54,7 +54,7 @@ class MultibodySettings:
     max_step_mm: float = 0.1
     max_force_step: float = 0.25
     max_halvings: int = 12
-    newton_relative_tolerance: float = 1e-7
+    newton_relative_tolerance: float = 1e-5
     newton_absolute_tolerance_N: float = 1e-7
     newton_iterations: int = 15
 
@@ -104,7 +104,6 @@ class Stepper:
         self.direction, self.increment = 0.0, 0.0 * self.coordinates()
         self.limit_slope, self.front_speed = 0.0 * self.guides.limit, np.zeros(len(rig.tendons))
         self.guides.limit = self.limits()
-        self.guides.bound(self.guides.limit)
 
     def coordinates(self) -> Floats:
         """All coordinates of the system."""
@@ -126,8 +125,8 @@ class Stepper:
         return np.asarray(position)[:2]
 
     def limits(self) -> Floats:
-        """Greatest friction of each guide at the present tensions and angles, N."""
-        tension = self.tensions()
+        """Greatest friction of each guide at the present tensions and angles, N; the tensions are kept as ``found``."""
+        tension = self.found = self.tensions()
         wrap = guide_wrap_rad(self.rig.friction, np.diff(self.coordinates()[self.model.rotation]))
         dry = scaled_friction(self.rig.friction, self.load.friction_scale)
         return friction_limits_N(dry, tension[:, :-1], tension[:, 1:], wrap).ravel()
@@ -241,7 +240,7 @@ class Stepper:
         The first guess of a step carries the last increment on. A step that fails is halved, and the halved length is
         kept until steps succeed again.
         """
-        start, done, work, force, wound = self.load, 0.0, 0.0, self.wheel_force_N(), self._wound_mm()
+        start, done, work, force, wound = self.load, 0.0, 0.0, wheel_force_N(self.found), self._wound_mm()
         direction = np.sign(end.drive - start.drive)
         while done < 1:
             step = next_step(start, end, done, self.reach, self.control)
@@ -267,7 +266,7 @@ class Stepper:
             change = after - before
             self._learn(found, change, step.length, direction)
             self.accept(after, change / time_s if time_s > 0 else 0.0 * after, found.limit)
-            last, force, last_wound, wound = force, self.wheel_force_N(), wound, self._wound_mm()
+            last, force, last_wound, wound = force, wheel_force_N(self.found), wound, self._wound_mm()
             work += 0.5 * (last + force) * (wound - last_wound)
             done, self.reach = step.part, reach_after_success(self.reach, self.control)
         return work
@@ -285,17 +284,17 @@ class Stepper:
         self.increment, self.limit_slope = change / length, (found.limit - self.guides.limit) / length
         self.guides.sliding, self.direction = found.sliding, direction
 
-    def wheel_force_N(self) -> float:
-        """Torque of the wheel over its radius."""
-        at_wheel = self.tensions()[:, 0]
-        return float(at_wheel[0] - at_wheel[1:].sum())
-
     def _wound_mm(self) -> float:
         """Tendon a that the wheel has wound in: the drive; under load control the slip at the base and the stretch."""
         if not self.load_control:
             return self.load.drive
         slip, tendon = float(self.coordinates()[self.model.slip[0]]), self.rig.tendon_a
         return slip + float(tendon_stretch_mm(tendon, self.load.drive, self.rig.preload_N, 0.0))
+
+
+def wheel_force_N(tension_N: Floats) -> float:
+    """Torque of the wheel over its radius, by the tensions of the tendons, shape (tendons, N+1)."""
+    return float(tension_N[0, 0] - tension_N[1:, 0].sum())
 
 
 def _step_control(rig: Rig, joint: JointMechanics, settings: MultibodySettings, *, load_control: bool) -> StepControl:

@@ -37,6 +37,25 @@ class Backlash:
 
 
 @dataclass(frozen=True)
+class PreloadedPlay:
+    """Clearance of the tendons in their holes and fixings that their tension takes up: a play of its own width.
+
+    The play operator of :class:`Backlash` with the width ``free_width_mm`` / (1 + T / ``takes_up_N``): a rope in
+    tension is held out of line by that much less (tie rod under axial tension; Timoshenko and Gere, Theory of Elastic
+    Stability, 1961, chapter 1). T is the preload, about which the tensions of both tendons reverse, less what
+    :class:`PreloadLoss` has taken from it. Two plays in series are one of both widths.
+    """
+
+    free_width_mm: float
+    takes_up_N: float
+
+    def __post_init__(self) -> None:
+        require_numbers("preloaded_play", self)
+        require(self.free_width_mm >= 0, "preloaded_play.free_width_mm", self.free_width_mm, "at least 0")
+        require(self.takes_up_N > 0, "preloaded_play.takes_up_N", self.takes_up_N, "above 0")
+
+
+@dataclass(frozen=True)
 class Eccentricity:
     """Radial runout of the wheel: x + e [sin(x/R + p) - sin(p)] in place of x, R being the wheel's radius."""
 
@@ -180,10 +199,11 @@ class TipStop:
 
 @dataclass(frozen=True)
 class TipLoad:
-    """A dead force on the centre of the last ring, fixed in space: a weight that hangs there, or a constant pull.
+    """A dead force on the centre of the last ring, fixed in space: a constant pull, of a string over a pulley for one.
 
-    ``direction_deg`` is as of :class:`Gravity`. The force acts from the start, before the drive moves. It keeps its
-    direction as the tube bends.
+    ``direction_deg`` is where the force points, counted as the direction of :class:`Gravity` is: 90 pushes the tip
+    towards positive bending. The force acts from the start, before the drive moves. It keeps its direction as the tube
+    bends. It has no mass; what hangs at the tip is a :class:`TipMass`.
     """
 
     force_N: float
@@ -192,6 +212,23 @@ class TipLoad:
     def __post_init__(self) -> None:
         require_numbers("tip_load", self)
         require(self.force_N >= 0, "tip_load.force_N", self.force_N, "at least 0")
+
+
+@dataclass(frozen=True)
+class TipMass:
+    """A mass at the centre of the last ring: a tool. It has weight in both engines, inertia in the dynamic one.
+
+    The weight is a dead load of mass times 9.80665 m/s^2, which acts beside :class:`TipLoad` and the weight of the
+    rings. ``direction_deg`` is the direction of gravity, as of :class:`Gravity`. In a rig that bends in a horizontal
+    plane a mass has inertia alone: there a tip load of the same size the other way takes the weight off.
+    """
+
+    mass_g: float
+    direction_deg: float = -90.0
+
+    def __post_init__(self) -> None:
+        require_numbers("tip_mass", self)
+        require(self.mass_g >= 0, "tip_mass.mass_g", self.mass_g, "at least 0")
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 from fem_models.rig.checks import RigError
@@ -192,6 +192,8 @@ def sidecar_table(rig: Rig) -> dict[str, str | float]:
     """Return the ``[rig]`` table of a record made with this rig: the name of its preset, and its preload, if any."""
     table: dict[str, str | float] = {"preload_N": rig.preload_N} if rig.preload_N > 0 else {}
     known = PRESETS.get(rig.name)
-    if known is not None and replace(known.rig, preload_N=rig.preload_N) == rig:
+    if known is not None and all(
+        getattr(known.rig, f.name) == getattr(rig, f.name) for f in fields(rig) if f.name != "preload_N"
+    ):
         table = {"preset": rig.name, **table}
     return table

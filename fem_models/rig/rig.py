@@ -17,12 +17,14 @@ from fem_models.rig.effects import (
     Fatigue,
     Gravity,
     PositionFriction,
+    PreloadedPlay,
     PreloadLoss,
     RunIn,
     Slack,
     Stribeck,
     Superelastic,
     TipLoad,
+    TipMass,
     TipStop,
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
@@ -150,6 +152,8 @@ EFFECT_TABLES = (
     "stribeck",
     "position_friction",
     "run_in",
+    "preloaded_play",
+    "tip_mass",
 )
 """Names of the optional effects of a rig, off by default."""
 
@@ -192,6 +196,8 @@ class Rig:
     stribeck: Stribeck | None = None
     position_friction: PositionFriction | None = None
     run_in: RunIn | None = None
+    preloaded_play: PreloadedPlay | None = None
+    tip_mass: TipMass | None = None
 
     def __post_init__(self) -> None:
         for name in ("preload_N", "precurvature_deg"):

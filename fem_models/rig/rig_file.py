@@ -19,12 +19,14 @@ from fem_models.rig.effects import (
     Fatigue,
     Gravity,
     PositionFriction,
+    PreloadedPlay,
     PreloadLoss,
     RunIn,
     Slack,
     Stribeck,
     Superelastic,
     TipLoad,
+    TipMass,
     TipStop,
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
@@ -55,6 +57,8 @@ _TABLES: dict[str, type] = {
     "stribeck": Stribeck,
     "position_friction": PositionFriction,
     "run_in": RunIn,
+    "preloaded_play": PreloadedPlay,
+    "tip_mass": TipMass,
 }
 _JOINT_TABLES = ("tube", "notch", "bench")
 

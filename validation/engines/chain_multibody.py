@@ -18,10 +18,13 @@ from fem_models.rig.effects import (
     Eccentricity,
     Fatigue,
     Gravity,
+    PreloadedPlay,
     PreloadLoss,
     Slack,
+    Stribeck,
     Superelastic,
     TipLoad,
+    TipMass,
     TipStop,
 )
 from fem_models.rig.rig import Friction
@@ -40,6 +43,7 @@ _LEAST_LOOP_DEG = 0.02
 EFFECTS: dict[str, dict[str, object]] = {
     "slack": {"slack": Slack(tendon_b_mm=0.15)},
     "backlash": {"backlash": Backlash(width_mm=0.1)},
+    "preloaded_play": {"preloaded_play": PreloadedPlay(free_width_mm=0.4, takes_up_N=5.0)},
     "eccentricity": {"eccentricity": Eccentricity(amplitude_mm=0.1, phase_deg=40.0)},
     "superelastic": {
         "superelastic": Superelastic(plateau_MPa=450.0, unloading_plateau_MPa=200.0, transformation_strain=0.04)
@@ -48,6 +52,8 @@ EFFECTS: dict[str, dict[str, object]] = {
     "gravity": {"gravity": Gravity(ring_mass_g=2.0, direction_deg=-90.0)},
     "tip_stop": {"tip_stop": TipStop(y_mm=10.0, stiffness_N_per_mm=5.0)},
     "tip_load": {"tip_load": TipLoad(force_N=0.2, direction_deg=-60.0)},
+    "tip_mass": {"tip_mass": TipMass(mass_g=20.0, direction_deg=60.0)},
+    "stribeck": {"stribeck": Stribeck(rise=0.6, speed_mm_per_s=0.1)},
     "creep": {"creep": Creep(fraction=0.5, time_s=20.0)},
     "drag": {"drag": Drag(sheath_N_s_per_mm=15.0, joint_Nmm_s_per_rad=500.0)},
     "preload_loss": {"preload_loss": PreloadLoss(fraction=0.4, cycles=1.0)},
@@ -67,7 +73,9 @@ def comparison_rigs(preload_N: float) -> dict[str, Rig]:
         "guide and sheath friction": replace(lossless, friction=Friction(guide_N=0.05, sheath_N=1.0)),
         "material loop": replace(lossless, material=default.material),
     }
-    rigs |= {f"{name} alone": replace(lossless, **on) for name, on in EFFECTS.items()}  # type: ignore[arg-type]
+    for name, on in EFFECTS.items():  # alone, but for the friction that velocity weakens
+        alone = rigs["capstan friction"] if name == "stribeck" else lossless
+        rigs[f"{name} alone"] = replace(alone, **on)  # type: ignore[arg-type]
     rigs["du2018"] = default
     everything: dict[str, object] = {key: value for on in EFFECTS.values() for key, value in on.items()}
     rigs["all on"] = replace(default, **everything)  # type: ignore[arg-type]

@@ -51,7 +51,7 @@ NO_LOSS = 1e-4
 NO_WIDTH = 1e-4
 """Loop width over the range of the angle; a loop below this is rounding error."""
 
-_OTHER_LOOPS = ("backlash", "creep", "drag", "preload_loss", "fatigue")  # effects with a loop of none of the sources
+_OTHER_LOOPS = ("backlash", "preloaded_play", "creep", "drag", "preload_loss", "fatigue")  # of none of the sources
 
 Value = Mapping[frozenset[str], float]
 

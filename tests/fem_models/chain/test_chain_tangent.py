@@ -54,8 +54,9 @@ def test_tangent_is_the_residuals_derivative(name, law):
             unknowns[i + 3, i] = -1.0  # a heading bends its own joint, and the next one back
 
     def residual(x):
-        _, stop, outside = assemble(x, parameters, memory, load, work, RATE, False)
-        assert outside == headed
+        balance = assemble(x, parameters, memory, load, work, RATE, False)
+        stop = balance.stop_stiffness
+        assert balance.outside == headed
         assert (stop > 0) == (name in ("stop", "both"))
         assert (work.tension > 0).all()
         return work.residual.copy(), work.tangent.copy(), stop * np.outer(work.lever, work.lever) if stop > 0 else 0.0

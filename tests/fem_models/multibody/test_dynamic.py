@@ -14,7 +14,7 @@ from fem_models.multibody.quasi_static import solve_multibody
 from fem_models.multibody.stepper import MultibodySettings
 from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.checks import SolverError
-from fem_models.rig.effects import Closure, Drag, Gravity, Superelastic
+from fem_models.rig.effects import Closure, Drag, Gravity, Superelastic, TipLoad, TipMass
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, with_notch
 from hysteresis.metrics import loop_width
@@ -147,19 +147,26 @@ def test_a_known_shift_is_found():
 def lowest_frequency_Hz(rig: Rig) -> float:
     """Rigid rings on the joints' bending stiffness, base fixed; the tendons are springs on the rotation of the tip."""
     n, p, inertia, tendon = rig.joints, rig.pitch_mm, ring_inertia(rig), rig.tendon_a
+    masses = np.full(n, inertia.mass_t)
+    masses[-1] += 1e-6 * rig.tip_mass.mass_g if rig.tip_mass else 0.0
     rotation = np.tril(np.ones((n, n)))  # of ring i by joint j
     lift = rotation * (np.arange(n)[:, None] - np.arange(n) + 0.5) * p  # of its centre, half a pitch past its joint
-    mass = inertia.mass_t * lift.T @ lift + inertia.about_centre_t_mm2 * rotation.T @ rotation
+    mass = lift.T @ np.diag(masses) @ lift + inertia.about_centre_t_mm2 * rotation.T @ rotation
     tendons = 2 * tendon.EA_N / (tendon.free_length_mm + n * p) * tendon.moment_arm_mm**2
     stiffness = flexure(rig).bending_Nmm_per_rad * np.eye(n) + tendons
     return float(np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.min()) / (2 * np.pi))
 
 
-def test_free_vibration_has_the_frequency_of_a_chain_of_rigid_rings():
-    period = 1 / lowest_frequency_Hz(LINEAR)
+# a tool of fifteen rings, its weight taken off: five times slower
+HORIZONTAL = replace(LINEAR, tip_mass=TipMass(3.0), tip_load=TipLoad(3e-6 * 9806.65, 90.0))
+
+
+@pytest.mark.parametrize("rig", [LINEAR, HORIZONTAL], ids=["rings", "mass at the tip"])
+def test_free_vibration_has_the_frequency_of_a_chain_of_rigid_rings(rig):
+    period = 1 / lowest_frequency_Hz(rig)
     time = np.arange(0, 7 * period, period / 80)
     pushed = 0.02 * 0.5 * (1 - np.cos(np.pi * np.minimum(1, time / period)))
-    solution = solve_dynamic(LINEAR, LoadProgram(pushed, time))
+    solution = solve_dynamic(rig, LoadProgram(pushed, time))
     free = time > 1.2 * period
     angle, t = solution.record.angle_deg[free], time[free] / period
 
