@@ -123,7 +123,7 @@ def trace_records(
     if trace.baseline.fold_errors is None:
         trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
         trace = named_in_part(trace, threads) if trace.verdict == "unexplained" and problem is not None else trace
-    trace = doubted_with_leap(doubted_without_noise(doubted_on_heldout(trace)))
+    trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 
 

@@ -196,10 +196,9 @@ def test_starts_lie_within_bounds_and_act(problem, effect, i):
 
 
 def recovered(problem, form):
-    """Parameters of a form, and the rms residual, deg, from a fit of all parameters together."""
+    """Parameters of a form, and the rms residual, deg, from fits of all parameters together; the best of all starts."""
     cs = (*problem.parameters, *form.parameters)
     low, high = np.array([[c.to_unit(c.low) for c in cs], [c.to_unit(c.high) for c in cs]])
-    start = problem.starts(form)[0]
 
     def errors(x):
         values = {c.name: min(max(c.from_unit(v), c.low), c.high) for c, v in zip(cs, x, strict=True)}
@@ -207,8 +206,11 @@ def recovered(problem, form):
         pairs = zip(angles, problem.observed, strict=True)
         return np.concatenate([(a - b) - (a - b).mean() for a, b in pairs])
 
-    x0 = np.clip([c.to_unit(start[c.name]) for c in cs], low + 1e-9, high - 1e-9)
-    fit = least_squares(errors, x0, bounds=(low, high), x_scale="jac", max_nfev=80)
+    fits = []
+    for start in problem.starts(form):
+        x0 = np.clip([c.to_unit(start[c.name]) for c in cs], low + 1e-9, high - 1e-9)
+        fits.append(least_squares(errors, x0, bounds=(low, high), x_scale="jac", max_nfev=80))
+    fit = min(fits, key=lambda one: one.cost)
     return {c.name: c.from_unit(v) for c, v in zip(cs, fit.x, strict=True)}, float(np.sqrt(np.mean(fit.fun**2)))
 
 

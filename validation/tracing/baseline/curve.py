@@ -38,6 +38,7 @@ from validation.tracing.settings import (
 )
 
 _ONE_ELEMENT = {"far_A": 0.0, "far_reach": 10.0, "bend_loop": 0.0}
+_OTHER_LOOP = {"A": -0.6, "n": 1.5, "gamma_beta": 0.8, "far_A": -0.03, "far_reach": 6.0}
 
 Added = Sequence[tuple[PlacedForm, Values]]
 """Forms of effects with the values of their parameters, in the order in which they are added."""
@@ -77,9 +78,14 @@ class CurveProblem(RecordSet):
         """Give starting values of a form, with those of the baseline that go with them; best first.
 
         A baseline that has absorbed an effect returns from it in a least-squares fit only by many small steps.
-        Therefore the baseline alone is fitted to each start of the form.
+        Therefore the baseline alone is fitted to each start of the form, from its own loop and from another one.
         """
-        fits = [(*_fit(self, self.start, [(form, start)], CURVE_START_STEPS), start) for start in form.starts]
+        other = {name: value for name, value in _OTHER_LOOP.items() if name in self.start}
+        fits = [
+            (*_fit(self, loop, [(form, start)], CURVE_START_STEPS), start)
+            for loop in (self.start, {**self.start, **other})
+            for start in form.starts
+        ]
         fits.sort(key=lambda fit: fit[0])
         return [{**baseline, **start} for _, baseline, start in fits[:CURVE_STARTS]]
 
