@@ -59,6 +59,28 @@ class MultibodySettings:
     newton_iterations: int = 15
 
 
+PLAIN, KEPT = 2, 6
+"""Limits of friction that are put in as they come out, before they are mixed; how many of the last ones are mixed."""
+
+
+ALL_AT_ONCE = 20
+"""Solves of a step in which all guides may change their state; beyond them they could take turns for ever."""
+
+
+def mixed(tried: list[tuple[Floats, Floats]]) -> Floats:
+    """Limits to try next, shape (guides,), by what limits gave what tensions would allow.
+
+    Soft joints turn far for little friction, and friction grows with their wrap: limits put in as they come out then
+    swing about the solution, wider and wider on a flat plateau of the material. Their differences show how they swing
+    (Anderson 1965, doi 10.1145/321296.321305).
+    """
+    given = np.array([limit for limit, _ in tried[-KEPT:]])
+    found = np.array([update for _, update in tried[-KEPT:]])
+    off = found - given
+    weights = np.linalg.lstsq(np.diff(off, axis=0).T, off[-1], rcond=1e-10)[0]
+    return np.asarray(np.maximum(found[-1] - np.diff(found, axis=0).T @ weights, 0.0))
+
+
 class FrictionState(NamedTuple):
     """Which guides slide, and the limits of their friction, N; shapes (guides,)."""
 
@@ -184,8 +206,8 @@ class Stepper:
         None, too, where a tendon begins to slide at the base in a step that is not ``fine``: the work of the wheel has
         a corner there, and a quarter of the longest step keeps the balance of energies.
         """
-        sliding, limit = guess
-        for _ in range(self.settings.max_friction_iterations):
+        (sliding, limit), tried = guess, list[tuple[Floats, Floats]]()
+        for k in range(self.settings.max_friction_iterations):
             self.guides.fix(sliding, limit)
             if not self._solve(load):
                 return None
@@ -196,7 +218,11 @@ class Stepper:
             near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.joint.force_scale_N
             if near and np.array_equal(states, sliding):
                 return FrictionState(sliding, limit)
-            sliding, limit = states, update
+            if k >= ALL_AT_ONCE:  # limits settle first; then the guide next to the wheel changes, alone
+                states = np.where(np.arange(states.size) == np.argmax(states != sliding), states, sliding)
+                states = states if near else sliding
+            tried = [*tried, (limit, update)] if np.array_equal(states, sliding) else []
+            sliding, limit = states, mixed(tried) if len(tried) > PLAIN else update
         return None
 
     def accept(self, q: Floats, velocities: Floats, limit: Floats) -> None:
