@@ -119,7 +119,7 @@ class Stepper:
         self.material = Material(self.model, rig, joint)
         self.dashpots = Dashpots(self.model, rig)
         self.losses = Losses()
-        self.solver = _static_solver(rig, settings)
+        self.solver = _static_solver(rig, joint, settings)
         self.load, self.reach = at_rest(joint.rest_angle_rad), self.control.max_step
         self._set_rest_angle(joint.rest_angle_rad)
         # of the last step: direction of the drive, and changes of coordinates, friction limits and fronts per length
@@ -328,15 +328,16 @@ def _step_control(rig: Rig, joint: JointMechanics, settings: MultibodySettings, 
     return force_control(rig, joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad, max_step, settings.max_halvings)
 
 
-def _static_solver(rig: Rig, settings: MultibodySettings) -> Any:
+def _static_solver(rig: Rig, joint: JointMechanics, settings: MultibodySettings) -> Any:
     solver = exu.SimulationSettings()
     solver.solution.file.write = False
     solver.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     static = solver.staticSolver
     static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
     static.newton.relativeTolerance = settings.newton_relative_tolerance
-    # Rounding of a coordinate times the stiffest spring is the least residual there can be.
-    stiffest = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
+    # Rounding of a coordinate times the stiffest spring is the least residual there can be; a ring has one at either end.
+    bristle = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
+    stiffest = max(bristle, 2 * joint.ring.axial_N_per_mm)
     static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)
     static.newton.maxIterations = settings.newton_iterations
     # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.
