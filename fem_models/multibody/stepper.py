@@ -335,7 +335,7 @@ def _static_solver(rig: Rig, joint: JointMechanics, settings: MultibodySettings)
     static = solver.staticSolver
     static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
     static.newton.relativeTolerance = settings.newton_relative_tolerance
-    # Rounding of a coordinate times the stiffest spring is the least residual there can be; a ring has one at either end.
+    # Rounding of a coordinate times the stiffest spring is the least residual there can be; a ring has two ends.
     bristle = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
     stiffest = max(bristle, 2 * joint.ring.axial_N_per_mm)
     static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)

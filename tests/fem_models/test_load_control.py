@@ -213,6 +213,8 @@ def test_both_engines_follow_a_flat_plateau(slope_GPa):
 def test_a_tube_that_snaps_is_one_line_with_a_way_out(engine):
     """Unloading of a flat plateau: both engines lose the equilibrium at the same force."""
     force = np.concatenate([np.linspace(0.0, 4.2, 43), np.linspace(4.1, 0.0, 42)])
-    with pytest.raises(SolverError, match=r"sample 74 of 85: .* 1\.093.* N: a tube may snap .* a drive in mm") as caught:
+    with pytest.raises(
+        SolverError, match=r"sample 74 of 85: .* 1\.093.* N: a tube may snap .* a drive in mm"
+    ) as caught:
         run_load_control(flat(0.0), force, engine)
     assert "\n" not in str(caught.value)

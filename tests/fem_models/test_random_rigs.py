@@ -1,6 +1,6 @@
 """Random rigs with all that is new: both engines converge. ``python tests/fem_models/test_random_rigs.py 500 60``.
 
-Told apart by seeds; the command runs more of them and prints those that fail.
+The command runs as many as are asked for, and prints those that fail or differ.
 """
 
 import sys
@@ -43,7 +43,7 @@ def random_rigs(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:
             tendon_a=tendons[0],
             tendon_b=tendons[1],
             wheel=Wheel(rng.uniform(4, 20)),
-            preload_N=10 ** rng.uniform(0, 1.6),
+            preload_N=min(10 ** rng.uniform(0, 1.6), 3e-3 * min(tendon.EA_N for tendon in tendons)),  # 0.3 % of strain
             friction=Friction(rng.uniform(0, 0.3), rng.uniform(0, 0.1), rng.uniform(0, 3), rng.uniform(0, 180)),
             closure=Closure(10 ** rng.uniform(2, 4)),
             superelastic=Superelastic(
@@ -68,8 +68,8 @@ def angles(rig, steps, simulate):
 
 
 def test_chain_follows_random_rigs_with_everything_on():
-    failed = [(k, out) for k, (rig, steps) in enumerate(random_rigs(150, 24)) if isinstance(out := angles(rig, steps, simulate_chain), str)]
-    assert not failed
+    runs = [angles(rig, steps, simulate_chain) for rig, steps in random_rigs(150, 24)]
+    assert [out for out in runs if isinstance(out, str)] == []
 
 
 @pytest.mark.parametrize("number", range(0, 150, 25))
@@ -80,7 +80,7 @@ def test_multibody_follows_some_of_them_alike(number):
 
 
 def main() -> None:
-    """Run as many rigs in the chain, and every so-manieth in the multibody model; print what fails."""
+    """Run as many rigs in the chain, and some of them in the multibody model; print what fails."""
     many, few = (int(text) for text in sys.argv[1:3])
     for k, (rig, steps) in enumerate(random_rigs(many, 24)):
         chain = angles(rig, steps, simulate_chain)
