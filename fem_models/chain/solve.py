@@ -29,7 +29,7 @@ from fem_models.joint.contact import require_open
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
 from fem_models.load import LoadProgram
-from fem_models.load.run_record import simulated_record
+from fem_models.load.run_record import simulated_record, way_out
 from fem_models.load.schedule import Schedule, force_schedule, schedule
 from fem_models.load.stepping import StepControl, drive_control, force_control
 from fem_models.rig import Rig, RigError
@@ -176,7 +176,8 @@ def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Ta
         raise SolverError(f"rig {rig.name}: a tangent without stiffness in the path of {m} samples") from None
     if failed.sample >= 0:
         between = f"between drives {failed.start:.6g} and {failed.end:.6g} {unit}"
-        raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}")
+        hint = way_out(rig, load_control=parameters.load_control)
+        raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}{hint}")
     require_open(rig, joint, run.angles)
     require_warm(rig, joint.section, run.warming)
     return run, tape

@@ -59,6 +59,28 @@ class MultibodySettings:
     newton_iterations: int = 15
 
 
+PLAIN, KEPT = 2, 6
+"""Limits of friction that are put in as they come out, before they are mixed; how many of the last ones are mixed."""
+
+
+ALL_AT_ONCE = 20
+"""Solves of a step in which all guides may change their state; beyond them they could take turns for ever."""
+
+
+def mixed(tried: list[tuple[Floats, Floats]]) -> Floats:
+    """Limits to try next, shape (guides,), by what limits gave what tensions would allow.
+
+    Soft joints turn far for little friction, and friction grows with their wrap: limits put in as they come out then
+    swing about the solution, wider and wider on a flat plateau of the material. Their differences show how they swing
+    (Anderson 1965, doi 10.1145/321296.321305).
+    """
+    given = np.array([limit for limit, _ in tried[-KEPT:]])
+    found = np.array([update for _, update in tried[-KEPT:]])
+    off = found - given
+    weights = np.linalg.lstsq(np.diff(off, axis=0).T, off[-1], rcond=1e-10)[0]
+    return np.asarray(np.maximum(found[-1] - np.diff(found, axis=0).T @ weights, 0.0))
+
+
 class FrictionState(NamedTuple):
     """Which guides slide, and the limits of their friction, N; shapes (guides,)."""
 
@@ -97,7 +119,7 @@ class Stepper:
         self.material = Material(self.model, rig, joint)
         self.dashpots = Dashpots(self.model, rig)
         self.losses = Losses()
-        self.solver = _static_solver(rig, settings)
+        self.solver = _static_solver(rig, joint, settings)
         self.load, self.reach = at_rest(joint.rest_angle_rad), self.control.max_step
         self._set_rest_angle(joint.rest_angle_rad)
         # of the last step: direction of the drive, and changes of coordinates, friction limits and fronts per length
@@ -184,8 +206,8 @@ class Stepper:
         None, too, where a tendon begins to slide at the base in a step that is not ``fine``: the work of the wheel has
         a corner there, and a quarter of the longest step keeps the balance of energies.
         """
-        sliding, limit = guess
-        for _ in range(self.settings.max_friction_iterations):
+        (sliding, limit), tried = guess, list[tuple[Floats, Floats]]()
+        for k in range(self.settings.max_friction_iterations):
             self.guides.fix(sliding, limit)
             if not self._solve(load):
                 return None
@@ -197,7 +219,11 @@ class Stepper:
             warm = self.material.temperatures_agree(self.coordinates(), load)
             if near and warm and np.array_equal(states, sliding):
                 return FrictionState(sliding, limit)
-            sliding, limit = states, update
+            if k >= ALL_AT_ONCE:  # limits settle first; then the guide next to the wheel changes, alone
+                states = np.where(np.arange(states.size) == np.argmax(states != sliding), states, sliding)
+                states = states if near else sliding
+            tried = [*tried, (limit, update)] if np.array_equal(states, sliding) else []
+            sliding, limit = states, mixed(tried) if len(tried) > PLAIN else update
         return None
 
     def accept(self, q: Floats, velocities: Floats, limit: Floats) -> None:
@@ -304,15 +330,16 @@ def _step_control(rig: Rig, joint: JointMechanics, settings: MultibodySettings, 
     return force_control(rig, joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad, max_step, settings.max_halvings)
 
 
-def _static_solver(rig: Rig, settings: MultibodySettings) -> Any:
+def _static_solver(rig: Rig, joint: JointMechanics, settings: MultibodySettings) -> Any:
     solver = exu.SimulationSettings()
     solver.solution.file.write = False
     solver.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     static = solver.staticSolver
     static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
     static.newton.relativeTolerance = settings.newton_relative_tolerance
-    # Rounding of a coordinate times the stiffest spring is the least residual there can be.
-    stiffest = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
+    # Rounding of a coordinate times the stiffest spring is the least residual there can be; a ring has two ends.
+    bristle = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
+    stiffest = max(bristle, 2 * joint.ring.axial_N_per_mm)
     static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)
     static.newton.maxIterations = settings.newton_iterations
     # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.

@@ -20,6 +20,7 @@ from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Creep, Drag
 from fem_models.rig.rig import Friction
+from fem_models.rig.rig_file import read_rig
 from hysteresis.record_file import read_record, write_record
 
 WRIST = preset("notched-wrist-150")
@@ -191,3 +192,29 @@ def test_precurvature_bends_a_two_tendon_rig_alike_in_both_engines():
     chain, multibody = solve_chain(rig, program).record, solve_multibody(rig, program).record
     assert chain.angle_deg[0] == pytest.approx(14.0, abs=0.5)
     np.testing.assert_allclose(chain.angle_deg, multibody.angle_deg, atol=0.05)
+
+
+def flat(slope_GPa):
+    rig = read_rig(Path(__file__).parents[2] / "docs/validation/york2015.toml")
+    return replace(rig, superelastic=replace(rig.superelastic, plateau_modulus_GPa=slope_GPa))
+
+
+@pytest.mark.parametrize("slope_GPa", [0.0, 0.1])
+def test_both_engines_follow_a_flat_plateau(slope_GPa):
+    """On it joints turn far for little friction, which depends on their wrap: the guides' limits swing if put in
+    plainly."""
+    force = np.linspace(0.0, 4.2, 43)
+    chain, multibody = (run_load_control(flat(slope_GPa), force, engine).angle_deg for engine in ("chain", "multibody"))
+    assert chain[-1] > 110
+    np.testing.assert_allclose(multibody, chain, atol=0.1)
+
+
+@pytest.mark.parametrize("engine", ["chain", "multibody"])
+def test_a_tube_that_snaps_is_one_line_with_a_way_out(engine):
+    """Unloading of a flat plateau: both engines lose the equilibrium at the same force."""
+    force = np.concatenate([np.linspace(0.0, 4.2, 43), np.linspace(4.1, 0.0, 42)])
+    with pytest.raises(
+        SolverError, match=r"sample 74 of 85: .* 1\.093.* N: a tube may snap .* a drive in mm"
+    ) as caught:
+        run_load_control(flat(0.0), force, engine)
+    assert "\n" not in str(caught.value)
