@@ -44,7 +44,11 @@ def test_rig_file(tmp_path: Path):
         ("preload_N = 15.0", "preload_N = 'taut'", "preload_N = 'taut': expected a number"),
         ("preload_N = 15.0", "preload_N = ", "not TOML"),
         ("[tendon]", "colour = 'red'\n[tendon]", "colour = 'red': expected one of"),
-        ("[tendon]", "[superelastic]\nheating_time_s = 0\n[tendon]", "superelastic.heating_time_s = 0: expected above 0"),
+        (
+            "[tendon]",
+            "[superelastic]\nheating_time_s = 0\n[tendon]",
+            "superelastic.heating_time_s = 0: expected above 0",
+        ),
         ("[tendon]", "[superelastic]\ntemperature_C = 0\n[tendon]", "superelastic.temperature_C = 0: expected warmer"),
         (
             "[tendon]",
