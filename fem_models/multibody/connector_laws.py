@@ -65,8 +65,20 @@ def hardening(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, angle: Any, rest
 
 
 def fibre(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any, residual: Any, lower: Any,
-          upper: Any, upper_pressed: Any, span: Any, lower_pressed: Any) -> Any:  # fmt: skip
-    """Follow the law of :func:`flag` with fewer operations, one side at a time; in compression with other plateaus."""
+          upper: Any, ve: Any, span: Any, rv: Any) -> Any:  # fmt: skip
+    """Follow the law of :func:`flag` with fewer operations, one side at a time."""
+    low, high = exu.symbolic.min, exu.symbolic.max
+    x = u - residual
+    side, size = exu.symbolic.sign(x), exu.symbolic.abs(x)
+    elastic, rise = k * size, climb * size
+    full = elastic - k * span
+    line = side * (k * (x - rest))
+    return side * low(high(line, high(low(elastic, rise + lower), full)), high(low(elastic, rise + upper), full))
+
+
+def fibre_of_two_sides(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any, residual: Any,
+                       lower: Any, upper: Any, upper_pressed: Any, span: Any, lower_pressed: Any) -> Any:  # fmt: skip
+    """:func:`fibre` with other plateaus in compression."""
     low, high = exu.symbolic.min, exu.symbolic.max
     x = u - residual
     side, size = exu.symbolic.sign(x), exu.symbolic.abs(x)

@@ -170,7 +170,7 @@ class Material:
 
     def temperatures_agree(self, q: Floats, load: Load) -> bool:
         """Whether an equilibrium has the temperatures that its heat leaves; if not, guess others."""
-        if self.heat.heating is None or self.heat.agree(self._strain(q, load), self.fibre_rest):
+        if self.heat.agree(self._strain(q, load), self.fibre_rest):
             return True
         self._set_plateaus()
         self._set_springs(q)

@@ -84,7 +84,7 @@ def add_sections(
         laws.add_with_law(
             mbs,
             items.ObjectConnectorCoordinateSpringDamperExt(markerNumbers=pair, factor0=-height, stiffness=k),
-            laws.fibre,
+            laws.fibre if section.upper == section.upper_pressed else laws.fibre_of_two_sides,
         )
         for height, k in zip(section.height_mm.tolist(), stiffness.tolist(), strict=True)
         for pair in markers

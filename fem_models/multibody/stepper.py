@@ -216,7 +216,7 @@ class Stepper:
             if not fine and self.guides.base_slides(states):
                 return None
             near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.joint.force_scale_N
-            warm = self.material.temperatures_agree(self.coordinates(), load)
+            warm = not self.model.heat or self.material.temperatures_agree(self.coordinates(), load)
             if near and warm and np.array_equal(states, sliding):
                 return FrictionState(sliding, limit)
             if k >= ALL_AT_ONCE:  # limits settle first; then the guide next to the wheel changes, alone

@@ -64,7 +64,9 @@ def simulate(
             _require_dynamic(engine, load)
         with status(common.shows_progress, message):
             record = (simulate_in_time if dynamic else ENGINES[engine])(chosen, load)
-        rate_matters = dynamic or engine not in QUASI_STATIC or chosen.creep is not None or chosen.drag is not None
+        heats = chosen.superelastic is not None and chosen.superelastic.heating_time_s is not None
+        by_rate = heats or any(part is not None for part in (chosen.creep, chosen.drag, chosen.stribeck))
+        rate_matters = dynamic or engine not in QUASI_STATIC or by_rate
         only_times = load.time_s is not None and not rate_matters
         remarks = ["quasi-static: the rate sets the times only"] if only_times else []
     if rig.rig is not None:

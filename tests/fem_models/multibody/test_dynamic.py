@@ -289,12 +289,18 @@ def test_simulate_in_time_from_the_command_line(tmp_path, capsys):
 
 
 def test_joints_heat_themselves_in_time_as_they_do_quasi_statically():
-    heated = replace(SHORT, superelastic=Superelastic(430.0, 220.0, compression_factor=1.2, heating_time_s=0.5))
-    program = sine(1.2, 0.5, cycles=1, samples_per_cycle=80)
-    moving, still = solve_dynamic(heated, program), solve_multibody(heated, program)
-    cold = solve_multibody(replace(heated, superelastic=replace(heated.superelastic, heating_time_s=None)), program)
-    off = np.abs(moving.record.angle_deg - still.record.angle_deg).max()
-    assert off < 0.05
-    assert moving.material_loss_mJ[-1] == pytest.approx(still.material_loss_mJ[-1], rel=0.02)
-    assert abs(cold.material_loss_mJ[-1] / still.material_loss_mJ[-1] - 1) > 0.03
-    assert np.ptp(still.warming_K) > 1.0
+    law = Superelastic(430.0, 300.0, heating_time_s=1e4)  # keeps its heat
+    heated, slow = (
+        replace(SHORT, friction=Friction(), superelastic=one) for one in (law, replace(law, heating_time_s=None))
+    )
+    program = sine(1.4, 0.5, cycles=1, samples_per_cycle=80)
+    moving, still, cold = (
+        solve_dynamic(heated, program),
+        solve_multibody(heated, program),
+        solve_multibody(slow, program),
+    )
+    assert np.ptp(still.warming_K) > 3.0
+    off, by_heat = (np.abs(run.record.angle_deg - still.record.angle_deg).max() for run in (moving, cold))
+    assert off < 0.1 * by_heat
+    off, by_heat = (abs(run.material_loss_mJ[-1] / still.material_loss_mJ[-1] - 1) for run in (moving, cold))
+    assert off < 0.3 * by_heat

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from fem_models.rig import preset
 from hysteresis.bouc_wen import BoucWen, hysteresis
 from hysteresis.plain import from_plain
 from hysteresis.record import Record
@@ -295,6 +296,20 @@ def test_a_rate_that_sets_the_times_only_is_said(tmp_path, capsys):
     json.loads(capsys.readouterr().out)
     assert call([*RATE[:5], "--engine", "chain", *out]) == 0
     assert NOTE not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("timed", ["[drag]\njoint_Nmm_s_per_rad = 1.0", "[superelastic]\nheating_time_s = 1.0"])
+def test_a_rate_that_matters_is_not_said_to_set_the_times_only(tmp_path, capsys, timed):
+    tables = preset("du2018").to_dict()
+    lines = [f"preload_N = {tables['preload_N']}"]
+    for name in ("tube", "notch", "material", "tendon_a", "tendon_b", "wheel", "friction"):
+        lines += [f"[{name}]", *(f"{key} = {json.dumps(value)}" for key, value in tables[name].items())]
+    (tmp_path / "timed.toml").write_text("\n".join([*lines, timed]))
+    given = ["simulate", "--rig", str(tmp_path / "timed.toml"), "--amplitude", "1", "--engine", "chain"]
+    assert call([*given, "--rate", "2", "--out", str(tmp_path / "loop.csv")]) == 0
+    assert NOTE not in capsys.readouterr().out
+    assert call([*given, "--out", str(tmp_path / "other.csv")]) != 0  # without times
+    assert "expected a load program with time_s" in capsys.readouterr().err
 
 
 def test_chain_and_multibody_give_the_same_loop(tmp_path):
