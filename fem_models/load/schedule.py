@@ -56,7 +56,7 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     if rig.drive_gain is not None:
         drive = (1 + rig.drive_gain.error) * drive
     if rig.backlash is not None:
-        drive = play(drive, rig.backlash.width_mm)
+        drive = play(drive, rig.backlash.left_mm(rig.preload_N))
     if rig.eccentricity is not None:
         phase = np.radians(rig.eccentricity.phase_deg)
         wave = np.sin(drive / rig.wheel.radius_mm + phase) - np.sin(phase)

@@ -27,13 +27,24 @@ class Slack:
 
 @dataclass(frozen=True)
 class Backlash:
-    """Play of width ``width_mm`` between drive and wheel, as tendon displacement; it starts centred."""
+    """Play of width ``width_mm`` between drive and wheel, as tendon displacement; it starts centred.
+
+    With ``takes_up_N`` it is clearance of the tendons in their holes and fixings, which the preload T takes up: a play
+    of the width w/(1 + T/takes_up), which is half of w at that preload. The law is assumed: it falls from w without
+    tension towards 0.
+    """
 
     width_mm: float
+    takes_up_N: float | None = None
 
     def __post_init__(self) -> None:
         require_numbers("backlash", self)
         require(self.width_mm >= 0, "backlash.width_mm", self.width_mm, "at least 0")
+        require(self.takes_up_N is None or self.takes_up_N > 0, "backlash.takes_up_N", self.takes_up_N, "above 0")
+
+    def left_mm(self, preload_N: float) -> float:
+        """Width of the play that a preload leaves."""
+        return self.width_mm if self.takes_up_N is None else self.width_mm / (1 + preload_N / self.takes_up_N)
 
 
 @dataclass(frozen=True)
