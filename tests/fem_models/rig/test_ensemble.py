@@ -35,7 +35,7 @@ def test_constants_of_a_table_that_a_rig_does_not_have_are_added():
     assert (rig.tendon_a.EA_N, rig.tendon_b.EA_N, rig.preload_N) == (9e3, 9e3, 10.0)
     assert rig.backlash == Backlash(0.1)
     assert with_constants(RIG, {}) == RIG
-    with pytest.raises(RigError, match="tendon_a.EA"):
+    with pytest.raises(RigError, match=r"tendon_a\.EA"):
         with_constants(RIG, {"tendon.EA": 9e3})
 
 
@@ -46,5 +46,5 @@ def test_play_is_half_as_wide_at_the_preload_that_takes_it_up():
     program = triangle(1.0)
     drives = [schedule(replace(RIG, preload_N=30.0, backlash=one), program).drive_mm for one in (play, Backlash(0.1))]
     np.testing.assert_allclose(drives[0], drives[1], rtol=1e-14)
-    with pytest.raises(RigError, match="backlash.takes_up_N = 0.0: expected above 0"):
+    with pytest.raises(RigError, match=r"backlash\.takes_up_N = 0\.0: expected above 0"):
         Backlash(0.4, takes_up_N=0.0)

@@ -107,8 +107,10 @@ def test_hidden_rigs_lie_within_their_ranges():
     assert np.mean(inside) >= 0.72  # 25 values of which 90 % should be: fewer than 18 have a chance of 0.2 %
 
 
-def test_members_repeat_for_a_seed_and_meet_the_facts():
+def test_members_repeat_for_a_seed_and_meet_the_facts(monkeypatch):
     pytest.importorskip("emcee")
+    for name, few in (("WALKERS", 8), ("FIRST", 4), ("APART", 2)):
+        monkeypatch.setattr(f"validation.measured.ensemble.members.{name}", few)
     draws = draw(RIG, SMALL, 16, 5)
     members, moved = extend(RIG, SMALL, draws, 20, 7)
     assert 0.1 < moved < 0.9

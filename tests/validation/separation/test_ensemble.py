@@ -17,7 +17,7 @@ PROGRAM = loop_program(-1.1, 1.1, cycles=1)
 
 def test_ranges_are_quantiles():
     found = range_of(np.arange(101.0))
-    assert (found.low, found.median, found.high) == (5.0, 50.0, 95.0)
+    assert (found.low, found.median, found.high) == pytest.approx((5.0, 50.0, 95.0))
     with pytest.raises(ValueError, match="finite"):
         range_of([1.0, np.nan])
 

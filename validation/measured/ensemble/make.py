@@ -71,7 +71,9 @@ def make_ensemble(
     drawn: dict[str, Draws] = {}
     for k, (name, model) in enumerate(models.items()):
         drawn[name] = _kept(
-            keep, name, partial(draw, base, model, settings.draws, settings.seed + k, goal=goal, mapper=mapper)
+            keep,
+            name,
+            partial(draw, base, model, int(model.part * settings.draws), settings.seed + k, goal=goal, mapper=mapper),
         )
         tell(f"{name}: evidence {drawn[name].evidence[0]:.3g}, place {drawn[name].place_share[0]:.3g}")
     weight = np.array([one.evidence[0] * one.place_share[0] for one in drawn.values()])
@@ -88,7 +90,7 @@ def make_ensemble(
         one, share = drawn[name], float(odds[k])
         solved = float((one.weight > 0).mean())
         found[name] = ModelResult(
-            settings.draws, solved, one.evidence, one.place_share, one.places_mm, share, moved, tuple(members)
+            one.rows.shape[0], solved, one.evidence, one.place_share, one.places_mm, share, moved, tuple(members)
         )
     return found
 

@@ -78,11 +78,13 @@ class Model:
     """Laws of a rig with priors of their constants by dotted name, and constants that they fix.
 
     ``solved`` are the three constants that follow from the three numbers of the facts once the others are chosen.
+    ``part`` of the draws is made: a chain with the flag takes twice as long.
     """
 
     priors: Mapping[str, Prior]
     fixed: Mapping[str, float]
     solved: tuple[str, str, str]
+    part: float = 1.0
 
     @property
     def drawn(self) -> tuple[str, ...]:
@@ -97,7 +99,7 @@ MODELS: Mapping[str, Model] = {
     "Jenkins loop, toe": Model({**COMMON, **JENKINS, **TOE}, {}, _WITH_TOE),
     "Jenkins loop, toe and play": Model({**COMMON, **JENKINS, **TOE, **PLAY}, {}, _WITH_TOE),
     "Jenkins loop, play": Model({**COMMON, **JENKINS, **PLAY}, {"tendon.toe_N": 0.0}, _WITH_PLAY),
-    "flag, toe": Model({**COMMON, **FLAG, **TOE}, _LINEAR, _WITH_TOE),
-    "flag, toe and play": Model({**COMMON, **FLAG, **TOE, **PLAY}, _LINEAR, _WITH_TOE),
-    "flag, play": Model({**COMMON, **FLAG, **PLAY}, {**_LINEAR, "tendon.toe_N": 0.0}, _WITH_PLAY),
+    "flag, toe": Model({**COMMON, **FLAG, **TOE}, _LINEAR, _WITH_TOE, part=0.5),
+    "flag, toe and play": Model({**COMMON, **FLAG, **TOE, **PLAY}, _LINEAR, _WITH_TOE, part=0.5),
+    "flag, play": Model({**COMMON, **FLAG, **PLAY}, {**_LINEAR, "tendon.toe_N": 0.0}, _WITH_PLAY, part=0.5),
 }
