@@ -109,14 +109,13 @@ def test_hidden_rigs_lie_within_their_ranges():
 
 def test_members_repeat_for_a_seed_and_meet_the_facts(monkeypatch):
     pytest.importorskip("emcee")
-    for name, few in (("WALKERS", 8), ("FIRST", 4), ("APART", 2)):
-        monkeypatch.setattr(f"validation.measured.ensemble.members.{name}", few)
+    monkeypatch.setattr("validation.measured.ensemble.members.STEPS", 6)
     draws = draw(RIG, SMALL, 16, 5)
-    members, moved = extend(RIG, SMALL, draws, 20, 7)
+    members, moved = extend(RIG, SMALL, draws, 10, 7)
     assert 0.1 < moved < 0.9
     assert all(PAPER.met_by(facts_of(with_constants(RIG, one.constants))) for one in members)
     with ThreadPoolExecutor(2) as pool:
-        assert extend(RIG, SMALL, draws, 20, 7, pool=pool) == (members, moved)
+        assert extend(RIG, SMALL, draws, 10, 7, pool=pool) == (members, moved)
 
 
 def test_density_beyond_the_priors_is_none():

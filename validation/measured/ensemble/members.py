@@ -1,7 +1,8 @@
 """Members of the ensemble of du2018: from weighted draws on by emcee's ensemble sampler.
 
 The draws that meet all facts are few and weighted. Resampled by their weights they are draws from what the facts say,
-so the sampler starts where it is to arrive, and needs no burn-in. It carries them on to as many members as are wanted.
+so the sampler starts where it is to arrive, and needs no burn-in. It has a walker for every member, and moves those
+that start from the same draw apart.
 
 emcee: Foreman-Mackey et al. 2013, doi 10.1086/670067; differential evolution moves: ter Braak 2006,
 doi 10.1007/s11222-006-8769-1.
@@ -21,11 +22,8 @@ from validation.measured.ensemble.draws import Density, Draws
 from validation.measured.ensemble.facts import PAPER, PLACE_RESOLUTION_MM, Facts
 from validation.measured.ensemble.priors import Model
 
-WALKERS = 48
-APART = 12
-"""Steps of the sampler from one set of members to the next."""
-FIRST = 24
-"""Steps before the first set: walkers that start from the same draw part."""
+STEPS = 48
+"""Steps of the sampler: walkers that start from the same draw part."""
 
 
 class _OfPlace:
@@ -76,7 +74,7 @@ def extend(
     if not chance.any():
         raise ValueError("no draw meets the place of the widest point: expected more draws")
     random = np.random.RandomState(seed)  # emcee's kind of generator
-    walkers = max(WALKERS, 2 * draws.quantiles.shape[1] + 2)
+    walkers = max(count + count % 2, 2 * draws.quantiles.shape[1] + 2)
     start = draws.quantiles[random.choice(chance.size, walkers, p=chance / chance.sum())]
     density = Density(base, model, goal)
     sampler = emcee.EnsembleSampler(
@@ -86,13 +84,9 @@ def extend(
         moves=[(emcee.moves.StretchMove(), 0.5), (emcee.moves.DEMove(), 0.5)],
         pool=None if pool is None else _Pool(pool),
     )
-    sets = -(-count // walkers)
-    steps = FIRST + APART * (sets - 1)
     state = emcee.State(start, random_state=random.get_state())
-    sampler.run_mcmc(state, steps, skip_initial_state_check=True)
-    rows = sampler.get_blobs()[FIRST - 1 :: APART].reshape(-1, len(density.columns))
-    keep = np.sort(random.choice(len(rows), count, replace=False))
-    members = [_member(density, rows[k]) for k in keep]
+    sampler.run_mcmc(state, STEPS, skip_initial_state_check=True)
+    members = [_member(density, row) for row in sampler.get_blobs()[-1][:count]]
     return members, float(np.mean(sampler.acceptance_fraction))
 
 
