@@ -54,17 +54,27 @@ def with_constants(rig: Rig, values: Mapping[str, float]) -> Rig:
 
 
 @lru_cache
-def _rows(name: str) -> tuple[Rig, ...]:
+def member_constants(name: str) -> tuple[Mapping[str, float], ...]:
+    """Constants of every member of a preset's ensemble, by their names in a rig file.
+
+    Raises
+    ------
+    RigError
+        A preset without an ensemble.
+    """
     if name not in presets_with_ensemble():
         known = ", ".join(presets_with_ensemble())
         raise RigError(f"ensemble of {name}: expected a preset that has one: {known}")
-    base = preset(name)
     with ensemble_file(name).open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    return tuple(
-        with_constants(base, {key: float(value) for key, value in row.items() if key != MODEL and value})
-        for row in rows
-    )
+    return tuple({key: float(value) for key, value in row.items() if key != MODEL and value} for row in rows)
+
+
+@lru_cache
+def _rigs(name: str) -> tuple[Rig, ...]:
+    constants = member_constants(name)
+    base = preset(name)
+    return tuple(with_constants(base, one) for one in constants)
 
 
 def ensemble(name: str, *, preload_N: float | None = None) -> tuple[Rig, ...]:
@@ -77,5 +87,5 @@ def ensemble(name: str, *, preload_N: float | None = None) -> tuple[Rig, ...]:
     RigError
         A preset without an ensemble, or an impossible preload.
     """
-    rigs = _rows(name)
+    rigs = _rigs(name)
     return rigs if preload_N is None else tuple(replace(rig, preload_N=preload_N) for rig in rigs)

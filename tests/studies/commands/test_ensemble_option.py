@@ -56,3 +56,35 @@ def test_what_has_no_ensemble_is_refused(tmp_path, capsys, arguments, message):
     assert call([*arguments, "--ensemble", "--out", str(tmp_path / "out.csv")]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out.csv").exists()
+
+
+def test_study_runs_over_the_members(tmp_path, capsys):
+    """Widths of the members at 10 and 20 N are the facts that all of them meet; ranges stand in a table."""
+    file = tmp_path / "two.toml"
+    file.write_text(
+        'schema = 1\nengine = "chain"\n[rig]\npreset = "du2018"\n[program]\namplitude_mm = 2.2\ncycles = 1\n'
+        '[vary]\npreload_N = [10, 20]\n[quantities]\ngroups = ["loop"]\n',
+        encoding="utf-8",
+    )
+    out = tmp_path / "out"
+    assert call(["study", str(file), "--ensemble", "--workers", "1", "--out", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["status"] == {
+        "ok": 2 * len(ensemble("du2018")),
+        "failed": 0,
+        "pending": 0,
+    }
+    table = read_columns(out / "ensemble.csv", ["preload_N", "loop_width_max_deg_low", "loop_width_max_deg_high"])
+    assert table["preload_N"].tolist() == [10, 20]
+    assert table["loop_width_max_deg_low"] == pytest.approx([3.52, 2.21], abs=0.005)
+    assert table["loop_width_max_deg_high"] == pytest.approx([3.52, 2.21], abs=0.005)
+
+
+def test_study_of_a_rig_without_an_ensemble_is_refused(tmp_path, capsys):
+    file = tmp_path / "wrist.toml"
+    file.write_text(
+        'schema = 1\nengine = "chain"\n[rig]\npreset = "notched-wrist-90"\n[program]\namplitude_mm = 1.0\n'
+        "[vary]\npreload_N = [0, 1]\n",
+        encoding="utf-8",
+    )
+    assert call(["study", str(file), "--ensemble", "--out", str(tmp_path / "out")]) == 2
+    assert "ensemble of notched-wrist-90: expected a preset that has one: du2018" in capsys.readouterr().err
