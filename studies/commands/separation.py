@@ -119,6 +119,7 @@ def separate_records(records: Sequence[Record], *, seed: int = 0) -> Separation:
     program = loop_program(min(0.0, float(drive.min())), float(drive.max()))
     found = separate(calibrated.rig, program)
     result = _result(calibrated.rig, program, found, "chain", seed)
+    result = _with_sensitivity(result, sensitivities(calibrated.rig, program))
     half = _half_intervals(calibrated, program, found)
     unseparated = tuple(f"not separated by these records: {words}" for words in calibrated.inseparable)
     return replace(

@@ -34,7 +34,7 @@ HALF = 0.5
 def models_table(made: Mapping[str, Any]) -> str:
     """One row a model: what its draws met, and its odds."""
     head = ["model", "draws that show the three numbers", "their density, 1/deg^2", "then widest at, mm, 10 N",
-            "20 N", "then place met", "odds", "members"]  # fmt: skip
+            "20 N", "then place met", "odds", "effective draws", "members"]  # fmt: skip
     rows = [
         [
             name,
@@ -43,6 +43,7 @@ def models_table(made: Mapping[str, Any]) -> str:
             *("{1:.1f} ({0:.1f} to {2:.1f})".format(*one[f"widest_at_{p}N_mm"]) for p in (10, 20)),
             "{:.1f} +- {:.1f} %".format(*(100 * value for value in one["place_probability"])),
             f"{100 * one['odds']:.1f} %",
+            f"{one['effective_draws']:.0f}",
             str(one["members"]),
         ]
         for name, one in made["models"].items()

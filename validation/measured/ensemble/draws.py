@@ -104,6 +104,12 @@ class Draws:
         return met, float(np.sqrt((share**2 * (self.place_met - met) ** 2).sum()))
 
     @property
+    def effective(self) -> float:
+        """Number of equally weighted draws that would say as much as those that meet all facts; 0 for none."""
+        weight = self.weight * self.place_met
+        return float(weight.sum() ** 2 / (weight**2).sum()) if weight.any() else 0.0
+
+    @property
     def places_mm(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Quantiles of 5, 50 and 95 % of the drive's magnitude where the loops of 10 and 20 N are widest, mm."""
         low, high = (weighted_quantiles(np.abs(x), self.weight, (0.05, 0.5, 0.95)) for x in self.rows[:, -2:].T)

@@ -31,7 +31,8 @@ class ModelResult:
     error, ``place`` the probability of the place of the widest point given the numbers, with its standard error,
     ``odds`` the probability of the model among all, each as likely beforehand. ``moved`` is the share of the steps of
     the sampler that were taken, NaN where it made no member. ``widest_at_mm`` are the 5, 50 and 95 % quantiles of the
-    drive's magnitude where the loops of 10 and 20 N are widest, given the three numbers alone.
+    drive's magnitude where the loops of 10 and 20 N are widest, given the three numbers alone. ``effective`` is the
+    number of independent draws that the members start from.
     """
 
     draws: int
@@ -40,6 +41,7 @@ class ModelResult:
     place: tuple[float, float]
     widest_at_mm: tuple[tuple[float, ...], tuple[float, ...]]
     odds: float
+    effective: float
     moved: float
     members: tuple[Member, ...]
 
@@ -90,7 +92,15 @@ def make_ensemble(
         one, share = drawn[name], float(odds[k])
         solved = float((one.weight > 0).mean())
         found[name] = ModelResult(
-            one.rows.shape[0], solved, one.evidence, one.place_share, one.places_mm, share, moved, tuple(members)
+            one.rows.shape[0],
+            solved,
+            one.evidence,
+            one.place_share,
+            one.places_mm,
+            share,
+            one.effective,
+            moved,
+            tuple(members),
         )
     return found
 
@@ -152,6 +162,7 @@ def _sidecar(found: Mapping[str, ModelResult], models: Mapping[str, Model], sett
                 for preload, at in zip((10, 20), one.widest_at_mm, strict=True)
             ),
             f"odds = {one.odds:.4g}",
+            f"effective_draws = {one.effective:.1f}",
             f"members = {len(one.members)}",
             *([f"moved_share = {one.moved:.4g}"] if one.members else []),
         ]
