@@ -27,6 +27,7 @@ WIDTHS: Mapping[str, tuple[float, float]] = {
     "width at 1.1 mm, 20 N, deg": (20.0, 1.1),
 }
 """Preload and amplitude of loops that no constant was fitted to."""
+PLAY_READ = "load cell, 0.05 N at 10 N/mm: 0.005 mm"
 TIP_N = 0.2
 """Load on the tip, against positive angles."""
 
@@ -116,7 +117,7 @@ def measurements(rigs: Sequence[Rig], widths: Mapping[str, Floats]) -> dict[str,
         "tension at the tip at full drive": Candidate(of("tip_N"), 0.2, "load cell at the tip, 0.2 N"),
         "half the force loop of the wheel at zero drive": Candidate(of("friction_N"), 0.1, "load cells, 0.1 N"),
         f"turn of the tip under {TIP_N:g} N": Candidate(of("tip_deg"), 0.05, "camera, 0.05 deg"),
-        "motion of the motor that changes no tension, after a reversal": Candidate(play, 0.02, "load cell, 0.02 mm"),
+        "motion of the motor that changes no tension, after a reversal": Candidate(play, 0.005, PLAY_READ),
         **{
             f"loop, {name.removesuffix(', deg')}": Candidate(values, 0.05, "camera, 0.05 deg")
             for name, values in widths.items()
