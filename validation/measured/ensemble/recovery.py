@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from fem_models.rig import Rig
+from fem_models.rig.checks import SolverError
 from fem_models.rig.ensemble import with_constants
 from hysteresis.arrays import Floats
 from validation.measured.ensemble.draws import Density, Draws, draw, weighted_quantiles
@@ -45,12 +47,23 @@ def recover(base: Rig, model: Model, *, rigs: int, draws: int, seed: int, pool: 
         hidden |= {name: float(model.priors[name].at(rng.random(1))[0]) for name in model.solved}
         rig = with_constants(base, hidden)
         off = float(rng.uniform(-1, 1)) * FULL_SCALE_RESOLUTION_DEG
-        goal = _facts(rig, off)
-        found = draw(base, model, draws, seed + len(effective) + 1, goal=goal, mapper=mapper)
+        try:
+            goal = _facts(rig, off)
+            for preload, amplitude in WIDTHS.values():
+                loop_numbers(replace(rig, preload_N=preload), amplitude)
+        except SolverError:  # such a rig has no such facts
+            continue
+        try:
+            found = draw(base, model, draws, seed + len(effective) + 1, goal=goal, mapper=mapper)
+        except ValueError:  # no draw shows its numbers: nothing of it is within a range
+            for name in (*model.drawn, *model.solved, *WIDTHS):
+                inside.setdefault(name, []).append(0.0)
+            effective.append(0.0)
+            continue
         values = {name: (hidden[name], found.column(name)) for name in (*model.drawn, *model.solved)}
         values |= _predicted(base, model, rig, found)
         for name, (true, drawn) in values.items():
-            low, high = weighted_quantiles(drawn, found.weight, _ENDS)
+            low, high = weighted_quantiles(drawn, np.where(np.isfinite(drawn), found.weight, 0.0), _ENDS)
             inside.setdefault(name, []).append(float(low <= true <= high))
         effective.append(float(found.weight.sum() ** 2 / (found.weight**2).sum()))
     return Recovery({name: np.array(one) for name, one in inside.items()}, np.array(effective))
@@ -69,6 +82,7 @@ def _predicted(base: Rig, model: Model, rig: Rig, found: Draws) -> dict[str, tup
         drawn = np.full(found.weight.size, np.nan)
         for k in np.flatnonzero(found.weight > 0):
             constants = {name: float(found.column(name)[k]) for name in names} | dict(model.fixed)
-            drawn[k] = loop_numbers(with_constants(base, {**constants, "preload_N": preload}), amplitude).width_deg
+            with suppress(SolverError):  # notches that close at another preload: no such loop
+                drawn[k] = loop_numbers(with_constants(base, {**constants, "preload_N": preload}), amplitude).width_deg
         out[title] = (loop_numbers(replace(rig, preload_N=preload), amplitude).width_deg, drawn)
     return out
