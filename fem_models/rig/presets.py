@@ -85,6 +85,7 @@ _DU2018 = Preset(
         "friction.guide_N": Source("assumed", "small compared with the sheath"),
         "friction.sheath_N": Source("assumed", "fitted: loop width at 20 N, 2.21 deg; docs/validation/calibration.md"),
         "friction.rest_wrap_deg": Source("assumed", "tendons run straight from wheel to base"),
+        "friction.stick_compliance_mm_per_N": Source("assumed", "guides of metal: they do not give way"),
     },
 )
 
@@ -137,6 +138,7 @@ def _wrist(range_deg: int, width_mm: float, spacing_mm: float, rest_deg: float, 
             "assumed", "none in addition to the capstan's: it would shift the force by a constant"
         ),
         "friction.rest_wrap_deg": Source("assumed", "the tendon runs straight into the wrist"),
+        "friction.stick_compliance_mm_per_N": Source("assumed", "guides of metal: they do not give way"),
         "superelastic.plateau_MPa": fit,
         "superelastic.plateau_modulus_GPa": fit,
         "superelastic.unloading_plateau_MPa": Source(

@@ -50,6 +50,8 @@ SetName = Literal[
     "score-13",
     "score-14",
     "score-15",
+    "score-16",
+    "score-17",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -68,6 +70,8 @@ SETS: dict[SetName, int] = {
     "score-13": 20_261_134,
     "score-14": 20_261_135,
     "score-15": 20_261_136,
+    "score-16": 20_261_137,
+    "score-17": 20_261_138,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

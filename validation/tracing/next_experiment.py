@@ -237,9 +237,9 @@ def _trials(trace: Trace, widest: int) -> list[Trial]:
     if load_control:
         base = Protocol(math.nan, base.amplitude, math.nan)
     low, high = float(record.drive.min()), float(record.drive.max())
-    preloads = (1.0,) if math.isnan(base.preload_N) or base.preload_N == 0 else PRELOAD_FACTORS
-    rates = (1.0,) if math.isnan(base.rate_Hz) else RATE_FACTORS
     measured = [protocol(one) for one in records]
+    preloads = (1.0,) if math.isnan(base.preload_N) or base.preload_N == 0 else _preload_factors(base, measured)
+    rates = (1.0,) if math.isnan(base.rate_Hz) else RATE_FACTORS
     plans = [(p, a, 1.0) for p in preloads for a in AMPLITUDE_FACTORS] + [(1.0, 1.0, r) for r in rates[1:]]
     out = []
     for p, a, r in plans:
@@ -252,6 +252,13 @@ def _trials(trace: Trace, widest: int) -> list[Trial]:
     if len(rates) > 1:
         out.append(_with_dwell(_trial(base, low, high, unit), base))
     return out
+
+
+def _preload_factors(base: Protocol, measured: Sequence[Protocol]) -> tuple[float, ...]:
+    """Preloads over that of the widest record: about it, and below the lowest that was measured."""
+    known = [one.preload_N for one in measured if one.preload_N > 0]
+    below = min(PRELOAD_FACTORS) * min(known) / base.preload_N
+    return (*PRELOAD_FACTORS, *(() if below in PRELOAD_FACTORS else (below,)))
 
 
 def protocol(one: PreparedRecord) -> Protocol:

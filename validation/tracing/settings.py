@@ -349,11 +349,11 @@ NOT_TOLD = 0.01
 """Part of the squares that an effect takes which another one may leave to count as not distinguished, and least part of
 the baseline's that a further effect takes: real records have structure of that size that no model has."""
 FAR_ABOVE = 2.0
-"""Rms held-out error over the noise up to which a known rig without a missing effect may be off: rigs of another make
-leave 1.0 to 1.9 times the noise where their flexures may vary."""
+"""Rms error over the noise up to which a known rig without a missing effect may be off: rigs of another make leave 1.0
+to 1.9 times the noise where their flexures may vary."""
 MOST_OF_ERROR = 0.6
-"""Part of the mean square above the noise that one effect must take from samples that were not fitted, to be named
-where a known rig with effects does not come to the noise."""
+"""Part of the mean square above the noise that one effect must take from fitted samples that inner folds hold out,
+to be named where a known rig with effects does not come to the noise."""
 PARTIAL_SHARE = 1.0 / 3.0
 """Part of the mean square above the noise that effects must take from the held-out error to be named."""
 

@@ -65,6 +65,7 @@ from validation.tracing.verdict import (
     above_noise,
     best_of,
     confirmed_on_heldout,
+    doubted_on_heldout,
     doubted_with_leap,
     doubted_without_noise,
     ended_above_noise,
@@ -121,8 +122,8 @@ def trace_records(
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
     if trace.baseline.fold_errors is None:
         trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
-        trace = named_in_part(trace) if trace.verdict == "unexplained" and problem is not None else trace
-    trace = doubted_with_leap(doubted_without_noise(trace))
+        trace = named_in_part(trace, threads) if trace.verdict == "unexplained" and problem is not None else trace
+    trace = doubted_with_leap(doubted_without_noise(doubted_on_heldout(trace)))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 
 
@@ -173,7 +174,7 @@ def _trace_known_rig(search: Search) -> Trace:
     beside = Search(varied, KNOWN_RIG, search.effects, search.threads, search.report, most_effects=2)
     other = _trace_as_declared(beside)
     if len(other.effects) > 1 and other.augmented.rmse_deg > AS_DECLARED * other.floor.deg:
-        other = named_in_part(other)
+        other = named_in_part(other, search.threads)
     if is_explained(declared) and is_as_good(declared.augmented, other.augmented, declared.floor):
         return declared
     samples = min((declared.augmented, other.augmented), key=lambda g: g.mean_square).samples

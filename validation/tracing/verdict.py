@@ -16,6 +16,7 @@ from validation.tracing.outcome import Candidate, Trace, Verdict
 from validation.tracing.plausibility import implausible, remarks
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.search.by_folds import FoundByFolds
+from validation.tracing.search.inner_folds import inner_fold_errors
 from validation.tracing.search.stepwise import Selection, Stages
 from validation.tracing.sensors.readings import LEAPT
 from validation.tracing.settings import (
@@ -241,6 +242,18 @@ def doubted_without_noise(trace: Trace) -> Trace:
     return replace(trace, verdict="unexplained", words=(NOT_KNOWN, *trace.words))
 
 
+def doubted_on_heldout(trace: Trace) -> Trace:
+    """Claim nothing where the baseline meets the samples that it was fitted to, and not those held out.
+
+    A model of an unknown rig may take an effect over the programs that it has seen.
+    """
+    error, noise = trace.baseline.heldout_rmse_deg, trace.floor.deg
+    if trace.verdict != "none" or error <= FAR_ABOVE * max(noise, trace.baseline.train_rmse_deg):
+        return trace
+    words = f"the held-out error of the baseline model is {error:.2g} deg, {error / noise:.2g} times the noise"
+    return replace(trace, verdict="unexplained", words=(words, *trace.words))
+
+
 def doubted_with_leap(trace: Trace) -> Trace:
     """Say that something is wrong where a leap was taken out of a record: no effect explains it."""
     leaps = any(one.readings is not None and one.readings.leap_deg is not None for one in _traced(trace))
@@ -255,21 +268,21 @@ def _traced(trace: Trace) -> Sequence[PreparedRecord]:
     return records[: len(records) - trace.reference]
 
 
-def named_in_part(trace: Trace) -> Trace:
-    """Name the effect that takes most of an error, if unseen samples confirm it, where no model comes to the noise.
+def named_in_part(trace: Trace, threads: int = 2) -> Trace:
+    """Name the effect that takes most of an error, if inner folds confirm it, where no model comes to the noise.
 
-    The best single effect by the fitted samples is judged by the others: it must take :data:`MOST_OF_ERROR` of the mean
-    square above the noise there, beyond its interval. Without such an effect the trace stays as it is. Beside a
-    baseline that is not right, further effects take what it lacks, and are not named; and what it leaves is up to
-    :data:`FAR_ABOVE` times the noise without any.
+    The best single effect must take :data:`MOST_OF_ERROR` of the mean square above the noise, beyond its interval, from
+    fitted samples that each inner fold has not seen; the held-out ones choose nothing. Without such an effect the trace
+    stays as it is. Beside a baseline that is not right, further effects take what it lacks, and are not named; and what
+    it leaves is up to :data:`FAR_ABOVE` times the noise without any.
     """
     single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
-    if not single or trace.baseline.heldout_rmse_deg < FAR_ABOVE * trace.floor.deg:
+    if not single or trace.baseline.train_rmse_deg < FAR_ABOVE * trace.floor.deg:
         return trace
     samples = min(single, key=lambda g: g.train_square).samples
-    best, before = min(single, key=lambda g: g.train_bic(samples)), trace.baseline
-    taken = share(before.heldout_errors, best.heldout_errors, trace.floor.deg)
-    if taken.value < MOST_OF_ERROR or not gain(before.heldout_errors, best.heldout_errors).is_positive:
+    best = min(single, key=lambda g: g.train_bic(samples))
+    before, after = inner_fold_errors(trace.baseline, threads), inner_fold_errors(best, threads)
+    if share(before, after, trace.floor.deg).value < MOST_OF_ERROR or not gain(before, after).is_positive:
         return trace
     alike = [g for g in single if g.names != best.names and is_as_good(g, best, trace.floor)]
     left = f"{best.rmse_deg / trace.floor.deg:.2g} times the noise is left; {_depends_on(smooth_functions(best), 'it')}"

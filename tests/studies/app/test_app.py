@@ -33,7 +33,7 @@ def test_answer_is_that_of_the_chain():
     rig, values = at_start("du2018")
     found = answer(rig, values)
     record = solve_chain(rig, loop_program(-2.2, 2.2)).record
-    assert found.angle_deg.max() == record.angle_deg.max()
+    assert found.angle_deg.max() == pytest.approx(record.angle_deg.max(), rel=1e-12)  # sums in another order
     assert found.drive_mm[0] == found.drive_mm[-1] == 2.2  # a closed cycle
     assert found.angle_deg[0] == pytest.approx(found.angle_deg[-1], abs=0.02)
     width = loop_width(record.drive, record.angle_deg, record.cycle).max_deg

@@ -66,8 +66,11 @@ def drifting(drive: Floats, drift_deg: float) -> Record:
     return Record(drive=drive, angle_deg=10.0 * drive + drift_deg * t / 50 + noise, drive_unit="mm", time_s=t)
 
 
-@pytest.mark.parametrize(("per_cycle", "cycles", "named"), [(12, 5, ("thermal_drift",)), (4, 10, ())])
+@pytest.mark.parametrize(
+    ("per_cycle", "cycles", "named"), [(12, 5, ("thermal_drift",)), (12, 8, ("thermal_drift",)), (4, 10, ())]
+)
 def test_a_drift_in_few_samples_is_named_or_not_denied(per_cycle: int, cycles: int, named: tuple[str, ...]) -> None:
+    """Nor is it taken for a loop that has not closed yet."""
     effects = [effect for effect in catalogue() if effect.name == "thermal_drift"]
     trace = trace_records([drifting(sine(per_cycle, cycles), 1.5)], effects=effects)
     assert trace.verdict != "none"

@@ -89,7 +89,7 @@ def test_one_effect_is_named_in_part_where_it_takes_most_of_the_error(delayed):
     quiet = replace(delayed.floor, local_deg=0.4 * NOISE_DEG, repeats_deg=None, by_repeats=False)
     assert named_in_part(replace(unexplained, floor=quiet)).verdict == "partial"
     # a baseline that leaves little, and candidates that take little, name nothing
-    loud = replace(delayed.floor, local_deg=0.6 * delayed.baseline.heldout_rmse_deg, repeats_deg=None)
+    loud = replace(delayed.floor, local_deg=0.6 * delayed.baseline.train_rmse_deg, repeats_deg=None)
     assert named_in_part(replace(unexplained, floor=loud)).verdict == "unexplained"
     weak = tuple(c for c in delayed.candidates if c.fitted.rmse_deg > 0.8 * delayed.baseline.rmse_deg)
     assert weak

@@ -25,7 +25,8 @@ def loops(path: Floats, elements: Floats, state: float, weight: Floats) -> Float
         Shape (k, 4), rows (saturation, reach, n, gamma / beta): h = saturation y, and y goes from 0 to 1 over a path
         of about ``reach``. A negative saturation lags. The saturation enters linearly, so h is smooth through zero.
     state
-        y of all elements at the first sample, in -1..1; its sign is that of a motion towards larger f.
+        y of the first element at the first sample, in -1..1; its sign is that of a motion towards larger f. The others
+        begin at rest: the state of an element of long reach fades over many cycles, as a drift does.
     weight
         Shape (m,), factor on the size of the loop: of saturation and reach, so that the slope after a reversal stays.
 
@@ -43,7 +44,7 @@ def loops(path: Floats, elements: Floats, state: float, weight: Floats) -> Float
         kappa = (1.0 - rho) / (1.0 + rho)
         work = workspace(n)
         set_kappa(work, n, kappa)
-        y, direction, chart, place = state, 1.0, FREE, 0.0
+        y, direction, chart, place = state if i == 0 else 0.0, 1.0, FREE, 0.0
         out[0] += saturation * y * weight[0]
         for j in range(1, m):
             df = path[j] - path[j - 1]
