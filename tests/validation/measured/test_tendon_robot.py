@@ -106,7 +106,7 @@ def test_parameters_are_recovered_from_loops_without_noise() -> None:
 
 
 def test_intervals_contain_most_parameters_of_noisy_loops() -> None:
-    """Of 52 intervals of 95 %, the shift by noise in the tension taken off: docs/validation/tendon-robot.md has 40 pairs."""
+    """Of 52 intervals of 95 %, the shift by noise taken off; docs/validation/tendon-robot.md has 40 pairs."""
     contained = []
     for seed in range(4):
         records = [simulated(TRUTH, top, noise=0.005, seed=2 * seed + i) for i, top in enumerate((8.5, 6.0))]
