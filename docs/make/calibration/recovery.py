@@ -24,7 +24,8 @@ def main() -> None:
     with ProcessPoolExecutor(2) as pool:
         found = recover(preset("du2018"), MODELS[MODEL], rigs=RIGS, draws=DRAWS, seed=SEED, pool=pool)
     rows = [
-        [f"`{name}`" if "." in name else name, f"{int(one.sum())} of {one.size}"] for name, one in found.inside.items()
+        [f"`{name}`" if " " not in name else name, f"{int(one.sum())} of {one.size}"]
+        for name, one in found.inside.items()
     ]
     every = np.concatenate(list(found.inside.values()))
     words = (
