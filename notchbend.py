@@ -12,7 +12,7 @@ Units are part of the names (mm, N, s, deg). Results print in one line, show a t
 from importlib.metadata import version
 
 from fem_models.load import LoadProgram, sine, triangle
-from fem_models.rig import Rig, RigError, preset, read_rig
+from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.checks import SolverError
 from hysteresis import Fit, Record, read_record
 from hysteresis.record import RecordError
@@ -37,6 +37,7 @@ __all__ = [
     "StudyError",
     "__version__",
     "compensate",
+    "ensemble",
     "identify",
     "plot",
     "preset",

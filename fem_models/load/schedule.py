@@ -45,20 +45,6 @@ def play(drive: Floats, width: ArrayLike) -> Floats:
     return out
 
 
-def play_width_mm(rig: Rig, program: LoadProgram) -> Floats:
-    """Width of the play between drive and wheel at every sample, shape (m,): what the preload leaves, and backlash.
-
-    Raises
-    ------
-    RigError
-        As :func:`schedule`.
-    """
-    width = np.full(program.drive_mm.size, rig.backlash.width_mm if rig.backlash else 0.0)
-    if (clearance := rig.preloaded_play) is not None:
-        width = width + clearance.free_width_mm / (1 + _preload_N(rig, program) / clearance.takes_up_N)
-    return width
-
-
 def _preload_N(rig: Rig, program: LoadProgram) -> Floats:
     """Preload that is left at every sample, shape (m,)."""
     lost = np.zeros(program.drive_mm.size)
@@ -78,8 +64,8 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
     drive, m = program.drive_mm, program.drive_mm.size
     if rig.drive_gain is not None:
         drive = (1 + rig.drive_gain.error) * drive
-    if rig.backlash is not None or rig.preloaded_play is not None:
-        drive = play(drive, play_width_mm(rig, program))
+    if rig.backlash is not None:
+        drive = play(drive, rig.backlash.left_mm(_preload_N(rig, program)))
     if rig.eccentricity is not None:
         phase = np.radians(rig.eccentricity.phase_deg)
         wave = np.sin(drive / rig.wheel.radius_mm + phase) - np.sin(phase)

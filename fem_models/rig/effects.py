@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from fem_models.rig.checks import require, require_numbers
+from hysteresis.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -27,32 +30,27 @@ class Slack:
 
 @dataclass(frozen=True)
 class Backlash:
-    """Play of width ``width_mm`` between drive and wheel, as tendon displacement; it starts centred."""
+    """Play of width ``width_mm`` between drive and wheel, as tendon displacement; it starts centred.
+
+    With ``takes_up_N`` it is clearance of the tendons in their holes and fixings, which the preload T takes up: a play
+    of the width w/(1 + T/takes_up), which is half of w at that preload: a rope in tension is held out of line by that
+    much less (tie rod under axial tension; Timoshenko and Gere, Theory of Elastic Stability, 1961, chapter 1). T is the
+    preload, about which the tensions of both tendons reverse, less what :class:`PreloadLoss` has taken from it: a width
+    that followed the tension of the moment would give out energy.
+    """
 
     width_mm: float
+    takes_up_N: float | None = None
 
     def __post_init__(self) -> None:
         require_numbers("backlash", self)
         require(self.width_mm >= 0, "backlash.width_mm", self.width_mm, "at least 0")
+        require(self.takes_up_N is None or self.takes_up_N > 0, "backlash.takes_up_N", self.takes_up_N, "above 0")
 
-
-@dataclass(frozen=True)
-class PreloadedPlay:
-    """Clearance of the tendons in their holes and fixings that their tension takes up: a play of its own width.
-
-    The play operator of :class:`Backlash` with the width ``free_width_mm`` / (1 + T / ``takes_up_N``): a rope in
-    tension is held out of line by that much less (tie rod under axial tension; Timoshenko and Gere, Theory of Elastic
-    Stability, 1961, chapter 1). T is the preload, about which the tensions of both tendons reverse, less what
-    :class:`PreloadLoss` has taken from it. Two plays in series are one of both widths.
-    """
-
-    free_width_mm: float
-    takes_up_N: float
-
-    def __post_init__(self) -> None:
-        require_numbers("preloaded_play", self)
-        require(self.free_width_mm >= 0, "preloaded_play.free_width_mm", self.free_width_mm, "at least 0")
-        require(self.takes_up_N > 0, "preloaded_play.takes_up_N", self.takes_up_N, "above 0")
+    def left_mm(self, preload_N: Floats | float) -> Floats:
+        """Width of the play that a preload leaves, of the shape of the preload."""
+        taken = 0.0 if self.takes_up_N is None else np.asarray(preload_N) / self.takes_up_N
+        return np.asarray(self.width_mm / (1 + taken))
 
 
 @dataclass(frozen=True)

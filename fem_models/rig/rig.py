@@ -17,7 +17,6 @@ from fem_models.rig.effects import (
     Fatigue,
     Gravity,
     PositionFriction,
-    PreloadedPlay,
     PreloadLoss,
     RunIn,
     Slack,
@@ -152,7 +151,6 @@ EFFECT_TABLES = (
     "stribeck",
     "position_friction",
     "run_in",
-    "preloaded_play",
     "tip_mass",
 )
 """Names of the optional effects of a rig, off by default."""
@@ -196,7 +194,6 @@ class Rig:
     stribeck: Stribeck | None = None
     position_friction: PositionFriction | None = None
     run_in: RunIn | None = None
-    preloaded_play: PreloadedPlay | None = None
     tip_mass: TipMass | None = None
 
     def __post_init__(self) -> None:

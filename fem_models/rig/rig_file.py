@@ -19,7 +19,6 @@ from fem_models.rig.effects import (
     Fatigue,
     Gravity,
     PositionFriction,
-    PreloadedPlay,
     PreloadLoss,
     RunIn,
     Slack,
@@ -57,7 +56,6 @@ _TABLES: dict[str, type] = {
     "stribeck": Stribeck,
     "position_friction": PositionFriction,
     "run_in": RunIn,
-    "preloaded_play": PreloadedPlay,
     "tip_mass": TipMass,
 }
 _JOINT_TABLES = ("tube", "notch", "bench")

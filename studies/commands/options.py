@@ -25,7 +25,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fem_models.load import LoadProgram, sine, triangle
-from fem_models.rig import Rig, RigError, preset, read_rig
+from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.presets import PRESETS
 from hysteresis.arrays import Floats
 from hysteresis.plain import to_plain
@@ -146,6 +146,40 @@ class RigChoice:
         assert self.rig is not None
         rig = read_rig(self.rig)
         return rig if self.preload is None else replace(rig, preload_N=self.preload)
+
+
+@dataclass(frozen=True)
+class EnsembleChoice:
+    """Whether a command runs over the ensemble of the preset too."""
+
+    ensemble: Annotated[
+        bool, typer.Option("--ensemble", help="Also give 90 % ranges over the ensemble of the preset.")
+    ] = False
+
+    def members(self, rig: RigChoice) -> tuple[Rig, ...]:
+        """Give the members of the preset's ensemble, at the preload of the choice; none without --ensemble.
+
+        Raises
+        ------
+        RigError
+            A rig from a file, or a preset without an ensemble.
+        """
+        if not self.ensemble:
+            return ()
+        if rig.preset is None:
+            raise RigError(f"--ensemble with --rig {rig.rig}: expected --preset")
+        return ensemble(rig.preset, preload_N=rig.preload)
+
+    def require_off(self, what: str) -> None:
+        """Refuse --ensemble where it has no meaning.
+
+        Raises
+        ------
+        RigError
+            --ensemble was given.
+        """
+        if self.ensemble:
+            raise RigError(f"--ensemble with {what}: expected --preset")
 
 
 @dataclass(frozen=True)

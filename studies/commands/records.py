@@ -19,7 +19,7 @@ from hysteresis.record import RecordError
 from hysteresis.record_file import check_target, read_records
 from hysteresis.settings import IdentifySettings
 from studies.commands.identification import files_of_fit, identify_records, write_fit
-from studies.commands.options import Common, Out, RigChoice
+from studies.commands.options import Common, EnsembleChoice, Out, RigChoice
 from studies.commands.tables import contributions_table, values_table
 from studies.progress import status
 from studies.results import write_result
@@ -88,6 +88,7 @@ def separate(
     engine: Annotated[
         Literal["chain", "multibody"], typer.Option("--engine", help="Model; with records it is the chain.")
     ] = "chain",
+    over: EnsembleChoice,
     common: Common,
 ) -> None:
     """Divide the loop into friction, tendon elasticity and material, by switching each of them in the model."""
@@ -97,11 +98,12 @@ def separate(
     with status(common.shows_progress, "separating"):
         if records:
             _require_records_alone(rig, amplitude, engine)
+            over.require_off("records")
             result = separate_records(read_records(records), seed=common.seed)
         else:
             size = SEPARATION_MM if amplitude is None else amplitude
             require(size > 0, "--amplitude", size, "above 0")
-            result = separate_rig(rig.read(), size, engine=engine, seed=common.seed)
+            result = separate_rig(rig.read(), size, engine=engine, seed=common.seed, members=over.members(rig))
     write_result(target, result)
     common.show(result, contributions_table(result), *summary(result), f"wrote {target}")
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from fem_models.load import LoadProgram
-from fem_models.rig import Rig
+from fem_models.rig import Rig, RigError
 from fem_models.rig.of_record import rig_of
 from hysteresis import identify
 from hysteresis.arrays import Floats
@@ -24,18 +24,24 @@ from studies.results.separation import (
     EnergyBalance,
     Interval,
     Law,
+    LoopSensitivity,
     LoopSize,
     MeasuredLoop,
     NextExperiment,
+    OverEnsemble,
     Separation,
 )
 from validation.separation import Contributions, calibrate_rig, loop_program, separate
-from validation.separation.contributions import PARTS, SETS, divide, shapley_shares
+from validation.separation.contributions import PLAY, SETS, shapley_shares
+from validation.separation.ensemble import LEVEL, range_of, separate_each
 from validation.separation.rig_calibration import PARAMETERS, RigCalibration, parameters_of, with_parameters
+from validation.separation.sensitivity import Sensitivities, sensitivities
 
 SHARES = {"width_deg": "width_share", "area": "area_share", "dissipated_mJ": "share"}
 """Quantities that are divided, with the name of their shares: ``share`` is that of the energy, which every loop has."""
 CLOSES_PERCENT, RIGID_PERCENT = 1.0, 0.1
+SHOWN = 6
+"""Constants whose sensitivity a terminal shows, the strongest; ``separate.json`` has all."""
 _STEP = 1e-3  # of finite differences, in units of a parameter's scale
 
 OBSERVABLE = {
@@ -48,16 +54,54 @@ OBSERVABLE = {
 inextensible tendons the wheel prescribes the angle, and there is no loop to fit."""
 
 
-def separate_rig(rig: Rig, amplitude_mm: float, *, engine: str = "chain", seed: int = 0) -> Separation:
-    """Divide the loop of a rig. A rig of one tendon is driven from 0 to the amplitude.
+def separate_rig(
+    rig: Rig, amplitude_mm: float, *, engine: str = "chain", seed: int = 0, members: Sequence[Rig] = ()
+) -> Separation:
+    """Divide the loop of a rig, and of the ``members`` of its ensemble. One tendon is driven from 0 to the amplitude.
 
     Raises
     ------
     RigError, SolverError, MissingError
-        A rig that cannot be divided or cannot follow the drive.
+        A rig that cannot be divided or cannot follow the drive; members with another engine than the chain.
     """
+    if members and engine != "chain":
+        raise RigError(f"--engine {engine} with --ensemble: expected chain")
     program = loop_program(0.0 if rig.tendon_b is None else -amplitude_mm, amplitude_mm)
-    return _result(rig, program, separate(rig, program, solver_of(engine)), engine, seed)
+    result = _result(rig, program, separate(rig, program, solver_of(engine)), engine, seed)
+    if engine == "chain":
+        result = _with_sensitivity(result, sensitivities(rig, program))
+    return _over_members(result, separate_each(members, program)) if members else result
+
+
+def _with_sensitivity(result: Separation, found: Sensitivities) -> Separation:
+    of = {name: LoopSensitivity(**vars(one)) for name, one in found.of.items()}
+    return replace(result, sensitivity=of, inseparable=found.sentence())
+
+
+def _over_members(result: Separation, found: Sequence[Contributions]) -> Separation:
+    """Add the ranges of all numbers over the members of an ensemble."""
+    parts, without = [_parts(one) for one in found], Contribution(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    names = [name for pair in SHARES.items() for name in pair]
+    own = dict(result.contributions)
+    if any(PLAY in one for one in parts):
+        own.setdefault(PLAY, without)
+
+    def interval(values: list[float | None]) -> Interval | None:
+        known = [value for value in values if value is not None]
+        if len(known) < len(values):
+            return None
+        limits = range_of(known)
+        return limits.low, limits.high
+
+    contributions = {
+        name: replace(
+            part, intervals={n: interval([getattr(one.get(name, without), n) for one in parts]) for n in names}
+        )
+        for name, part in own.items()
+    }
+    width, area, energy = (range_of([getattr(one.whole, n) for one in found]) for n in SHARES)
+    whole = OverEnsemble(len(found), LEVEL, (width.low, width.high), (area.low, area.high), (energy.low, energy.high))
+    return replace(result, contributions=contributions, ensemble=whole)
 
 
 def separate_records(records: Sequence[Record], *, seed: int = 0) -> Separation:
@@ -75,6 +119,7 @@ def separate_records(records: Sequence[Record], *, seed: int = 0) -> Separation:
     program = loop_program(min(0.0, float(drive.min())), float(drive.max()))
     found = separate(calibrated.rig, program)
     result = _result(calibrated.rig, program, found, "chain", seed)
+    result = _with_sensitivity(result, sensitivities(calibrated.rig, program))
     half = _half_intervals(calibrated, program, found)
     unseparated = tuple(f"not separated by these records: {words}" for words in calibrated.inseparable)
     return replace(
@@ -122,11 +167,12 @@ def _result(rig: Rig, program: LoadProgram, found: Contributions, engine: str, s
 
 def _parts(found: Contributions) -> dict[str, Contribution]:
     """Divide width, area and energy of the whole loop among the parts."""
-    numbers: dict[str, dict[str, float | None]] = {part: {} for part in PARTS}
+    numbers: dict[str, dict[str, float | None]] = {}
     for quantity, name in SHARES.items():
-        values, shares = divide(found.values(quantity)), found.shares(quantity)
-        for part in PARTS:
-            numbers[part] |= {quantity: values[part], name: None if shares is None else shares[part]}
+        values, shares = found.parts(quantity), found.shares(quantity)
+        for part, value in values.items():
+            row = numbers.setdefault(part, {})
+            row |= {quantity: value, name: None if shares is None else shares[part]}
     return {part: Contribution(**row) for part, row in numbers.items()}  # type: ignore[arg-type]
 
 
@@ -164,17 +210,19 @@ def _half_intervals(
     """Half widths of the intervals of all numbers, by part: the covariance propagated by finite differences."""
     names = [name for pair in SHARES.items() for name in pair]
 
+    at_parts = _parts(found)
+
     def table(parts: Mapping[str, Contribution]) -> Floats:
-        return np.array([[math.nan if (v := getattr(parts[p], n)) is None else v for p in PARTS] for n in names])
+        return np.array([[math.nan if (v := getattr(parts[p], n)) is None else v for p in at_parts] for n in names])
 
     here = np.array(list(parameters_of(calibrated.rig).values()))
-    at, gradient = table(_parts(found)), []
+    at, gradient = table(at_parts), []
     for i, parameter in enumerate(PARAMETERS.values()):
         step = _STEP * parameter.scale * (1 if here[i] + parameter.scale < parameter.high else -1)
         moved = with_parameters(calibrated.rig, here + step * np.eye(here.size)[i])
         gradient.append((table(_parts(separate(moved, program))) - at) / step)
     half = calibrated.quantile * np.sqrt(np.einsum("inp,ij,jnp->np", gradient, calibrated.covariance, gradient))
-    return {part: dict(zip(names, column, strict=True)) for part, column in zip(PARTS, half.T.tolist(), strict=True)}
+    return {part: dict(zip(names, column, strict=True)) for part, column in zip(at_parts, half.T.tolist(), strict=True)}
 
 
 def _calibration(found: RigCalibration) -> Calibration:
@@ -202,6 +250,8 @@ def summary(result: Separation) -> list[str]:
     total, energy = result.total, result.energy
     lines = [
         f"whole loop: {total.width_deg:.4g} deg wide, {total.area:.4g} deg mm, {total.dissipated_mJ:.4g} mJ a cycle",
+        *_over_ensemble(result),
+        "raw loops, deg wide and mJ: " + "; ".join(map(_raw, result.combinations)),
         f"energy balance: wheel {energy.wheel_work_mJ:.4g} mJ = friction {energy.friction_loss_mJ:.4g} "
         f"+ material {energy.material_loss_mJ:.4g} mJ, difference {energy.closure_percent:+.2g} %",
     ]
@@ -215,4 +265,26 @@ def summary(result: Separation) -> list[str]:
                 f"next experiment: {e.what} ({e.preload_N:.3g} N, {e.amplitude_mm:.3g} mm): information gain "
                 f"{e.gain:.2f}, interval of {e.parameter} {e.narrower:.2g} times narrower"
             )
+    if result.sensitivity is not None:
+        strongest = sorted(result.sensitivity.items(), key=lambda item: -abs(item[1].width))[:SHOWN]
+        told = ", ".join(f"{name} {one.width:+.2g}" for name, one in strongest)
+        lines.append(f"d ln(width)/d ln(constant): {told}")
+    if result.inseparable is not None:
+        lines.append(result.inseparable)
     return [*lines, *(f"warning: {words}" for words in result.warnings)]
+
+
+def _over_ensemble(result: Separation) -> list[str]:
+    if (over := result.ensemble) is None:
+        return []
+    (low, high), (least, most) = over.width_deg, over.dissipated_mJ
+    return [
+        f"{100 * over.level:.0f} % of {over.members} members of the ensemble: {low:.4g} to {high:.4g} deg wide, "
+        f"{least:.4g} to {most:.4g} mJ a cycle; ranges in brackets"
+    ]
+
+
+def _raw(one: Combination) -> str:
+    """Loop of one combination of sources, in words."""
+    sources = " + ".join(name.replace("_", " ") for name in one.on) or "none"
+    return f"{sources} {one.width_deg:.3g}, {one.dissipated_mJ:.3g}"

@@ -11,8 +11,10 @@ import typer
 
 from fem_models.load import LoadProgram
 from fem_models.rig import RigError, preset
+from hysteresis.files import write_files
+from hysteresis.plain import to_plain
 from hysteresis.record_file import check_target, write_record
-from studies.commands.options import Common, Out, ProgramChoice, RigChoice
+from studies.commands.options import Common, EnsembleChoice, Out, ProgramChoice, RigChoice
 from studies.commands.tables import models_table, values_table
 from studies.engines import (
     ENGINES,
@@ -23,6 +25,7 @@ from studies.engines import (
     simulate_by_force,
     simulate_in_time,
 )
+from studies.ensemble import run_ensemble
 from studies.progress import status
 from studies.results import write_result
 from studies.results.run import loop_summary
@@ -48,11 +51,14 @@ def simulate(
     dynamic: Annotated[
         bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")
     ] = False,
+    over: EnsembleChoice,
     common: Common,
 ) -> None:
     """Run one load program on one rig and write a record."""
     check_target(out, [file for file in (rig.rig, program.program) if file is not None])
-    chosen, force_N = rig.read(), program.forces()
+    chosen, force_N, members = rig.read(), program.forces(), over.members(rig)
+    if members:
+        _require_chain(engine, dynamic, force_N is not None)
     message = f"simulating {chosen.name} with {engine}"
     if force_N is not None:
         _require_by_force(engine, dynamic)
@@ -73,8 +79,21 @@ def simulate(
         preload: dict[str, str | float] = {"preload_N": chosen.preload_N} if chosen.preload_N > 0 else {}
         record = replace(record, rig={"file": str(rig.rig.absolute()), **preload})
     write_record(record, out)
-    summary = loop_summary(record)
+    summary = to_plain(loop_summary(record), finite=False)
+    if members:
+        with status(common.shows_progress, f"simulating {len(members)} members of the ensemble"):
+            ranges = run_ensemble(members, load)
+        bands = out.with_name(f"{out.stem}-ensemble.csv")
+        write_files({bands: ranges.csv()})
+        summary |= {"ensemble": to_plain(ranges.summary, finite=False)}
+        remarks = [*remarks, f"ranges along the drive: {bands}"]
     common.show(summary, values_table(summary), f"record: {out}", *remarks)
+
+
+def _require_chain(engine: str, dynamic: bool, by_force: bool) -> None:
+    if engine != "chain" or dynamic or by_force:
+        found = "--dynamic" if dynamic else "tendon_force_N" if by_force else f"--engine {engine}"
+        raise RigError(f"--ensemble with {found}: expected --engine chain and a program of drive_mm")
 
 
 def _require_by_force(engine: str, dynamic: bool) -> None:

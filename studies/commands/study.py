@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from fem_models.rig.checks import require
-from studies.commands.options import Common, Out, Output, RigChoice
+from studies.commands.options import Common, EnsembleChoice, Out, Output, RigChoice
 from studies.commands.tables import study_table
 from studies.progress import status
 from studies.results.run import require_unchanged
@@ -37,15 +37,18 @@ def study(
     file: Annotated[Path, typer.Argument(help="A study file, TOML, or the name of a ready study.")],
     out: Out,
     where: WorkerChoice,
+    over: EnsembleChoice,
     seed: Annotated[
         int | None, typer.Option("--seed", min=0, help="Seed in place of all seeds of the study file.")
     ] = None,
     output: Output,
 ) -> None:
     """Run a parametric study; a study that was stopped or extended runs only the cases that are missing."""
-    from studies.sweep import read_study
+    from studies.sweep import over_ensemble, read_study
 
     definition = read_study(file, seed=seed)
+    if over.ensemble:
+        definition = over_ensemble(definition)
     from studies.sweep import run_study  # Dask takes a second
 
     summary = run_study(
@@ -59,7 +62,12 @@ def study(
     from studies.report import write_report
 
     page = write_report(out)
-    output.show(summary, study_table(summary), f"wrote {out / summary.dataset}", f"report: {page}")
+    ranges = list[str]()
+    if over.ensemble and definition.sample is None:
+        from studies.sweep.member_ranges import write_ranges
+
+        ranges = [f"ranges over the ensemble: {write_ranges(out)}"]
+    output.show(summary, study_table(summary), f"wrote {out / summary.dataset}", *ranges, f"report: {page}")
 
 
 def report(

@@ -106,7 +106,12 @@ def trace(records: Record | Sequence[Record], *, reference: Record | Sequence[Re
 
 
 def separate(
-    what: Rig | Record | Sequence[Record], *, amplitude_mm: float = 2.2, engine: EngineName = "chain", seed: int = 0
+    what: Rig | Record | Sequence[Record],
+    *,
+    amplitude_mm: float = 2.2,
+    engine: EngineName = "chain",
+    seed: int = 0,
+    members: Sequence[Rig] = (),
 ) -> Separation:
     """Divide a loop among friction, elasticity of the tendons and material.
 
@@ -117,6 +122,8 @@ def separate(
         which is calibrated on all of them, and whose first record's loop is divided.
     seed
         Of the Bouc-Wen parameters.
+    members
+        With a rig and the chain: rigs of an ensemble, such as ``nb.ensemble("du2018")``, whose loops give the ranges.
 
     Raises
     ------
@@ -126,7 +133,7 @@ def separate(
     from studies.commands.separation import separate_records, separate_rig
 
     if isinstance(what, Rig):
-        return separate_rig(what, amplitude_mm, engine=engine, seed=seed)
+        return separate_rig(what, amplitude_mm, engine=engine, seed=seed, members=members)
     return separate_records(_listed(what), seed=seed)
 
 

@@ -27,8 +27,8 @@ class LoopSize:
 class Contribution:
     """What a part contributes to the loop, and its shares of the whole: of width, area and energy (``share``).
 
-    Shares are None where there is no such loop. ``intervals`` are those of 95 % by the name of the number, for rigs
-    that are calibrated on records.
+    Shares are None where there is no such loop. ``intervals`` by the name of the number are those of 95 % for rigs that
+    are calibrated on records, and the ranges of 90 % of the members of an ensemble.
     """
 
     width_deg: float
@@ -112,13 +112,35 @@ class MeasuredLoop:
     area: float
 
 
+@dataclass(frozen=True)
+class LoopSensitivity:
+    """d ln(number)/d ln(constant) of the loop: width, area, energy, and the whole range of the angle."""
+
+    width: float
+    area: float
+    energy: float
+    range: float
+
+
+@dataclass(frozen=True)
+class OverEnsemble:
+    """Ranges over an ensemble of rigs that meet the same facts: ``level`` is the share of the members within."""
+
+    members: int
+    level: float
+    width_deg: Interval
+    area: Interval
+    dissipated_mJ: Interval
+
+
 @dataclass(frozen=True, repr=False)
 class Separation:
     """What ``separate.json`` holds.
 
     ``rig`` has the tables of a rig file. ``drive_mm`` are the ends of the loop. ``contributions`` and ``shapley`` have
     the parts by name; ``combinations`` the loops that they follow from. ``bouc_wen`` has a law for the loop of each
-    source, None where there is no loop.
+    source, None where there is no loop. ``sensitivity`` is by constant, for the chain; ``inseparable`` says in one line
+    which constants one loop cannot separate. ``ensemble`` is there if the loop was divided over an ensemble.
     """
 
     schema: int
@@ -135,6 +157,9 @@ class Separation:
     calibration: Calibration | None
     measured: MeasuredLoop | None
     warnings: tuple[str, ...]
+    sensitivity: Mapping[str, LoopSensitivity] | None = optional()
+    inseparable: str | None = optional()
+    ensemble: OverEnsemble | None = optional()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, as in separate.json."""

@@ -10,11 +10,17 @@ if TYPE_CHECKING:
     from studies.sweep.dataset import open_study
     from studies.sweep.errors import StudyError
     from studies.sweep.run import run_study
-    from studies.sweep.study_file import read_study
+    from studies.sweep.study_file import over_ensemble, read_study
 
-__all__ = ["StudyError", "open_study", "read_study", "run_study"]
+__all__ = ["StudyError", "open_study", "over_ensemble", "read_study", "run_study"]
 
-_MODULES = {"open_study": "dataset", "StudyError": "errors", "run_study": "run", "read_study": "study_file"}
+_MODULES = {
+    "open_study": "dataset",
+    "StudyError": "errors",
+    "run_study": "run",
+    "over_ensemble": "study_file",
+    "read_study": "study_file",
+}
 
 
 def __getattr__(name: str) -> object:

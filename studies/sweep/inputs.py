@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fem_models.rig import RigError
+from fem_models.rig.ensemble import member_constants
 from fem_models.rig.rig_file import numbers_of_a_rig
 from hysteresis.plain import optional, to_plain
 from studies.sweep.code import code_version
@@ -21,8 +22,14 @@ DERIVED: dict[str, tuple[str, ...]] = {
 }
 """Numbers that a rig file does not have, and the numbers of the rig that each of them sets."""
 
+MEMBER = "ensemble.member"
+"""Number of a member of the ensemble of the rig's preset, from 0 on: it sets all constants of that member."""
+
 FIELDS: dict[str, bool] = (
-    numbers_of_a_rig() | {f"program.{name}": whole for name, whole in PROGRAM.items()} | dict.fromkeys(DERIVED, False)
+    numbers_of_a_rig()
+    | {f"program.{name}": whole for name, whole in PROGRAM.items()}
+    | dict.fromkeys(DERIVED, False)
+    | {MEMBER: True}
 )
 """Every number that a study may vary, by its dotted name; True for a whole number."""
 
@@ -79,14 +86,16 @@ def clash(names: Sequence[str]) -> tuple[str, str] | None:
 def with_values(base: CaseTables, values: Mapping[str, float]) -> CaseTables:
     """Change numbers of rig and program by their dotted names; ``base`` stays as it is.
 
-    A table that the rig does not have is made, with what is given. Derived numbers come last, since they depend on
-    what the others have set. Only what a derived number needs is checked.
+    A table that the rig does not have is made, with what is given. A member of an ensemble comes first, and derived
+    numbers last, since they depend on what the others have set. Only what a derived number needs is checked.
 
     Raises
     ------
     RigError
-        A derived number that does not apply to the rig.
+        A derived number that does not apply to the rig, or a member that there is not.
     """
+    if MEMBER in values:
+        values = {**_member(base, values[MEMBER]), **{name: value for name, value in values.items() if name != MEMBER}}
     rig: dict[str, Any] = {name: dict(part) if isinstance(part, Mapping) else part for name, part in base.rig.items()}
     program = base.program
     for name, value in values.items():
@@ -108,6 +117,13 @@ def with_values(base: CaseTables, values: Mapping[str, float]) -> CaseTables:
         if name in values:
             _DERIVE[name](rig, float(values[name]))
     return CaseTables(rig, program)
+
+
+def _member(base: CaseTables, number: float) -> Mapping[str, float]:
+    members = member_constants(str(base.rig.get("name", "")))
+    if not 0 <= number < len(members):
+        raise RigError(f"{MEMBER} = {number:g}: expected from 0 to {len(members) - 1}")
+    return members[int(number)]
 
 
 def _set_wall(rig: Mapping[str, Any], wall_mm: float) -> None:

@@ -6,16 +6,17 @@ import hashlib
 import math
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
 from fem_models.rig import RigError, preset, read_rig
+from fem_models.rig.ensemble import member_constants
 from hysteresis.record import RecordError
 from studies.engines import program_of_file
 from studies.results.study import Goal, Sample
 from studies.sweep.errors import StudyError
-from studies.sweep.inputs import FIELDS, CaseTables, ProgramTable, clash, with_values
+from studies.sweep.inputs import FIELDS, MEMBER, CaseTables, ProgramTable, clash, with_values
 from studies.sweep.quantities import ENGINE_GROUPS, GROUPS, quantity_names
 
 METHODS = ("sobol", "latin-hypercube")
@@ -91,6 +92,26 @@ class Study:
 def ready_studies() -> dict[str, Path]:
     """Give the studies that ship with the package, by name."""
     return {path.stem: path for path in sorted((Path(__file__).parent / "ready").glob("*.toml"))}
+
+
+def over_ensemble(study: Study) -> Study:
+    """Return the study with the members of its preset's ensemble as one more axis, the last.
+
+    Raises
+    ------
+    StudyError
+        A rig without an ensemble, or a study that varies the member already, or too many cases.
+    """
+    if any(axis.name == MEMBER for axis in study.axes):
+        raise StudyError(f"{study.path}: vary.{MEMBER}: expected absent with --ensemble")
+    try:
+        last = len(member_constants(str(study.tables.rig.get("name", "")))) - 1
+    except RigError as error:
+        raise StudyError(f"{study.path}: {error}") from None
+    values = () if study.sample else tuple(float(k) for k in range(last + 1))
+    more = replace(study, axes=(*study.axes, Axis(MEMBER, values, 0.0, float(last), whole=True)))
+    _require_few(more)
+    return more
 
 
 def read_study(name: Path, *, seed: int | None = None) -> Study:

@@ -8,10 +8,10 @@ import pytest
 from fem_models.chain.solve import simulate_chain
 from fem_models.joint.contact import weight_N
 from fem_models.load import LoadProgram, triangle
-from fem_models.load.schedule import play_width_mm, schedule
+from fem_models.load.schedule import schedule
 from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.rig import RigError, preset
-from fem_models.rig.effects import Backlash, Gravity, PreloadedPlay, PreloadLoss, Stribeck, TipLoad, TipMass
+from fem_models.rig.effects import Backlash, Gravity, PreloadLoss, Stribeck, TipLoad, TipMass
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material
 from fem_models.rig.rig_file import rig_of_tables
@@ -27,7 +27,7 @@ LINEAR = replace(
     tendon_b=TENDON,
     joint=MeasuredJoint(4, 3.0, 400.0),
 )
-PLAY = PreloadedPlay(free_width_mm=0.6, takes_up_N=5.0)
+PLAY = Backlash(width_mm=0.6, takes_up_N=5.0)
 
 
 def drive_at_zero(record, cycle):
@@ -45,26 +45,24 @@ def drive_at_zero(record, cycle):
 def test_lost_motion_falls_with_the_preload(engine, preload_N):
     """Without friction the way back is the way out, shifted by the play: w/(1 + T/T0)."""
     steps = triangle(0.63, step_mm=0.07, cycles=2)
-    record = ENGINES[engine](replace(LINEAR, preload_N=preload_N, preloaded_play=PLAY), steps)
+    record = ENGINES[engine](replace(LINEAR, preload_N=preload_N, backlash=PLAY), steps)
     up, down = drive_at_zero(record, 2)
     assert up - down == pytest.approx(0.6 / (1 + preload_N / 5.0), rel=2e-3)
     assert up + down == pytest.approx(0.0, abs=2e-3)
 
 
-def test_plays_add_and_open_as_the_preload_is_lost():
-    rig = replace(LINEAR, preload_N=10.0, preloaded_play=PLAY, backlash=Backlash(0.05))
+def test_a_play_opens_as_the_preload_is_lost():
+    rig = replace(LINEAR, preload_N=10.0, backlash=PLAY, preload_loss=PreloadLoss(fraction=0.5, cycles=1.0))
     steps = triangle(1.0, step_mm=0.25, cycles=3)
-    np.testing.assert_allclose(play_width_mm(rig, steps), 0.05 + 0.2)
-    losing = replace(rig, preload_loss=PreloadLoss(fraction=0.5, cycles=1.0))
     left = 10.0 * (1 - 0.5 * (1 - np.exp(-np.asarray(steps.cycle))))
-    np.testing.assert_allclose(play_width_mm(losing, steps), 0.05 + 0.6 / (1 + left / 5.0))
-    lag = steps.drive_mm - schedule(losing, steps).drive_mm
-    assert np.abs(lag).max() == pytest.approx(0.5 * play_width_mm(losing, steps)[-1], rel=1e-3)
+    lag = steps.drive_mm - schedule(rig, steps).drive_mm
+    assert np.abs(lag).max() == pytest.approx(0.5 * 0.6 / (1 + left[-1] / 5.0), rel=1e-3)
+    assert PLAY.left_mm(10.0) == pytest.approx(0.2)
 
 
 def test_a_play_of_no_width_changes_nothing():
     steps = triangle(2.2, step_mm=0.2)
-    none = simulate_chain(replace(RIG, preloaded_play=PreloadedPlay(0.0, 5.0)), steps).angle_deg
+    none = simulate_chain(replace(RIG, backlash=Backlash(0.0, 5.0)), steps).angle_deg
     np.testing.assert_array_equal(none, simulate_chain(RIG, steps).angle_deg)
 
 
@@ -136,15 +134,15 @@ def test_load_and_weights_at_the_tip_add():
 
 
 def test_a_rig_file_knows_both():
-    rig = replace(RIG, preloaded_play=PLAY, tip_mass=TipMass(12.0, 30.0))
+    rig = replace(RIG, backlash=PLAY, tip_mass=TipMass(12.0, 30.0))
     assert rig_of_tables(rig.to_dict(), "file", "name") == rig
 
 
 @pytest.mark.parametrize(
     ("make", "complaint"),
     [
-        (lambda: PreloadedPlay(-0.1, 5.0), "preloaded_play.free_width_mm = -0.1: expected at least 0"),
-        (lambda: PreloadedPlay(0.1, 0.0), "preloaded_play.takes_up_N = 0.0: expected above 0"),
+        (lambda: Backlash(-0.1, 5.0), "backlash.width_mm = -0.1: expected at least 0"),
+        (lambda: Backlash(0.1, 0.0), "backlash.takes_up_N = 0.0: expected above 0"),
         (lambda: TipMass(-1.0), "tip_mass.mass_g = -1.0: expected at least 0"),
     ],
 )

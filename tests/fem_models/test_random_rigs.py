@@ -15,7 +15,7 @@ from fem_models.load import LoadProgram, triangle
 from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from fem_models.rig.effects import Closure, PreloadedPlay, Stribeck, Superelastic, TipLoad, TipMass
+from fem_models.rig.effects import Backlash, Closure, Stribeck, Superelastic, TipLoad, TipMass
 from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 
@@ -49,7 +49,7 @@ def random_rigs(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:
             superelastic=Superelastic(
                 plateau, rng.uniform(0.3, 0.8) * plateau, rng.uniform(0.03, 0.06), rng.choice([0.0, rng.uniform(0, 2)])
             ),
-            preloaded_play=PreloadedPlay(rng.uniform(0, 0.2) * arm, 10 ** rng.uniform(0, 1.5)),
+            backlash=Backlash(rng.uniform(0, 0.2) * arm, 10 ** rng.uniform(0, 1.5)),
             stribeck=Stribeck(rng.uniform(0, 2), 10 ** rng.uniform(-2, 1)),
             tip_load=TipLoad(10 ** rng.uniform(-3, 0) * arm / joints, direction),
             tip_mass=TipMass(10 ** rng.uniform(-1, 1.3) * arm / joints, rng.uniform(-180, 180)),

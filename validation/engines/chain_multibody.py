@@ -18,7 +18,6 @@ from fem_models.rig.effects import (
     Eccentricity,
     Fatigue,
     Gravity,
-    PreloadedPlay,
     PreloadLoss,
     Slack,
     Stribeck,
@@ -43,7 +42,7 @@ _LEAST_LOOP_DEG = 0.02
 EFFECTS: dict[str, dict[str, object]] = {
     "slack": {"slack": Slack(tendon_b_mm=0.15)},
     "backlash": {"backlash": Backlash(width_mm=0.1)},
-    "preloaded_play": {"preloaded_play": PreloadedPlay(free_width_mm=0.4, takes_up_N=5.0)},
+    "preloaded play": {"backlash": Backlash(width_mm=0.4, takes_up_N=5.0)},
     "eccentricity": {"eccentricity": Eccentricity(amplitude_mm=0.1, phase_deg=40.0)},
     "superelastic": {
         "superelastic": Superelastic(plateau_MPa=450.0, unloading_plateau_MPa=200.0, transformation_strain=0.04)

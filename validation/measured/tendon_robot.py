@@ -16,7 +16,15 @@ from hysteresis.arrays import Floats
 from hysteresis.holdout import Split
 from validation.layer import fit_operator
 from validation.layer.comparators import Kind
-from validation.separation.tendon_fit import RELATIONS, TendonRecord, bootstrap, fit, residuals, tendon_record
+from validation.separation.tendon_fit import (
+    RELATIONS,
+    TendonRecord,
+    bias_of_noise,
+    bootstrap,
+    fit,
+    residuals,
+    tendon_record,
+)
 from validation.separation.tendon_parts import TendonContributions, tendon_contributions
 from validation.separation.tendon_rig import TendonRig
 
@@ -51,6 +59,8 @@ EQUIVALENT = 1.05
 TOP_DEG = 55.0
 """Bending of the loop whose contributions are computed."""
 DRAWS = 200
+REFITS = 10
+"""Simulated records that measure how far noise shifts the fit."""
 _GRID_DEG = 2.5
 _FROM_DEG = 5.0  # below, the robot has hardly left its stop
 _REVERSED = 0.6  # of the largest bending: in unloading, all friction has reversed below it
@@ -220,4 +230,5 @@ def study(folder: Path) -> RobotStudy:
     fits = {name: fit(train, best, {**FIXED, **more}) if more else best for name, more in STRUCTURES.items()}
     limit = EQUIVALENT * min(training_error(rig, train) for rig in fits.values())
     equivalent = {name: rig for name, rig in fits.items() if training_error(rig, train) <= limit}
-    return RobotStudy(data, best, fits, equivalent, bootstrap(best, train, DRAWS, seed=0, fixed=FIXED))
+    bias = bias_of_noise(best, train, REFITS, seed=1, fixed=FIXED)
+    return RobotStudy(data, best, fits, equivalent, bootstrap(best, train, DRAWS, seed=0, fixed=FIXED, bias=bias))

@@ -10,6 +10,9 @@ the other half. This is the Shapley value (1953, doi 10.1515/9781400881970-018) 
 only the material. The interaction is what the two losses change in each other,
 v(all) - v({f, e}) - v({m, e}) + v({e}). The four parts add up to v(all) - v({}). The full Shapley values, which divide
 the interaction too, are computed as well.
+
+Play between drive and wheel dissipates nothing and stays on in all combinations. v({}) is then its loop: a part of its
+own, ``play``, and what the others add to it is divided as above.
 """
 
 from __future__ import annotations
@@ -34,6 +37,8 @@ from hysteresis.metrics import dissipated_area, loop_width
 
 SOURCES = ("friction", "tendon_elasticity", "material")
 PARTS = (*SOURCES, "interaction")
+PLAY = "play"
+"""Part of a rig with backlash, beside :data:`PARTS`."""
 SETS = tuple(frozenset(s) for k in range(4) for s in combinations(SOURCES, k))
 """All combinations of sources, from none to all."""
 
@@ -51,7 +56,7 @@ NO_LOSS = 1e-4
 NO_WIDTH = 1e-4
 """Loop width over the range of the angle; a loop below this is rounding error."""
 
-_OTHER_LOOPS = ("backlash", "preloaded_play", "creep", "drag", "preload_loss", "fatigue")  # of none of the sources
+_OTHER_LOOPS = ("creep", "drag", "preload_loss", "fatigue")  # effects with a loop of none of the sources
 
 Value = Mapping[frozenset[str], float]
 
@@ -108,9 +113,10 @@ class Loop:
 
 @dataclass(frozen=True)
 class Contributions:
-    """Loops of all combinations of sources; their width or energy divides into :data:`PARTS`."""
+    """Loops of all combinations of sources; their width or energy divides into :data:`PARTS`, and play if there is."""
 
     loops: Mapping[frozenset[str], Loop]
+    has_play: bool = False
 
     @property
     def whole(self) -> Loop:
@@ -121,11 +127,16 @@ class Contributions:
         """``width_deg``, ``area`` or ``dissipated_mJ`` of all combinations."""
         return {on: float(getattr(loop, name)) for on, loop in self.loops.items()}
 
+    def parts(self, name: str) -> dict[str, float]:
+        """Parts of ``width_deg``, ``area`` or ``dissipated_mJ``: :data:`PARTS`, and :data:`PLAY` of a rig with play."""
+        values = self.values(name)
+        return divide(values) | ({PLAY: values[SETS[0]]} if self.has_play else {})
+
     def shares(self, name: str) -> dict[str, float] | None:
         """Parts over their sum, which add up to 1; None if the rig has no such loop."""
         if self.whole.is_lossless or (name != "dissipated_mJ" and self.whole.is_flat):
             return None
-        return _over_sum(divide(self.values(name)))
+        return _over_sum(self.parts(name))
 
     @property
     def closure_percent(self) -> float:
@@ -270,4 +281,4 @@ def separate(rig: Rig, program: LoadProgram, solve: Solver = solve_chain) -> Con
         except SolverError as error:
             without = ", ".join(name.replace("_", " ") for name in SOURCES if name not in on) or "nothing"
             raise SolverError(f"{error} (with {without} switched off)") from None
-    return Contributions(loops)
+    return Contributions(loops, has_play=rig.backlash is not None)

@@ -14,6 +14,7 @@ from validation.measured.tendon_robot import FIXED, HELD_OUT, TRAINING, heldout_
 from validation.separation.tendon_fit import (
     NAMES,
     TendonRecord,
+    bias_of_noise,
     bootstrap,
     correlations,
     experiments,
@@ -105,15 +106,16 @@ def test_parameters_are_recovered_from_loops_without_noise() -> None:
 
 
 def test_intervals_contain_most_parameters_of_noisy_loops() -> None:
-    """Of 52 intervals of 95 %; docs/validation/tendon-robot.md says which parameters they contain less often."""
+    """Of 52 intervals of 95 %, the shift by noise taken off; docs/validation/tendon-robot.md has 40 pairs."""
     contained = []
     for seed in range(4):
         records = [simulated(TRUTH, top, noise=0.005, seed=2 * seed + i) for i, top in enumerate((8.5, 6.0))]
         found = fit(records, TRUTH, FIXED)
-        rows = np.array([rig.row() for rig in bootstrap(found, records, 100, seed=0, fixed=FIXED)])
+        bias = bias_of_noise(found, records, 6, seed=0, fixed=FIXED)
+        rows = np.array([rig.row() for rig in bootstrap(found, records, 100, seed=0, fixed=FIXED, bias=bias)])
         low, high = np.quantile(rows, [0.025, 0.975], axis=0)
         contained.append((low <= TRUTH.row()) & (TRUTH.row() <= high))
-    assert np.mean(np.array(contained)[:, [name not in FIXED for name in NAMES]]) > 0.75
+    assert np.mean(np.array(contained)[:, [name not in FIXED for name in NAMES]]) > 0.87
 
 
 def test_shares_are_robust_to_a_slightly_different_law() -> None:

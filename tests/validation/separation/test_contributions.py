@@ -12,7 +12,7 @@ from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
-from fem_models.rig.effects import Backlash
+from fem_models.rig.effects import Backlash, Fatigue
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Friction
 from hysteresis import Record
@@ -139,8 +139,24 @@ def test_elasticity_alone_has_no_loop():
 
 
 def test_an_effect_with_a_loop_of_its_own_is_refused():
-    with pytest.raises(RigError, match="backlash"):
-        separate(replace(RIG, backlash=Backlash(0.1)), PROGRAM)
+    with pytest.raises(RigError, match="fatigue"):
+        separate(replace(RIG, fatigue=Fatigue(0.1, 0.1, 5.0)), PROGRAM)
+
+
+def test_play_is_a_part_of_its_own():
+    """Without friction and with rigid tendons the angle follows the rim: play of w is w over the moment arm wide."""
+    play, arm = 0.1, RIG.tendon_a.moment_arm_mm
+    found = separate(replace(RIG, backlash=Backlash(play)), PROGRAM)
+    without = separate(RIG, PROGRAM)
+    width = found.parts("width_deg")
+    assert width["play"] == pytest.approx(np.degrees(play / arm), rel=0.02)
+    assert sum(width.values()) == pytest.approx(found.whole.width_deg, rel=1e-9)
+    assert sum(found.shares("width_deg").values()) == pytest.approx(1.0)
+    # the rim comes as far as it does in a rig without play that is driven by half the play less
+    less = separate(RIG, loop_program(-2.2 + play / 2, 2.2 - play / 2))
+    assert abs(found.parts("dissipated_mJ")["play"]) < 1e-4 * found.whole.dissipated_mJ
+    assert found.whole.dissipated_mJ == pytest.approx(less.whole.dissipated_mJ, rel=0.01)
+    assert "play" not in without.parts("width_deg")
 
 
 def test_multibody_model_agrees(monkeypatch):

@@ -26,7 +26,7 @@ WIDTH = FreeParameter("width_mm", "mm", 0.0, 5.0, 0.05, linear=True, sensible=SE
 
 def _rig(rig: Rig, values: Values) -> Rig:
     """Add the widths: two plays in series are one play of both widths."""
-    declared = 0.0 if rig.backlash is None else rig.backlash.width_mm
+    declared = 0.0 if rig.backlash is None else float(rig.backlash.left_mm(rig.preload_N))
     return replace(rig, backlash=Backlash(declared + values["width_mm"]))
 
 

@@ -32,7 +32,7 @@ AT_PRELOAD = FreeParameter("preloaded_width_mm", "mm", 0.0, 5.0, 0.05, linear=Tr
 
 def _rig(rig: Rig, values: Values) -> Rig:
     """Add the play that the preload of the record leaves: two plays in series are one play of both widths."""
-    declared = 0.0 if rig.backlash is None else rig.backlash.width_mm
+    declared = 0.0 if rig.backlash is None else float(rig.backlash.left_mm(rig.preload_N))
     left = values.get("preloaded_width_mm", 0.0)
     if "free_width_mm" in values:
         left = values["free_width_mm"] / (1.0 + rig.preload_N / values["takes_up_N"])
