@@ -54,7 +54,7 @@ class MultibodySettings:
     max_step_mm: float = 0.1
     max_force_step: float = 0.25
     max_halvings: int = 12
-    newton_relative_tolerance: float = 1e-5
+    newton_relative_tolerance: float = 1e-6
     newton_absolute_tolerance_N: float = 1e-7
     newton_iterations: int = 15
 

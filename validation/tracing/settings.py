@@ -53,8 +53,6 @@ COMPETITOR_BIC = 5 * VERY_STRONG_EVIDENCE
 """BIC difference up to which a competitor on a known rig is fitted again from other starting points."""
 AT_NOISE = 1.05
 """Rms residual over the noise floor: a fit that is as near needs no other starting point."""
-ALMOST_AT_NOISE = 2.0
-"""Rms residual over the noise floor up to which another starting point of the baseline may leave nothing to explain."""
 COMPETITOR_AT_NOISE = 1.5
 """Mean square over that of a model at the noise: what leaves more needs no other starting point either."""
 OTHER_FORM_SQUARE = 1.5
@@ -397,11 +395,11 @@ KNOWN_RIG = SearchPolicy(
     name="rig",
     significant=SIGNIFICANT,
     screened=True,
-    first_candidates=6,
-    later_candidates=5,
-    first_steps=FEW_STEPS,
-    finished=5,
-    leading=3,
+    first_candidates=None,  # guides that stick make the linearised gain a poor guide
+    later_candidates=10,
+    first_steps=2 * FEW_STEPS,
+    finished=8,
+    leading=6,
     kept_promises=True,
     near=6.0,
     near_at_noise=4.0,

@@ -41,7 +41,6 @@ from validation.tracing.fitting import Fitted, Model, fit
 from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
     is_worth_adding,
-    may_be_noise,
     nothing_to_explain,
 )
 from validation.tracing.fitting.holdout import divide_records
@@ -185,8 +184,7 @@ def _trace_as_declared(search: Search) -> Trace:
     """Trace records beside one baseline of a known rig."""
     search.report("the baseline model")
     baseline = _baseline_of_known_rig(search)
-    if may_be_noise(baseline):
-        baseline = best_of_other_loops(search, baseline)
+    baseline = best_of_other_loops(search, baseline)
     trace = find_effects(search, baseline)
     return _with_better_baseline(search, trace) if trace.effects else trace
 

@@ -243,12 +243,12 @@ def doubted_without_noise(trace: Trace) -> Trace:
 
 
 def doubted_on_heldout(trace: Trace) -> Trace:
-    """Claim nothing where the baseline meets the samples that it was fitted to, and not those held out.
+    """Claim nothing where the baseline of an unknown rig meets the samples it was fitted to, and not those held out.
 
-    A model of an unknown rig may take an effect over the programs that it has seen.
+    It may take an effect over the programs that it has seen.
     """
     error, noise = trace.baseline.heldout_rmse_deg, trace.floor.deg
-    if trace.verdict != "none" or error <= FAR_ABOVE * max(noise, trace.baseline.train_rmse_deg):
+    if trace.known or trace.verdict != "none" or error <= FAR_ABOVE * max(noise, trace.baseline.train_rmse_deg):
         return trace
     words = f"the held-out error of the baseline model is {error:.2g} deg, {error / noise:.2g} times the noise"
     return replace(trace, verdict="unexplained", words=(words, *trace.words))

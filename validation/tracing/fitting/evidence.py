@@ -7,7 +7,6 @@ import math
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.smooth import Smooth
 from validation.tracing.settings import (
-    ALMOST_AT_NOISE,
     AT_NOISE,
     SMALL_SAMPLE_MARGIN,
     VERY_STRONG_EVIDENCE,
@@ -29,11 +28,6 @@ def nothing_to_explain(baseline: Fitted, policy: SearchPolicy) -> bool:
 def is_noise(fitted: Fitted) -> bool:
     """Whether a residual is so close to the noise floor that no better fit is possible."""
     return fitted.rmse_deg <= AT_NOISE * fitted.noise.deg
-
-
-def may_be_noise(fitted: Fitted) -> bool:
-    """Whether a residual is so close to the noise floor that a better optimum of the same model may explain it."""
-    return fitted.rmse_deg <= ALMOST_AT_NOISE * fitted.noise.deg
 
 
 def is_worth_adding(before: Fitted, after: Fitted, tried: int) -> bool:
