@@ -63,6 +63,8 @@ PLAIN, KEPT = 2, 6
 """Limits of friction that are put in as they come out, before they are mixed; how many of the last ones are mixed."""
 
 
+AT_REST = 20
+"""Iterations of Newton's method at rest over those of a step."""
 ALL_AT_ONCE = 20
 """Solves of a step in which all guides may change their state; beyond them they could take turns for ever."""
 
@@ -253,8 +255,15 @@ class Stepper:
         return bool(jumped(rotation, slide, length, self.control))
 
     def settle(self) -> None:
-        """Find the equilibrium at rest, where weight and unequal arms may bend the straight, preloaded rig."""
+        """Find the equilibrium at rest, where weight and unequal arms may bend the straight, preloaded rig.
+
+        A tendon without tension is taut and slack in turns on the way there: that takes more iterations than a step,
+        which may be halved.
+        """
+        newton = self.solver.staticSolver.newton
+        newton.maxIterations = AT_REST * self.settings.newton_iterations
         found = self._equilibrium(self.load, FrictionState(self.guides.sliding, self.guides.limit))
+        newton.maxIterations = self.settings.newton_iterations
         if found is None:
             raise SolverError("no equilibrium at rest")
         q = self.coordinates()

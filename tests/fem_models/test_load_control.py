@@ -18,7 +18,7 @@ from fem_models.multibody.dynamic import solve_dynamic
 from fem_models.multibody.quasi_static import solve_multibody, solve_multibody_by_force
 from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
-from fem_models.rig.effects import Closure, Creep, Drag
+from fem_models.rig.effects import Closure, Creep, Drag, Superelastic
 from fem_models.rig.rig import Friction
 from fem_models.rig.rig_file import read_rig
 from hysteresis.record_file import read_record, write_record
@@ -218,3 +218,14 @@ def test_a_tube_that_snaps_is_one_line_with_a_way_out(engine):
     ) as caught:
         run_load_control(flat(0.0), force, engine)
     assert "\n" not in str(caught.value)
+
+
+def test_a_tendon_without_tension_finds_its_rest():
+    """Bent at rest, with dry guides that stick: the tendon is taut and slack in turns until it lies still."""
+    law = Superelastic(263.0, 132.0, 0.06, 2.82)
+    rig = replace(WRIST, precurvature_deg=2.59, superelastic=law, friction=Friction(capstan_coefficient=0.178))
+    forces = np.linspace(0.0, 1.2, 5)
+    multibody, chain = (
+        solve(rig, forces).record.angle_deg for solve in (solve_multibody_by_force, solve_chain_by_force)
+    )
+    assert np.abs(multibody - chain).max() < 0.3
