@@ -257,13 +257,17 @@ class Stepper:
     def settle(self) -> None:
         """Find the equilibrium at rest, where weight and unequal arms may bend the straight, preloaded rig.
 
-        A tendon without tension is taut and slack in turns on the way there: that takes more iterations than a step,
-        which may be halved.
+        A tendon without tension is taut and slack in turns on the way there. Where that takes more iterations than a
+        step may, which can be halved, it is tried again with more.
         """
-        newton = self.solver.staticSolver.newton
-        newton.maxIterations = AT_REST * self.settings.newton_iterations
-        found = self._equilibrium(self.load, FrictionState(self.guides.sliding, self.guides.limit))
-        newton.maxIterations = self.settings.newton_iterations
+        newton, start = self.solver.staticSolver.newton, FrictionState(self.guides.sliding, self.guides.limit)
+        q = self.coordinates()
+        found = self._equilibrium(self.load, start)
+        if found is None:
+            self._start_from(q)
+            newton.maxIterations = AT_REST * self.settings.newton_iterations
+            found = self._equilibrium(self.load, start)
+            newton.maxIterations = self.settings.newton_iterations
         if found is None:
             raise SolverError("no equilibrium at rest")
         q = self.coordinates()
