@@ -9,8 +9,8 @@ HEAD = 'schema = 1\ntitle = "t"\nengine = "chain"\n[rig]\npreset = "du2018"\n'
 PROGRAM = "[program]\namplitude_mm = 2.2\ncycles = 2\n"
 GRID = HEAD + PROGRAM + '[vary]\npreload_N = [10, 15, 20, 30]\n"notch.depth_mm" = [2.8, 2.825, 3.2]\n'
 """Twelve cases; the last depth is beyond the tube's radius of 3.1 mm, so that four of them fail."""
-LONG = GRID.replace("[10, 15, 20, 30]", "{ from = 10, to = 40, count = 80 }")
-"""240 cases, of which 80 fail."""
+LONG = GRID.replace("[10, 15, 20, 30]", "{ from = 10, to = 40, count = 80 }").replace("cycles = 2", "cycles = 12")
+"""240 cases, of which 80 fail; long enough to be interrupted."""
 
 
 def study_file(folder: Path, text: str = GRID, name: str = "s.toml") -> Path:
