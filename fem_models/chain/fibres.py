@@ -189,16 +189,21 @@ def _transform_heated(
 def sums_of(
     bent: float, longer: float, section: AnySection, heights: Floats, areas: Floats, rests: Floats, rate: float
 ) -> Sums:
-    """Integrate the stress over a section; kernels only, which choose by the kind of the section."""
-    raise NotImplementedError
+    """Integrate the stress over a section of either kind."""
+    if isinstance(section, NitinolParameters):
+        return heated_sums(bent, longer, section, heights, areas, rests, rate)[0]
+    return fibre_sums(bent, longer, section, heights, areas, rests)
 
 
 def _moved(i: int, bent: float, longer: float, section: AnySection, memory: Memory, rate: float) -> float:
-    """:func:`transform`; kernels only."""
-    raise NotImplementedError
+    """:func:`transform` of a section of either kind."""
+    if isinstance(section, NitinolParameters):
+        return _transform_heated(i, bent, longer, section, memory, rate)
+    return _transform_alike(i, bent, longer, section, memory)
 
 
-# numba's strict overloads compare annotations, too
+# In a kernel the kind of the section is known when it is compiled: the other branch is not. numba's strict overloads
+# compare annotations, too.
 @overload(sums_of, inline="always", strict=False)
 def _choose_sums(
     bent: Any, longer: Any, section: Any, heights: Any, areas: Any, rests: Any, rate: Any

@@ -73,7 +73,7 @@ def test_after_a_reversal_the_manipulator_moves_as_with_bristles_without_give(en
     own, *angles = (
         solve(rig, program, *given).record.angle_deg for given in [(), *((settings(bristle_ratio=r),) for r in (5, 10))]
     )
-    # what is left of the give falls with the stiffness: its limit by the last two
+    # the remaining give falls with the stiffness: its limit by the last two
     limit = 2 * angles[1] - angles[0]
     assert np.abs(own - limit)[after].max() <= 0.002  # 0.30 deg with springs of 2 % of EA/pitch
     assert np.abs(own - limit).max() <= 0.005

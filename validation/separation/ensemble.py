@@ -69,7 +69,7 @@ def left_by(measured: ArrayLike, wanted: ArrayLike, error: float, *, seed: int =
     """Give the part of a range that is expected to be left once another number has been measured.
 
     The wanted number is regressed on the measured one over the members, by a cubic in its normal score; the range of
-    the residual over that of the number itself is what is left. The error of the measurement is added to the members'
+    the residual over that of the number itself is that part. The error of the measurement is added to the members'
     numbers first, so that what it hides is not explained. Of jointly normal numbers with correlation r it is
     sqrt(1 - r^2).
 

@@ -72,33 +72,34 @@ def test_moved_rigs_follow_their_own_runs(parts):
         assert np.linalg.norm(of_tension - tension / 2) < 0.02 * np.linalg.norm(tension / 2)
 
 
-def test_a_moved_plateau_is_followed():
+SYMMETRIC = Superelastic(450.0, 220.0, 0.05, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("law", "name"),
+    [
+        *((SYMMETRIC, name) for name in ("plateau_MPa", "unloading_plateau_MPa", "plateau_modulus_GPa")),
+        *(
+            (HEATED, name)
+            for name in ("compression_factor", "temperature_C", "heating_time_s", "latent_heat_J_per_g", "plateau_MPa")
+        ),
+    ],
+)
+def test_a_moved_law_of_the_section_is_followed(law, name):
     """Derivatives by the law of the section itself, and of the tip that it shortens."""
-    names = ("plateau_MPa", "unloading_plateau_MPa", "plateau_modulus_GPa")
-    follow_moved_laws(Superelastic(450.0, 220.0, 0.05, 1.0), names)
-
-
-def test_a_moved_temperature_side_and_heat_are_followed():
-    names = ("compression_factor", "temperature_C", "heating_time_s", "latent_heat_J_per_g", "plateau_MPa")
-    follow_moved_laws(HEATED, names)
-
-
-def follow_moved_laws(law: Superelastic, names: tuple[str, ...]) -> None:
     program = sine(2.0, 0.1, cycles=1, samples_per_cycle=60)
     rig = replace(preset("du2018", preload_N=20.0), material=Material(60.0, 0.33), superelastic=law)
     base = taped_run(rig, program)
-    line = line_along(base)
-    for name in names:
-        step = 0.02 * STEP * getattr(law, name)  # small: fibres reach plateaus one by one
-        ahead, behind = (
-            replace(rig, superelastic=replace(law, **{name: getattr(law, name) + way * step})) for way in (1, -1)
-        )
-        found = moved_series(base, line, ahead, program)
-        runs = [taped_run(other, program).series for other in (ahead, behind)]
-        for quantity in ("angle_deg", "tip_mm"):
-            central = (getattr(runs[0], quantity) - getattr(runs[1], quantity)) / 2
-            moved = getattr(found, quantity) - getattr(base.series, quantity)
-            assert np.linalg.norm(moved - central) < 0.03 * np.linalg.norm(central)
+    step = 0.02 * STEP * getattr(law, name)  # small: fibres reach plateaus one by one
+    ahead, behind = (
+        replace(rig, superelastic=replace(law, **{name: getattr(law, name) + way * step})) for way in (1, -1)
+    )
+    found = moved_series(base, line_along(base), ahead, program)
+    runs = [taped_run(other, program).series for other in (ahead, behind)]
+    for quantity in ("angle_deg", "tip_mm"):
+        central = (getattr(runs[0], quantity) - getattr(runs[1], quantity)) / 2
+        moved = getattr(found, quantity) - getattr(base.series, quantity)
+        assert np.linalg.norm(moved - central) < 0.03 * np.linalg.norm(central)
 
 
 def test_a_rig_of_another_kind_is_run_by_itself(monkeypatch):

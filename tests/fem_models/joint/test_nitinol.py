@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem_models.chain.fibres import heated_sums
-from fem_models.chain.parameters import NitinolParameters
+from fem_models.chain.compiled import chain_njit
+from fem_models.chain.fibres import heated_sums, sums_of
+from fem_models.chain.parameters import ChainSettings, NitinolParameters, chain_parameters, memory_at_rest
 from fem_models.chain.solve import solve_chain, solve_chain_by_force
 from fem_models.joint import joint_mechanics
 from fem_models.joint.strain import strain_limits
@@ -269,3 +270,19 @@ def test_metal_that_would_stay_martensite_is_refused():
     for engine in (solve_chain, solve_multibody):
         with pytest.raises(SolverError, match=r"joint 1 cools by .* K, and its unloading plateau falls to 0"):
             engine(one_joint(chilled), sine(0.5, 1.0, cycles=1, samples_per_cycle=80))
+
+
+@chain_njit()
+def compiled_sums(bent, longer, section, heights, areas, rests):
+    return sums_of(bent, longer, section, heights, areas, rests, 0.0)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.4])
+def test_a_kernel_takes_the_section_that_python_takes(factor):
+    """Sections that are not alike on both sides have a kernel of their own, chosen when a caller is compiled."""
+    rig = replace(PAIR, superelastic=Superelastic(450.0, 220.0, 0.05, 1.0, compression_factor=factor))
+    joint = joint_mechanics(rig)
+    section, memory = chain_parameters(rig, joint, ChainSettings()).section, memory_at_rest(rig, joint)
+    assert isinstance(section, NitinolParameters) == (factor != 1.0)
+    at = 0.12, -0.004, section, memory.fibre_height, memory.fibre_area, memory.fibres[0]
+    assert compiled_sums(*at) == pytest.approx(sums_of(*at, 0.0), rel=1e-12)
