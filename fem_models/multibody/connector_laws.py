@@ -67,27 +67,27 @@ def hardening(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, angle: Any, rest
 def fibre(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any, residual: Any, lower: Any,
           upper: Any, ve: Any, span: Any, rv: Any) -> Any:  # fmt: skip
     """Follow the law of :func:`flag` with fewer operations, one side at a time."""
-    low, high = exu.symbolic.min, exu.symbolic.max
     x = u - residual
-    side, size = exu.symbolic.sign(x), exu.symbolic.abs(x)
-    elastic, rise = k * size, climb * size
-    full = elastic - k * span
-    line = side * (k * (x - rest))
-    return side * low(high(line, high(low(elastic, rise + lower), full)), high(low(elastic, rise + upper), full))
+    return _on_its_side(x, k * (x - rest), (k, climb, span), (lower, upper))
 
 
 def fibre_of_two_sides(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any, residual: Any,
                        lower: Any, upper: Any, upper_pressed: Any, span: Any, lower_pressed: Any) -> Any:  # fmt: skip
     """:func:`fibre` with other plateaus in compression."""
-    low, high = exu.symbolic.min, exu.symbolic.max
     x = u - residual
+    pulled = 0.5 * (1.0 + exu.symbolic.sign(x))
+    start, back = pulled * upper + (1.0 - pulled) * upper_pressed, pulled * lower + (1.0 - pulled) * lower_pressed
+    return _on_its_side(x, k * (x - rest), (k, climb, span), (back, start))
+
+
+def _on_its_side(x: Any, line: Any, law: tuple[Any, Any, Any], plateaus: tuple[Any, Any]) -> Any:
+    """Stress of a fibre: the elastic line from its rest, between its two plateaus."""
+    low, high = exu.symbolic.min, exu.symbolic.max
+    (k, climb, span), (lower, upper) = law, plateaus
     side, size = exu.symbolic.sign(x), exu.symbolic.abs(x)
     elastic, rise = k * size, climb * size
     full = elastic - k * span
-    line = side * (k * (x - rest))
-    pulled = 0.5 * (1.0 + side)
-    start, back = pulled * upper + (1.0 - pulled) * upper_pressed, pulled * lower + (1.0 - pulled) * lower_pressed
-    return side * low(high(line, high(low(elastic, rise + back), full)), high(low(elastic, rise + start), full))
+    return side * low(high(side * line, high(low(elastic, rise + lower), full)), high(low(elastic, rise + upper), full))
 
 
 def closed_in_both_directions(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, d: Any, angle: Any, vo: Any, fd: Any,
