@@ -74,6 +74,7 @@ from validation.tracing.verdict import (
     named_in_part,
     partial_above_floor,
     predicts_better,
+    with_remaining_error,
 )
 
 
@@ -122,6 +123,7 @@ def trace_records(
     if trace.baseline.fold_errors is None:
         trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
         trace = named_in_part(trace, threads) if trace.verdict == "unexplained" and problem is not None else trace
+        trace = with_remaining_error(trace)
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 

@@ -72,11 +72,6 @@ def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Sel
         best = baseline
     elif best is not baseline:
         words += remarks(best)
-    if verdict != "unexplained" and best is not baseline and best.rmse_deg > AT_FLOOR * floor.deg:
-        remaining = (
-            f"the remaining error is {best.rmse_deg:.2g} deg rms, {best.rmse_deg / floor.deg:.2g} times the noise"
-        )
-        words.append(f"{remaining}; {_depends_on(smooth_functions(best), 'it')}")
     return Trace(
         model=policy.name,
         verdict=verdict,
@@ -285,12 +280,20 @@ def named_in_part(trace: Trace, threads: int = 2) -> Trace:
     if share(before, after, trace.floor.deg).value < MOST_OF_ERROR or not gain(before, after).is_positive:
         return trace
     alike = [g for g in single if g.names != best.names and is_as_good(g, best, trace.floor)]
-    left = f"{best.rmse_deg / trace.floor.deg:.2g} times the noise is left; {_depends_on(smooth_functions(best), 'it')}"
     others = tuple(dict.fromkeys(g.names[0] for g in sorted(alike, key=lambda g: g.mean_square)))
     verdict: Verdict = "partial" if best.heldout_rmse_deg > AT_FLOOR * trace.floor.deg else "effect"
     if verdict == "effect" and others:
         verdict = "ambiguous"
-    return replace(trace, verdict=verdict, augmented=best, confusable=(others,), words=(left, *remarks(best)))
+    return replace(trace, verdict=verdict, augmented=best, confusable=(others,), words=tuple(remarks(best)))
+
+
+def with_remaining_error(trace: Trace) -> Trace:
+    """Say how much the named effects leave where that is more than noise: of the fit that is reported."""
+    best, noise = trace.augmented, trace.floor.deg
+    if best is trace.baseline or best.fold_errors is not None or best.rmse_deg <= AT_FLOOR * noise:
+        return trace
+    remaining = f"the remaining error is {best.rmse_deg:.2g} deg rms, {best.rmse_deg / noise:.2g} times the noise"
+    return replace(trace, words=(*trace.words, f"{remaining}; {_depends_on(smooth_functions(best), 'it')}"))
 
 
 def partial_above_floor(trace: Trace) -> Trace:

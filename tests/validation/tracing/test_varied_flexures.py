@@ -14,7 +14,7 @@ from validation.practice.draw import SETS
 from validation.practice.lumped.cases import draw_lumped_case
 from validation.tracing import trace_records
 from validation.tracing.baseline.known_rig import known_rig_problem, with_varied_flexures
-from validation.tracing.verdict import named_in_part
+from validation.tracing.verdict import named_in_part, with_remaining_error
 
 NOISE_DEG = 0.05
 DECLARED = {
@@ -94,3 +94,14 @@ def test_one_effect_is_named_in_part_where_it_takes_most_of_the_error(delayed):
     weak = tuple(c for c in delayed.candidates if c.fitted.rmse_deg > 0.8 * delayed.baseline.rmse_deg)
     assert weak
     assert named_in_part(replace(unexplained, candidates=weak)).verdict == "unexplained"
+
+
+def test_the_remaining_error_is_that_of_the_fit_that_is_reported(delayed):
+    """It is said once all fits are final: a search may have ended with another one."""
+    quiet = replace(delayed.floor, local_deg=0.4 * NOISE_DEG, repeats_deg=None, by_repeats=False)
+    said = with_remaining_error(replace(delayed, floor=quiet)).words
+    assert said[-1].startswith(f"the remaining error is {delayed.augmented.rmse_deg:.2g} deg rms, ")
+    coarser = replace(delayed.augmented, errors=tuple(2 * e for e in delayed.augmented.errors))
+    said = with_remaining_error(replace(delayed, augmented=coarser, floor=quiet)).words
+    assert said[-1].startswith(f"the remaining error is {2 * delayed.augmented.rmse_deg:.2g} deg rms, ")
+    assert with_remaining_error(delayed).words == delayed.words
