@@ -46,8 +46,8 @@ def njit_of(*sources: Path) -> Callable[..., Callable[[Kernel], Any]]:
 
     A division by zero gives inf or nan, as numpy's does, unless ``error_model`` is "python": the checks cost time. A
     kernel that is told not to allocate (``allocates`` False) counts no references to the arrays that it takes, which
-    may cost more than its arithmetic. It may be called by other kernels alone, which hold the arrays; numba refuses to
-    compile it if it makes one.
+    may cost more than its arithmetic. Its caller holds the arrays, and it returns none; numba refuses to compile it if
+    it makes one.
     """
     checksum = checksum_of(list(sources))
 

@@ -195,7 +195,7 @@ def sums_of(
     return fibre_sums(bent, longer, section, heights, areas, rests)
 
 
-def _moved(i: int, bent: float, longer: float, section: AnySection, memory: Memory, rate: float) -> float:
+def _transform(i: int, bent: float, longer: float, section: AnySection, memory: Memory, rate: float) -> float:
     """:func:`transform` of a section of either kind."""
     if isinstance(section, NitinolParameters):
         return _transform_heated(i, bent, longer, section, memory, rate)
@@ -217,7 +217,7 @@ def _choose_sums(
     )
 
 
-@overload(_moved, inline="always", strict=False)
+@overload(_transform, inline="always", strict=False)
 def _choose_moved(i: Any, bent: Any, longer: Any, section: Any, memory: Any, rate: Any) -> Callable[..., Any]:
     if section.instance_class is NitinolParameters:
         return lambda i, bent, longer, section, memory, rate: _transform_heated(i, bent, longer, section, memory, rate)
@@ -230,4 +230,4 @@ def transform(i: int, bent: float, longer: float, rig: Parameters, memory: Memor
 
     In mJ; see :func:`fem_models.joint.superelastic_section.transformation_loss_mJ`. ``rate`` is 1/s of the step.
     """
-    return _moved(i, bent, longer, rig.section, memory, rate)
+    return _transform(i, bent, longer, rig.section, memory, rate)

@@ -53,7 +53,8 @@ class Run(NamedTuple):
     """Results: angles (m, N), tensions (m, 2, N + 1), energies (m, 4): wheel, friction, material, drag.
 
     ``longer`` (m, N) is the elongation of superelastic sections, ``warming`` (m, N) the temperature above the
-    surroundings of those that heat themselves; (m, 0) where there are none.
+    surroundings of those that heat themselves; (m, 0) where there are none. ``coldest`` (N,) is the lowest temperature
+    at any step.
     """
 
     angles: Floats
@@ -61,6 +62,7 @@ class Run(NamedTuple):
     energies: Floats
     longer: Floats
     warming: Floats
+    coldest: Floats
 
 
 class Tape(NamedTuple):
@@ -354,6 +356,8 @@ def walk(
             continue
         learn(motion, work, step.length, direction, last_direction)
         accept(rig, memory, work, motion, load, rate)
+        for i in range(run.coldest.size):
+            run.coldest[i] = min(run.coldest[i], memory.fibres[i, -1])
         if room > 0:
             note_step(tape, steps, k, step.part, motion)
         steps += 1

@@ -365,7 +365,7 @@ def take_up(s: int, line: Line, rig: Parameters, memory: Memory, load: Load, rat
 
 @chain_njit()
 def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, rate: float, work: Work, moved: Moved) -> None:
-    """Move the sections of a moved rig by its difference from the rig; after the first step fibres transform."""
+    """Move the sections of a moved rig by its difference from the rig, and let fibres transform."""
     change = moved.change
     for i in range(memory.fibres.shape[0]):
         u = 3 * i + 1
@@ -374,8 +374,7 @@ def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, rate: float,
         before = row[BENT], row[LONGER]
         bend_on(row, bent, (change[u] - change[v] - lever[0] * bent, change[u + 1] - change[v + 1] - lever[1] * bent))
         moved.longer[i] = row[LONGER]
-        if s > 0:
-            transform(i, row[BENT], row[LONGER], rig, memory, rate)
+        transform(i, row[BENT], row[LONGER], rig, memory, rate)
         row[BENT], row[LONGER] = before  # of the rig's own place, where the next step starts
 
 

@@ -87,6 +87,15 @@ def base_slides(before: Floats, state: Floats) -> bool:
     return False
 
 
+@chain_njit()
+def are_numbers(values: Floats) -> bool:
+    """Whether no value is NaN, which a maximum does not see."""
+    total = 0.0
+    for i in range(values.size):
+        total += values[i]
+    return total == total
+
+
 @chain_njit(error_model="python")
 def newton(x: Floats, rig: Parameters, memory: Memory, work: Work, before: Floats, attempt: Attempt) -> int:
     """Solve for the equilibrium from x, and return the iterations it took, or -1; x is changed in either case.
@@ -102,7 +111,7 @@ def newton(x: Floats, rig: Parameters, memory: Memory, work: Work, before: Float
         if iteration > 0 and not attempt.fine and base_slides(before, work.state):
             return -1
         if balance.largest <= rig.tolerance:
-            return iteration
+            return iteration if are_numbers(b) else -1
         if not balance.largest < 1e9 * rig.scale:
             return -1
         if balance.outside:

@@ -23,14 +23,14 @@ import numpy as np
 
 from fem_models.chain.follow import Path, Run, Tape, follow, tape_of
 from fem_models.chain.parameters import ChainSettings, Parameters, chain_parameters, memory_at_rest
-from fem_models.chain.turns import reach
+from fem_models.chain.turns import tip_reach
 from fem_models.joint import JointMechanics, joint_mechanics
 from fem_models.joint.contact import require_open
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
 from fem_models.load import LoadProgram
-from fem_models.load.run_record import simulated_record, way_out
-from fem_models.load.schedule import Schedule, force_schedule, schedule
+from fem_models.load.run_record import simulated_record
+from fem_models.load.schedule import Schedule, force_schedule, schedule, snap_hint
 from fem_models.load.stepping import StepControl, drive_control, force_control
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
@@ -150,12 +150,14 @@ def _own(values: Floats) -> Floats:
 def run_space(case: ChainCase, joints: int) -> Run:
     """Arrays for the results of a run."""
     m, sections = case.path.drive.size, joints if case.joint.section else 0
+    heated = joints if case.joint.section and case.joint.section.heating else 0
     return Run(
         angles=np.empty((m, joints)),
         tensions=np.empty((m, 2, joints + 1)),
         energies=np.empty((m, 4)),
         longer=np.empty((m, sections)),
-        warming=np.empty((m, joints if case.joint.section and case.joint.section.heating else 0)),
+        warming=np.empty((m, heated)),
+        coldest=np.zeros(heated),
     )
 
 
@@ -176,10 +178,10 @@ def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Ta
         raise SolverError(f"rig {rig.name}: a tangent without stiffness in the path of {m} samples") from None
     if failed.sample >= 0:
         between = f"between drives {failed.start:.6g} and {failed.end:.6g} {unit}"
-        hint = way_out(rig, load_control=parameters.load_control)
+        hint = snap_hint(rig, load_control=parameters.load_control)
         raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}{hint}")
     require_open(rig, joint, run.angles)
-    require_warm(rig, joint.section, run.warming)
+    require_warm(rig, joint.section, run.coldest[None])
     return run, tape
 
 
@@ -206,7 +208,7 @@ def tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:
     """
     n, turning = rig.joints, joint.turning_length_mm
     tip = np.empty((len(run.angles), 2))
-    reach(run.angles, rig.pitch_mm - turning, turning, tip)
+    tip_reach(run.angles, rig.pitch_mm - turning, turning, tip)
     thrust = len(rig.tendons) * rig.preload_N
     shortening = joint.axial_compliance * (run.tensions[:, :, 1:].sum(axis=(1, 2)) - n * thrust)
     if joint.section is not None:

@@ -71,7 +71,7 @@ def friction_ratios(angle: Floats, steepest: float, capstan: float, rest_wrap: f
 
 
 @chain_njit(allocates=True)  # called from Python
-def reach(angles: Floats, ring: float, turning: float, tip: Floats) -> None:
+def tip_reach(angles: Floats, ring: float, turning: float, tip: Floats) -> None:
     """Fill how far rings and notches reach from joint 1 to the middle of the last ring, shape (m, 2).
 
     ``angles`` has shape (m, N). A notch, ``turning`` long, lies along the mean of the headings before and beyond it,

@@ -63,8 +63,7 @@ def strain_limits(rig: Rig) -> tuple[StrainLimit, ...]:
     law, start = rig.superelastic, TRANSFORMATION
     if law is not None:
         young = 1e3 * rig.material.youngs_modulus_GPa
-        lowest = min(1.0, law.compression_factor) * law.plateau_MPa + law.shift_MPa
-        start = StrainLimit(start.name, lowest / young, "peak", f"plateau_MPa over E of rig {rig.name}")
+        start = StrainLimit(start.name, law.start_MPa / young, "peak", f"plateau_MPa over E of rig {rig.name}")
     return FATIGUE, start, SUPERELASTIC
 
 

@@ -11,16 +11,6 @@ from hysteresis.arrays import Floats
 from hysteresis.record import Record
 
 
-def way_out(rig: Rig, *, load_control: bool) -> str:
-    """Say what to do, at the end of a message, where a rig has no equilibrium; empty where nothing is known.
-
-    On a flat plateau a tube may snap: between two forces there is no equilibrium near the last one, at any step.
-    """
-    if load_control and rig.superelastic is not None:
-        return ": a tube may snap there under a force: expected a drive in mm, or a steeper plateau_modulus_GPa"
-    return ""
-
-
 def simulated_record(
     engine: str,
     rig: Rig,

@@ -148,11 +148,12 @@ def next_part(done: float, reach: float, length: float, max_step: float) -> floa
 def next_step(start: Load, end: Load, done: float, reach: float, control: StepControl) -> Step:
     """Choose the next step from one load to another; arguments as of :func:`next_part`.
 
-    A dwell, in which drag relaxes, counts as one longest step, so that it can be halved.
+    A dwell, in which drag relaxes, counts as one longest step, so that it can be halved. So does a path on which the
+    weight comes on, however little the drive moves.
     """
     length = distance(start, end)
-    if length == 0.0:
-        length = control.max_step
+    if length == 0.0 or end.dead != start.dead:
+        length = max(length, control.max_step)
     part = next_part(done, reach, length, control.max_step)
     load = between(start, end, part) if part < 1.0 else end
     step = (part - done) * length

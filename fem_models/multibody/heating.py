@@ -39,6 +39,7 @@ class JointTemperatures:
         if self.heating is not None:
             self.exchange = heat_exchange(time_s, self.heating.time_s)
             self.now, self.guesses = self.last, 0
+            self.stiffness = np.zeros_like(self.last)  # the springs of the last search would act in this one's answer
 
     def shift_MPa(self, temperature_K: Floats) -> Floats:
         """Rise of the plateaus; none falls below 0 (runs that get there are refused)."""

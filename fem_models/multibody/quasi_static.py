@@ -21,8 +21,8 @@ from fem_models.joint.contact import require_open
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import require_warm
 from fem_models.load import LoadProgram
-from fem_models.load.run_record import simulated_record, way_out
-from fem_models.load.schedule import Schedule, force_schedule, schedule
+from fem_models.load.run_record import simulated_record
+from fem_models.load.schedule import Schedule, force_schedule, schedule, snap_hint
 from fem_models.load.stepping import Load
 from fem_models.multibody.stepper import MultibodySettings, Stepper
 from fem_models.rig import Rig
@@ -98,7 +98,7 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
                 stepper.settle()
             work += stepper.move(load)
         except SolverError as error:
-            hint = way_out(rig, load_control=stepper.load_control)
+            hint = snap_hint(rig, load_control=stepper.load_control)
             raise SolverError(f"rig {rig.name}, sample {k} of {m}: {error}{hint}") from None
         tension[k, : len(rig.tendons)] = stepper.found
         crept += plan.creep[k] * (creep_goal_mm(rig, tension[k, :, 0]) - crept)
@@ -109,7 +109,7 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
         energy[k] = work, stepper.losses.friction, stepper.losses.material, stepper.losses.drag
     angles = np.diff(rotation, axis=1)
     require_open(rig, stepper.joint, angles)
-    require_warm(rig, stepper.joint.section, warming)
+    require_warm(rig, stepper.joint.section, stepper.material.heat.coldest[None])
     record = simulated_record(
         "multibody",
         rig,

@@ -255,7 +255,7 @@ class Stepper:
         return bool(jumped(rotation, slide, length, self.control))
 
     def settle(self) -> None:
-        """Find the equilibrium at rest, where weight and unequal arms may bend the straight, preloaded rig.
+        """Find the equilibrium at rest, where unequal arms may bend the straight, preloaded rig.
 
         A tendon without tension is taut and slack in turns on the way there. Where that takes more iterations than a
         step may, which can be halved, it is tried again with more.

@@ -140,6 +140,11 @@ class Superelastic:
         return self.clausius_clapeyron_MPa_per_K * (self.temperature_C - self.reference_C)
 
     @property
+    def start_MPa(self) -> float:
+        """Stress at which the metal leaves its elastic line, on the side where that is first."""
+        return min(1.0, self.compression_factor) * self.plateau_MPa + self.shift_MPa
+
+    @property
     def least_plateau_MPa(self) -> float:
         """Lowest plateau, of unloading, at the temperature of the surroundings."""
         return min(1.0, self.compression_factor) * self.unloading_plateau_MPa + self.shift_MPa
@@ -200,7 +205,7 @@ class TipLoad:
     """A dead force on the centre of the last ring, fixed in space: a constant pull, of a string over a pulley for one.
 
     ``direction_deg`` is where the force points, counted as the direction of :class:`Gravity` is: 90 pushes the tip
-    towards positive bending. The force acts from the start, before the drive moves. It keeps its direction as the tube
+    towards positive bending. The force comes on on the way to the first sample. It keeps its direction as the tube
     bends. It has no mass; what hangs at the tip is a :class:`TipMass`.
     """
 

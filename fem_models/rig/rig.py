@@ -107,7 +107,7 @@ class Friction:
     rest_wrap_deg
         Wrap at the base with the manipulator straight, from the path between wheel and base.
     stick_compliance_mm_per_N
-        Way over force of a guide that sticks, before it slides: asperities and a polymer's liner give way (the bristles
+        Compliance of a guide that sticks, before it slides: asperities and a polymer's liner give way (the bristles
         of Canudas de Wit et al. 1995, doi 10.1109/9.376053). 0 is friction that holds until it slides.
     """
 

@@ -93,5 +93,4 @@ def superelastic_limit(rig: Rig) -> float:
     """Strain where the metal leaves its elastic line: plateau over Young's modulus, or :data:`SUPERELASTIC_LIMIT`."""
     if rig.superelastic is None:
         return SUPERELASTIC_LIMIT
-    law = rig.superelastic
-    return (law.plateau_MPa + law.shift_MPa) / (rig.material.youngs_modulus_GPa * 1e3)
+    return rig.superelastic.start_MPa / (rig.material.youngs_modulus_GPa * 1e3)

@@ -7,6 +7,7 @@ import pytest
 
 from fem_models.chain.equations import BAND, BAND_OF_JOINTS, assemble, work_space
 from fem_models.chain.fibres import transform
+from fem_models.chain.newton import Attempt, newton
 from fem_models.chain.parameters import ChainSettings, chain_parameters, memory_at_rest
 from fem_models.chain.solve import simulate_chain, solve_chain
 from fem_models.joint import joint_mechanics
@@ -97,3 +98,16 @@ def test_energy_with_weight_and_stop():
     assert len(ends) > 1
     lost = np.ptp((solution.friction_loss_mJ + solution.material_loss_mJ)[ends])
     assert np.ptp(solution.wheel_work_mJ[ends]) == pytest.approx(lost, rel=0.01)
+
+
+def test_a_residual_without_a_number_has_not_converged():
+    """A maximum passes over NaN: the largest residual of such a state is a number."""
+    rig = preset("du2018")
+    n, joint = rig.joints, joint_mechanics(rig)
+    parameters, memory = chain_parameters(rig, joint, ChainSettings()), memory_at_rest(rig, joint)
+    work = work_space(parameters, n)
+    load = Load(drive=0.1, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.0, rest_angle=0.0, time=0.0, dead=1.0)
+    attempt = Attempt(load, 0.0, 30, True)
+    x = np.zeros(3 * (n + 1))
+    assert newton(x.copy(), parameters, memory, work, np.zeros((2, n)), attempt) >= 0
+    assert newton(np.full_like(x, np.nan), parameters, memory, work, np.zeros((2, n)), attempt) == -1

@@ -270,6 +270,17 @@ def test_metal_that_would_stay_martensite_is_refused():
     for engine in (solve_chain, solve_multibody):
         with pytest.raises(SolverError, match=r"joint 1 cools by .* K, and its unloading plateau falls to 0"):
             engine(one_joint(chilled), sine(0.5, 1.0, cycles=1, samples_per_cycle=80))
+        there_and_far_back = LoadProgram(np.array([0.0, 0.5, -0.5]), time_s=np.array([0.0, 1e4, 1e4 + 0.2]))
+        with pytest.raises(SolverError, match="its unloading plateau falls to 0"):  # between two samples
+            engine(one_joint(chilled), there_and_far_back)
+
+
+def test_the_spring_that_leads_the_search_for_heat_carries_nothing():
+    """Elastic after a reversal, nearly adiabatic: no heat is set free, and the first search ends the step."""
+    law = Superelastic(450.0, 220.0, 0.05, 1.0, heating_time_s=1e7, latent_heat_J_per_g=24.0)
+    program = sine(0.4, 1.0, cycles=1, samples_per_cycle=40)
+    chain, multibody = (engine(one_joint(law), program).record for engine in (solve_chain, solve_multibody))
+    assert np.abs(chain.angle_deg - multibody.angle_deg).max() < 1.5e-3
 
 
 @chain_njit()

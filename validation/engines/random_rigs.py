@@ -1,14 +1,15 @@
-"""Random rigs with all that is new: both engines converge. ``python tests/fem_models/test_random_rigs.py 500 60``.
+"""Random rigs with everything that both engines know: ``python -m validation.engines.random_rigs 500 60``.
 
-The command runs as many as are asked for, and prints those that fail or differ.
+The command runs as many in the chain, and some of them in the multibody model, and prints those that fail or differ.
 """
 
+from __future__ import annotations
+
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import LoadProgram, triangle
@@ -16,8 +17,10 @@ from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash, Closure, Stribeck, Superelastic, TipLoad, TipMass
-from fem_models.rig.joints import Notch, NotchedTube, Tube
+from fem_models.rig.joints import Notch, NotchedTube, NotchShape, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
+from hysteresis.arrays import Floats
+from hysteresis.record import Record
 
 
 def random_rigs(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:
@@ -27,7 +30,8 @@ def random_rigs(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:
         outer = rng.uniform(1.5, 8.0)
         wall, joints = rng.uniform(0.04, 0.12) * outer, int(rng.integers(3, 30))
         width, arm = rng.uniform(0.1, 0.3) * outer, (outer - wall) / 2
-        shape = ("v_pair", "rectangular_pair")[int(rng.integers(2))]
+        shapes: tuple[NotchShape, ...] = ("v_pair", "rectangular_pair")
+        shape = shapes[int(rng.integers(2))]
         root = rng.uniform(0.3, 0.7) * width if shape == "v_pair" else None
         notch = Notch(shape, joints, rng.uniform(0.75, 0.93) * outer / 2, width, rng.uniform(0.1, 0.5) * outer, root)
         tendons = [
@@ -56,27 +60,18 @@ def random_rigs(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:
         )
         most = arm * min(np.radians(60), 0.6 * joints * np.arctan(width / outer))
         steps = triangle(most, step_mm=most / 11)
-        yield rig, replace(steps, time_s=10 ** rng.uniform(-2, 0.5) * np.arange(steps.drive_mm.size))
+        yield (
+            rig,
+            replace(steps, time_s=float(10 ** rng.uniform(-2, 0.5)) * np.arange(steps.drive_mm.size, dtype=float)),
+        )
 
 
-def angles(rig, steps, simulate):
+def angles(rig: Rig, steps: LoadProgram, simulate: Callable[[Rig, LoadProgram], Record]) -> Floats | str:
     """Angle of the tip, or what the engine says."""
     try:
         return simulate(rig, steps).angle_deg
     except SolverError as error:
         return str(error)
-
-
-def test_chain_follows_random_rigs_with_everything_on():
-    runs = [angles(rig, steps, simulate_chain) for rig, steps in random_rigs(150, 24)]
-    assert [out for out in runs if isinstance(out, str)] == []
-
-
-@pytest.mark.parametrize("number", range(0, 150, 25))
-def test_multibody_follows_some_of_them_alike(number):
-    rig, steps = list(random_rigs(number + 1, 24))[-1]
-    chain, multibody = simulate_chain(rig, steps).angle_deg, simulate_multibody(rig, steps).angle_deg
-    assert np.abs(chain - multibody).max() <= 0.01 * np.abs(multibody).max() + 0.1
 
 
 def main() -> None:

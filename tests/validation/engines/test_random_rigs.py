@@ -1,0 +1,20 @@
+"""Random rigs with everything on: both engines converge, and agree."""
+
+import numpy as np
+import pytest
+
+from fem_models.chain.solve import simulate_chain
+from fem_models.multibody.quasi_static import simulate_multibody
+from validation.engines.random_rigs import angles, random_rigs
+
+
+def test_chain_follows_random_rigs_with_everything_on():
+    runs = [angles(rig, steps, simulate_chain) for rig, steps in random_rigs(150, 24)]
+    assert [out for out in runs if isinstance(out, str)] == []
+
+
+@pytest.mark.parametrize("number", range(0, 150, 25))
+def test_multibody_follows_some_of_them_alike(number):
+    rig, steps = list(random_rigs(number + 1, 24))[-1]
+    chain, multibody = simulate_chain(rig, steps).angle_deg, simulate_multibody(rig, steps).angle_deg
+    assert np.abs(chain - multibody).max() <= 0.01 * np.abs(multibody).max() + 0.1
