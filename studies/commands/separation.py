@@ -74,7 +74,10 @@ def separate_rig(
 
 
 def _with_sensitivity(result: Separation, found: Sensitivities) -> Separation:
-    of = {name: LoopSensitivity(**vars(one)) for name, one in found.of.items()}
+    of = {
+        name: LoopSensitivity(**{key: value if np.isfinite(value) else None for key, value in vars(one).items()})
+        for name, one in found.of.items()
+    }
     return replace(result, sensitivity=of, inseparable=found.sentence())
 
 
@@ -266,9 +269,11 @@ def summary(result: Separation) -> list[str]:
                 f"{e.gain:.2f}, interval of {e.parameter} {e.narrower:.2g} times narrower"
             )
     if result.sensitivity is not None:
-        strongest = sorted(result.sensitivity.items(), key=lambda item: -abs(item[1].width))[:SHOWN]
-        told = ", ".join(f"{name} {one.width:+.2g}" for name, one in strongest)
-        lines.append(f"d ln(width)/d ln(constant): {told}")
+        widths = {name: one.width for name, one in result.sensitivity.items() if one.width is not None}
+        strongest = sorted(widths, key=lambda name: -abs(widths[name]))[:SHOWN]
+        if strongest:
+            named = ", ".join(f"{name} {widths[name]:+.2g}" for name in strongest)
+            lines.append(f"d ln(width)/d ln(constant): {named}")
     if result.inseparable is not None:
         lines.append(result.inseparable)
     return [*lines, *(f"warning: {words}" for words in result.warnings)]

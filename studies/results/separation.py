@@ -114,12 +114,12 @@ class MeasuredLoop:
 
 @dataclass(frozen=True)
 class LoopSensitivity:
-    """d ln(number)/d ln(constant) of the loop: width, area, energy, and the whole range of the angle."""
+    """d ln(number)/d ln(constant) of the loop: width, area, energy, and the whole range of the angle; None without."""
 
-    width: float
-    area: float
-    energy: float
-    range: float
+    width: float | None
+    area: float | None
+    energy: float | None
+    range: float | None
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Logarithmic derivatives of a loop with respect to the constants of a rig, and which constants it cannot separate."""
+"""Logarithmic derivatives of a loop with respect to the constants of a rig, and which constants move it alike."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ from validation.separation.contributions import Loop, closed_loop
 STEP = 0.01
 """Of ln(constant), to either side."""
 ALIKE = 0.99
-"""Magnitude of the cosine of two derivatives above which one loop cannot separate the constants."""
+"""Magnitude of the cosine of two derivatives above which two constants move the loop nearly alike."""
+DISTINCT = 0.01
+"""Singular value of the derivatives, of unit length each, over the largest one, above which it counts as a way of its
+own in which constants move the loop."""
 _NO_INFLUENCE = 1e-6  # of the range of the angle, per unit of ln(constant)
 _LEFT_OUT = ("wheel.", "notch.count", "bench.joints", "precurvature_deg")
 
@@ -38,17 +41,23 @@ class Sensitivity:
 class Sensitivities:
     """Sensitivities by the name of the constant in a rig file, and groups of constants that move the loop alike.
 
-    ``tendon.`` stands for both tendons where they are equal.
+    ``tendon.`` stands for both tendons where they are equal. ``ways`` is in how many independent ways all constants
+    move the loop: if they are more, one loop cannot separate them, even where no two of them are alike.
     """
 
     of: Mapping[str, Sensitivity]
     alike: tuple[tuple[str, ...], ...]
+    ways: int
 
     def sentence(self) -> str:
         """One line on what one loop cannot separate."""
-        if not self.alike:
-            return f"one loop separates all {len(self.of)} constants: no two move it alike"
-        return "one loop cannot separate " + "; ".join(" / ".join(group) for group in self.alike)
+        if not self.of:
+            return "no constant moves the loop"
+        count = f"one loop cannot separate {len(self.of)} constants: they move it in {self.ways} independent ways"
+        if self.ways == len(self.of):
+            count = f"the {len(self.of)} constants move the loop in as many independent ways"
+        groups = "; ".join(" / ".join(group) for group in self.alike)
+        return f"{count}; nearly alike are {groups}" if groups else count
 
 
 def constants_of(rig: Rig) -> dict[str, float]:
@@ -65,7 +74,8 @@ def constants_of(rig: Rig) -> dict[str, float]:
 def sensitivities(rig: Rig, program: LoadProgram) -> Sensitivities:
     """Differentiate the closed loop of a rig by central differences on the chain.
 
-    Constants that cannot be moved to both sides, or without influence on the loop, are left out.
+    Constants that cannot be moved to both sides, or without influence on the loop, are left out. Without a loop there
+    is no derivative of its width, area and energy: NaN.
 
     Raises
     ------
@@ -85,21 +95,29 @@ def sensitivities(rig: Rig, program: LoadProgram) -> Sensitivities:
         effect = (high.record.angle_deg - low.record.angle_deg) / (2 * STEP)
         if np.abs(effect).max() <= _NO_INFLUENCE * span:
             continue
-        of[name] = _of(low, high)
+        of[name] = _of(low, high, lossless=middle.is_lossless, flat=middle.is_flat)
         effects[name] = effect
-    return Sensitivities(of, _alike(effects))
+    return Sensitivities(of, _alike(effects), _ways(effects))
 
 
-def _of(low: Loop, high: Loop) -> Sensitivity:
-    def slope(a: float, b: float) -> float:
-        return float(np.log(b / a) / (2 * STEP)) if a > 0 and b > 0 else float("nan")
+def _of(low: Loop, high: Loop, *, lossless: bool, flat: bool) -> Sensitivity:
+    def slope(a: float, b: float, *, nothing: bool = False) -> float:
+        return float(np.log(b / a) / (2 * STEP)) if a > 0 and b > 0 and not nothing else float("nan")
 
     return Sensitivity(
-        width=slope(low.width_deg, high.width_deg),
-        area=slope(low.area, high.area),
-        energy=slope(low.dissipated_mJ, high.dissipated_mJ),
+        width=slope(low.width_deg, high.width_deg, nothing=lossless or flat),
+        area=slope(low.area, high.area, nothing=lossless or flat),
+        energy=slope(low.dissipated_mJ, high.dissipated_mJ, nothing=lossless),
         range=slope(float(np.ptp(low.record.angle_deg)), float(np.ptp(high.record.angle_deg))),
     )
+
+
+def _ways(effects: Mapping[str, Floats]) -> int:
+    """Count the independent ways in which constants move the loop, by singular values beyond :data:`DISTINCT`."""
+    if not effects:
+        return 0
+    values = np.linalg.svd(np.array([effect / np.linalg.norm(effect) for effect in effects.values()]), compute_uv=False)
+    return int((values > DISTINCT * values[0]).sum())
 
 
 def _alike(effects: Mapping[str, Floats]) -> tuple[tuple[str, ...], ...]:

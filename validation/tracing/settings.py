@@ -348,7 +348,8 @@ NOT_TOLD = 0.01
 the baseline's that a further effect takes: real records have structure of that size that no model has."""
 FAR_ABOVE = 2.0
 """Rms error over the noise up to which a known rig without a missing effect may be off: rigs of another make leave 1.0
-to 1.9 times the noise where their flexures may vary."""
+to 1.9 times the noise where their flexures may vary. Of an unknown rig, held-out error over the noise and over the
+error of the fitted samples beyond which nothing is claimed."""
 MOST_OF_ERROR = 0.6
 """Part of the mean square above the noise that one effect must take from fitted samples that inner folds hold out,
 to be named where a known rig with effects does not come to the noise."""
@@ -395,7 +396,7 @@ KNOWN_RIG = SearchPolicy(
     name="rig",
     significant=SIGNIFICANT,
     screened=True,
-    first_candidates=None,  # guides that stick make the linearised gain a poor guide
+    first_candidates=None,  # with guides that stick the linearised gain says little
     later_candidates=10,
     first_steps=2 * FEW_STEPS,
     finished=8,

@@ -1,13 +1,16 @@
 """``--ensemble`` of simulate and separate."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fem_models.rig import ensemble
+from fem_models.rig import ensemble, preset
+from fem_models.rig.rig import Friction
 from hysteresis.record_file import read_columns
 from studies.commands.cli import call
+from studies.commands.separation import separate_rig, summary
 
 
 @pytest.fixture
@@ -42,6 +45,16 @@ def test_separate_gives_ranges_sensitivities_and_raw_loops(tmp_path, few, capsys
     assert 0 < low < high < 1
     assert found["ensemble"]["width_deg"] == pytest.approx([2.21, 2.21], abs=0.006)
     assert found["sensitivity"]["tendon.EA_N"]["width"] < 0
+
+
+def test_a_rig_without_a_loop_gives_valid_json_and_no_derivative_of_its_width():
+    rig = preset("du2018")
+    quiet = replace(rig, friction=Friction(), material=replace(rig.material, loop_share=0.0))
+    result = separate_rig(quiet, 2.2)
+    assert not any("nan" in line or "d ln(width)" in line for line in summary(result))
+    found = json.loads(json.dumps(result.to_dict(), allow_nan=False))["sensitivity"]["tendon.EA_N"]
+    assert found["width"] is None
+    assert found["range"] != 0
 
 
 @pytest.mark.parametrize(

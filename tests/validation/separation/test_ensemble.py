@@ -64,3 +64,20 @@ def test_constants_that_move_the_loop_alike_are_named_in_one_line():
     assert any({"material.youngs_modulus_GPa", "notch.depth_mm"} <= group for group in groups)
     assert found.sentence().count("\n") == 0
     assert "tendon.EA_N / tendon.free_length_mm" in found.sentence()
+
+
+def test_as_many_independent_ways_as_constants_say_so():
+    found = sensitivities(RIG, PROGRAM)
+    assert 1 < found.ways < len(found.of)
+    assert found.sentence().startswith(f"one loop cannot separate {len(found.of)} constants")
+    two = replace(found, of=dict(list(found.of.items())[:2]), alike=(), ways=2)
+    assert two.sentence() == "the 2 constants move the loop in as many independent ways"
+
+
+def test_a_rig_without_a_loop_has_no_derivative_of_its_width():
+    quiet = replace(RIG, friction=Friction(), material=replace(RIG.material, loop_share=0.0))
+    found = sensitivities(quiet, PROGRAM)
+    assert found.of
+    for one in found.of.values():
+        assert np.isnan([one.width, one.area, one.energy]).all()
+        assert np.isfinite(one.range)

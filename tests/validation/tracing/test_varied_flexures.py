@@ -14,7 +14,8 @@ from validation.practice.draw import SETS
 from validation.practice.lumped.cases import draw_lumped_case
 from validation.tracing import trace_records
 from validation.tracing.baseline.known_rig import known_rig_problem, with_varied_flexures
-from validation.tracing.verdict import named_in_part, with_remaining_error
+from validation.tracing.settings import FAR_ABOVE
+from validation.tracing.verdict import doubted_on_heldout, named_in_part, with_remaining_error
 
 NOISE_DEG = 0.05
 DECLARED = {
@@ -94,6 +95,45 @@ def test_one_effect_is_named_in_part_where_it_takes_most_of_the_error(delayed):
     weak = tuple(c for c in delayed.candidates if c.fitted.rmse_deg > 0.8 * delayed.baseline.rmse_deg)
     assert weak
     assert named_in_part(replace(unexplained, candidates=weak)).verdict == "unexplained"
+
+
+def with_spoiled_heldout(fitted, factor):
+    """Give a fit whose held-out errors are larger; those of the training samples are as they were."""
+    errors = tuple(np.where(train, e, factor * e) for e, train in zip(fitted.errors, fitted.holdout.train, strict=True))
+    return replace(fitted, errors=errors)
+
+
+def test_heldout_samples_neither_choose_nor_confirm_a_name_in_part(delayed):
+    unexplained = replace(delayed, verdict="unexplained", augmented=delayed.baseline, confusable=())
+    spoiled = tuple(
+        replace(c, fitted=with_spoiled_heldout(c.fitted, 30.0)) if c.names == ("time_delay",) else c
+        for c in delayed.candidates
+    )
+    found = named_in_part(replace(unexplained, candidates=spoiled))
+    assert found.augmented.names == ("time_delay",)
+    assert found.verdict == "partial"  # the words follow the held-out error, the name does not
+    flattered = tuple(
+        c if c.names == ("time_delay",) else replace(c, fitted=with_spoiled_heldout(c.fitted, 0.0))
+        for c in delayed.candidates
+    )
+    assert named_in_part(replace(unexplained, candidates=flattered)).augmented.names == ("time_delay",)
+
+
+def test_an_unknown_rig_is_doubted_where_samples_held_out_are_far_off(delayed):
+    """A baseline of an unknown rig may take an effect over the programs that it has seen."""
+    good = replace(delayed, model="equivalent rig", verdict="none", baseline=delayed.augmented)
+    assert doubted_on_heldout(good) is good
+    spoiled = replace(good, baseline=with_spoiled_heldout(good.baseline, 2.5))
+    doubted = doubted_on_heldout(spoiled)
+    assert doubted.verdict == "unexplained"
+    assert doubted.words[0].startswith("the held-out error of the baseline model is ")
+    assert doubted.words[1:] == spoiled.words
+    # as large as the fitted error, known geometry, or with a name: nothing is taken back
+    both = replace(good, baseline=replace(good.baseline, errors=tuple(2.5 * e for e in good.baseline.errors)))
+    assert both.baseline.heldout_rmse_deg > FAR_ABOVE * both.floor.deg
+    assert doubted_on_heldout(both).verdict == "none"
+    assert doubted_on_heldout(replace(spoiled, model="rig")).verdict == "none"
+    assert doubted_on_heldout(replace(spoiled, verdict="effect")).verdict == "effect"
 
 
 def test_the_remaining_error_is_that_of_the_fit_that_is_reported(delayed):

@@ -132,12 +132,12 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
 
 
 def soft_mm_per_N(rig: Rig) -> float:
-    """Way over force of one pitch of tendon."""
+    """Compliance of one pitch of tendon, mm/N."""
     return rig.pitch_mm / rig.tendon_a.EA_N
 
 
 def stick_compliance(rig: Rig) -> FreeParameter:
-    """Way over force of a guide that sticks: of dry metal nothing, of a liner up to some hundred pitches of tendon."""
+    """Compliance of a guide that sticks: of dry metal nothing, of a liner up to some hundreds of pitches of tendon."""
     unit = SOFT_STICK * soft_mm_per_N(rig)
     return FreeParameter("stick_compliance_mm_per_N", "mm/N", 0.0, 4 * unit, 0.1 * unit)
 

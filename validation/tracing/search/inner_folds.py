@@ -1,6 +1,6 @@
-"""Inner folds: what a fitted model predicts of training samples that it has not seen, so that these may choose.
+"""Inner folds: what a model of given effects predicts of training samples that its fit has not seen.
 
-The held-out samples then report only (nested cross-validation; Varma, Simon 2006, doi 10.1186/1471-2105-7-91).
+They confirm a name without the held-out samples. The choice of the effects is not repeated in each fold.
 """
 
 from __future__ import annotations
