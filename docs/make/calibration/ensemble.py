@@ -44,14 +44,22 @@ def models_table(made: Mapping[str, Any]) -> str:
             f"{100 * one['solved_share']:.0f} %",
             "{:.4f} +- {:.4f}".format(*one["evidence"]),
             *("{1:.1f} ({0:.1f} to {2:.1f})".format(*one[f"widest_at_{p}N_mm"]) for p in (10, 20)),
-            "{:.1f} +- {:.1f} %".format(*(100 * value for value in one["place_probability"])),
-            f"{100 * one['odds']:.1f} %",
+            *_place_and_odds(one),
             f"{one['effective_draws']:.0f}",
             str(one["members"]),
         ]
         for name, one in made["models"].items()
     ]
     return table(head, rows)
+
+
+def _place_and_odds(one: Mapping[str, Any]) -> tuple[str, str]:
+    """Probability of the place and odds; the upper end of 95 % where no draw meets the place (rule of three)."""
+    if one["odds"] == 0:
+        return f"below {300 / one['effective_draws_of_numbers']:.0f} %", "no draw"
+    return "{:.1f} +- {:.1f} %".format(
+        *(100 * value for value in one["place_probability"])
+    ), f"{100 * one['odds']:.1f} %"
 
 
 def facts_table(rigs: Sequence[Rig]) -> str:
@@ -98,7 +106,7 @@ def ranges_table(wanted: Mapping[str, Floats]) -> str:
         rows.append(
             [name, f"{found.median:.3g}", f"{found.low:.3g} to {found.high:.3g}", f"{relative_width(name, values):.2f}"]
         )
-    return table(["prediction", "median", "90 % range", "relative width"], rows)
+    return table(["prediction", "median", "90 % range", "its width, over the median (of a share: its width)"], rows)
 
 
 def amplitude_words(rigs: Sequence[Rig], widths: Mapping[str, Floats]) -> str:

@@ -13,7 +13,7 @@ from fem_models.rig.ensemble import with_constants
 from hysteresis.metrics import loop_width
 from validation.measured.ensemble.draws import Density, draw, weighted_quantiles
 from validation.measured.ensemble.facts import PAPER, Facts, facts_of, loop_numbers
-from validation.measured.ensemble.make import apportioned
+from validation.measured.ensemble.make import Settings, apportioned, make_ensemble
 from validation.measured.ensemble.members import extend
 from validation.measured.ensemble.priors import MODELS, Model, Prior
 from validation.measured.ensemble.solve import solve_constants
@@ -97,7 +97,7 @@ def test_hidden_rigs_lie_within_their_ranges():
     """Five hidden rigs, drawn from the priors: 25 constants, each within its 90 % range as often as that says."""
     rng, inside = np.random.default_rng(8), []
     for _ in range(5):
-        hidden = {name: float(prior.at(rng.uniform(0.1, 0.9))) for name, prior in SMALL.priors.items()}
+        hidden = {name: float(prior.at(rng.random())) for name, prior in SMALL.priors.items()}
         goal = facts_of(with_constants(RIG, hidden))
         goal = replace(goal, full_scale_deg=goal.full_scale_deg + rng.uniform(-0.5, 0.5))
         found = draw(RIG, SMALL, 64, 1, goal=goal)
@@ -118,6 +118,11 @@ def test_members_repeat_for_a_seed_and_meet_the_facts(monkeypatch):
         assert extend(RIG, SMALL, draws, 10, 7, pool=pool) == (members, moved)
 
 
+def test_a_model_of_too_few_effective_draws_has_no_members():
+    with pytest.raises(ValueError, match="no model has 5 effective draws"):
+        make_ensemble(RIG, {"small": SMALL}, Settings(seed=5, draws=4, members=10))
+
+
 def test_density_beyond_the_priors_is_none():
     density = Density(RIG, SMALL)
     assert density(np.array([0.5, 1.01, 0.5]))[0] == -np.inf
@@ -131,7 +136,7 @@ def test_members_are_apportioned_by_odds():
 
 @pytest.mark.parametrize("k", [5, 100, 160, 199])
 def test_members_of_all_models_agree_between_the_engines(k):
-    """Toe region, toe and play, play, flag with toe and play, at 10 N, where the play is widest: 0.1 deg, as twins."""
+    """Toe region, toe and play, and play twice, at 10 N, where the play is widest: 0.1 deg, as twins."""
     pytest.importorskip("exudyn", reason="Exudyn cannot be imported here: its library libGL.so.1 is missing?")
     from fem_models.multibody import simulate_multibody
 

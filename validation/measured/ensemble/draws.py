@@ -106,14 +106,23 @@ class Draws:
     @property
     def effective(self) -> float:
         """Number of equally weighted draws that would say as much as those that meet all facts; 0 for none."""
-        weight = self.weight * self.place_met
-        return float(weight.sum() ** 2 / (weight**2).sum()) if weight.any() else 0.0
+        return _equally_weighted(self.weight * self.place_met)
+
+    @property
+    def effective_of_numbers(self) -> float:
+        """The same of the draws that show the three numbers, wherever the loops are widest."""
+        return _equally_weighted(self.weight)
 
     @property
     def places_mm(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Quantiles of 5, 50 and 95 % of the drive's magnitude where the loops of 10 and 20 N are widest, mm."""
         low, high = (weighted_quantiles(np.abs(x), self.weight, (0.05, 0.5, 0.95)) for x in self.rows[:, -2:].T)
         return low, high
+
+
+def _equally_weighted(weight: Floats) -> float:
+    """Effective sample size of weights (Kish 1965, Survey Sampling, section 11.7); 0 of none."""
+    return float(weight.sum() ** 2 / (weight**2).sum()) if weight.any() else 0.0
 
 
 def weighted_quantiles(values: Floats, weight: Floats, at: tuple[float, ...]) -> tuple[float, ...]:

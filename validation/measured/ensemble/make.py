@@ -20,6 +20,8 @@ from validation.measured.ensemble.members import Member, extend
 from validation.measured.ensemble.priors import Model
 
 LIBRARIES = ("notchbend", "numpy", "scipy", "numba", "emcee")
+LEAST_EFFECTIVE = 5.0
+"""Effective draws of a model below which it has no members: walkers that start from one draw stay copies of it."""
 _DIGITS = 10  # of a constant: widths are steeper in it than a hundredth of their resolution
 
 
@@ -32,7 +34,8 @@ class ModelResult:
     ``odds`` the probability of the model among all, each as likely beforehand. ``moved`` is the share of the steps of
     the sampler that were taken, NaN where it made no member. ``widest_at_mm`` are the 5, 50 and 95 % quantiles of the
     drive's magnitude where the loops of 10 and 20 N are widest, given the three numbers alone. ``effective`` is the
-    number of independent draws that the members start from.
+    number of independent draws that the members start from, ``effective_of_numbers`` that of the draws that show the
+    three numbers.
     """
 
     draws: int
@@ -42,6 +45,7 @@ class ModelResult:
     widest_at_mm: tuple[tuple[float, ...], tuple[float, ...]]
     odds: float
     effective: float
+    effective_of_numbers: float
     moved: float
     members: tuple[Member, ...]
 
@@ -67,7 +71,13 @@ def make_ensemble(
 ) -> dict[str, ModelResult]:
     """Draw for all models, and give each members in proportion to its odds; repeatable whatever the ``pool``.
 
-    Draws are stored in the folder ``keep``, if there is one, and taken from there: a run that was stopped goes on.
+    A model with fewer effective draws than :data:`LEAST_EFFECTIVE` has odds, but no members. Draws are stored in the
+    folder ``keep``, if there is one, and taken from there: a run that was stopped goes on.
+
+    Raises
+    ------
+    ValueError
+        No model has enough effective draws.
     """
     mapper = map if pool is None else partial(pool.map, chunksize=8)
     drawn: dict[str, Draws] = {}
@@ -76,11 +86,15 @@ def make_ensemble(
             keep,
             name,
             partial(draw, base, model, int(model.part * settings.draws), settings.seed + k, goal=goal, mapper=mapper),
+            settings,
         )
         tell(f"{name}: evidence {drawn[name].evidence[0]:.3g}, place {drawn[name].place_share[0]:.3g}")
     weight = np.array([one.evidence[0] * one.place_share[0] for one in drawn.values()])
     odds = weight / weight.sum()
-    counts = dict(zip(models, apportioned(odds, settings.members), strict=True))
+    enough = np.array([one.effective >= LEAST_EFFECTIVE for one in drawn.values()])
+    if not enough.any():
+        raise ValueError(f"no model has {LEAST_EFFECTIVE:g} effective draws: expected more draws")
+    counts = dict(zip(models, apportioned(weight * enough / (weight @ enough), settings.members), strict=True))
     found = {}
     for k, (name, model) in enumerate(models.items()):
         members: list[Member] = []
@@ -99,16 +113,18 @@ def make_ensemble(
             one.places_mm,
             share,
             one.effective,
+            one.effective_of_numbers,
             moved,
             tuple(members),
         )
     return found
 
 
-def _kept(folder: Path | None, name: str, make: Callable[[], Draws]) -> Draws:
+def _kept(folder: Path | None, name: str, make: Callable[[], Draws], settings: Settings) -> Draws:
+    """Take draws of the same model, seed and number from a folder, or make them and put them there."""
     if folder is None:
         return make()
-    path = folder / f"{name.replace(', ', '-').replace(' ', '_')}.npz"
+    path = folder / f"{name.replace(', ', '-').replace(' ', '_')}-{settings.seed}-{settings.draws}.npz"
     if path.exists():
         with np.load(path) as data:
             return Draws(data["quantiles"], data["rows"], tuple(data["columns"].tolist()))
@@ -163,6 +179,7 @@ def _sidecar(found: Mapping[str, ModelResult], models: Mapping[str, Model], sett
             ),
             f"odds = {one.odds:.4g}",
             f"effective_draws = {one.effective:.1f}",
+            f"effective_draws_of_numbers = {one.effective_of_numbers:.1f}",
             f"members = {len(one.members)}",
             *([f"moved_share = {one.moved:.4g}"] if one.members else []),
         ]
