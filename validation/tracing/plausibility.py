@@ -48,7 +48,7 @@ def implausible(fitted: Fitted) -> list[str]:
     """Reasons not to name the effects of a model, one sentence's end each; none where all make sense.
 
     A parameter counts as outside its range where its whole interval is outside. An effect without action is one of
-    which no amount differs from 0, all tested together (Wald's test). Beside an equivalent rig or a curve this is not
+    which no amount differs from 0, all tested together (Wald's test), given its other parameters. Beside an equivalent rig or a curve this is not
     tested: their parameters are nearly collinear with an effect, and the linear interval contains 0 where the fit
     without the effect is far worse.
     """
@@ -57,10 +57,22 @@ def implausible(fitted: Fitted) -> list[str]:
     estimates = list(_estimates(fitted, known.matrix, known.freedom))
     out = [words for one in estimates if (words := _outside(fitted, one, sizes))]
     for name in fitted.names if isinstance(fitted.model.problem, KnownRigProblem) else ():
-        places = [one.place for one in estimates if one.effect == name and one.parameter.acts_from_zero]
-        if places and _is_no_action(fitted.x[places], known.matrix[np.ix_(places, places)], known.freedom):
+        own = [one for one in estimates if one.effect == name]
+        amounts = [one.place for one in own if one.parameter.acts_from_zero]
+        shape = [one.place for one in own if not one.parameter.acts_from_zero]
+        if amounts and _is_no_action(fitted.x[amounts], covariance_given(known.matrix, amounts, shape), known.freedom):
             out.append(f"the 95 % interval of {name} contains zero")
     return out
+
+
+def covariance_given(matrix: Floats, amounts: list[int], shape: list[int]) -> Floats:
+    """Covariance of amounts, given what acts only beside them: where the amount is 0, there is no such parameter.
+
+    A parameter that is there under the alternative alone must not widen the interval of the amount (Davies 1987, doi
+    10.1093/biomet/74.1.33): the width of a play and the tension that takes it up are known by their ratio.
+    """
+    own, other, both = (matrix[np.ix_(a, b)] for a, b in ((amounts, amounts), (shape, shape), (amounts, shape)))
+    return np.asarray(own - both @ np.linalg.pinv(other) @ both.T) if shape else own
 
 
 def has_no_scale(problem: Problem, parameter: FreeParameter) -> bool:

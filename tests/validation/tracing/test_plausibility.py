@@ -16,7 +16,7 @@ from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Model, fit
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.uncertainty import covariance
-from validation.tracing.plausibility import implausible, remarks
+from validation.tracing.plausibility import covariance_given, implausible, remarks
 from validation.tracing.problem import AddedEffect
 from validation.tracing.trace import trace_records
 
@@ -92,6 +92,16 @@ def test_the_covariance_is_that_of_linear_regression(clean):
     count = fitted.samples * error.size / train.size
     np.testing.assert_allclose(found.matrix, alone * error.size / count, rtol=1e-6)
     assert found.freedom == pytest.approx(count - J.shape[1])
+
+
+def test_an_amount_is_tested_given_what_acts_only_beside_it():
+    """Given a parameter, the rest have the covariance of a regression without it."""
+    rng = np.random.default_rng(4)
+    J = rng.standard_normal((30, 5))
+    J[:, 2] = J[:, 0] + 1e-3 * rng.standard_normal(30)  # shape, nearly collinear with the first amount
+    whole, without = np.linalg.inv(J.T @ J), np.linalg.inv(J[:, [0, 1, 3, 4]].T @ J[:, [0, 1, 3, 4]])
+    np.testing.assert_allclose(covariance_given(whole, [0, 1], [2]), without[:2, :2], rtol=1e-6)
+    np.testing.assert_array_equal(covariance_given(whole, [0, 1], []), whole[:2, :2])
 
 
 def test_a_run_out_counts_in_radii_and_a_wheel_that_is_not_the_declared_one_is_told(clean):
