@@ -48,9 +48,9 @@ def implausible(fitted: Fitted) -> list[str]:
     """Reasons not to name the effects of a model, one sentence's end each; none where all make sense.
 
     A parameter counts as outside its range where its whole interval is outside. An effect without action is one of
-    which no amount differs from 0, all tested together (Wald's test), given its other parameters. Beside an equivalent rig or a curve this is not
-    tested: their parameters are nearly collinear with an effect, and the linear interval contains 0 where the fit
-    without the effect is far worse.
+    which no amount differs from 0, all tested together (Wald's test), given its other parameters. Beside an equivalent
+    rig or a curve this is not tested: their parameters are nearly collinear with an effect, and the linear interval
+    contains 0 where the fit without the effect is far worse.
     """
     known = covariance(fitted)
     sizes = _sizes(fitted)
