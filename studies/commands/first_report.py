@@ -8,17 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
-from fem_models.analytic import simulate_analytic
 from fem_models.joint import joint_mechanics
-from fem_models.joint.strain import limits_passed, strain_limits
 from fem_models.load import triangle
-from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig import Rig, preset
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import numeric_fields
@@ -31,6 +27,7 @@ from hysteresis.settings import IdentifySettings
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import trace_loaded
+from studies.own_rig.loops import write_loop
 from studies.progress import steps
 from studies.report.tube import write_tube
 from studies.results import write_result
@@ -42,10 +39,8 @@ from studies.results.run import (
     RunLoop,
     RunSummary,
     SeparationEntry,
-    StrainLimit,
     TraceEntry,
     checksums,
-    loop_summary,
 )
 from validation.engines import compare_engines
 from validation.practice.bench_record import SHIPPED
@@ -57,25 +52,6 @@ CYCLES = 3
 PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista", "plotly")
 
 Step = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Energy:
-    """Work of the wheel and losses over the last cycle, and the error of the energy balance."""
-
-    wheel_work_mJ: float
-    friction_loss_mJ: float
-    material_loss_mJ: float
-    viscous_loss_mJ: float
-    energy_gap_percent: float
-
-
-@dataclass(frozen=True)
-class Strain:
-    """Peak strain of a run, and the drives at which strain limits of Nitinol are exceeded."""
-
-    peak_strain_percent: float
-    strain_limits: tuple[StrainLimit, ...]
 
 
 def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSummary:
@@ -130,14 +106,10 @@ def _simulated(out: Path, step: Step) -> tuple[dict[str, Record], list[RunLoop],
     for preload in PRELOADS_N:
         step(f"simulating {PRESET} at {preload:g} N")
         rig = preset(PRESET, preload_N=preload)
-        solution = solve_multibody(rig, triangle(AMPLITUDE_MM, cycles=CYCLES))
-        name = f"{PRESET}-{preload:g}N"
+        program, name = triangle(AMPLITUDE_MM, cycles=CYCLES), f"{PRESET}-{preload:g}N"
+        solution, loop = write_loop(rig, program, triangle(AMPLITUDE_MM), out, name)
         records[name] = solution.record
-        write_record(solution.record, out / "records" / f"{name}.csv")
-        theory = f"{name}-analytic"
-        write_record(simulate_analytic(rig, triangle(AMPLITUDE_MM)), out / "records" / f"{theory}.csv")
-        parts = (loop_summary(solution.record), energy_summary(solution), strain_summary(rig, solution))
-        loops.append(RunLoop(record=name, theory=theory, **{k: v for part in parts for k, v in vars(part).items()}))
+        loops.append(loop)
         step(f"cross-checking at {preload:g} N")
         checks.append(CrossCheckRow(**vars(compare_engines(rig, amplitude_mm=AMPLITUDE_MM))))
     return records, loops, checks
@@ -153,37 +125,6 @@ def _identified(out: Path, records: dict[str, Record], seed: int, step: Step) ->
         write_fit(fit, [records[name]], out, f"identify-{label}")
         fits.append(FitEntry(label, name, records[name].title))
     return fits
-
-
-def strain_summary(rig: Rig, solution: MultibodySolution) -> Strain:
-    """Find the peak strain of a run, and the drives at which limits of Nitinol are exceeded; None where none is."""
-    passed = limits_passed(solution.record.drive, solution.peak_strain, strain_limits(rig))
-    limits = (
-        StrainLimit(
-            name=p.limit.name,
-            kind=p.limit.kind,
-            limit_percent=100 * p.limit.strain,
-            largest_percent=100 * p.largest,
-            passed_at_mm=p.drive,
-            joint=p.joint,
-            source=p.limit.source,
-        )
-        for p in passed
-    )
-    return Strain(100 * float(np.abs(solution.peak_strain).max()), tuple(limits))
-
-
-def energy_summary(solution: MultibodySolution) -> Energy:
-    """Sum the work of the wheel and the losses over the last cycle."""
-    cycle = solution.record.cycle
-    assert cycle is not None
-    last = np.flatnonzero(cycle == cycle[-1])
-    first, end = last[0] - 1, last[-1]
-    s = solution
-    work, friction, material, viscous = (
-        float(e[end] - e[first]) for e in (s.wheel_work_mJ, s.friction_loss_mJ, s.material_loss_mJ, s.viscous_loss_mJ)
-    )
-    return Energy(work, friction, material, viscous, 100 * (friction + material + viscous - work) / work)
 
 
 def rig_numbers(name: str) -> tuple[RigNumber, ...]:

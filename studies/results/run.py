@@ -92,6 +92,7 @@ class RunLoop:
     energy_gap_percent: float
     peak_strain_percent: float
     strain_limits: tuple[StrainLimit, ...]
+    preload_N: float | None = optional()
 
 
 @dataclass(frozen=True)
