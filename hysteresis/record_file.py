@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -129,7 +130,7 @@ def _require_bare_columns(path: Path, names: Sequence[str]) -> None:
     missing = next((name for name in ("drive_mm", "angle_deg") if name not in names), None)
     if missing is None:
         return
-    new, comment = f"`notchbend record new {path.name}", names[0].startswith(("#", "%", "//"))
+    new, comment = f"`notchbend record new {shlex.quote(str(path))}", names[0].startswith(("#", "%", "//"))
     if comment or (len(names) == 1 and any(mark in names[0] for mark in ";\t ")):
         found = "begins with a comment" if comment else "has no commas"
         way = f"{found}: {new} --out NEW.csv` writes a copy with commas, and its sidecar"
