@@ -15,11 +15,9 @@ import numpy as np
 
 from fem_models.joint import joint_mechanics
 from fem_models.load import triangle
-from fem_models.rig import Rig, preset
+from fem_models.rig import preset
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import numeric_fields
-from fem_models.view import SceneError, render
-from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
@@ -27,14 +25,13 @@ from hysteresis.settings import IdentifySettings
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import trace_loaded
-from studies.own_rig.loops import write_loop
+from studies.own_rig.loops import draw_rig, joints_deg, write_loop
 from studies.progress import steps
-from studies.report.tube import write_tube
 from studies.results import write_result
 from studies.results.run import (
     CrossCheckRow,
     FitEntry,
-    Picture,
+    Made,
     RigNumber,
     RunLoop,
     RunSummary,
@@ -54,8 +51,10 @@ PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista"
 Step = Callable[[str], None]
 
 
-def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSummary:
+def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made | None = None) -> RunSummary:
     """Run the main job into ``out`` and return the summary that is stored as ``run.json``.
+
+    ``made`` says how it came about, and stands at the top of the page.
 
     ``run.json`` and the page of an earlier run are removed first, and ``run.json`` is written last: a folder that has
     it holds a finished run.
@@ -81,8 +80,8 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSumma
         write_files({out / name: png for name, png in traced.figures.items()})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
-        picture = _picture(preset(PRESET), last, out)
-    largest_joint_rad = math.radians(float(np.abs(_joints_deg(last)).max()))
+        picture = draw_rig(preset(PRESET), last, out)
+    largest_joint_rad = math.radians(float(np.abs(joints_deg(last)).max()))
     summary = RunSummary(
         seed=seed,
         versions={name: version(name) for name in PACKAGES},
@@ -95,6 +94,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSumma
         trace=TraceEntry(traced.report.verdict, tuple(effect.name for effect in traced.report.effects)),
         picture=picture,
         sha256=checksums(out, [*records, *(loop.theory for loop in loops)]),
+        made=made,
     )
     write_result(out / "run.json", summary)
     return summary
@@ -148,21 +148,3 @@ def _separated(out: Path, preload_N: float, seed: int) -> SeparationEntry:
         label=f"{PRESET}, {preload_N:g} N, {AMPLITUDE_MM:g} mm",
         command=f"notchbend separate {options} --out DIR",
     )
-
-
-def _picture(rig: Rig, record: Record, out: Path) -> Picture:
-    """Draw the tube at full drive; without OpenGL there is no still image, and the result says why."""
-    full = int(np.argmax(record.angle_deg))
-    joints = _joints_deg(record)[full]
-    caption = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"
-    write_tube(rig, joints, out / "tube.json")
-    try:
-        render(rig, joints, out / "tube.png")
-    except SceneError as error:
-        return Picture(tube="tube.json", caption=caption, missing=str(error))
-    return Picture(tube="tube.json", caption=caption, file="tube.png")
-
-
-def _joints_deg(record: Record) -> Floats:
-    assert record.notches_deg is not None  # every engine gives them
-    return record.notches_deg

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.table import Table
 
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
@@ -29,6 +31,8 @@ from studies.engines import (
     solver_of,
 )
 from studies.ensemble import run_ensemble
+from studies.own_rig.choice import OwnRigChoice, design_lines, made_now
+from studies.own_rig.new_record import without_geometry
 from studies.own_rig.strain import Strain, drive_to_angle_mm, strain_lines, strain_of, strain_of_record
 from studies.progress import status
 from studies.results import write_result
@@ -37,15 +41,41 @@ from studies.results.run import loop_summary
 PRESET = "du2018"
 
 
-def run(*, out: Out = Path("results/first-report"), common: Common) -> None:
-    """Run the main job on the defaults: simulate at 10 and 20 N, cross-check, identify, and write the report."""
-    require_exudyn()
-    from studies.commands.first_report import first_report
-    from studies.report import write_report
+def run(
+    *,
+    records: Annotated[
+        list[Path] | None, typer.Argument(help="Records of your rig, CSV; with --rig or --preset, optional.")
+    ] = None,
+    out: Out = Path("results/first-report"),
+    own: OwnRigChoice,
+    common: Common,
+) -> None:
+    """Write the design report of your rig and records; without options the main job on the defaults.
 
-    summary = first_report(out, seed=common.seed, progress=common.shows_progress)
-    report = write_report(out)
-    common.show(summary, values_table(summary), f"report: {report}")
+    With --rig or --preset: loops at each --preload, strain and limits, cross-checks, the layer and the trace of the
+    records, contributions to the loop, and what to do next.
+    """
+    require_exudyn()
+    from studies.report import write_report
+    from studies.report.parts.advice import what_to_do
+
+    if own.is_given(records or []):
+        from studies.own_rig.design_report import design_report
+
+        design, loaded = own.design(records or [])
+        made = made_now(own.command(records or [], out, common.seed))
+        for words in () if common.quiet else without_geometry(loaded):
+            typer.echo(f"notchbend: {words}", err=True)
+        summary = design_report(design, loaded, out, made=made, seed=common.seed, progress=common.shows_progress)
+        todo = [f"{i}. {words}" for i, words in enumerate(what_to_do(out), start=1)]
+        shown: list[str | Table] = [*design_lines(summary), "What to do next:", *todo]
+    else:
+        from studies.commands.first_report import first_report
+
+        made = made_now(f"notchbend run --out {shlex.quote(str(out))} --seed {common.seed}")
+        summary = first_report(out, seed=common.seed, progress=common.shows_progress, made=made)
+        shown = [values_table(summary)]
+    common.show(summary, *shown, f"report: {write_report(out)}")
 
 
 def simulate(
@@ -187,5 +217,5 @@ def validate(
         result,
         models_table(result.models),
         values_table({"schema": result.schema, "rigs": result.rigs}),
-        f"wrote {target}",
+        f"wrote {target}; the page of it: notchbend report {shlex.quote(str(out))}",
     )

@@ -10,10 +10,14 @@ import numpy as np
 from fem_models.analytic import simulate_analytic
 from fem_models.load import LoadProgram
 from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
-from fem_models.rig import Rig
+from fem_models.rig import Rig, RigError
+from fem_models.view import SceneError, render
+from hysteresis.arrays import Floats
+from hysteresis.record import Record
 from hysteresis.record_file import write_record
 from studies.own_rig.strain import Strain, strain_of
-from studies.results.run import RunLoop, loop_summary
+from studies.report.tube import write_tube
+from studies.results.run import Picture, RunLoop, loop_summary
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ class Energy:
 
 
 def write_loop(
-    rig: Rig, program: LoadProgram, theory: LoadProgram, out: Path, name: str
+    rig: Rig, program: LoadProgram, theory: LoadProgram, out: Path, name: str, ideal: Rig | None = None
 ) -> tuple[MultibodySolution, RunLoop]:
     """Simulate a loop with the multibody model, and write it and the analytic curve of the rig as records.
 
@@ -38,6 +42,8 @@ def write_loop(
         Drives of the loop, which ends with a closed cycle, and of the analytic curve.
     out, name
         The records are ``OUT/records/NAME.csv`` and ``OUT/records/NAME-analytic.csv``.
+    ideal
+        Rig of the analytic curve, without effects; by default the rig itself.
 
     Raises
     ------
@@ -47,7 +53,7 @@ def write_loop(
     solution = solve_multibody(rig, program)
     write_record(solution.record, out / "records" / f"{name}.csv")
     curve = f"{name}-analytic"
-    write_record(simulate_analytic(rig, theory), out / "records" / f"{curve}.csv")
+    write_record(simulate_analytic(ideal or rig, theory), out / "records" / f"{curve}.csv")
     parts = (loop_summary(solution.record), energy_summary(solution), strain_summary(rig, solution))
     numbers = {key: value for part in parts for key, value in vars(part).items()}
     return solution, RunLoop(record=name, theory=curve, preload_N=rig.preload_N, **numbers)
@@ -74,3 +80,25 @@ def energy_summary(solution: MultibodySolution) -> Energy:
     # a rig that dissipates nothing has neither work nor losses; the gap is then that of rounding
     gap = 100 * (friction + material + viscous - work) / work if abs(work) > 1e-9 else 0.0
     return Energy(work, friction, material, viscous, gap)
+
+
+def draw_rig(rig: Rig, record: Record, out: Path) -> Picture:
+    """Draw the tube at full drive; without OpenGL there is no still image, and the result says why."""
+    full = int(np.argmax(record.angle_deg))
+    joints = joints_deg(record)[full]
+    caption = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"
+    try:
+        write_tube(rig, joints, out / "tube.json")
+    except (SceneError, RigError) as error:  # joints that were measured have no shape to draw
+        return Picture(caption=caption, missing=str(error))
+    try:
+        render(rig, joints, out / "tube.png")
+    except SceneError as error:
+        return Picture(tube="tube.json", caption=caption, missing=str(error))
+    return Picture(tube="tube.json", caption=caption, file="tube.png")
+
+
+def joints_deg(record: Record) -> Floats:
+    """Give the angles of the notches of a simulated record, shape (m, N), deg."""
+    assert record.notches_deg is not None  # every engine gives them
+    return record.notches_deg

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hysteresis.arrays import Floats
 from hysteresis.record import RecordError
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
+from studies.report.parts.feasible import Feasible, feasibility
 from studies.report.plotly import (
     Camera,
     Figure,
@@ -95,6 +96,7 @@ class StudySection:
     title: str
     engine: str
     command: str
+    feasible: Feasible | None
 
 
 def read_study(folder: Path) -> StudySection | None:
@@ -159,6 +161,7 @@ def _section(whole: xr.Dataset, drawn: xr.Dataset, facts: StudyFacts, sensitivit
         title=str(whole.attrs.get("title", "Study")),
         engine=str(whole.attrs.get("engine", "")),
         command=_command(facts),
+        feasible=feasibility(whole),
     )
 
 
