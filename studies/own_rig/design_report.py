@@ -173,11 +173,11 @@ def _loop_name(design: Design, rig: Rig) -> str:
 
 
 def _numbers(design: Design) -> tuple[RigNumber, ...]:
-    """Give every number of the rig with its source: that of the preset, else the rig file."""
+    """Give every number of the rig with its source, those of the preset or the rig file."""
     if design.preset in PRESETS and design.preset is not None:
         return rig_numbers(design.preset)
     known = numeric_fields(design.rigs[-1])
-    return tuple(RigNumber(name, value, "given", design.option) for name, value in known.items())
+    return tuple(RigNumber(name, value, "rig file", "") for name, value in known.items())
 
 
 # --- simulation ---------------------------------------------------------------------------------------------------

@@ -19,6 +19,8 @@ from studies.own_rig.strain import Strain, strain_of
 from studies.report.tube import write_tube
 from studies.results.run import Picture, RunLoop, loop_summary
 
+_SLACK = 0.01
+
 
 @dataclass(frozen=True)
 class Energy:
@@ -56,7 +58,16 @@ def write_loop(
     write_record(simulate_analytic(ideal or rig, theory), out / "records" / f"{curve}.csv")
     parts = (loop_summary(solution.record), energy_summary(solution), strain_summary(rig, solution))
     numbers = {key: value for part in parts for key, value in vars(part).items()}
-    return solution, RunLoop(record=name, theory=curve, preload_N=rig.preload_N, **numbers)
+    slack = _slack_from_mm(rig, solution)
+    return solution, RunLoop(record=name, theory=curve, preload_N=rig.preload_N, slack_from_mm=slack, **numbers)
+
+
+def _slack_from_mm(rig: Rig, solution: MultibodySolution) -> float | None:
+    """Give the smallest drive at which a tendon is slack: at 1 % of the preload or less; None where none is."""
+    if rig.tendon_b is None or rig.preload_N <= 0:
+        return None
+    slack = solution.segment_tensions_N.reshape(len(solution.record.drive), -1).min(axis=1) <= _SLACK * rig.preload_N
+    return float(np.abs(solution.record.drive[slack]).min()) if slack.any() else None
 
 
 def strain_summary(rig: Rig, solution: MultibodySolution) -> Strain:

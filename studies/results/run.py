@@ -75,7 +75,8 @@ class StrainLimit:
 class RunLoop:
     """The loop of one preload: the files of the record and of the analytic curve, loop, energy balance and strain.
 
-    Energies are those of the last cycle, mJ; ``energy_gap_percent`` is the error of the energy balance.
+    Energies are those of the last cycle, mJ; ``energy_gap_percent`` is the error of the energy balance. A tendon is
+    slack from the drive ``slack_from_mm`` on, None where none is.
     """
 
     record: str
@@ -94,6 +95,7 @@ class RunLoop:
     peak_strain_percent: float
     strain_limits: tuple[StrainLimit, ...]
     preload_N: float | None = optional()
+    slack_from_mm: float | None = optional()
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from studies.results.trace import StoredTrace
 
 _SEPARATION = "the result of `notchbend separate`"
 _STRONGEST = 2
+_LEAST_FLOOR_DEG = 1e-3  # a record without noise has no floor
 
 
 def what_to_do(folder: Path, feasible: Feasible | None = None) -> tuple[str, ...]:
@@ -32,13 +33,15 @@ def _advice(folder: Path, feasible: Feasible | None) -> Iterator[str]:
     run = read_run(folder) if (folder / "run.json").exists() else None
     if run is not None:
         yield from _of_strain(run.loops)
+        yield from _of_slack(run.loops)
         yield from _of_predictions(run)
     for path in sorted(folder.glob("separate*.json")):
         yield from _of_separation(read_result(Separation, path, _SEPARATION))
+    traces = [read_result(StoredTrace, path, trace.WHAT) for path in sorted(folder.glob("trace*.json"))]
     for path in sorted(folder.glob("identify*.json")):
-        yield from _of_fit(read_result(StoredFit, path, fit.WHAT), path.stem, any(folder.glob("trace*.json")))
-    for path in sorted(folder.glob("trace*.json")):
-        yield from _of_trace(read_result(StoredTrace, path, trace.WHAT))
+        yield from _of_fit(read_result(StoredFit, path, fit.WHAT), path.stem, traces)
+    for result in traces:
+        yield from _of_trace(result)
     if feasible is not None:
         yield from _of_study(feasible)
     if run is not None and run.own is not None:
@@ -76,6 +79,15 @@ def _of_strain(loops: Sequence[RunLoop]) -> Iterator[str]:
 
 def _at(row: StrainLimit) -> str:
     return "" if row.passed_at_mm is None else f"{abs(row.passed_at_mm):.2f} mm"
+
+
+def _of_slack(loops: Sequence[RunLoop]) -> Iterator[str]:
+    for loop in loops:
+        if loop.slack_from_mm is not None:
+            yield (
+                f"Slack: a tendon of {loop.record} goes slack from {loop.slack_from_mm:.2f} mm on, and the loop widens "
+                "there: raise the preload, or drive it less."
+            )
 
 
 def _of_predictions(run: RunSummary) -> Iterator[str]:
@@ -119,12 +131,17 @@ def _strongest(result: Separation) -> str:
     return f"Its width changes most with these numbers of the rig, for 1 % more of each: {each}."
 
 
-def _of_fit(found: StoredFit, name: str, is_traced: bool) -> Iterator[str]:
+def _of_fit(found: StoredFit, name: str, traces: Sequence[StoredTrace]) -> Iterator[str]:
     after, floor = found.heldout.rmse_deg, found.noise_floor_deg
-    if floor > 1e-3 and after > OVER_NOISE * floor:
-        records = " ".join(Path(one).name for one in found.records) or name
-        then = "see its trace" if is_traced else "`notchbend trace` looks for what is missing"
-        yield f"Layer: on {records} the held-out error is {after / floor:.2g} times the noise: {then}."
+    if floor <= _LEAST_FLOOR_DEG or after <= OVER_NOISE * floor:
+        return
+    files = [Path(one).name for one in found.records]
+    traced = [one.verdict for one in traces if set(files) <= {Path(record).name for record in one.records}]
+    if "none" in traced:
+        then = "the rig with calibrated numbers explains it to the noise (trace: none), the layer alone does not"
+    else:
+        then = "see its trace" if traced else "`notchbend trace` looks for what is missing"
+    yield f"Layer: on {' '.join(files) or name} the held-out error is {after / floor:.2g} times the noise: {then}."
 
 
 def _of_trace(result: StoredTrace) -> Iterator[str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hysteresis.arrays import Floats
+from hysteresis.path import branches
 from hysteresis.record_file import read_record
 from studies.report.charts import Chart, Line, Plate
 from studies.report.plots import ANGLE, Drawn, draw
@@ -55,7 +56,7 @@ def _predicted(folder: Path, one: Prediction) -> PredictedRecord:
 
 
 def _middle(drive: Floats, angle: Floats) -> Floats:
-    """Fit the middle of a loop, of shape (m,): a smooth curve of the drive."""
-    span = float(np.ptp(drive)) or 1.0
-    x = 2 * (drive - drive.min()) / span - 1
-    return np.asarray(np.polynomial.Chebyshev.fit(x, angle, 5, domain=[-1, 1])(x), dtype=float)
+    """Give the mean of the last two branches of a loop at every sample, shape (m,): its backbone."""
+    pair = [(drive[part], angle[part]) for part in branches(drive)[-2:]]
+    order = [np.argsort(x, kind="stable") for x, _ in pair]
+    return np.asarray(np.mean([np.interp(drive, x[k], y[k]) for (x, y), k in zip(pair, order, strict=True)], axis=0))
