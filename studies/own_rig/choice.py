@@ -115,9 +115,10 @@ def _preloads(rig: Rig, records: Sequence[Record]) -> list[float]:
 
 def _require_same_rig(rig: Rig, records: Sequence[Record], option: str) -> None:
     """Refuse a record whose sidecar names another rig; one without a rig is of unknown geometry."""
+    names = [one.name for one in fields(rig) if one.name not in ("name", "preload_N")]
     for record in records:
         known = rig_of(record)
-        if known is not None and replace(known, preload_N=rig.preload_N, name=rig.name) != rig:
+        if known is not None and any(getattr(known, name) != getattr(rig, name) for name in names):
             raise RigError(f"{record.source}: its sidecar names another rig, {known.name}: expected that of {option}")
 
 

@@ -91,10 +91,10 @@ def new_record(
         One line: a CSV that cannot be understood, a record without a loop, a sidecar or a copy that exists.
     """
     target = path if out is None else out
-    check_target(target, [path] if out is not None else [])
     for file in (target.with_suffix(".toml"), *([out] if out is not None else [])):
         if file.exists():
             raise RecordError(f"{file}: exists: expected no file, or --out with another name; it is left as it is")
+    check_target(target, [path] if out is not None else [])
     table = read_bench_csv(path)
     if out is None and not table.plain:
         raise RecordError(f"{path}: {_way_of_writing(table)}: {_way_out(path)}")

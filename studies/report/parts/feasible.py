@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hysteresis.arrays import Floats, Mask
+from studies.report.charts import Chart, Line, Plate
 from studies.units import label_of
 
 if TYPE_CHECKING:
@@ -107,3 +108,28 @@ def _point(data: xr.Dataset, case: tuple[np.intp, ...]) -> dict[str, float]:
     if dims == ["case"]:
         return {str(name): float(data[name].values[case]) for name in data.coords if name != "case"}
     return {dim: float(data[dim].values[place]) for dim, place in zip(dims, case, strict=True)}
+
+
+def region_plate(data: xr.Dataset, inputs: tuple[str, str], found: Feasible) -> Plate:
+    """Chart which cases keep all limits, over two inputs of the study, and where the best one is.
+
+    ``data`` is the part of the study that is drawn, and ``found`` is what was judged of it.
+    """
+    x, y = (_over_cases(data, name) for name in inputs)
+    groups = (("outside the limits", ~found.mask, "grey"), ("within all limits", found.mask, "green"))
+    marks = [Line(x[mask], y[mask], name, tone, "points") for name, mask, tone in groups]  # type: ignore[arg-type]
+    best = found.best
+    if best is not None and all(name in best.at for name in inputs):
+        name = "narrowest loop" if best.feasible else "narrowest loop, outside the limits"
+        place = [np.array([best.at[axis]]) for axis in inputs]
+        marks.append(Line(place[0], place[1], name, "orange", "points"))
+    alt = f"{found.kept} of {found.cases} cases keep all limits."
+    chart = Chart("Designs within the limits", label_of(inputs[0]), label_of(inputs[1]), tuple(marks), alt)
+    limits = "; ".join(limit.words for limit in found.limits)
+    return Plate((chart,), f"{alt} Limits: {limits}. The narrowest loop is that for its full scale.", columns=1)
+
+
+def _over_cases(data: xr.Dataset, name: str) -> Floats:
+    """Give an input at every case, the shape of the status."""
+    status = data["status"]
+    return np.asarray(data[name].broadcast_like(status).transpose(*status.dims).values, dtype=float)

@@ -24,6 +24,7 @@ from validation.tracing import catalogue, trace_records
 
 PAGE = (Path(__file__).parents[3] / "docs" / "guide" / "first-steps.md").read_text()
 COMMANDS = [shlex.split(line) for line in re.findall(r"^    notchbend (.*)$", PAGE, re.M)]
+pytestmark = pytest.mark.slow
 FEW, TRACE_LOADED = ("backlash", "guide_friction"), tracing.trace_loaded
 NOISE_DEG, SHEATH_N = 0.05, 0.8
 """Noise of the records; friction of the bench, while the rig file says 0.5 N."""
