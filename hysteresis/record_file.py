@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -48,6 +49,8 @@ def read_record(path: Path | str) -> Record:
     names, rows = _read_csv(path)
     side = path.with_suffix(".toml")
     sidecar = read_sidecar(side) if side.exists() else Sidecar()
+    if sidecar.columns is None:
+        _require_bare_columns(path, names)
     columns = bare_columns(names) if sidecar.columns is None else sidecar.columns
     clocks = [name for key in ("time", "cycle") for name in columns.get(key, [])]
     values = _parse(path, names, rows, [name for group in columns.values() for name in group], clocks)
@@ -120,6 +123,20 @@ def column_names(path: Path) -> list[str]:
         A file that cannot be read, or without a header.
     """
     return _read_csv(path)[0]
+
+
+def _require_bare_columns(path: Path, names: Sequence[str]) -> None:
+    """Refuse a CSV without ``[columns]`` that has other columns than a bare one, and say how it becomes a record."""
+    missing = next((name for name in ("drive_mm", "angle_deg") if name not in names), None)
+    if missing is None:
+        return
+    new, comment = f"`notchbend record new {shlex.quote(str(path))}", names[0].startswith(("#", "%", "//"))
+    if comment or (len(names) == 1 and any(mark in names[0] for mark in ";\t ")):
+        found = "begins with a comment" if comment else "has no commas"
+        way = f"{found}: {new} --out NEW.csv` writes a copy with commas, and its sidecar"
+    else:
+        way = f"{new} --drive-column NAME --angle-column NAME` writes a sidecar that names them"
+    raise RecordError(f"{path}: column {missing!r} missing: the columns are {', '.join(names)}: {way}")
 
 
 def _require_samples(where: Path, count: int) -> None:

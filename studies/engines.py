@@ -21,6 +21,7 @@ from hysteresis.record import Record, RecordError
 from hysteresis.record_file import column_names, read_columns
 
 if TYPE_CHECKING:
+    from fem_models.load_control import LoadControlRun
     from fem_models.multibody.quasi_static import MultibodySolution
 
 
@@ -79,13 +80,13 @@ def solver_of(engine: str) -> Callable[[Rig, LoadProgram], ChainSolution | Multi
     return solve_multibody
 
 
-def simulate_by_force(rig: Rig, force_N: Floats, engine: str) -> Record:
+def simulate_by_force(rig: Rig, force_N: Floats, engine: str) -> LoadControlRun:
     """Run an engine, chain or multibody, with a prescribed tension. See :mod:`fem_models.load_control`."""
     if engine == "multibody":
         require_exudyn()
     from fem_models.load_control import run_load_control
 
-    return run_load_control(rig, force_N, "chain" if engine == "chain" else "multibody").record
+    return run_load_control(rig, force_N, "chain" if engine == "chain" else "multibody")
 
 
 def simulate_in_time(rig: Rig, program: LoadProgram) -> Record:

@@ -7,6 +7,7 @@ _UNITS = {
     "Nmm_per_rad": "N mm/rad",
     "N_s_per_mm": "N s/mm",
     "N_per_mm": "N/mm",
+    "mm_per_N": "mm/N",
     "percent": "%",
 } | {unit: unit for unit in ("GPa", "MPa", "deg", "mm", "mJ", "Hz", "N", "g", "s")}
 """Units by the ending of a name, the longest ending first."""

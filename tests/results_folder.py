@@ -57,7 +57,8 @@ def write_run(folder: Path) -> None:
         energy = {f"{part}_mJ": 1.0 for part in ("wheel_work", "friction_loss", "material_loss", "viscous_loss")}
         energy |= {"energy_gap_percent": 0.07, "peak_strain_percent": 2.0}
         measured = vars(loop_summary(solution.record))
-        loops.append(RunLoop(record=name, theory=f"{name}-analytic", **measured, **energy, strain_limits=(limit,)))
+        theory = {"record": name, "theory": f"{name}-analytic", "preload_N": preload}
+        loops.append(RunLoop(**theory, **measured, **energy, strain_limits=(limit,)))
         numbers = {field.name: 0.001 for field in fields(CrossCheckRow)}
         checks.append(CrossCheckRow(**numbers | {"rig": "du2018", "preload_N": preload, "amplitude_mm": 2.2}))
     record = solution.record

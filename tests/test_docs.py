@@ -2,7 +2,6 @@
 
 import re
 import shlex
-import shutil
 import sys
 from importlib import import_module
 from importlib.util import find_spec
@@ -18,7 +17,6 @@ from fem_models.rig import presets, read_rig
 from fem_models.rig.rig import numeric_fields
 from studies.commands.cli import app, call
 from studies.engines import ENGINES
-from validation.practice.bench_record import SHIPPED
 from validation.tracing.effect import catalogue
 
 ROOT = Path(__file__).parents[1]
@@ -49,20 +47,6 @@ def test_rig_file_of_the_first_steps(tmp_path):
     text = re.search(r"```toml\n(preload_N.*?)```", FIRST_STEPS.read_text(), re.S)
     (tmp_path / "mine.toml").write_text(text[1])
     assert read_rig(tmp_path / "mine.toml").joints == 10
-
-
-def test_commands_of_the_first_steps_run(tmp_path, monkeypatch, capsys):
-    page = FIRST_STEPS.read_text()
-    monkeypatch.chdir(tmp_path)
-    Path("mine.toml").write_text(re.search(r"```toml\n(preload_N.*?)```", page, re.S)[1])
-    for file in (SHIPPED, SHIPPED.with_suffix(".toml")):  # stands for what the reader measures
-        shutil.copy(file, f"bench-20N{file.suffix}")
-    commands = re.findall(r"^    notchbend (.*)$", page, re.M)
-    assert len(commands) == 2
-    for command in commands:
-        assert call(shlex.split(command)) == 0, capsys.readouterr().err
-    assert read_rig(Path("mine.toml")).joints == 10
-    assert Path("fit/identify.json").exists()
 
 
 def links(page: Path) -> list[str]:

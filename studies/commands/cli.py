@@ -18,12 +18,14 @@ from studies.commands.records import compensate, effects, identify, separate, tr
 from studies.commands.simulation import run, simulate, validate
 from studies.commands.study import report, serve_app, study
 from studies.engines import MissingError
+from studies.own_rig.commands import record_new
 from studies.sweep import StudyError
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__
 )
 data_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Measured records from public repositories.")
+record_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Records from your own bench.")
 practice_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="A benchmark that others can take.")
 
 COMMANDS: dict[str, Callable[..., None]] = {
@@ -40,11 +42,19 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "app": serve_app,
 }
 DATA_COMMANDS: dict[str, Callable[..., None]] = {"list": list_records, "fetch": fetch}
+RECORD_COMMANDS: dict[str, Callable[..., None]] = {"new": record_new}
 PRACTICE_COMMANDS: dict[str, Callable[..., None]] = {"export": export, "answer": answer, "score": score}
-for typer_app, commands in ((app, COMMANDS), (data_app, DATA_COMMANDS), (practice_app, PRACTICE_COMMANDS)):
+APPS = (
+    (app, COMMANDS),
+    (data_app, DATA_COMMANDS),
+    (record_app, RECORD_COMMANDS),
+    (practice_app, PRACTICE_COMMANDS),
+)
+for typer_app, commands in APPS:
     for name, command in commands.items():
         typer_app.command(name)(with_option_groups(command))
 app.add_typer(data_app, name="data")
+app.add_typer(record_app, name="record")
 app.add_typer(practice_app, name="practice")
 
 INTERRUPTED = 130  # 128 + SIGINT, as in shells

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from fem_models.rig import Rig
@@ -11,6 +12,7 @@ from validation.joints import compare_models
 from validation.joints.models import REFERENCE, ModelRow
 
 PRELOADS_N = (10.0, 20.0)
+AMPLITUDE_MM = 2.2
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,17 @@ class Validation:
     models: Models
 
 
-def validate_rig(rig: Rig, *, progress: bool = True) -> Validation:
-    """Compare the engines at both preloads of the paper, and every model of one joint and of the bent chain.
+def validate_rig(
+    rig: Rig, *, preloads_N: Sequence[float], amplitude_mm: float | None = None, progress: bool = True
+) -> Validation:
+    """Compare the engines at some preloads, and every model of one joint and of the bent chain.
+
+    Parameters
+    ----------
+    preloads_N
+        Preloads at which the engines are compared, N.
+    amplitude_mm
+        Amplitude of the drive there; by default that of the paper.
 
     Raises
     ------
@@ -42,18 +53,19 @@ def validate_rig(rig: Rig, *, progress: bool = True) -> Validation:
         From the models.
     """
     models = _models(rig, progress)
-    return Validation(1, _engines(rig, progress), models)
+    amplitude = AMPLITUDE_MM if amplitude_mm is None else amplitude_mm
+    return Validation(1, _engines(rig, preloads_N, amplitude, progress), models)
 
 
-def _engines(rig: Rig, progress: bool) -> tuple[EngineAgreement, ...]:
+def _engines(rig: Rig, preloads_N: Sequence[float], amplitude_mm: float, progress: bool) -> tuple[EngineAgreement, ...]:
     """Compare the engines; not for a rig with one tendon, which has no preload to vary."""
     if rig.tendon_b is None:
         return ()
-    with steps(progress, total=len(PRELOADS_N)) as step:
+    with steps(progress, total=len(preloads_N)) as step:
         out = []
-        for preload in PRELOADS_N:
+        for preload in preloads_N:
             step(f"{rig.name} at {preload:g} N")
-            out.append(compare_engines(replace(rig, preload_N=preload)))
+            out.append(compare_engines(replace(rig, preload_N=preload), amplitude_mm=amplitude_mm))
     return tuple(out)
 
 

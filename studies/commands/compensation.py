@@ -20,6 +20,7 @@ from hysteresis.record_file import read_columns, read_record
 from hysteresis.settings import IdentifySettings
 from studies.commands.identification import identify_records
 from studies.results import read_result
+from studies.results.compensation import CompensationSummary as CompensationSummary
 from studies.results.fit import WHAT, StoredModel
 
 
@@ -53,23 +54,6 @@ class Layer:
     delay_s: float
     heldout_rmse_deg: float
     without_hysteresis_rmse_deg: float
-    warnings: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class CompensationSummary:
-    """Result of a compensation.
-
-    ``heldout_rmse_deg`` is the error of the layer on held-out samples, ``without_hysteresis_rmse_deg`` that of the best
-    curve without hysteresis; ``largest_correction`` is the largest difference of the drives that follow from the two.
-    """
-
-    schema: int
-    samples: int
-    heldout_rmse_deg: float
-    without_hysteresis_rmse_deg: float
-    largest_correction: float
-    drive_unit: str
     warnings: tuple[str, ...]
 
 

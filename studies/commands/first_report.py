@@ -8,22 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
-from fem_models.analytic import simulate_analytic
 from fem_models.joint import joint_mechanics
-from fem_models.joint.strain import limits_passed, strain_limits
 from fem_models.load import triangle
-from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
-from fem_models.rig import Rig, preset
+from fem_models.rig import preset
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import numeric_fields
-from fem_models.view import SceneError, render
-from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
@@ -31,21 +25,19 @@ from hysteresis.settings import IdentifySettings
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import trace_loaded
+from studies.own_rig.loops import draw_rig, joints_deg, write_loop
 from studies.progress import steps
-from studies.report.tube import write_tube
 from studies.results import write_result
 from studies.results.run import (
     CrossCheckRow,
     FitEntry,
-    Picture,
+    Made,
     RigNumber,
     RunLoop,
     RunSummary,
     SeparationEntry,
-    StrainLimit,
     TraceEntry,
     checksums,
-    loop_summary,
 )
 from validation.engines import compare_engines
 from validation.practice.bench_record import SHIPPED
@@ -59,27 +51,10 @@ PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista"
 Step = Callable[[str], None]
 
 
-@dataclass(frozen=True)
-class Energy:
-    """Work of the wheel and losses over the last cycle, and the error of the energy balance."""
-
-    wheel_work_mJ: float
-    friction_loss_mJ: float
-    material_loss_mJ: float
-    viscous_loss_mJ: float
-    energy_gap_percent: float
-
-
-@dataclass(frozen=True)
-class Strain:
-    """Peak strain of a run, and the drives at which strain limits of Nitinol are exceeded."""
-
-    peak_strain_percent: float
-    strain_limits: tuple[StrainLimit, ...]
-
-
-def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSummary:
+def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made | None = None) -> RunSummary:
     """Run the main job into ``out`` and return the summary that is stored as ``run.json``.
+
+    ``made`` says how it came about, and stands at the top of the page.
 
     ``run.json`` and the page of an earlier run are removed first, and ``run.json`` is written last: a folder that has
     it holds a finished run.
@@ -105,8 +80,8 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSumma
         write_files({out / name: png for name, png in traced.figures.items()})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
-        picture = _picture(preset(PRESET), last, out)
-    largest_joint_rad = math.radians(float(np.abs(_joints_deg(last)).max()))
+        picture = draw_rig(preset(PRESET), last, out)
+    largest_joint_rad = math.radians(float(np.abs(joints_deg(last)).max()))
     summary = RunSummary(
         seed=seed,
         versions={name: version(name) for name in PACKAGES},
@@ -119,6 +94,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSumma
         trace=TraceEntry(traced.report.verdict, tuple(effect.name for effect in traced.report.effects)),
         picture=picture,
         sha256=checksums(out, [*records, *(loop.theory for loop in loops)]),
+        made=made,
     )
     write_result(out / "run.json", summary)
     return summary
@@ -130,14 +106,10 @@ def _simulated(out: Path, step: Step) -> tuple[dict[str, Record], list[RunLoop],
     for preload in PRELOADS_N:
         step(f"simulating {PRESET} at {preload:g} N")
         rig = preset(PRESET, preload_N=preload)
-        solution = solve_multibody(rig, triangle(AMPLITUDE_MM, cycles=CYCLES))
-        name = f"{PRESET}-{preload:g}N"
+        program, name = triangle(AMPLITUDE_MM, cycles=CYCLES), f"{PRESET}-{preload:g}N"
+        solution, loop = write_loop(rig, program, triangle(AMPLITUDE_MM), out, name)
         records[name] = solution.record
-        write_record(solution.record, out / "records" / f"{name}.csv")
-        theory = f"{name}-analytic"
-        write_record(simulate_analytic(rig, triangle(AMPLITUDE_MM)), out / "records" / f"{theory}.csv")
-        parts = (loop_summary(solution.record), energy_summary(solution), strain_summary(rig, solution))
-        loops.append(RunLoop(record=name, theory=theory, **{k: v for part in parts for k, v in vars(part).items()}))
+        loops.append(loop)
         step(f"cross-checking at {preload:g} N")
         checks.append(CrossCheckRow(**vars(compare_engines(rig, amplitude_mm=AMPLITUDE_MM))))
     return records, loops, checks
@@ -153,37 +125,6 @@ def _identified(out: Path, records: dict[str, Record], seed: int, step: Step) ->
         write_fit(fit, [records[name]], out, f"identify-{label}")
         fits.append(FitEntry(label, name, records[name].title))
     return fits
-
-
-def strain_summary(rig: Rig, solution: MultibodySolution) -> Strain:
-    """Find the peak strain of a run, and the drives at which limits of Nitinol are exceeded; None where none is."""
-    passed = limits_passed(solution.record.drive, solution.peak_strain, strain_limits(rig))
-    limits = (
-        StrainLimit(
-            name=p.limit.name,
-            kind=p.limit.kind,
-            limit_percent=100 * p.limit.strain,
-            largest_percent=100 * p.largest,
-            passed_at_mm=p.drive,
-            joint=p.joint,
-            source=p.limit.source,
-        )
-        for p in passed
-    )
-    return Strain(100 * float(np.abs(solution.peak_strain).max()), tuple(limits))
-
-
-def energy_summary(solution: MultibodySolution) -> Energy:
-    """Sum the work of the wheel and the losses over the last cycle."""
-    cycle = solution.record.cycle
-    assert cycle is not None
-    last = np.flatnonzero(cycle == cycle[-1])
-    first, end = last[0] - 1, last[-1]
-    s = solution
-    work, friction, material, viscous = (
-        float(e[end] - e[first]) for e in (s.wheel_work_mJ, s.friction_loss_mJ, s.material_loss_mJ, s.viscous_loss_mJ)
-    )
-    return Energy(work, friction, material, viscous, 100 * (friction + material + viscous - work) / work)
 
 
 def rig_numbers(name: str) -> tuple[RigNumber, ...]:
@@ -207,21 +148,3 @@ def _separated(out: Path, preload_N: float, seed: int) -> SeparationEntry:
         label=f"{PRESET}, {preload_N:g} N, {AMPLITUDE_MM:g} mm",
         command=f"notchbend separate {options} --out DIR",
     )
-
-
-def _picture(rig: Rig, record: Record, out: Path) -> Picture:
-    """Draw the tube at full drive; without OpenGL there is no still image, and the result says why."""
-    full = int(np.argmax(record.angle_deg))
-    joints = _joints_deg(record)[full]
-    caption = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"
-    write_tube(rig, joints, out / "tube.json")
-    try:
-        render(rig, joints, out / "tube.png")
-    except SceneError as error:
-        return Picture(tube="tube.json", caption=caption, missing=str(error))
-    return Picture(tube="tube.json", caption=caption, file="tube.png")
-
-
-def _joints_deg(record: Record) -> Floats:
-    assert record.notches_deg is not None  # every engine gives them
-    return record.notches_deg

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,16 +15,19 @@ from rich.table import Table
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
+from hysteresis.files import write_files
 from hysteresis.laws import LawName
 from hysteresis.optimizers import Method
-from hysteresis.record import RecordError
+from hysteresis.record import Record, RecordError
 from hysteresis.record_file import check_target, read_records
 from hysteresis.settings import IdentifySettings
 from studies.commands.identification import files_of_fit, identify_records, write_fit
 from studies.commands.options import Common, EnsembleChoice, Out, RigChoice
 from studies.commands.tables import contributions_table, values_table
+from studies.own_rig.new_record import without_geometry
 from studies.progress import status
 from studies.results import write_result
+from studies.results.compensation import ENDING
 
 LAW = "Law of the hysteresis; auto chooses by folds within the training data."
 ELEMENTS = "Number of Bouc-Wen elements, 1 or 2; 0 chooses by validation within the training data."
@@ -68,7 +73,23 @@ def identify(
     )
     fit = identify_records(loaded, settings=settings, progress=common.shows_progress)
     write_fit(fit, loaded, out, "identify")
-    common.show(fit.to_dict(), str(fit), f"wrote {out / 'identify.json'}")
+    from studies.report.parts.fits import figure_of_fit  # Matplotlib
+
+    figure = out / "identify.png"
+    write_files({figure: figure_of_fit(fit)})
+    _warn_of_geometry(loaded, common)
+    common.show(fit.to_dict(), str(fit), f"wrote {out / 'identify.json'} and {figure}", _page_of(out))
+
+
+def _warn_of_geometry(records: Sequence[Record], common: Common) -> None:
+    """Say on standard error of which records the geometry is unknown."""
+    if not common.quiet:
+        for words in without_geometry(records):
+            typer.echo(f"notchbend: {words}", err=True)
+
+
+def _page_of(out: Path) -> str:
+    return f"the page of it: notchbend report {shlex.quote(str(out))}"
 
 
 def _settings(elements: int, law: Literal["auto", LawName], **more: Any) -> IdentifySettings:
@@ -105,7 +126,7 @@ def separate(
             require(size > 0, "--amplitude", size, "above 0")
             result = separate_rig(rig.read(), size, engine=engine, seed=common.seed, members=over.members(rig))
     write_result(target, result)
-    common.show(result, contributions_table(result), *summary(result), f"wrote {target}")
+    common.show(result, contributions_table(result), *summary(result), f"wrote {target}", _page_of(out))
 
 
 def _require_records_alone(rig: RigChoice, amplitude: float | None, engine: str) -> None:
@@ -137,6 +158,7 @@ def trace(
     require_kept(out, [*records, *old])
     found = trace_files(records, reference=old, seed=common.seed, threads=threads, progress=common.shows_progress)
     write_trace(found, out)
+    _warn_of_geometry(read_records(records), common)
     common.show(found.report.to_dict(), *summary(found.report), f"report: {out / 'report.html'}")
 
 
@@ -172,6 +194,8 @@ def compensate(
     wanted = read_reference(reference)
     settings = _settings(elements if law in ("auto", "bouc-wen") else elements or 1, law, seed=common.seed)
     layer = known_layer(record, settings=settings, progress=common.shows_progress)
-    columns, summary = compensated(layer, wanted, str(reference))
+    columns, found = compensated(layer, wanted, str(reference))
     write_columns(columns, out)
+    summary = replace(found, record=str(record), reference=str(reference), drive=out.name)
+    write_result(out.with_name(out.stem + ENDING), summary)
     common.show(summary, values_table(summary), f"drive: {out}")

@@ -131,6 +131,7 @@ def separate_records(records: Sequence[Record], *, seed: int = 0) -> Separation:
         calibration=_calibration(calibrated),
         measured=_measured(records[0]),
         warnings=result.warnings + unseparated,
+        records=tuple(record.source for record in records if record.source),
     )
 
 

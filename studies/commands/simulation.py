@@ -3,16 +3,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import shlex
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.table import Table
 
 from fem_models.load import LoadProgram
-from fem_models.rig import RigError, preset
+from fem_models.rig import Rig, RigError
+from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.plain import to_plain
+from hysteresis.record import Record
 from hysteresis.record_file import check_target, write_record
 from studies.commands.options import Common, EnsembleChoice, Out, ProgramChoice, RigChoice
 from studies.commands.tables import models_table, values_table
@@ -24,22 +28,54 @@ from studies.engines import (
     require_gmsh,
     simulate_by_force,
     simulate_in_time,
+    solver_of,
 )
 from studies.ensemble import run_ensemble
+from studies.own_rig.choice import OwnRigChoice, design_lines, made_now
+from studies.own_rig.new_record import without_geometry
+from studies.own_rig.strain import Strain, drive_to_angle_mm, strain_lines, strain_of, strain_of_record
 from studies.progress import status
 from studies.results import write_result
 from studies.results.run import loop_summary
 
+PRESET = "du2018"
 
-def run(*, out: Out = Path("results/first-report"), common: Common) -> None:
-    """Run the main job on the defaults: simulate at 10 and 20 N, cross-check, identify, and write the report."""
+
+def run(
+    *,
+    records: Annotated[
+        list[Path] | None, typer.Argument(help="Records of your rig, CSV; with --rig or --preset, optional.")
+    ] = None,
+    out: Out = Path("results/first-report"),
+    own: OwnRigChoice,
+    common: Common,
+) -> None:
+    """Write the design report of your rig and records; without options the main job on the defaults.
+
+    With --rig or --preset: loops at each --preload, strain and limits, cross-checks, the layer and the trace of the
+    records, contributions to the loop, and what to do next.
+    """
     require_exudyn()
-    from studies.commands.first_report import first_report
     from studies.report import write_report
+    from studies.report.parts.advice import what_to_do
 
-    summary = first_report(out, seed=common.seed, progress=common.shows_progress)
-    report = write_report(out)
-    common.show(summary, values_table(summary), f"report: {report}")
+    if own.is_given(records or []):
+        from studies.own_rig.design_report import design_report
+
+        design, loaded = own.design(records or [])
+        made = made_now(own.command(records or [], out, common.seed))
+        for words in () if common.quiet else without_geometry(loaded):
+            typer.echo(f"notchbend: {words}", err=True)
+        summary = design_report(design, loaded, out, made=made, seed=common.seed, progress=common.shows_progress)
+        todo = [f"{i}. {words}" for i, words in enumerate(what_to_do(out), start=1)]
+        shown: list[str | Table] = [*design_lines(summary), "What to do next:", *todo]
+    else:
+        from studies.commands.first_report import first_report
+
+        made = made_now(f"notchbend run --out {shlex.quote(str(out))} --seed {common.seed}")
+        summary = first_report(out, seed=common.seed, progress=common.shows_progress, made=made)
+        shown = [values_table(summary)]
+    common.show(summary, *shown, f"report: {write_report(out)}")
 
 
 def simulate(
@@ -63,13 +99,14 @@ def simulate(
     if force_N is not None:
         _require_by_force(engine, dynamic)
         with status(common.shows_progress, message):
-            record, remarks = simulate_by_force(chosen, force_N, engine), list[str]()
+            record, strain = _simulate_by_force(chosen, force_N, engine)
+        remarks = list[str]()
     else:
         load = program.read()
         if dynamic:
             _require_dynamic(engine, load)
         with status(common.shows_progress, message):
-            record = (simulate_in_time if dynamic else ENGINES[engine])(chosen, load)
+            record, strain = _simulate(chosen, load, engine, dynamic)
         heats = chosen.superelastic is not None and chosen.superelastic.heating_time_s is not None
         by_rate = heats or any(part is not None for part in (chosen.creep, chosen.drag, chosen.stribeck))
         rate_matters = dynamic or engine not in QUASI_STATIC or by_rate
@@ -80,14 +117,46 @@ def simulate(
         record = replace(record, rig={"file": str(rig.rig.absolute()), **preload})
     write_record(record, out)
     summary = to_plain(loop_summary(record), finite=False)
+    shown = values_table(summary)
+    if strain is None:
+        remarks = [*remarks, "strain: not known of measured joints, nor of a superelastic rig by this engine"]
+    else:
+        summary |= to_plain(strain)
+        remarks = [*strain_lines(strain, record.drive_unit), *remarks]
     if members:
         with status(common.shows_progress, f"simulating {len(members)} members of the ensemble"):
             ranges = run_ensemble(members, load)
         bands = out.with_name(f"{out.stem}-ensemble.csv")
         write_files({bands: ranges.csv()})
-        summary |= {"ensemble": to_plain(ranges.summary, finite=False)}
+        over_members = {"ensemble": to_plain(ranges.summary, finite=False)}
+        summary, shown = (
+            summary | over_members,
+            values_table(to_plain(loop_summary(record), finite=False) | over_members),
+        )
         remarks = [*remarks, f"ranges along the drive: {bands}"]
-    common.show(summary, values_table(summary), f"record: {out}", *remarks)
+    common.show(summary, shown, *remarks, f"record: {out}")
+
+
+def _simulate(rig: Rig, load: LoadProgram, engine: EngineName, dynamic: bool) -> tuple[Record, Strain | None]:
+    """Run a program; the strain comes from the engine where the angles of the notches do not give it."""
+    if dynamic:
+        record = simulate_in_time(rig, load)
+    elif rig.superelastic is not None and engine != "analytic":
+        solution = solver_of(engine)(rig, load)
+        return solution.record, _known(strain_of(rig, solution.record.drive, solution.peak_strain))
+    else:
+        record = ENGINES[engine](rig, load)
+    return record, strain_of_record(rig, record)
+
+
+def _simulate_by_force(rig: Rig, force_N: Floats, engine: str) -> tuple[Record, Strain | None]:
+    run = simulate_by_force(rig, force_N, engine)
+    return run.record, _known(strain_of(rig, run.record.drive, run.peak_strain))
+
+
+def _known(strain: Strain) -> Strain | None:
+    """Give None for the strain of measured joints, which is not a number."""
+    return strain if strain.strain_limits else None
 
 
 def _require_chain(engine: str, dynamic: bool, by_force: bool) -> None:
@@ -110,24 +179,43 @@ def _require_dynamic(engine: str, program: LoadProgram) -> None:
         raise RigError("--dynamic without times: expected --rate, or a --program with time_s")
 
 
+@dataclass(frozen=True)
+class ComparedRig(RigChoice):
+    """A rig to compare the models on, by default the preset of the paper."""
+
+    preset: Annotated[
+        str | None, typer.Option("--preset", help=f"Rig to compare the models on; by default {PRESET}.")
+    ] = None
+    preload: Annotated[
+        float | None,
+        typer.Option("--preload", help="Preload, N; by default that of a rig file, and 10 and 20 N of a preset."),
+    ] = None
+
+
 def validate(
     *,
     out: Out,
-    preset_name: Annotated[str, typer.Option("--preset", help="Rig to compare the models on.")] = "du2018",
+    rig: ComparedRig,
+    amplitude: Annotated[
+        float | None, typer.Option("--amplitude", help="Amplitude, mm; by default 2.2, and to 45 deg of a rig file.")
+    ] = None,
     common: Common,
 ) -> None:
     """Compare analytic model, solid, reduced bodies, beams, chain and multibody model side by side."""
-    rig = preset(preset_name)
+    chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read()
     require_exudyn()
     require_gmsh()
-    from studies.commands.comparison import validate_rig
+    from studies.commands.comparison import PRELOADS_N, validate_rig
 
-    result = validate_rig(rig, progress=common.shows_progress)
+    preloads = PRELOADS_N if rig.rig is None and rig.preload is None else (chosen.preload_N,)
+    if amplitude is None and rig.rig is not None:
+        amplitude = drive_to_angle_mm(chosen)
+    result = validate_rig(chosen, preloads_N=preloads, amplitude_mm=amplitude, progress=common.shows_progress)
     target = out / "validate.json"
     write_result(target, result)
     common.show(
         result,
         models_table(result.models),
         values_table({"schema": result.schema, "rigs": result.rigs}),
-        f"wrote {target}",
+        f"wrote {target}; the page of it: notchbend report {shlex.quote(str(out))}",
     )

@@ -6,6 +6,8 @@ Each part is shown if its results are in the folder.
 from __future__ import annotations
 
 import base64
+import re
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,30 +19,31 @@ from hysteresis.files import write_files
 from hysteresis.record import RecordError
 from hysteresis.record_file import read_record
 from studies.report import summary
-from studies.report.plots import Drawn, Series, columns_plate, draw, fit_plate, loops_plate, parts_plate
+from studies.report.parts.advice import what_to_do
+from studies.report.parts.comparisons import (
+    CompensationSection,
+    ValidationSection,
+    compensation_verdict,
+    read_compensations,
+    read_validation,
+    validation_verdict,
+)
+from studies.report.parts.fits import FitSection, read_fit, run_fit
+from studies.report.parts.predictions import PredictedRecord, predicted_records
+from studies.report.plots import LOOPS_CAPTION, TOE_CAPTION, Drawn, columns_plate, draw, loops_plate, parts_plate
 from studies.report.study import Front, StudySection, read_front, read_study
-from studies.report.summary import FitResult, Verdict
+from studies.report.summary import Verdict
 from studies.report.templates import environment
 from studies.report.tube import VIEWS, read_tube
-from studies.results import fit, read_result, trace
-from studies.results.fit import StoredFit
-from studies.results.run import CrossCheckRow, FitEntry, Picture, RunSummary, read_run
+from studies.results import read_result, trace
+from studies.results.compensation import ENDING
+from studies.results.run import Made, Picture, RunLoop, RunSummary, read_run
 from studies.results.separation import Separation
 from studies.results.trace import FigureFile, StoredTrace
 
 TEMPLATES = Path(__file__).parent / "template"
-PARTS = ("run.json", "separate.json", "trace.json", "study.zarr", "pareto.json")
+PARTS = ("run.json", "identify.json", "separate.json", "trace.json", "validate.json", "study.zarr", "pareto.json")
 """Results that a page can be made from; any of them is enough."""
-
-
-@dataclass(frozen=True)
-class FitSection(FitResult):
-    """A fit with its charts; ``gain`` is the factor by which the layer reduces the held-out error."""
-
-    title: str
-    plate: Drawn
-    gain: float | None
-    command: str
 
 
 @dataclass(frozen=True)
@@ -60,9 +63,10 @@ class RunSection:
     result: RunSummary
     command: str
     loops_plate: Drawn
-    fits: tuple[FitSection, ...]
     picture: PictureSection
     simulate: tuple[str, ...]
+    validate: str
+    predicted: tuple[PredictedRecord, ...]
 
 
 @dataclass(frozen=True)
@@ -100,10 +104,17 @@ class Page:
     """What the template takes; a part is None or empty if the folder has no results of it."""
 
     title: str
+    made: Made | None
+    advice: tuple[str, ...]
+    legend: Mapping[str, str]
     verdicts: tuple[Verdict, ...]
     run: RunSection | None
     separations: tuple[SeparationSection, ...]
+    fits: tuple[FitSection, ...]
+    fits_command: str
     traces: tuple[TraceSection, ...]
+    validation: ValidationSection | None
+    compensations: tuple[CompensationSection, ...]
     study: StudySection | None
     study_plates: tuple[Drawn, ...]
     study_command: str
@@ -118,7 +129,11 @@ class Page:
 
 def stands_alone(folder: Path) -> bool:
     """Tell whether a folder has results, and none of a main run, whose records would have to be checked."""
-    return not (folder / "run.json").exists() and any((folder / name).exists() for name in PARTS)
+    return not (folder / "run.json").exists() and _has_results(folder)
+
+
+def _has_results(folder: Path) -> bool:
+    return any((folder / name).exists() for name in PARTS) or any(folder.glob(f"*{ENDING}"))
 
 
 def write_report(folder: Path) -> Path:
@@ -129,10 +144,14 @@ def write_report(folder: Path) -> Path:
     RecordError
         One line with the file that is missing or cannot be read.
     """
-    if not any((folder / name).exists() for name in PARTS):
-        raise RecordError(f"{folder}: none of {', '.join(PARTS)}: expected results of a notchbend command")
+    if not _has_results(folder):
+        names = ", ".join((*PARTS, f"*{ENDING}"))
+        raise RecordError(f"{folder}: none of {names}: expected results of a notchbend command")
     path = folder / "report.html"
-    write_files({path: environment(TEMPLATES).get_template("page.html").render(**vars(page_of(folder)))})
+    templates = environment(TEMPLATES)
+    here = shlex.quote(str(folder))
+    templates.filters["here"] = lambda command: re.sub(r"\bDIR\b", lambda _: here, command)
+    write_files({path: templates.get_template("page.html").render(**vars(page_of(folder)))})
     return path
 
 
@@ -145,24 +164,37 @@ def page_of(folder: Path) -> Page:
         One line with the file that is missing or cannot be read.
     """
     run = _run(folder) if (folder / "run.json").exists() else None
-    separations, traces = _separations(folder, run), _traces(folder)
+    separations, traces, fits = _separations(folder, run), _traces(folder), _fits(folder, run)
+    validation, compensations = read_validation(folder), read_compensations(folder)
     study, front = read_study(folder), read_front(folder / "pareto.json")
     study_command = study.command if study is not None else "notchbend study STUDY.toml --out DIR"
     verdicts: list[Verdict] = []
     if run is not None:
-        verdicts += summary.run_verdicts(run.result, run.fits, run.command)
+        verdicts += summary.run_verdicts(run.result, fits, run.command)
+    elif fits:
+        verdicts += summary.layer_verdicts(fits)
     verdicts += [summary.separation_verdict(s.result, s.label, s.command) for s in separations]
     verdicts += [summary.trace_verdict(t.result, t.command) for t in traces]
+    if validation is not None:
+        verdicts.append(validation_verdict(validation))
+    verdicts += [compensation_verdict(one) for one in compensations]
     if study is not None:
-        verdicts.append(summary.study_verdict(study.size, study.cases, study.failed, study.pending, study_command))
+        verdicts += summary.study_verdicts(study, study_command)
     if front is not None:
         verdicts.append(summary.front_verdict(len(front.rows), front.objectives, study_command))
     return Page(
         title=_title(folder, run, study),
+        made=run.result.made if run else None,
+        advice=what_to_do(folder, study.feasible if study else None),
+        legend=summary.LEGEND,
         verdicts=tuple(verdicts),
         run=run,
         separations=separations,
+        fits=fits,
+        fits_command=run.command if run else fits[0].command if fits else "",
         traces=traces,
+        validation=validation,
+        compensations=compensations,
         study=study,
         study_plates=tuple(draw(plate) for plate in study.plates) if study else (),
         study_command=study_command,
@@ -182,59 +214,45 @@ def _text(name: str) -> str:
 
 def _title(folder: Path, run: RunSection | None, study: StudySection | None) -> str:
     if run is not None:
-        return run.result.loops[-1].title.split(",")[0]
+        own = run.result.own
+        return own.name if own is not None else run.result.loops[-1].title.split(",")[0]
     return study.title if study is not None else folder.resolve().name
 
 
 def _run(folder: Path) -> RunSection:
-    """Read a main run with its charts, its fits, and the tube."""
+    """Read a main run with its charts and the tube."""
     run = read_run(folder)
     loops, theories = (
         [read_record(folder / "records" / f"{name}.csv") for name in names]
         for names in ((loop.record for loop in run.loops), (loop.theory for loop in run.loops))
     )
-    labels = [f"{check.preload_N:g} N" for check in run.crosscheck]
-    command = f"notchbend run --out DIR --seed {run.seed}"
+    labels = [summary.preload_label(loop) for loop in run.loops]
+    own = run.own
+    command = run.made.command if run.made else f"notchbend run --out DIR --seed {run.seed}"
+    option = own.option if own is not None else f"--preset {run.crosscheck[-1].rig}"
+    amplitude = own.amplitude_mm if own is not None else run.crosscheck[-1].amplitude_mm
+    caption = TOE_CAPTION if own is None else LOOPS_CAPTION
     return RunSection(
         result=run,
         command=command,
-        loops_plate=draw(loops_plate(loops, labels, theories)),
-        fits=tuple(_fit(folder, item, run.seed, command) for item in run.fits),
+        loops_plate=draw(loops_plate(loops, labels, theories, caption)),
         picture=_picture(folder, run.picture),
-        simulate=tuple(_simulate_command(check) for check in run.crosscheck),
+        simulate=tuple(_simulate_command(option, loop, amplitude) for loop in run.loops),
+        validate=f"notchbend validate {option} --out DIR",
+        predicted=predicted_records(folder, run),
     )
 
 
-def _simulate_command(check: CrossCheckRow) -> str:
-    return (
-        f"notchbend simulate --preset {check.rig} --preload {check.preload_N:g} "
-        f"--amplitude {check.amplitude_mm:g} --cycles 3 --out loop.csv"
-    )
+def _simulate_command(option: str, loop: RunLoop, amplitude_mm: float) -> str:
+    preload = f"--preload {loop.preload_N:g} " if loop.preload_N else ""
+    return f"notchbend simulate {option} {preload}--amplitude {amplitude_mm:g} --cycles 3 --out loop.csv"
 
 
-def _fit(folder: Path, item: FitEntry, seed: int, command: str) -> FitSection:
-    path = folder / f"identify-{item.name}.csv"
-    found = read_result(StoredFit, path.with_suffix(".json"), fit.WHAT)
-    try:
-        table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
-    except (OSError, ValueError) as error:
-        raise RecordError(f"{path}: {error}: expected the samples of a fit; run `notchbend run` again") from None
-    drive, angle, base, predicted, heldout = table.T
-    series = Series(drive, angle, base, predicted, heldout != 0)
-    unit = read_record(folder / "records" / f"{item.record}.csv").drive_unit
-    before, after, floor = found.baseline.heldout.rmse_deg, found.heldout.rmse_deg, found.noise_floor_deg
-    again = f"notchbend identify DIR/records/{item.record}.csv --out DIR/again --seed {seed}"
-    return FitSection(
-        name=item.name,
-        record=item.record,
-        title=item.title,
-        fit=found,
-        plate=draw(fit_plate(series, unit, item.name)),
-        gain=before / after if after > 0 else None,
-        over_floor=after / floor if floor > 1e-3 else None,  # a record without noise has no floor
-        # only the run itself fits a record without its rig
-        command=again if item.name == item.record else command,
-    )
+def _fits(folder: Path, run: RunSection | None) -> tuple[FitSection, ...]:
+    """Read the fits of a main run, and ``identify.json``."""
+    alone = read_fit(folder)
+    of_run = () if run is None else (run_fit(folder, item, run.result.seed, run.command) for item in run.result.fits)
+    return (*of_run, *(() if alone is None else (alone,)))
 
 
 def _picture(folder: Path, picture: Picture) -> PictureSection:
@@ -268,7 +286,8 @@ def _separation(result: Separation, label: str, command: str) -> SeparationSecti
 def _label_and_command(result: Separation) -> tuple[str, str]:
     rig, high = result.rig, result.drive_mm[1]
     if result.calibration is not None:
-        return f"{rig['name']}, calibrated on records", "notchbend separate RECORD --out DIR"
+        records = " ".join(map(shlex.quote, result.records)) or "RECORD"
+        return f"{rig['name']}, calibrated on records", f"notchbend separate {records} --out DIR"
     options = f"--preload {rig['preload_N']:g} --amplitude {high:g} --engine {result.engine}"
     return (
         f"{rig['name']}, {rig['preload_N']:g} N, {high:g} mm",
@@ -283,7 +302,8 @@ def _traces(folder: Path) -> tuple[TraceSection, ...]:
         result = read_result(StoredTrace, path, trace.WHAT)
         records = " ".join(Path(record).name for record in result.records)
         figures = tuple(_figure(folder, item) for item in result.figures)
-        sections.append(TraceSection(path.stem, records, result, figures, f"notchbend trace {records} --out DIR"))
+        command = f"notchbend trace {' '.join(map(shlex.quote, result.records))} --out DIR"
+        sections.append(TraceSection(path.stem, records, result, figures, command))
     return tuple(sections)
 
 

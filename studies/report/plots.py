@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 
@@ -57,10 +58,23 @@ def draw(plate: Plate) -> Drawn:
     return Drawn(tuple(charts), plate.caption, plate.columns)
 
 
-def loops_plate(records: Sequence[Record], labels: Sequence[str], theories: Sequence[Record]) -> Plate:
+LOOPS_CAPTION = (
+    "Multibody model; its difference from the analytic curve, which has no friction; vertical width of the closed loop."
+)
+TOE_CAPTION = (
+    f"{LOOPS_CAPTION} A higher preload narrows the loop because the tendon is soft at low tension (toe region): the "
+    "friction in the sheath, which does not depend on the tension, stretches a stiffer tendon less. With the material "
+    "loop the largest width is at zero drive."
+)
+"""Caption for the preset of the paper."""
+
+
+def loops_plate(
+    records: Sequence[Record], labels: Sequence[str], theories: Sequence[Record], caption: str = LOOPS_CAPTION
+) -> Plate:
     """Chart the angle over the drive, its difference from the analytic curve of the rig, and the loop width."""
     loops, against, widths, widest = [], [], [], []
-    for record, theory, label, tone in zip(records, theories, labels, _PRELOADS, strict=False):
+    for record, theory, label, tone in zip(records, theories, labels, cycle(_PRELOADS), strict=False):
         order = np.argsort(theory.drive, kind="stable")
         curve = np.interp(record.drive, theory.drive[order], theory.angle_deg[order])
         width = loop_width(record.drive, record.angle_deg, record.cycle)
@@ -87,10 +101,7 @@ def loops_plate(records: Sequence[Record], labels: Sequence[str], theories: Sequ
                 f"Vertical width of the loop over the drive: {', '.join(widest)}.",
             ),
         ),
-        "Multibody model; its difference from the analytic curve, which has no friction; vertical width of the closed "
-        "loop. A higher preload narrows the loop because the tendon is soft at low tension (toe region): the friction "
-        "in the sheath, which does not depend on the tension, stretches a stiffer tendon less. With the material loop "
-        "the largest width is at zero drive.",
+        caption,
         columns=3,
     )
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hysteresis.arrays import Floats
 from hysteresis.record import RecordError
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
+from studies.report.parts.feasible import Feasible, feasibility, region_plate
 from studies.report.plotly import (
     Camera,
     Figure,
@@ -95,6 +96,7 @@ class StudySection:
     title: str
     engine: str
     command: str
+    feasible: Feasible | None
 
 
 def read_study(folder: Path) -> StudySection | None:
@@ -141,6 +143,9 @@ def _section(whole: xr.Dataset, drawn: xr.Dataset, facts: StudyFacts, sensitivit
     plates = _samples(drawn, quantities, _inputs(whole, facts)) if sampled else _grids(drawn, quantities)
     if any(whole.sizes[axis] > drawn.sizes[axis] for axis in axes[:2]):
         plates = [replace(plate, caption=f"{plate.caption} {_FEW}") for plate in plates]
+    judged, inputs = feasibility(drawn), (_inputs(whole, facts) if sampled else axes)
+    if judged is not None and len(inputs) > 1:
+        plates = [region_plate(drawn, (inputs[0], inputs[1]), judged), *plates]
     has_surface = len(axes) > 1 and min(drawn.sizes[axis] for axis in axes[:2]) > 1
     names = quantities if has_surface else []
     sizes = " x ".join(f"{whole.sizes[axis]} {words_of(axis)}" for axis in axes)
@@ -159,6 +164,7 @@ def _section(whole: xr.Dataset, drawn: xr.Dataset, facts: StudyFacts, sensitivit
         title=str(whole.attrs.get("title", "Study")),
         engine=str(whole.attrs.get("engine", "")),
         command=_command(facts),
+        feasible=feasibility(whole),
     )
 
 

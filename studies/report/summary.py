@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from studies.report.templates import significant
 from studies.results.fit import StoredFit
-from studies.results.run import CrossCheckRow, RunLoop, RunSummary
+from studies.results.run import CrossCheckRow, OwnRig, Prediction, RunLoop, RunSummary
 from studies.results.separation import Separation
 from studies.results.trace import FoldErrors, StoredTrace
+
+if TYPE_CHECKING:
+    from studies.report.parts.feasible import Feasible
+    from studies.report.study import StudySection
 
 State = Literal["holds", "look", "note"]
 
@@ -37,12 +41,13 @@ class Bound:
 
 @dataclass(frozen=True)
 class FitResult:
-    """A fit of a main run; ``over_floor`` is its held-out error over the noise floor, None without noise."""
+    """A fit; ``over_floor`` is its held-out error over the noise floor, None without noise."""
 
     name: str
     record: str
     fit: StoredFit
     over_floor: float | None
+    command: str
 
 
 PAPER_WIDTH_DEG = {10.0: Bound(3.52, 0.2), 20.0: Bound(2.21, 0.15)}
@@ -54,17 +59,35 @@ OVER_NOISE = 1.5
 """Factor over the noise floor from which on the held-out residual has structure that the model does not explain."""
 
 
+LEGEND: Mapping[str, str] = {
+    "holds": "within the bound that stands beside it",
+    "look": "outside the bound, or something to decide",
+    "note": "a finding without a bound",
+}
+"""What the verdicts mean."""
+
+
 def run_verdicts(run: RunSummary, fits: Sequence[FitResult], command: str) -> list[Verdict]:
-    """Give the verdicts of a main run: bending, loops, strain, agreement of the models, energy, hysteresis layer."""
-    loops, checks = run.loops, run.crosscheck
+    """Give the verdicts of a main run: bending, loops, strain, agreement of the models, energy, hysteresis layer.
+
+    Bending and loops of the default rig are compared with the paper; of a user's own rig they are findings.
+    """
+    own = run.own
+    paper = [] if own is not None else [_full_scale(run.loops[-1], run.crosscheck[-1], command)]
     return [
-        _full_scale(loops[-1], checks[-1], command),
-        _widths(loops, checks, command),
-        _strain(loops[-1], checks[-1], command),
-        _agreement(checks, command),
-        _energy(loops, command),
-        *([_layer(fits, command)] if fits else []),
+        *(paper if own is None else [_own_full_scale(run.loops, own, command)]),
+        _widths(run.loops, own, command),
+        _strain(run.loops, command),
+        *([_agreement(run.crosscheck, command)] if run.crosscheck else []),
+        _energy(run.loops, command),
+        *(_prediction(one, command) for one in (own.predictions if own is not None else ())),
+        *([_layer(fits, command)] if fits and own is None else layer_verdicts(fits)),
     ]
+
+
+def preload_label(loop: RunLoop) -> str:
+    """Name a loop by its preload; by its record where there is none."""
+    return f"{loop.preload_N:g} N" if loop.preload_N else loop.record
 
 
 def _state(good: bool) -> State:
@@ -78,28 +101,64 @@ def _full_scale(loop: RunLoop, check: CrossCheckRow, command: str) -> Verdict:
     return Verdict(_state(good), "Bending", f"{significant(found)} deg", words, "loops", command)
 
 
-def _widths(loops: Sequence[RunLoop], checks: Sequence[CrossCheckRow], command: str) -> Verdict:
+def _own_full_scale(loops: Sequence[RunLoop], own: OwnRig, command: str) -> Verdict:
+    """Give the largest angle of a user's own rig, with its range where there is an ensemble."""
+    values = " / ".join(significant(loop.full_scale_deg) for loop in loops)
+    words = f"at {own.amplitude_mm:g} mm and {_preloads(loops)}{_ranges(own, loops, 'full_scale_deg')}"
+    return Verdict("note", "Bending", f"{values} deg", words, "loops", command)
+
+
+def _preloads(loops: Sequence[RunLoop]) -> str:
+    return ", ".join(map(preload_label, loops))
+
+
+def _ranges(own: OwnRig | None, loops: Sequence[RunLoop], name: str) -> str:
+    """Give the ranges of a number over the ensemble; empty without one."""
+    found = [own.ranges[loop.record] for loop in loops if own is not None and loop.record in own.ranges]
+    limits = [one.ranges[name] for one in found if name in one.ranges]
+    if not limits:
+        return ""
+    words = " / ".join(f"{significant(limit.low)} to {significant(limit.high)}" for limit in limits)
+    return f"; {100 * found[0].level:.0f} % of {found[0].members} members of the ensemble: {words}"
+
+
+def _widths(loops: Sequence[RunLoop], own: OwnRig | None, command: str) -> Verdict:
     good, paper = True, []
-    for loop, check in zip(loops, checks, strict=True):
-        bound = PAPER_WIDTH_DEG.get(check.preload_N)
+    for loop in loops if own is None else ():
+        bound = PAPER_WIDTH_DEG.get(loop.preload_N or 0.0)
         if bound is not None:
             good &= abs(loop.loop_width_deg - bound.value) <= bound.within
             paper.append(f"{bound.value:g} deg")
-    preloads = " and ".join(f"{check.preload_N:g} N" for check in checks)
     values = " / ".join(significant(loop.loop_width_deg) for loop in loops)
-    words = f"at {preloads}" + (f"; the paper measured {' and '.join(paper)}" if paper else "")
-    return Verdict(_state(good), "Loop width", f"{values} deg", words, "loops", command)
+    words = f"at {_preloads(loops)}" + (f"; the paper measured {' and '.join(paper)}" if paper else "")
+    words += _ranges(own, loops, "loop_width_deg")
+    state: State = _state(good) if own is None else "note"
+    return Verdict(state, "Loop width", f"{values} deg", words, "loops", command)
 
 
-def _strain(loop: RunLoop, check: CrossCheckRow, command: str) -> Verdict:
+def _strain(loops: Sequence[RunLoop], command: str) -> Verdict:
+    """Judge the loop with the largest strain by the limits of Nitinol."""
+    loop = max(loops, key=lambda one: one.peak_strain_percent)
+    if not loop.strain_limits:
+        return Verdict(
+            "note", "Peak strain", "not known", "the section of measured joints is not known", "rig", command
+        )
     exceeded = [
-        f"{row.name}, {significant(row.limit_percent, 2)} %, from {row.passed_at_mm:.2f} mm on"
+        f"{row.name}, {significant(row.limit_percent, 2)} %, from {abs(row.passed_at_mm):.2f} mm on"
         for row in loop.strain_limits
         if row.passed_at_mm is not None
     ]
     limits = f"limits exceeded: {'; '.join(exceeded)}" if exceeded else "within all limits"
     value = f"{significant(loop.peak_strain_percent)} %"
-    return Verdict(_state(not exceeded), "Peak strain", value, f"at {check.preload_N:g} N; {limits}", "rig", command)
+    return Verdict(_state(not exceeded), "Peak strain", value, f"at {preload_label(loop)}; {limits}", "rig", command)
+
+
+def _prediction(one: Prediction, command: str) -> Verdict:
+    """Judge how well the rig as its file says predicts a record, by the noise of the record."""
+    good = one.rmse_deg <= OVER_NOISE * one.noise_floor_deg
+    words = f"RMSE of {one.record} from the loop that the rig file predicts, nothing fitted; the record's noise is "
+    words += f"{significant(one.noise_floor_deg, 2)} deg (bound {OVER_NOISE:g} times)"
+    return Verdict(_state(good), "Rig file", f"{significant(one.rmse_deg)} deg", words, "records", command)
 
 
 def _agreement(checks: Sequence[CrossCheckRow], command: str) -> Verdict:
@@ -123,6 +182,15 @@ def _energy(loops: Sequence[RunLoop], command: str) -> Verdict:
 def _layer(fits: Sequence[FitResult], command: str) -> Verdict:
     """Judge the fit of the shipped record with its rig, as an example of a user's own record; else the last fit."""
     item = next((item for item in fits if item.name == item.record and "bench" in item.name), fits[-1])
+    return _layer_of(item, command)
+
+
+def layer_verdicts(fits: Sequence[FitResult]) -> list[Verdict]:
+    """Judge each fit by its held-out error."""
+    return [_layer_of(item, item.command) for item in fits]
+
+
+def _layer_of(item: FitResult, command: str) -> Verdict:
     before, after = item.fit.baseline.heldout.rmse_deg, item.fit.heldout.rmse_deg
     over = item.over_floor
     structured = over is not None and over > OVER_NOISE
@@ -145,6 +213,12 @@ def separation_verdict(result: Separation, label: str, command: str) -> Verdict:
     return Verdict(state, title, value, f"of the width at {label}; {rest}", section, command)
 
 
+def words_of_part(name: str) -> str:
+    """Give the words of a part of a loop as the subject of a sentence in the plural."""
+    known = {"friction": "friction losses", "tendon_elasticity": "elastic tendons", "material": "material losses"}
+    return known.get(name, f"{name.replace('_', ' ')} effects")
+
+
 TRACE_WORDS: Mapping[str, str] = {
     "none": "the residual is noise",
     "effect": "the residual is traced to an effect",
@@ -160,7 +234,8 @@ def trace_verdict(result: StoredTrace, command: str) -> Verdict:
     before, after = _rmse(result.before), _rmse(result.after)
     words = TRACE_WORDS.get(result.verdict, result.verdict)
     if before is not None and after is not None:
-        words += f"; held-out RMSE {significant(before)} → {significant(after)} deg"
+        words += f"; held-out RMSE of the baseline model {significant(before)} deg"
+        words += f", with the effects {significant(after)} deg" if names else ""
     state: State = "holds" if result.verdict in ("none", "effect") else "look"
     return Verdict(state, "Residual", names or result.verdict, words, "trace", command)
 
@@ -169,8 +244,23 @@ def _rmse(errors: FoldErrors) -> float | None:
     return None if errors.heldout is None else errors.heldout.rmse_deg
 
 
-def study_verdict(size: str, cases: int, failed: int, pending: int, command: str) -> Verdict:
-    """Give the number of cases with a result."""
+def study_verdicts(study: StudySection, command: str) -> list[Verdict]:
+    """Give the number of cases with a result, and how many of them keep the limits of a design."""
+    found = [_study(study.size, study.cases, study.failed, study.pending, command)]
+    if study.feasible is not None:
+        found.append(_feasible(study.feasible, command))
+    return found
+
+
+def _feasible(found: Feasible, command: str) -> Verdict:
+    """Say how many designs keep all limits; a limit that any of them breaks asks for a decision."""
+    each = ", ".join(f"{limit.words}: {limit.kept}" for limit in found.limits)
+    state: State = "look" if found.kept < found.cases else "holds"
+    value = f"{found.kept} of {found.cases}"
+    return Verdict(state, "Designs within limits", value, f"kept of {found.cases} cases: {each}", "study", command)
+
+
+def _study(size: str, cases: int, failed: int, pending: int, command: str) -> Verdict:
     problems = [f"{failed} failed, for the reasons below"] * (failed > 0) + [f"{pending} not run yet"] * (pending > 0)
     words = f"{size}; {', '.join(problems) or 'all with a result'}"
     return Verdict(_state(not problems), "Study", f"{cases} cases", words, "study", command)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hysteresis.arrays import Floats
 from hysteresis.laws import LawName
@@ -22,6 +22,14 @@ class Baseline:
 
 
 @dataclass(frozen=True)
+class NotFixed:
+    """Parameters of the paper's form that the data leave open, and a sentence that says so."""
+
+    names: tuple[str, ...]
+    words: str
+
+
+@dataclass(frozen=True)
 class StoredFit:
     """A fit as the report shows it; see ``docs/guide/identification.md`` for the fields."""
 
@@ -32,6 +40,13 @@ class StoredFit:
     baseline: Baseline
     heldout_by: str
     noise_floor_deg: float
+    records: tuple[str, ...] = ()
+    train: Errors | None = None
+    layer: Mapping[str, Parameter] = field(default_factory=dict)
+    not_fixed: NotFixed | None = None
+    notes: tuple[str, ...] = ()
+    drive_unit: str = "mm"
+    seed: int = 0
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from hysteresis.metrics import dissipated_area, loop_width
 from hysteresis.plain import optional
 from hysteresis.record import Record, RecordError
+from studies.results.ensemble import EnsembleRanges
 from studies.results.files import read_result
 
 WHAT = "the summary of `notchbend run`"
@@ -74,7 +75,8 @@ class StrainLimit:
 class RunLoop:
     """The loop of one preload: the files of the record and of the analytic curve, loop, energy balance and strain.
 
-    Energies are those of the last cycle, mJ; ``energy_gap_percent`` is the error of the energy balance.
+    Energies are those of the last cycle, mJ; ``energy_gap_percent`` is the error of the energy balance. A tendon is
+    slack from the drive ``slack_from_mm`` on, None where none is.
     """
 
     record: str
@@ -92,6 +94,8 @@ class RunLoop:
     energy_gap_percent: float
     peak_strain_percent: float
     strain_limits: tuple[StrainLimit, ...]
+    preload_N: float | None = optional()
+    slack_from_mm: float | None = optional()
 
 
 @dataclass(frozen=True)
@@ -160,9 +164,53 @@ class Picture:
     file: str | None = optional()
 
 
+@dataclass(frozen=True)
+class Prediction:
+    """A record beside the loop that its rig predicts with nothing fitted but the record's zero.
+
+    ``predicted`` is the file of that loop; widths are None where a record does not close.
+    """
+
+    record: str
+    predicted: str
+    rmse_deg: float
+    max_abs_deg: float
+    noise_floor_deg: float
+    width_deg: float | None
+    predicted_width_deg: float | None
+
+
+@dataclass(frozen=True)
+class OwnRig:
+    """What only the report of a user's own rig has.
+
+    ``option`` names the rig on a command line. ``predictions`` are of the records of a known rig, ``ranges`` of the
+    loops by their records, over the ensemble of a preset. ``notes`` say what was left out, and why.
+    """
+
+    name: str
+    option: str
+    amplitude_mm: float
+    predictions: tuple[Prediction, ...] = ()
+    ranges: Mapping[str, EnsembleRanges] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Made:
+    """How results were made: the command as it was given, the date, and the commit, empty outside a checkout."""
+
+    command: str
+    date: str
+    commit: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class RunSummary:
-    """What ``run.json`` holds; ``sha256`` has the checksums of the records by name."""
+    """What ``run.json`` holds; ``sha256`` has the checksums of the records by name.
+
+    ``own`` is there for a user's own rig.
+    """
 
     schema: int = 1
     seed: int
@@ -176,6 +224,8 @@ class RunSummary:
     trace: TraceEntry | None = optional()
     picture: Picture
     sha256: Mapping[str, str]
+    own: OwnRig | None = optional()
+    made: Made | None = optional()
 
 
 @dataclass(frozen=True)

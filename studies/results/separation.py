@@ -141,6 +141,7 @@ class Separation:
     the parts by name; ``combinations`` the loops that they follow from. ``bouc_wen`` has a law for the loop of each
     source, None where there is no loop. ``sensitivity`` is by constant, for the chain; ``inseparable`` says in one line
     which constants one loop cannot separate. ``ensemble`` is there if the loop was divided over an ensemble.
+    ``records`` are the files that the rig was calibrated on.
     """
 
     schema: int
@@ -160,6 +161,7 @@ class Separation:
     sensitivity: Mapping[str, LoopSensitivity] | None = optional()
     inseparable: str | None = optional()
     ensemble: OverEnsemble | None = optional()
+    records: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, as in separate.json."""

@@ -15,7 +15,7 @@ from fem_models.multibody.quasi_static import solve_multibody
 from fem_models.rig import RigError, preset
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.rig import Material
-from studies.commands.first_report import strain_summary
+from studies.own_rig.loops import strain_summary
 
 WRIST = preset("notched-wrist-150")
 UP_AND_BACK = np.concatenate([[0.0], np.linspace(0.1, 1.9, 10), np.linspace(1.7, 0.0, 8)])

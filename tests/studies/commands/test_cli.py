@@ -260,7 +260,7 @@ def test_identify_takes_several_records(tmp_path, capsys):
     assert stored["method"] == "cma"
     assert stored["parameters"]["zero_deg_record_2"]["value"] == pytest.approx(0.5, abs=0.01)
     assert sorted(file.name for file in (tmp_path / "fit").iterdir()) == [
-        "identify-2.csv", "identify.csv", "identify.json"
+        "identify-2.csv", "identify.csv", "identify.json", "identify.png"
     ]  # fmt: skip
     capsys.readouterr()
     (tmp_path / "identify-2.csv").write_text((tmp_path / "b.csv").read_text())

@@ -101,18 +101,19 @@ def test_the_command_itself_can_still_be_called():
 
 
 def options_of(name: str) -> list[str]:
-    commands = {**cli.COMMANDS, **{f"data {name}": command for name, command in cli.DATA_COMMANDS.items()}}
+    groups = {"data ": cli.DATA_COMMANDS, "record ": cli.RECORD_COMMANDS, "": cli.COMMANDS}
+    commands = {group + name: command for group, known in groups.items() for name, command in known.items()}
     return list(inspect.signature(with_option_groups(commands[name])).parameters)
 
 
 COMMON = ["seed", "quiet", "json"]
 OPTIONS = {
-    "run": ["out", *COMMON],
+    "run": ["records", "out", "rig", "preset", "preload", "amplitude", "ensemble", *COMMON],
     "simulate": [
         "out", "preset", "rig", "preload", "amplitude", "cycles", "step", "rate", "program", "engine", "dynamic",
         "ensemble", *COMMON,
     ],
-    "validate": ["out", "preset_name", *COMMON],
+    "validate": ["out", "preset", "rig", "preload", "amplitude", *COMMON],
     "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", *COMMON],
     "separate": ["out", "records", "preset", "rig", "preload", "amplitude", "engine", "ensemble", *COMMON],
     "trace": ["records", "out", "reference", "threads", *COMMON],
@@ -121,6 +122,10 @@ OPTIONS = {
     "study": ["file", "out", "workers", "scheduler", "retry", "ensemble", *COMMON],
     "report": ["folder", "pdf", *COMMON],
     "app": ["preset", "rig", "preload", "amplitude", "port", "no_browser", *COMMON],
+    "record new": [
+        "csv", "preset", "rig", "preload", "drive_column", "angle_column", "time_column", "cycle_column", "drive_unit",
+        "title", "out", *COMMON,
+    ],
     "data list": COMMON,
     "data fetch": ["name", "out", *COMMON],
 }  # fmt: skip

@@ -8,8 +8,8 @@ import time
 import pytest
 
 from hysteresis.record_file import read_record
-from studies.commands import first_report
 from studies.commands.cli import call
+from studies.own_rig import loops
 from studies.report.templates import significant
 from validation.practice.bench_record import SHIPPED, bench_like_record
 
@@ -40,8 +40,8 @@ def test_page_is_self_contained(folder):
     html = (folder / "report.html").read_text()
     assert not re.search(r'(src|href)="(?!data:|#)', re.sub(r"<script\b.*?</script>", "", html, flags=re.S))
     assert not re.search(r"<script [^>]*src", html)
-    # three charts of the loops, one of the parts, two a fit; plotly.js has "<svg" of its own
-    assert re.sub(r"<script\b.*?</script>", "", html, flags=re.S).count("<svg") == 3 + 1 + 2 * 4
+    # three charts of the loops, one of the parts, three a fit; plotly.js has "<svg" of its own
+    assert re.sub(r"<script\b.*?</script>", "", html, flags=re.S).count("<svg") == 3 + 1 + 3 * 4
     assert "data:image/png;base64," in html
     assert "stated" in html
     assert "assumed" in html
@@ -91,7 +91,7 @@ def test_an_interrupted_run_does_not_pass_for_a_finished_one(folder, tmp_path, c
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(first_report, "solve_multibody", interrupted)
+    monkeypatch.setattr(loops, "solve_multibody", interrupted)
     assert call(["run", "--out", str(copy), "--quiet"]) == 130
     assert not (copy / "run.json").exists()
     assert not (copy / "report.html").exists()

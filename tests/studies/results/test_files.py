@@ -74,9 +74,10 @@ def test_a_loop_has_a_width_and_a_path_has_none():
 
 
 KEYS = {
-    RunSummary: "schema seed versions rig peak_strain_percent loops crosscheck fits separations trace picture sha256",
+    RunSummary: "schema seed versions rig peak_strain_percent loops crosscheck fits separations trace picture sha256 "
+    "own made",
     Separation: "schema rig engine drive_mm total contributions shapley energy rigid_rope_residual_percent "
-    "combinations bouc_wen calibration measured warnings sensitivity inseparable ensemble",
+    "combinations bouc_wen calibration measured warnings sensitivity inseparable ensemble records",
     StudySummary: "schema title engine cases status computed from_store axes sample seed versions code_sha256 "
     "inputs_sha256 dataset failures quantities sensitivity pareto state seconds",
     Sensitivities: "schema engine count cases seed confidence resamples ranges quantities without_indices computed "

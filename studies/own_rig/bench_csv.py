@@ -1,0 +1,158 @@
+"""The CSV of a bench as its logger writes it: which delimiter, comment lines, decimal sign and columns it has."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hysteresis.arrays import Floats
+from hysteresis.files import RecordError, read_text
+
+DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "space"}
+COMMENTS = ("#", "%", "//")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
+_WORDS = {
+    "drive": r"drive|displacement|tendon|pull|wheel|motor|stroke|stage|actuator",
+    "angle": r"angle|theta|bend|tip_deg|cam",
+    "time": r"time|^t$|^t[ _(\[]|stamp|seconds",
+    "cycle": r"cycle|^lap$",
+}
+"""What the names of columns have in them, by key of the sidecar."""
+_NOT = {"drive": r"tension|force|_n$|time", "angle": r"time", "time": r"tendon", "cycle": r"time"}
+_OTHER_UNITS = {"angle": r"rad(\b|_|$)", "time": r"(^|[^a-z])ms(\b|_|$)"}
+
+
+@dataclass(frozen=True, eq=False)
+class BenchTable:
+    """A table of numbers with named columns, and what had to be understood to read it.
+
+    ``columns`` has the values by name, each of shape (m,), NaN where a cell is no number; ``lines`` are the lines of
+    the file, shape (m,). ``plain`` says whether the record reader can read the file as it is.
+    """
+
+    path: Path
+    columns: dict[str, Floats]
+    lines: tuple[int, ...]
+    delimiter: str
+    comments: int
+    decimal_comma: bool
+    plain: bool
+
+    def numbers(self, name: str) -> Floats:
+        """Give a column, shape (m,).
+
+        Raises
+        ------
+        RecordError
+            A column that is missing, or a cell that is no number; one line with its place.
+        """
+        if name not in self.columns:
+            raise RecordError(f"{self.path}: column {name!r} missing: the columns are {', '.join(self.columns)}")
+        values = self.columns[name]
+        for i in np.flatnonzero(~np.isfinite(values))[:1]:
+            raise RecordError(f"{self.path}:{self.lines[i]}: column {name!r}: expected a number in every row")
+        return values
+
+
+def read_bench_csv(path: Path) -> BenchTable:
+    """Read a CSV with commas, semicolons, tabs or spaces, comment lines, and decimal points or commas.
+
+    Raises
+    ------
+    RecordError
+        A file that cannot be read, without a line of names above its numbers, or with rows of another length.
+    """
+    text = read_text(path, "a CSV file")
+    every = list(enumerate(text.splitlines(), start=1))
+    kept = [(number, line) for number, line in every if line.strip() and not line.lstrip().startswith(COMMENTS)]
+    if len(kept) < 2:
+        raise RecordError(f"{path}: {len(kept)} lines with values: expected a header that names the columns, then rows")
+    delimiter = _delimiter([line for _, line in kept[:20]])
+    rows = [_cells(line, delimiter) for _, line in kept]
+    names = [name.strip() for name in rows[0]]
+    if any(_is_number(name) for name in names):
+        raise RecordError(f"{path}:{kept[0][0]}: numbers in place of names: expected a line that names the columns")
+    twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
+    if twice is not None:
+        raise RecordError(f"{path}:{kept[0][0]}: column {twice!r} occurs twice: expected different names")
+    for (number, _), row in zip(kept, rows, strict=True):
+        if len(row) != len(names):
+            raise RecordError(f"{path}:{number}: {len(row)} fields: expected {len(names)}, one a column")
+    comma = delimiter != "," and any(_DECIMAL_COMMA.fullmatch(cell.strip()) for row in rows[1:20] for cell in row)
+    cells = [[_number(cell, comma) for cell in row] for row in rows[1:]]
+    return BenchTable(
+        path=path,
+        columns=dict(zip(names, np.array(cells, dtype=float).T, strict=True)),
+        lines=tuple(number for number, _ in kept[1:]),
+        delimiter=delimiter,
+        comments=sum(line.lstrip().startswith(COMMENTS) for _, line in every),
+        decimal_comma=comma,
+        plain=delimiter == "," and len(kept) == len(text.rstrip().splitlines()) and '"' not in text,
+    )
+
+
+def guess_column(table: BenchTable, key: str) -> str | None:
+    """Find the one column whose name says that it is the drive, the angle, the time or the cycle; None if none does.
+
+    Raises
+    ------
+    RecordError
+        Several columns that it could be, or one with another unit than the record's.
+    """
+    exact = {"drive": "drive_mm", "angle": "angle_deg", "time": "time_s", "cycle": "cycle"}[key]
+    if exact in table.columns:
+        return exact
+    found = [
+        name
+        for name in table.columns
+        if re.search(_WORDS[key], name.lower()) and not re.search(_NOT[key], name.lower())
+    ]
+    if len(found) > 1:
+        raise RecordError(
+            f"{table.path}: columns {', '.join(map(repr, found))}: any of them may be the {key}: "
+            f"expected --{key}-column NAME"
+        )
+    if found and key in _OTHER_UNITS and re.search(_OTHER_UNITS[key], found[0].lower()):
+        unit = {"angle": "degrees", "time": "seconds"}[key]
+        raise RecordError(f"{table.path}: column {found[0]!r}: expected {unit}; convert it, or name another column")
+    return found[0] if found else None
+
+
+def drive_unit_of(name: str) -> str:
+    """Give the unit that the name of a drive column ends in: mm, deg or step; mm if it says none."""
+    lower = re.sub(r"[^a-z]+", " ", name.lower()).split()
+    return "deg" if "deg" in lower else "step" if {"step", "steps"} & set(lower) else "mm"
+
+
+def _delimiter(lines: Sequence[str]) -> str:
+    """Find the delimiter that splits all lines into the same number of fields, two or more; else the comma."""
+    for delimiter in (";", "\t", ",", " "):
+        counts = {len(_cells(line, delimiter)) for line in lines}
+        if len(counts) == 1 and counts.pop() > 1:
+            return delimiter
+    return next((delimiter for delimiter in (";", "\t") if delimiter in lines[0]), ",")
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    if delimiter == " ":
+        return line.split()
+    return next(csv.reader([line], delimiter=delimiter), [])
+
+
+def _is_number(text: str) -> bool:
+    return bool(np.isfinite(_number(text, comma=True)))
+
+
+def _number(text: str, comma: bool) -> float:
+    text = text.strip()
+    if comma and _DECIMAL_COMMA.fullmatch(text):
+        text = text.replace(",", ".")
+    try:
+        return float(text) if text.isascii() and "_" not in text else float("nan")
+    except ValueError:
+        return float("nan")

@@ -1,0 +1,342 @@
+"""The design report of a user's own rig and records: the work of ``notchbend run --rig mine.toml``.
+
+Loops at the preloads with their strain, cross-checks, the hysteresis layer of each record, contributions to the loop,
+and the trace of the records, in the same files as the main run (:mod:`studies.commands.first_report`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_models.chain import simulate_chain
+from fem_models.load import LoadProgram, triangle
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
+from fem_models.rig.of_record import rig_of
+from fem_models.rig.presets import PRESETS
+from fem_models.rig.rig import EFFECT_TABLES, numeric_fields
+from hysteresis.files import write_files
+from hysteresis.metrics import errors, loop_width, noise_floor
+from hysteresis.path import cycle_index
+from hysteresis.record import Record, RecordError
+from hysteresis.record_file import write_record
+from hysteresis.settings import IdentifySettings
+from studies.commands.first_report import CYCLES, PACKAGES, rig_numbers
+from studies.commands.identification import identify_records, write_fit
+from studies.commands.separation import separate_records, separate_rig
+from studies.commands.tracing import NEXT, trace_loaded
+from studies.ensemble import run_ensemble
+from studies.own_rig.loops import draw_rig, write_loop
+from studies.own_rig.new_record import without_geometry
+from studies.own_rig.strain import drive_to_angle_mm
+from studies.progress import steps
+from studies.results import write_result
+from studies.results.ensemble import EnsembleRanges
+from studies.results.run import (
+    CrossCheckRow,
+    FitEntry,
+    Made,
+    OwnRig,
+    Prediction,
+    RigNumber,
+    RunLoop,
+    RunSummary,
+    SeparationEntry,
+    TraceEntry,
+    checksums,
+)
+from validation.engines import compare_engines
+from validation.separation import loop_program
+
+UNKNOWN = "-unknown-geometry"
+_MOST_STEP_MM, _LEAST_STEPS = 0.1, 20
+_CYCLE_S = 20.0  # of a rig whose loop depends on the rate
+_REFUSED = (RecordError, RigError, SolverError)
+
+Step = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Design:
+    """A rig at each of its preloads, and how it is named: ``option`` on a command line, ``name`` in files.
+
+    ``members`` are the rigs of the preset's ensemble, at any preload; none without one.
+    """
+
+    name: str
+    option: str
+    rigs: tuple[Rig, ...]
+    amplitude_mm: float
+    preset: str | None = None
+    members: tuple[Rig, ...] = ()
+
+
+@dataclass
+class _Found:
+    """What a report has collected so far."""
+
+    records: dict[str, Record] = field(default_factory=dict)
+    loops: list[RunLoop] = field(default_factory=list)
+    checks: list[CrossCheckRow] = field(default_factory=list)
+    fits: list[FitEntry] = field(default_factory=list)
+    separations: list[SeparationEntry] = field(default_factory=list)
+    predictions: list[Prediction] = field(default_factory=list)
+    ranges: dict[str, EnsembleRanges] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def amplitude_of(rig: Rig, records: Sequence[Record]) -> float:
+    """Give the drive of a report: that of the records in mm, else the one that bends the rig to 45 deg."""
+    drives = [float(np.abs(record.drive).max()) for record in records if record.drive_unit == "mm"]
+    return max(drives) if drives else drive_to_angle_mm(rig)
+
+
+def design_report(
+    design: Design, records: Sequence[Record], out: Path, *, made: Made, seed: int = 0, progress: bool = True
+) -> RunSummary:
+    """Write the results of a report into ``out`` and return the summary that is stored as ``run.json``.
+
+    ``run.json`` and the page of an earlier run are removed first, and ``run.json`` is written last. What cannot be
+    computed for a rig or a record is left out, and a note says why; a rig that cannot follow its drive is an error.
+
+    Raises
+    ------
+    SolverError, RigError, RecordError
+        From the simulation of the loops, or records with the same name.
+    """
+    named = _named(design, records)
+    for name in ("run.json", "report.html"):
+        (out / name).unlink(missing_ok=True)
+    for stale in [*out.glob("trace*.json"), *out.glob("separate*.json")]:
+        stale.unlink()  # of an earlier report; the page would show them as those of this one
+    found = _Found(notes=without_geometry(records))
+    total = (2 + bool(design.members)) * len(design.rigs) + len(records) + max(1, len(design.rigs)) + 3
+    with steps(progress, total=total) as step:
+        for rig in design.rigs:
+            _loop(design, rig, out, found, step)
+        for name, record in named.items():
+            step(f"identifying {name}")
+            _record(name, record, out, found, seed)
+        _separate(design, list(named.values()), out, found, seed, step)
+        traced = _traces(named, out, found, seed, step)
+        step("drawing the tube")
+        last = found.records[found.loops[-1].record]
+        picture = draw_rig(design.rigs[-1], last, out)
+    own = OwnRig(
+        name=design.name,
+        option=design.option,
+        amplitude_mm=design.amplitude_mm,
+        predictions=tuple(found.predictions),
+        ranges=found.ranges,
+        notes=tuple(found.notes),
+    )
+    theories = [loop.theory for loop in found.loops]
+    summary = RunSummary(
+        seed=seed,
+        versions={name: version(name) for name in PACKAGES},
+        rig=_numbers(design),
+        peak_strain_percent=max(loop.peak_strain_percent for loop in found.loops),
+        loops=tuple(found.loops),
+        crosscheck=tuple(found.checks),
+        fits=tuple(found.fits),
+        separations=tuple(found.separations),
+        trace=traced,
+        picture=picture,
+        sha256=checksums(out, [*found.records, *theories, *(one.predicted for one in found.predictions)]),
+        own=own,
+        made=made,
+    )
+    write_result(out / "run.json", summary)
+    return summary
+
+
+def _named(design: Design, records: Sequence[Record]) -> dict[str, Record]:
+    """Name the records by their files; names that clash with each other or with a loop are refused."""
+    named = dict[str, Record]()
+    taken = {_loop_name(design, rig) for rig in design.rigs}
+    for record in records:
+        name = Path(record.source).stem
+        if name in taken or name in named:
+            raise RecordError(f"{record.source}: another record or loop of the report is named {name}: expected one")
+        named[name] = record
+    return named
+
+
+def _loop_name(design: Design, rig: Rig) -> str:
+    return f"{design.name}-{rig.preload_N:g}N"
+
+
+def _numbers(design: Design) -> tuple[RigNumber, ...]:
+    """Give every number of the rig with its source, those of the preset or the rig file."""
+    if design.preset in PRESETS and design.preset is not None:
+        return rig_numbers(design.preset)
+    known = numeric_fields(design.rigs[-1])
+    return tuple(RigNumber(name, value, "rig file", "") for name, value in known.items())
+
+
+# --- simulation ---------------------------------------------------------------------------------------------------
+
+
+def _programs(rig: Rig, amplitude_mm: float) -> tuple[LoadProgram, LoadProgram]:
+    """Give the program of a loop and that of the analytic curve; one tendon is driven from rest to the amplitude."""
+    if rig.tendon_b is None:
+        loop, theory = loop_program(0.0, amplitude_mm), LoadProgram(np.linspace(0.0, amplitude_mm, 41))
+    else:
+        step = min(_MOST_STEP_MM, amplitude_mm / _LEAST_STEPS)
+        loop, theory = triangle(amplitude_mm, step_mm=step, cycles=CYCLES), triangle(amplitude_mm, step_mm=step)
+    if not _depends_on_rate(rig):
+        return loop, theory
+    assert loop.cycle is not None
+    per_sample = _CYCLE_S / int((loop.cycle == 1).sum())
+    return replace(loop, time_s=np.arange(loop.drive_mm.size, dtype=np.float64) * per_sample), theory
+
+
+def _depends_on_rate(rig: Rig) -> bool:
+    heats = rig.superelastic is not None and rig.superelastic.heating_time_s is not None
+    return heats or any(part is not None for part in (rig.creep, rig.drag, rig.stribeck))
+
+
+def without_effects(rig: Rig) -> Rig:
+    """Return the rig without the tables that the analytic model does not have."""
+    none: dict[str, Any] = dict.fromkeys(EFFECT_TABLES)
+    return replace(rig, **none)
+
+
+def _loop(design: Design, rig: Rig, out: Path, found: _Found, step: Step) -> None:
+    """Simulate the loop at one preload, cross-check it, and run the ensemble."""
+    name, amplitude = _loop_name(design, rig), design.amplitude_mm
+    step(f"simulating {name}")
+    program, theory = _programs(rig, amplitude)
+    plain = without_effects(rig)
+    solution, loop = write_loop(rig, program, theory, out, name, plain)
+    found.records[name] = solution.record
+    found.loops.append(loop)
+    first = len(found.loops) == 1
+    left_out = [table for table in EFFECT_TABLES if getattr(rig, table) is not None]
+    if left_out and first:
+        tables = ", ".join(f"[{table}]" for table in left_out)
+        found.notes.append(f"the analytic curve and the cross-checks are those of the rig without {tables}")
+    if _depends_on_rate(rig) and first:
+        found.notes.append(f"the loop depends on the rate: it is simulated with one cycle in {_CYCLE_S:g} s")
+    step(f"cross-checking {name}")
+    if rig.tendon_b is None:
+        found.notes.append(f"{name}: no cross-checks: they need two tendons")
+    else:
+        try:
+            found.checks.append(CrossCheckRow(**vars(compare_engines(plain, amplitude_mm=amplitude))))
+        except _REFUSED as error:
+            found.notes.append(f"{name}: no cross-checks: {error}")
+    if design.members:
+        step(f"{len(design.members)} members of the ensemble, {name}")
+        members = [replace(member, preload_N=rig.preload_N) for member in design.members]
+        found.ranges[name] = run_ensemble(members, program).summary
+
+
+# --- records ------------------------------------------------------------------------------------------------------
+
+
+def _record(name: str, record: Record, out: Path, found: _Found, seed: int) -> None:
+    """Store a record, the loop that its rig predicts, and its fit."""
+    write_record(record, out / "records" / f"{name}.csv")
+    found.records[name] = record
+    rig = rig_of(record)
+    if rig is not None and record.drive_unit == "mm":
+        try:
+            found.predictions.append(_prediction(name, record, rig, out))
+        except _REFUSED as error:
+            found.notes.append(f"{name}: the rig predicts no loop for this drive: {error}")
+    try:
+        fit = identify_records([record], settings=IdentifySettings(seed=seed))
+    except _REFUSED as error:
+        found.notes.append(f"{name}: no fit: {error}")
+        return
+    write_fit(fit, [record], out, f"identify-{name}")
+    found.fits.append(FitEntry(name, name, record.title))
+
+
+def _prediction(name: str, record: Record, rig: Rig, out: Path) -> Prediction:
+    """Run the chain along the drive of a record, and compare the two with their mean difference taken out."""
+    time = record.time_s
+    if time is None and _depends_on_rate(rig):
+        time = np.arange(record.drive.size, dtype=np.float64)
+    predicted = simulate_chain(rig, LoadProgram(record.drive, time))
+    zero = float(np.mean(record.angle_deg - predicted.angle_deg))
+    shifted = replace(predicted, angle_deg=predicted.angle_deg + zero)
+    file = f"{name}-predicted"
+    write_record(shifted, out / "records" / f"{file}.csv")
+    off = errors(record.angle_deg, shifted.angle_deg)
+    cycle = cycle_index(record)
+    widths = [_width(replace(one, cycle=cycle)) for one in (record, shifted)]
+    return Prediction(name, file, off.rmse_deg, off.max_abs_deg, noise_floor(record), *widths)
+
+
+def _width(record: Record) -> float | None:
+    try:
+        return loop_width(record.drive, record.angle_deg, record.cycle).max_deg
+    except ValueError:  # no closed cycle
+        return None
+
+
+def _separate(design: Design, records: Sequence[Record], out: Path, found: _Found, seed: int, step: Step) -> None:
+    """Divide the loop of the rig calibrated on its records, else that of the rig as it is, at each preload."""
+    known = [record for record in records if rig_of(record) is not None and record.drive_unit == "mm"]
+    if known:
+        step("separating the records")
+        names = " + ".join(Path(record.source).stem for record in known)
+        files = " ".join(record.source for record in known)
+        try:
+            write_result(out / "separate-records.json", separate_records(known, seed=seed))
+        except _REFUSED as error:
+            found.notes.append(f"the loop of {names} is not divided: {error}")
+        else:
+            label = f"{design.name}, calibrated on {names}"
+            command = f"notchbend separate {files} --seed {seed} --out DIR"
+            found.separations.append(SeparationEntry("separate-records.json", label, command))
+            return
+    for rig in design.rigs:
+        name = _loop_name(design, rig)
+        step(f"separating {name}")
+        members = [replace(member, preload_N=rig.preload_N) for member in design.members]
+        try:
+            result = separate_rig(rig, design.amplitude_mm, seed=seed, members=members)
+        except _REFUSED as error:
+            found.notes.append(f"the loop of {name} is not divided: {error}")
+            continue
+        write_result(out / f"separate-{name}.json", result)
+        options = f"{design.option} --preload {rig.preload_N:g} --amplitude {design.amplitude_mm:g} --seed {seed}"
+        over = " --ensemble" if members else ""
+        label = f"{design.name}, {rig.preload_N:g} N, {design.amplitude_mm:g} mm"
+        command = f"notchbend separate {options}{over} --out DIR"
+        found.separations.append(SeparationEntry(f"separate-{name}.json", label, command))
+
+
+def _traces(named: dict[str, Record], out: Path, found: _Found, seed: int, step: Step) -> TraceEntry | None:
+    """Trace the records of known geometry together, and the others together; give the verdict of the first."""
+    groups = {
+        ending: [record for record in named.values() if (rig_of(record) is None) == unknown]
+        for ending, unknown in (("", False), (UNKNOWN, True))
+    }
+    entries = list[TraceEntry]()
+    for ending, records in groups.items():
+        if not records:
+            continue
+        step(f"tracing {' + '.join(Path(record.source).stem for record in records)}")
+        try:
+            traced = trace_loaded(records, seed=seed)
+        except _REFUSED as error:
+            found.notes.append(f"no trace: {error}")
+            continue
+        figures = {name.replace("trace", f"trace{ending}", 1): png for name, png in traced.figures.items()}
+        files = tuple(replace(f, file=f.file.replace("trace", f"trace{ending}", 1)) for f in traced.report.figures)
+        program = {} if traced.program is None or ending else {out / NEXT: traced.program}
+        write_files({**{out / name: png for name, png in figures.items()}, **program})
+        report = replace(traced.report, figures=files, next_program=None if ending else traced.report.next_program)
+        write_result(out / f"trace{ending}.json", report.to_dict())
+        entries.append(TraceEntry(traced.report.verdict, tuple(effect.name for effect in traced.report.effects)))
+    return entries[0] if entries else None

@@ -1,0 +1,115 @@
+"""What a simulated loop says of a design: its strain beside the limits of Nitinol, and its energy balance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fem_models.analytic import simulate_analytic
+from fem_models.load import LoadProgram
+from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
+from fem_models.rig import Rig, RigError
+from fem_models.view import SceneError, render
+from hysteresis.arrays import Floats
+from hysteresis.record import Record
+from hysteresis.record_file import write_record
+from studies.own_rig.strain import Strain, strain_of
+from studies.report.tube import write_tube
+from studies.results.run import Picture, RunLoop, loop_summary
+
+_SLACK = 0.01
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Work of the wheel and losses over the last cycle, and the error of the energy balance."""
+
+    wheel_work_mJ: float
+    friction_loss_mJ: float
+    material_loss_mJ: float
+    viscous_loss_mJ: float
+    energy_gap_percent: float
+
+
+def write_loop(
+    rig: Rig, program: LoadProgram, theory: LoadProgram, out: Path, name: str, ideal: Rig | None = None
+) -> tuple[MultibodySolution, RunLoop]:
+    """Simulate a loop with the multibody model, and write it and the analytic curve of the rig as records.
+
+    Parameters
+    ----------
+    program, theory
+        Drives of the loop, which ends with a closed cycle, and of the analytic curve.
+    out, name
+        The records are ``OUT/records/NAME.csv`` and ``OUT/records/NAME-analytic.csv``.
+    ideal
+        Rig of the analytic curve, without effects; by default the rig itself.
+
+    Raises
+    ------
+    SolverError, RigError, RecordError
+        A rig that cannot follow the drive, or a folder that cannot be written to.
+    """
+    solution = solve_multibody(rig, program)
+    write_record(solution.record, out / "records" / f"{name}.csv")
+    curve = f"{name}-analytic"
+    write_record(simulate_analytic(ideal or rig, theory), out / "records" / f"{curve}.csv")
+    parts = (loop_summary(solution.record), energy_summary(solution), strain_summary(rig, solution))
+    numbers = {key: value for part in parts for key, value in vars(part).items()}
+    slack = _slack_from_mm(rig, solution)
+    return solution, RunLoop(record=name, theory=curve, preload_N=rig.preload_N, slack_from_mm=slack, **numbers)
+
+
+def _slack_from_mm(rig: Rig, solution: MultibodySolution) -> float | None:
+    """Give the smallest drive at which a tendon is slack: at 1 % of the preload or less; None where none is."""
+    if rig.tendon_b is None or rig.preload_N <= 0:
+        return None
+    slack = solution.segment_tensions_N.reshape(len(solution.record.drive), -1).min(axis=1) <= _SLACK * rig.preload_N
+    return float(np.abs(solution.record.drive[slack]).min()) if slack.any() else None
+
+
+def strain_summary(rig: Rig, solution: MultibodySolution) -> Strain:
+    """Find the peak strain of a run, and the drives at which limits of Nitinol are exceeded; None where none is.
+
+    Of measured joints, whose section is not known, the peak is NaN and there are no limits.
+    """
+    return strain_of(rig, solution.record.drive, solution.peak_strain)
+
+
+def energy_summary(solution: MultibodySolution) -> Energy:
+    """Sum the work of the wheel and the losses over the last cycle."""
+    cycle = solution.record.cycle
+    assert cycle is not None
+    last = np.flatnonzero(cycle == cycle[-1])
+    first, end = last[0] - 1, last[-1]
+    s = solution
+    work, friction, material, viscous = (
+        float(e[end] - e[first]) for e in (s.wheel_work_mJ, s.friction_loss_mJ, s.material_loss_mJ, s.viscous_loss_mJ)
+    )
+    # a rig that dissipates nothing has neither work nor losses; the gap is then that of rounding
+    gap = 100 * (friction + material + viscous - work) / work if abs(work) > 1e-9 else 0.0
+    return Energy(work, friction, material, viscous, gap)
+
+
+def draw_rig(rig: Rig, record: Record, out: Path) -> Picture:
+    """Draw the tube at full drive; without OpenGL there is no still image, and the result says why."""
+    full = int(np.argmax(record.angle_deg))
+    joints = joints_deg(record)[full]
+    caption = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"
+    try:
+        write_tube(rig, joints, out / "tube.json")
+    except (SceneError, RigError) as error:  # joints that were measured have no shape to draw
+        return Picture(caption=caption, missing=str(error))
+    try:
+        render(rig, joints, out / "tube.png")
+    except SceneError as error:
+        return Picture(tube="tube.json", caption=caption, missing=str(error))
+    return Picture(tube="tube.json", caption=caption, file="tube.png")
+
+
+def joints_deg(record: Record) -> Floats:
+    """Give the angles of the notches of a simulated record, shape (m, N), deg."""
+    assert record.notches_deg is not None  # every engine gives them
+    return record.notches_deg

@@ -1,0 +1,186 @@
+"""The sidecar of a CSV from the bench: what is understood, what is refused, and that nothing is overwritten."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_models.analytic import theory_curve
+from fem_models.rig import preset
+from hysteresis.record_file import read_record
+from studies.commands.cli import call
+from studies.own_rig.new_record import without_geometry
+from studies.own_rig.strain import drive_to_angle_mm
+
+WAY = np.concatenate([np.linspace(0, 2, 21), *[np.linspace(2, -2, 41)[1:], np.linspace(-2, 2, 41)[1:]] * 2])
+LAG = np.concatenate([np.full(21, -0.5), *[np.full(40, 0.5), np.full(40, -0.5)] * 2])
+
+
+@pytest.fixture
+def bench(tmp_path, monkeypatch):
+    """A folder; and a function that writes a loop of the rig at 20 N there in the way of a logger."""
+    monkeypatch.chdir(tmp_path)
+    angle = theory_curve(preset("du2018"), WAY).angle_deg + LAG
+
+    def write(name="bench.csv", *, header="drive_mm,angle_deg", sign=1.0, decimal=".", first="", factor=1.0):
+        delimiter = ";" if ";" in header else ","
+        values = zip(WAY, factor * sign * angle, strict=True)
+        rows = [f"{x:.4f}{delimiter}{y:.4f}".replace(".", decimal) for x, y in values]
+        (tmp_path / name).write_text(first + "\n".join([header, *rows]) + "\n")
+        return name
+
+    return write
+
+
+def new(capsys, *arguments):
+    """The JSON of a `record new` that must work."""
+    assert call(["record", "new", *map(str, arguments), "--json"]) == 0, capsys.readouterr().err
+    return json.loads(capsys.readouterr().out)
+
+
+def complaint(capsys, *arguments):
+    assert call(["record", "new", *map(str, arguments)]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    return error
+
+
+def test_a_bare_csv_gets_a_sidecar_and_stays_as_it_is(bench, tmp_path, capsys):
+    before = (tmp_path / bench()).read_bytes()
+    found = new(capsys, "bench.csv", "--preset", "du2018", "--preload", 20)
+    assert (tmp_path / "bench.csv").read_bytes() == before
+    assert found["columns"] == {"drive": "drive_mm", "angle": "angle_deg"}
+    assert (found["cycles"], found["approach"], found["samples"]) == (2, True, WAY.size)
+    assert found["step"] == pytest.approx(0.1)
+    assert found["loop_width_deg"] == pytest.approx(1.0, abs=1e-3)  # twice the lag
+    full = theory_curve(preset("du2018"), [2.0]).angle_deg[0]
+    assert found["rig_angle_range_deg"] == pytest.approx([-full, full])
+    assert found["remarks"] == []
+    record = read_record("bench.csv")
+    assert record.rig == {"preset": "du2018", "preload_N": 20.0}
+    assert record.kind == "measured"
+
+
+def test_a_sidecar_that_exists_is_kept(bench, tmp_path, capsys):
+    bench()
+    (tmp_path / "bench.toml").write_text("schema = 1\n")
+    assert "bench.toml: exists" in complaint(capsys, "bench.csv")
+    assert (tmp_path / "bench.toml").read_text() == "schema = 1\n"
+    bench("other.csv")
+    (tmp_path / "copy.csv").write_text("mine")
+    assert "copy.csv: exists" in complaint(capsys, "other.csv", "--out", "copy.csv")
+    assert (tmp_path / "copy.csv").read_text() == "mine"
+
+
+def test_semicolons_comments_and_decimal_commas_have_a_way_out(bench, tmp_path, capsys):
+    bench(header="stage travel [mm];theta (deg)", decimal=",", first="# logger 3\n% of the bench\n")
+    error = complaint(capsys, "bench.csv")
+    assert "semicolons between the fields, 2 comment lines, decimal commas: expected --out bench-record.csv" in error
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bench.csv"]
+    found = new(capsys, "bench.csv", "--out", "bench-record.csv")
+    assert found["columns"] == {"drive": "stage travel [mm]", "angle": "theta (deg)"}
+    assert (found["delimiter"], found["comment_lines"], found["decimal_comma"]) == ("semicolon", 2, True)
+    np.testing.assert_allclose(read_record("bench-record.csv").drive, WAY, atol=5e-5)
+
+
+def test_the_reader_says_how_such_a_file_becomes_a_record(bench, capsys):
+    for text, way in (
+        ({"header": "drive_mm;angle_deg"}, "has no commas: `notchbend record new bench.csv --out NEW.csv`"),
+        ({"first": "# logger\n"}, "begins with a comment: `notchbend record new bench.csv --out NEW.csv`"),
+        ({"header": "x,a"}, "`notchbend record new bench.csv --drive-column NAME --angle-column NAME`"),
+    ):
+        bench(**text)
+        assert call(["identify", "bench.csv", "--out", "fit"]) == 2
+        assert way in capsys.readouterr().err
+
+
+def test_columns_of_other_names_are_named_by_options(bench, capsys):
+    bench(header="u,v")
+    error = complaint(capsys, "bench.csv")
+    assert "no column is named as the drive: the columns are u, v: expected --drive-column NAME" in error
+    assert "column 'w' missing" in complaint(capsys, "bench.csv", "--drive-column", "w", "--angle-column", "v")
+    found = new(capsys, "bench.csv", "--drive-column", "u", "--angle-column", "v")
+    assert found["columns"] == {"drive": "u", "angle": "v"}
+    np.testing.assert_allclose(read_record("bench.csv").drive, WAY, atol=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("motor_a_mm,motor_b_mm", "columns 'motor_a_mm', 'motor_b_mm': any of them may be the drive"),
+        ("drive_mm,theta_rad", "column 'theta_rad': expected degrees"),
+        ("0.0,1.0", "bench.csv:1: numbers in place of names"),
+        ("drive_mm,drive_mm", "bench.csv:1: column 'drive_mm' occurs twice"),
+    ],
+)
+def test_what_cannot_be_understood_is_named(header, words, bench, tmp_path, capsys):
+    bench(header=header)
+    assert words in complaint(capsys, "bench.csv")
+    assert not (tmp_path / "bench.toml").exists()
+
+
+def test_a_row_that_is_cut_off_is_named_with_its_line(bench, tmp_path, capsys):
+    bench(first="# one\n")
+    lines = (tmp_path / "bench.csv").read_text().splitlines()
+    (tmp_path / "bench.csv").write_text("\n".join([*lines[:5], "0.3", *lines[5:]]) + "\n")
+    assert "bench.csv:6: 1 fields: expected 2" in complaint(capsys, "bench.csv", "--out", "new.csv")
+
+
+def test_what_looks_wrong_is_said(bench, capsys):
+    bench("falls.csv", sign=-1.0)
+    assert any("the angle falls as the drive rises" in words for words in new(capsys, "falls.csv")["remarks"])
+    bench("radians.csv", factor=np.pi / 180)
+    remarks = new(capsys, "radians.csv", "--preset", "du2018")["remarks"]
+    assert any("by the rig: expected degrees and mm" in words for words in remarks)
+    bench("steps.csv", header="motor_steps,angle_deg")
+    found = new(capsys, "steps.csv")
+    assert found["drive_unit"] == read_record("steps.csv").drive_unit == "step"
+    assert any("no rig: the geometry is unknown" in words for words in found["remarks"])
+
+
+def test_unknown_geometry_is_said_aloud(bench, capsys):
+    bench()
+    assert call(["identify", "bench.csv", "--out", "fit", "--law", "bouc-wen", "--json"]) == 0
+    shown = capsys.readouterr()
+    assert json.loads(shown.out)["kinematics"] == "fitted"
+    assert "bench.csv: no sidecar bench.toml: its geometry is unknown" in shown.err
+    assert "notchbend record new bench.csv --rig RIG.toml --preload N" in shown.err
+    new(capsys, "bench.csv", "--preset", "du2018", "--preload", 20)
+    assert without_geometry([read_record("bench.csv")]) == []
+
+
+def test_a_record_of_another_rig_is_refused(bench, tmp_path, capsys):
+    bench()
+    new(capsys, "bench.csv", "--preset", "du2018", "--preload", 20)
+    assert call(["run", "--preset", "notched-wrist-90", "bench.csv", "--out", "design"]) == 2
+    assert "bench.csv: its sidecar names another rig, du2018" in capsys.readouterr().err
+    assert not (tmp_path / "design").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--preload", "10"], "--preload: of which rig?"),
+        (["bench.csv"], "bench.csv: of which rig?"),
+        (["--rig", "a.toml", "--preset", "du2018"], "--rig a.toml and --preset du2018: expected one of the two"),
+        (["--preset", "du2018", "--preload", "10", "--preload", "10"], "--preload 10: given twice"),
+        (["--preset", "du2018", "--amplitude", "-1"], "--amplitude = -1"),
+        (["--preset", "notched-wrist-90", "--ensemble"], "ensemble of notched-wrist-90"),
+    ],
+)
+def test_options_of_run_that_do_not_fit_are_named(arguments, words, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert call(["run", *arguments, "--out", "design"]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_drive_to_an_angle_follows_from_the_moment_arm():
+    """x = r theta, if the tendons do not stretch."""
+    rig = preset("du2018")
+    assert drive_to_angle_mm(rig) == pytest.approx(2.64 * np.pi / 4, abs=0.05)
+    wide = replace(rig.tendon_a, moment_arm_mm=5.28)
+    assert drive_to_angle_mm(replace(rig, tendon_a=wide)) == pytest.approx(5.28 * np.pi / 4, abs=0.05)
