@@ -21,7 +21,7 @@ from hysteresis.settings import IdentifySettings
 from studies.commands.identification import files_of_fit, identify_records, write_fit
 from studies.commands.options import Common, EnsembleChoice, Out, RigChoice
 from studies.commands.tables import contributions_table, values_table
-from studies.progress import status
+from studies.progress import steps
 from studies.results import write_result
 
 LAW = "Law of the hysteresis; auto chooses by folds within the training data."
@@ -92,18 +92,19 @@ def separate(
     common: Common,
 ) -> None:
     """Divide the loop into friction, tendon elasticity and material, by switching each of them in the model."""
-    from studies.commands.separation import separate_records, separate_rig, summary
+    from studies.commands.separation import STEPS_OF_RECORDS, STEPS_OF_RIG, separate_records, separate_rig, summary
 
     target = out / "separate.json"
-    with status(common.shows_progress, "separating"):
+    with steps(common.shows_progress, STEPS_OF_RECORDS if records else STEPS_OF_RIG) as step:
         if records:
             _require_records_alone(rig, amplitude, engine)
             over.require_off("records")
-            result = separate_records(read_records(records), seed=common.seed)
+            result = separate_records(read_records(records), seed=common.seed, report=step)
         else:
             size = SEPARATION_MM if amplitude is None else amplitude
             require(size > 0, "--amplitude", size, "above 0")
-            result = separate_rig(rig.read(), size, engine=engine, seed=common.seed, members=over.members(rig))
+            members = over.members(rig)
+            result = separate_rig(rig.read(), size, engine=engine, seed=common.seed, members=members, report=step)
     write_result(target, result)
     common.show(result, contributions_table(result), *summary(result), f"wrote {target}")
 

@@ -15,18 +15,17 @@ from hysteresis.files import write_files
 from hysteresis.plain import to_plain
 from hysteresis.record_file import check_target, write_record
 from studies.commands.options import Common, EnsembleChoice, Out, ProgramChoice, RigChoice
-from studies.commands.tables import models_table, values_table
+from studies.commands.tables import models_table, values_table, verdicts_table
 from studies.engines import (
-    ENGINES,
     QUASI_STATIC,
     EngineName,
     require_exudyn,
     require_gmsh,
     simulate_by_force,
+    simulate_counted,
     simulate_in_time,
 )
-from studies.ensemble import run_ensemble
-from studies.progress import status
+from studies.progress import counted, status
 from studies.results import write_result
 from studies.results.run import loop_summary
 
@@ -36,10 +35,11 @@ def run(*, out: Out = Path("results/first-report"), common: Common) -> None:
     require_exudyn()
     from studies.commands.first_report import first_report
     from studies.report import write_report
+    from studies.report.page import page_of
 
     summary = first_report(out, seed=common.seed, progress=common.shows_progress)
     report = write_report(out)
-    common.show(summary, values_table(summary), f"report: {report}")
+    common.show(summary, verdicts_table(page_of(out).verdicts), f"report: {report}")
 
 
 def simulate(
@@ -68,8 +68,8 @@ def simulate(
         load = program.read()
         if dynamic:
             _require_dynamic(engine, load)
-        with status(common.shows_progress, message):
-            record = (simulate_in_time if dynamic else ENGINES[engine])(chosen, load)
+        with counted(common.shows_progress, message) as count:
+            record = simulate_in_time(chosen, load) if dynamic else simulate_counted(chosen, load, engine, count)
         heats = chosen.superelastic is not None and chosen.superelastic.heating_time_s is not None
         by_rate = heats or any(part is not None for part in (chosen.creep, chosen.drag, chosen.stribeck))
         rate_matters = dynamic or engine not in QUASI_STATIC or by_rate
@@ -81,6 +81,8 @@ def simulate(
     write_record(record, out)
     summary = to_plain(loop_summary(record), finite=False)
     if members:
+        from studies.ensemble import run_ensemble
+
         with status(common.shows_progress, f"simulating {len(members)} members of the ensemble"):
             ranges = run_ensemble(members, load)
         bands = out.with_name(f"{out.stem}-ensemble.csv")

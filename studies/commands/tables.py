@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich import box
 from rich.markup import escape
 from rich.table import Table
 
@@ -15,9 +16,12 @@ from studies.results.study import StudySummary
 
 if TYPE_CHECKING:
     from studies.commands.comparison import Models
+    from studies.report.summary import Verdict
 
 LEFT_OUT = ("rig", "versions", "fits", "sha256")
 """Long texts and tables of sources, which a terminal has no room for."""
+MARKS = {"holds": "ok", "look": "LOOK", "note": ""}
+"""Marks of the states of a verdict: plain letters, which every terminal and log has."""
 
 
 def values_table(result: object) -> Table:
@@ -59,6 +63,14 @@ def models_table(models: Models) -> Table:
             f"{x:.2f}, {y:.2f}",
             f"{row.seconds:.2g}",
         )
+    return table
+
+
+def verdicts_table(verdicts: Iterable[Verdict]) -> Table:
+    """Make one row for each verdict of a report: the mark of its state, what was judged, the value, and words."""
+    table = Table("", "result", "value", "what was found", box=box.SIMPLE)
+    for verdict in verdicts:
+        table.add_row(MARKS[verdict.state], *map(escape, (verdict.title, verdict.value, verdict.words)))
     return table
 
 

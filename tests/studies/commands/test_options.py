@@ -102,7 +102,7 @@ def test_the_command_itself_can_still_be_called():
 
 def options_of(name: str) -> list[str]:
     commands = {**cli.COMMANDS, **{f"data {name}": command for name, command in cli.DATA_COMMANDS.items()}}
-    return list(inspect.signature(with_option_groups(commands[name])).parameters)
+    return list(inspect.signature(with_option_groups(commands[name].load())).parameters)
 
 
 COMMON = ["seed", "quiet", "json"]
