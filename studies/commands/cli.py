@@ -217,7 +217,7 @@ class StoppedError(Exception):
 
     def __init__(self, stop: KeyboardInterrupt) -> None:
         word, self.code = ("terminated", 143) if isinstance(stop, Terminated) else ("interrupted", 130)
-        stored = "; ".join(getattr(stop, "__notes__", ())) or "nothing is stored, the same command starts again"
+        stored = "; ".join(getattr(stop, "__notes__", ())) or "no file is half-written, the same command starts again"
         super().__init__(f"{word}: {stored}")
 
 
