@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import asyncio
 import base64
-import secrets
 import socket
+import webbrowser
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -23,6 +23,7 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.view import SceneError
 from hysteresis.plain import to_plain
+from studies.app.guard import HOST, Guard
 from studies.app.loop_svg import loop_svg
 from studies.app.playground import Answer, Slider, answer, sliders
 from studies.engines import MissingError
@@ -31,7 +32,6 @@ from studies.report.tube import shaded
 if TYPE_CHECKING:
     import pyvista as pv
 
-HOST = "127.0.0.1"
 TOP_STRAIN_PERCENT = 6.0
 """End of the colour scale: the strain of the test for superelasticity (ASTM F2516)."""
 LIGHT, DARK = (1.0, 1.0, 1.0), (0.09, 0.11, 0.145)
@@ -67,25 +67,20 @@ def serve(
     from trame.app import get_server
 
     server = get_server("notchbend", client_type="vue3")
-    secret = secrets.token_hex(16)  # unknown to other pages of the browser
-    server.cli.parse_known_args = partial(server.cli.parse_known_args, ["--authKey", secret])  # not our command line
+    guard = Guard()
+    # not our command line
+    server.cli.parse_known_args = partial(server.cli.parse_known_args, ["--authKey", guard.secret])
     page = Page(server, rig, sliders(rig, amplitude_mm), first)
     page.build()
-    server.controller.on_server_bind.add(lambda bound: _answer_session_request(bound, secret))
-    server.controller.on_server_ready.add(lambda **_: ready(f"http://{HOST}:{server.port}/"))
-    server.start(
-        port=port, host=HOST, open_browser=browser, show_connection_info=False, disable_logging=True, timeout=0
-    )
+    server.controller.on_server_bind.add(lambda bound: guard.protect(bound.app))
 
+    def announce(**_: Any) -> None:
+        ready(guard.address(server.port))
+        if browser:
+            asyncio.get_running_loop().run_in_executor(None, webbrowser.open, guard.address(server.port))
 
-def _answer_session_request(bound: Any, secret: str) -> None:
-    """Answer the page's request for its session, which otherwise fails with an error on its console."""
-    from aiohttp import web
-
-    async def session(request: web.Request) -> web.Response:
-        return web.json_response({"sessionURL": "ws://use_host/ws", "secret": secret})
-
-    bound.app.router.add_post("/paraview/", session)
+    server.controller.on_server_ready.add(announce)
+    server.start(port=port, host=HOST, open_browser=False, show_connection_info=False, disable_logging=True, timeout=0)
 
 
 def _require_free(port: int) -> None:
@@ -108,6 +103,7 @@ class Page:
         self.state.backdrop = None
         self.state.client_only("backdrop")  # each browser has its own
         self.state.trame__title = f"notchbend: {rig.name}"
+        self.state.rig_name = rig.name  # data: in the template it would be evaluated
         for slider in moved:
             self.state[slider.key] = slider.start
         self.show(first)
@@ -161,7 +157,7 @@ class Page:
             dark = "window.matchMedia('(prefers-color-scheme: dark)').matches"
             client.ClientTriggers(mounted=f"backdrop = {dark} ? {list(DARK)} : {list(LIGHT)}")
             with html.Header():
-                html.H1(self.rig.name)
+                html.H1("{{ rig_name }}")
                 html.P(
                     "Chain model, one closed cycle for each move. Grey: the rig with its own numbers.", classes="soft"
                 )
