@@ -145,9 +145,9 @@ class Commands(TyperGroup):
         """Find the command that the arguments begin with; an unknown one is an error that lists those there are."""
         if (names := self.list_commands(ctx)) and args[0] not in names:
             ctx.fail(f"{args[0]}: no such command: expected one of {', '.join(names)}")
-        return super().resolve_command(ctx, args)  # type: ignore[arg-type]
+        return super().resolve_command(ctx, args)
 
-    def format_commands(self, ctx: typer.Context, formatter: Any) -> None:
+    def format_commands(self, ctx: typer.Context, formatter: Any) -> None:  # type: ignore[override]
         """List the commands without importing them."""
         groups = ((name, group.get_short_help_str()) for name, group in self.commands.items())
         with formatter.section("Commands"):
