@@ -35,8 +35,9 @@ def warnings_of(rig: Rig, solution: ChainSolution) -> list[str]:
                 f"{limit.name[0].upper()}{limit.name[1:]}: {kind} above {100 * limit.strain:.2g} % from "
                 f"{abs(passed.drive):.2f} mm on, at joint {passed.joint}; at most {100 * passed.largest:.2f} %"
             )
-    wheel = solution.segment_tensions_N[:, : len(rig.tendons), 0]
-    for side, tension in zip("ab", wheel.T, strict=False):
+    # the only tendon of a rig may rest: its flexures spring back
+    least = solution.segment_tensions_N.min(axis=2) if rig.tendon_b is not None else np.empty((0, 0))
+    for side, tension in zip("ab", least.T, strict=False):
         if (at := _first(tension <= SLACK_N)) is not None:
             out.append(
                 f"Tendon {side} goes slack, first at a drive of {drive[at]:.2f} mm: a higher preload keeps it taut"
