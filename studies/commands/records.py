@@ -86,7 +86,8 @@ def separate(
         float | None, typer.Option("--amplitude", help=f"Amplitude of the drive, mm; by default {SEPARATION_MM:g}.")
     ] = None,
     engine: Annotated[
-        Literal["chain", "multibody"], typer.Option("--engine", help="Model; with records it is the chain.")
+        Literal["chain", "multibody"],
+        typer.Option("--engine", help="Model that divides the loop; of records always the chain."),
     ] = "chain",
     over: EnsembleChoice,
     common: Common,
@@ -123,7 +124,7 @@ def trace(
     out: Out,
     reference: Annotated[
         list[Path] | None,
-        typer.Option("--reference", help="Records before a change, CSV: then only what changed since is traced."),
+        typer.Option("--reference", help="Records before a change, CSV: traces what changed since; by default all."),
     ] = None,
     threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for the derivatives.")] = 2,
     common: Common,

@@ -47,7 +47,9 @@ def simulate(
     out: Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")],
     rig: RigChoice,
     program: ProgramChoice,
-    engine: Annotated[EngineName, typer.Option("--engine", help="Model.")] = "multibody",
+    engine: Annotated[
+        EngineName, typer.Option("--engine", help="Model; multibody is the most complete, chain the fastest.")
+    ] = "multibody",
     dynamic: Annotated[
         bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")
     ] = False,
