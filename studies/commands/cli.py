@@ -125,31 +125,55 @@ PRACTICE_COMMANDS: dict[str, Entry] = {
 }
 
 
+class OnDemand(Mapping[str, Any]):
+    """Commands by name: a command is imported when it is asked for, a group is there."""
+
+    def __init__(self, entries: Mapping[str, Entry], groups: Mapping[str, Any]) -> None:
+        self._entries, self._groups = entries, dict(groups)
+
+    def __getitem__(self, name: str) -> Any:
+        """Import a command and make its options; a KeyError for an unknown name."""
+        if name in self._entries:
+            with stoppable():  # imports take a second
+                return command_of(name, self._entries[name])
+        return self._groups[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is a command or a group of this name."""
+        return name in self._entries or name in self._groups
+
+    def __iter__(self) -> Iterator[str]:
+        """Give the names in the order of the declaration."""
+        return iter([*self._entries, *self._groups])
+
+    def __len__(self) -> int:
+        """Count commands and groups."""
+        return len(self._entries) + len(self._groups)
+
+
 class Commands(TyperGroup):
     """Commands that are imported when they are called; the list of commands has their summaries."""
 
     entries: ClassVar[Mapping[str, Entry]] = COMMANDS
 
-    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
-        """Give the names, in the order of the declaration."""
-        return [*self.entries, *self.commands]
-
-    def get_command(self, ctx: typer.Context, cmd_name: str) -> TyperCommand | None:  # type: ignore[override]
-        """Import a command and make its options; None for an unknown name."""
-        if cmd_name in self.entries:
-            with stoppable():  # imports take a second
-                return command_of(cmd_name, self.entries[cmd_name])
-        return self.commands.get(cmd_name)  # type: ignore[return-value]
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        self.groups = dict(self.commands)
+        self.commands = OnDemand(self.entries, self.groups)  # type: ignore[assignment]
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> Any:  # type: ignore[override]
         """Find the command that the arguments begin with; an unknown one is an error that lists those there are."""
-        if (names := self.list_commands(ctx)) and args[0] not in names:
-            ctx.fail(f"{args[0]}: no such command: expected one of {', '.join(names)}")
+        if args[0] not in self.commands:
+            ctx.fail(f"{args[0]}: no such command: expected one of {', '.join(self.commands)}")
         return super().resolve_command(ctx, args)
+
+    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
+        """Give the names, in the order of the declaration."""
+        return list(self.commands)
 
     def format_commands(self, ctx: typer.Context, formatter: Any) -> None:  # type: ignore[override]
         """List the commands without importing them."""
-        groups = ((name, group.get_short_help_str()) for name, group in self.commands.items())
+        groups = ((name, group.get_short_help_str()) for name, group in self.groups.items())
         with formatter.section("Commands"):
             formatter.write_dl([*((name, entry.summary) for name, entry in self.entries.items()), *groups])
 

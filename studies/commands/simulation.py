@@ -15,7 +15,7 @@ from hysteresis.files import write_files
 from hysteresis.plain import to_plain
 from hysteresis.record_file import check_target, write_record
 from studies.commands.options import Common, EnsembleChoice, Out, ProgramChoice, RigChoice
-from studies.commands.tables import models_table, values_table, verdicts_table
+from studies.commands.tables import models_table, values_table, verdict_lines
 from studies.engines import (
     QUASI_STATIC,
     EngineName,
@@ -39,7 +39,7 @@ def run(*, out: Out = Path("results/first-report"), common: Common) -> None:
 
     summary = first_report(out, seed=common.seed, progress=common.shows_progress)
     report = write_report(out)
-    common.show(summary, verdicts_table(page_of(out).verdicts), f"report: {report}")
+    common.show(summary, *verdict_lines(page_of(out).verdicts), f"report: {report}")
 
 
 def simulate(

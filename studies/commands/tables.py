@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich import box
 from rich.markup import escape
 from rich.table import Table
 
@@ -22,6 +22,7 @@ LEFT_OUT = ("rig", "versions", "fits", "sha256")
 """Long texts and tables of sources, which a terminal has no room for."""
 MARKS = {"holds": "ok", "look": "LOOK", "note": ""}
 """Marks of the states of a verdict: plain letters, which every terminal and log has."""
+WIDTH = 100
 
 
 def values_table(result: object) -> Table:
@@ -66,12 +67,13 @@ def models_table(models: Models) -> Table:
     return table
 
 
-def verdicts_table(verdicts: Iterable[Verdict]) -> Table:
-    """Make one row for each verdict of a report: the mark of its state, what was judged, the value, and words."""
-    table = Table("", "result", "value", "what was found", box=box.SIMPLE)
+def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:
+    """Give the summary rows of a report: the mark of the state, what was judged, the value, and below it words."""
+    out = []
     for verdict in verdicts:
-        table.add_row(MARKS[verdict.state], *map(escape, (verdict.title, verdict.value, verdict.words)))
-    return table
+        out.append(f"{MARKS[verdict.state]:<6}{verdict.title:<25} {verdict.value}")
+        out.append(textwrap.fill(verdict.words, WIDTH, initial_indent=6 * " ", subsequent_indent=6 * " "))
+    return out
 
 
 def contributions_table(result: Separation) -> Table:

@@ -120,7 +120,7 @@ OPTIONS = {
     "compensate": ["record", "reference", "out", "elements", "law", *COMMON],
     "study": ["file", "out", "workers", "scheduler", "retry", "ensemble", *COMMON],
     "report": ["folder", "pdf", *COMMON],
-    "app": ["preset", "rig", "preload", "amplitude", "port", "no_browser", *COMMON],
+    "app": ["preset", "rig", "preload", "amplitude", "port", "record", "no_browser", *COMMON],
     "data list": COMMON,
     "data fetch": ["name", "out", *COMMON],
 }  # fmt: skip
