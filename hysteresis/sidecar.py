@@ -161,6 +161,8 @@ def toml(tables: Mapping[str, Any]) -> str:
     def text(value: Any) -> str:
         if isinstance(value, list):
             return "[" + ", ".join(map(text, value)) + "]"
+        if isinstance(value, bool):
+            return "true" if value else "false"
         if isinstance(value, str):  # JSON strings are TOML strings, except for DEL
             return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
         return repr(int(value)) if isinstance(value, int) else repr(float(value))

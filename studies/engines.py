@@ -64,10 +64,19 @@ def require_gmsh() -> None:
 
 
 def _simulate_multibody(rig: Rig, program: LoadProgram) -> Record:
-    require_exudyn()
-    from fem_models.multibody.quasi_static import simulate_multibody
+    return simulate_counted(rig, program, "multibody", lambda done, of: None)
 
-    return simulate_multibody(rig, program)
+
+def simulate_counted(
+    rig: Rig, program: LoadProgram, engine: EngineName, progress: Callable[[int, int], None]
+) -> Record:
+    """Run an engine; the multibody model reports how many samples are done, and of how many."""
+    if engine != "multibody":
+        return ENGINES[engine](rig, program)
+    require_exudyn()
+    from fem_models.multibody.quasi_static import solve_multibody
+
+    return solve_multibody(rig, program, progress=progress).record
 
 
 def solver_of(engine: str) -> Callable[[Rig, LoadProgram], ChainSolution | MultibodySolution]:

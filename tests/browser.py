@@ -1,11 +1,15 @@
 """A headless Chromium for the tests of pages: what is said on its console and asked from the network is kept."""
 
 import os
+import subprocess
+import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
+from queue import Queue
 from urllib.parse import urlsplit
 
 import matplotlib.image
@@ -47,6 +51,25 @@ def chromium() -> Iterator:
             yield running
         finally:
             running.close()
+
+
+@contextmanager
+def serving(*arguments: str) -> Iterator[str]:
+    """The address that `notchbend app` prints, which is served until the block ends."""
+    command = "from studies.commands import main; main()"
+    app = subprocess.Popen(
+        [sys.executable, "-c", command, "app", "--port", "0", "--no-browser", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    line = Queue()
+    threading.Thread(target=lambda: line.put(app.stdout.readline()), daemon=True).start()
+    try:
+        said = line.get(timeout=60)
+        assert "http://127.0.0.1:" in said
+        yield said.split()[-1]
+    finally:
+        app.terminate()
+        app.communicate(timeout=20)
 
 
 def listen(page) -> Heard:

@@ -12,6 +12,7 @@ velocity law never slips in a static solution.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,8 @@ from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from hysteresis.record import Record
+
+Count = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -51,11 +54,17 @@ class MultibodySolution:
     warming_K: Floats | None = None
 
 
-def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings | None = None) -> MultibodySolution:
+def solve_multibody(
+    rig: Rig,
+    program: LoadProgram,
+    settings: MultibodySettings | None = None,
+    *,
+    progress: Count = lambda done, of: None,
+) -> MultibodySolution:
     """Run a load program quasi-statically; times matter for creep, drag and self-heating only.
 
     Drag is of first order in the time between samples (implicit Euler). A first sample away from zero drive is reached
-    slowly, without drag.
+    slowly, without drag. ``progress`` is called with the number of samples that are done, and of all.
 
     Raises
     ------
@@ -65,7 +74,7 @@ def solve_multibody(rig: Rig, program: LoadProgram, settings: MultibodySettings 
         From :func:`fem_models.load.schedule.schedule`.
     """
     stepper = Stepper(rig, joint_mechanics(rig), settings or MultibodySettings())
-    return _run(stepper, schedule(rig, program), program)
+    return _run(stepper, schedule(rig, program), program, progress)
 
 
 def solve_multibody_by_force(rig: Rig, force_N: Floats, settings: MultibodySettings | None = None) -> MultibodySolution:
@@ -85,7 +94,9 @@ def solve_multibody_by_force(rig: Rig, force_N: Floats, settings: MultibodySetti
     return _run(stepper, plan, plan.drive_mm)
 
 
-def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> MultibodySolution:
+def _run(
+    stepper: Stepper, plan: Schedule, program: LoadProgram | Floats, progress: Count = lambda done, of: None
+) -> MultibodySolution:
     rig, joints, m = stepper.rig, stepper.rig.joints, plan.drive_mm.size
     rotation, tip = np.empty((m, joints + 1)), np.empty((m, 2))
     tension, energy = np.zeros((m, 2, joints + 1)), np.empty((m, 4))
@@ -106,6 +117,7 @@ def _run(stepper: Stepper, plan: Schedule, program: LoadProgram | Floats) -> Mul
         rotation[k] = q[stepper.model.rotation]
         longer[k], warming[k] = q[stepper.model.longer], stepper.material.heat.last
         tip[k] = stepper.tip_mm()
+        progress(k + 1, m)
         energy[k] = work, stepper.losses.friction, stepper.losses.material, stepper.losses.drag
     angles = np.diff(rotation, axis=1)
     require_open(rig, stepper.joint, angles)

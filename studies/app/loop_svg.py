@@ -1,23 +1,69 @@
-"""The loop of the app as SVG text, small enough to be sent at each move of a slider."""
+"""Loops of the app as SVG text, small enough to be sent at each move of a slider."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from hysteresis.arrays import Floats
+from hysteresis.path import branches, cycle_index, cycle_slices
+from hysteresis.record import Record
 
-WIDTH, HEIGHT = 620, 460
+WIDTH, HEIGHT = 620, 400
 LEFT, RIGHT, TOP, BOTTOM = 66, 14, 14, 54
+MOST_POINTS = 2000
+"""Samples of a measured curve that are drawn: more of them do not change the picture."""
+
+Kind = Literal["before", "measured", "now"]
 
 
-def loop_svg(curves: Sequence[tuple[Floats, Floats]]) -> str:
-    """Draw loops of drive (mm) and angle (deg), the last one in front; the others are grey."""
-    x = _Axis(np.concatenate([curve[0] for curve in curves]), LEFT, WIDTH - RIGHT)
-    y = _Axis(np.concatenate([curve[1] for curve in curves]), HEIGHT - BOTTOM, TOP)
-    angle = curves[-1][1]
-    description = f"Loop of the bending angle, {angle.min():.1f} to {angle.max():.1f} deg"
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A curve to draw: ``drive_mm`` and ``angle_deg`` of shape (m,), and which of the page's colours it has."""
+
+    kind: Kind
+    drive_mm: Floats
+    angle_deg: Floats
+
+
+def less_backbone(record: Record) -> tuple[Floats, Floats] | None:
+    """Take the mean of its two branches from the last closed cycle of a record; None where there is no cycle.
+
+    Returns
+    -------
+    tuple of Floats
+        Drive and angle less the backbone, each of shape (m,), along the two branches.
+    """
+    slices = [s for number, s in cycle_slices(record.drive, cycle_index(record)) if number != 0]
+    for part in reversed(slices):
+        x, y = record.drive[part], record.angle_deg[part]
+        pieces = branches(x)
+        if len(pieces) != 2:
+            continue
+        sides = [_rising(x[piece], y[piece]) for piece in pieces]
+        low, high = max(side[0][0] for side in sides), min(side[0][-1] for side in sides)
+        if not low < high:
+            continue
+        inside = (x >= low) & (x <= high)
+        middle = 0.5 * sum(np.interp(x[inside], *side) for side in sides)
+        return x[inside], y[inside] - middle
+    return None
+
+
+def _rising(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    order = np.argsort(x, kind="stable")
+    return x[order], y[order]
+
+
+def loop_svg(curves: Sequence[Curve], label: str) -> str:
+    """Draw curves over the drive, mm, the last one in front; ``label`` stands at the scale of the angle, deg."""
+    x = _Axis(np.concatenate([curve.drive_mm for curve in curves]), LEFT, WIDTH - RIGHT)
+    y = _Axis(np.concatenate([curve.angle_deg for curve in curves]), HEIGHT - BOTTOM, TOP)
+    angle = curves[-1].angle_deg
+    description = f"{label}, {angle.min():.2f} to {angle.max():.2f}"
     parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{description}">']
     for tick in x.ticks:
         at = x.place(tick)
@@ -27,14 +73,14 @@ def loop_svg(curves: Sequence[tuple[Floats, Floats]]) -> str:
         at = y.place(tick)
         parts.append(f'<path class="grid" d="M{LEFT} {at:.1f}H{WIDTH - RIGHT}"/>')
         parts.append(f'<text x="{LEFT - 8}" y="{at + 5:.1f}" text-anchor="end">{tick:g}</text>')
-    for i, (drive, height) in enumerate(curves):
-        points = "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x.place(drive), y.place(height), strict=True))
-        parts.append(f'<path class="{"now" if i == len(curves) - 1 else "before"}" d="M{points}"/>')
+    for curve in curves:
+        every = -(-curve.drive_mm.size // MOST_POINTS)
+        at_x, at_y = x.place(curve.drive_mm[::every]), y.place(curve.angle_deg[::every])
+        points = "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(at_x, at_y, strict=True))
+        parts.append(f'<path class="{curve.kind}" d="M{points}"/>')
     middle = (TOP + HEIGHT - BOTTOM) / 2
     parts.append(f'<text x="{(LEFT + WIDTH - RIGHT) / 2}" y="{HEIGHT - 6}" text-anchor="middle">drive, mm</text>')
-    parts.append(
-        f'<text x="14" y="{middle}" text-anchor="middle" transform="rotate(-90 14 {middle})">bending angle, deg</text>'
-    )
+    parts.append(f'<text x="14" y="{middle}" text-anchor="middle" transform="rotate(-90 14 {middle})">{label}</text>')
     return "".join([*parts, "</svg>"])
 
 

@@ -7,37 +7,28 @@ OpenGL, and the page loads nothing from the network.
 from __future__ import annotations
 
 import asyncio
-import base64
-import secrets
 import socket
+import webbrowser
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.view import SceneError
 from hysteresis.plain import to_plain
-from studies.app.loop_svg import loop_svg
-from studies.app.playground import Answer, Slider, answer, sliders
+from hysteresis.record import Record, RecordError
+from studies.app.advice import in_words
+from studies.app.files import file_stem, opened_record, record_files, rig_text
+from studies.app.guard import HOST, Guard
+from studies.app.loop_svg import Curve, Kind, less_backbone, loop_svg
+from studies.app.playground import Answer, Slider, answer, outer_mm, sliders
+from studies.app.scene import TOP_STRAIN_PERCENT, mesh_of
 from studies.engines import MissingError
-from studies.report.tube import shaded
 
-if TYPE_CHECKING:
-    import pyvista as pv
-
-HOST = "127.0.0.1"
-TOP_STRAIN_PERCENT = 6.0
-"""End of the colour scale: the strain of the test for superelasticity (ASTM F2516)."""
 LIGHT, DARK = (1.0, 1.0, 1.0), (0.09, 0.11, 0.145)
 """Background of the tube, as ``--card`` in ``app.css``."""
-OBLIQUE = np.array([[0.93, 0.0, 0.37], [-0.13, 0.94, 0.32], [-0.35, -0.35, 0.87]])
-"""Rotation to an oblique view, as in the pictures of :mod:`fem_models.view.manipulator`: about x, then about y."""
 STYLE = Path(__file__).with_name("app.css")
 
 
@@ -46,12 +37,15 @@ class ServeError(MissingError):
 
 
 def serve(
-    rig: Rig, amplitude_mm: float, *, port: int, browser: bool, ready: Callable[[str], None] = lambda address: None
-) -> None:
-    """Serve the page of a rig until it is interrupted; ``ready`` is called with its address.
+    rig: Rig, amplitude_mm: float, *, port: int, browser: bool, measured: Record | None = None,
+    ready: Callable[[str], None] = lambda address: None,
+) -> None:  # fmt: skip
+    """Serve the page of a rig until it is interrupted; ``ready`` is called with the address to open.
 
     Parameters
     ----------
+    measured
+        A record to show beside the simulated one; its drive is in mm.
     port
         Port on 127.0.0.1; 0 takes any free port.
 
@@ -67,25 +61,21 @@ def serve(
     from trame.app import get_server
 
     server = get_server("notchbend", client_type="vue3")
-    secret = secrets.token_hex(16)  # unknown to other pages of the browser
-    server.cli.parse_known_args = partial(server.cli.parse_known_args, ["--authKey", secret])  # not our command line
-    page = Page(server, rig, sliders(rig, amplitude_mm), first)
+    guard = Guard()
+    # not our command line
+    server.cli.parse_known_args = partial(server.cli.parse_known_args, ["--authKey", guard.secret])
+    page = Page(server, rig, amplitude_mm, first)
+    page.put_beside(measured)
     page.build()
-    server.controller.on_server_bind.add(lambda bound: _answer_session_request(bound, secret))
-    server.controller.on_server_ready.add(lambda **_: ready(f"http://{HOST}:{server.port}/"))
-    server.start(
-        port=port, host=HOST, open_browser=browser, show_connection_info=False, disable_logging=True, timeout=0
-    )
+    server.controller.on_server_bind.add(lambda bound: guard.protect(bound.app))
 
+    def announce(**_: Any) -> None:
+        ready(guard.address(server.port))
+        if browser:
+            asyncio.get_running_loop().run_in_executor(None, webbrowser.open, guard.address(server.port))
 
-def _answer_session_request(bound: Any, secret: str) -> None:
-    """Answer the page's request for its session, which otherwise fails with an error on its console."""
-    from aiohttp import web
-
-    async def session(request: web.Request) -> web.Response:
-        return web.json_response({"sessionURL": "ws://use_host/ws", "secret": secret})
-
-    bound.app.router.add_post("/paraview/", session)
+    server.controller.on_server_ready.add(announce)
+    server.start(port=port, host=HOST, open_browser=False, show_connection_info=False, disable_logging=True, timeout=0)
 
 
 def _require_free(port: int) -> None:
@@ -99,31 +89,51 @@ def _require_free(port: int) -> None:
 
 
 class Page:
-    """The page of one rig: the values of its sliders, and the answer that it shows."""
+    """The page of one rig: the values of its sliders, the answer that it shows, and a measured record beside it."""
 
-    def __init__(self, server: Any, rig: Rig, moved: Sequence[Slider], first: Answer) -> None:
-        self.server, self.state, self.rig, self.sliders, self.first = server, server.state, rig, moved, first
+    def __init__(self, server: Any, rig: Rig, amplitude_mm: float, first: Answer) -> None:
+        self.server, self.state, self.rig, self.first, self.found = server, server.state, rig, first, first
+        self.sliders = sliders(rig, amplitude_mm)
+        self.start = {slider.name: slider.start for slider in self.sliders}
+        self.measured: Record | None = None
         self.wanted: dict[str, float] = {}
         self.task: asyncio.Task[None] | None = None
         self.state.backdrop = None
         self.state.client_only("backdrop")  # each browser has its own
+        # names and titles are data of the page: in its template they would be evaluated
         self.state.trame__title = f"notchbend: {rig.name}"
-        for slider in moved:
+        self.state.rig_name, self.state.stem = rig.name, file_stem(rig.name)
+        self.state.measured_title, self.state.file_message = "", ""
+        for slider in self.sliders:
             self.state[slider.key] = slider.start
         self.show(first)
 
     def show(self, found: Answer) -> None:
         """Show an answer on the page."""
+        self.found = found
         with self.state:
             self.state.message = ""
             self.state.figures = [{"name": name, "value": value} for name, value in found.figures]
-            self.state.loop = loop_svg([(self.first.drive_mm, self.first.angle_deg), (found.drive_mm, found.angle_deg)])
-            self.state.tube = to_plain(mesh_of(found.tube))
+            self.state.warnings = list(found.warnings)
+            self.state.tube = to_plain(mesh_of(found.tube, found.tendons_mm, outer_mm(found.rig)))
+            self._draw()
 
-    def refuse(self, error: Exception) -> None:
+    def _draw(self) -> None:
+        whole = [Curve("before", self.first.drive_mm, self.first.angle_deg)]
+        records: list[tuple[Kind, Record]] = [("before", self.first.record), ("now", self.found.record)]
+        if self.measured is not None:
+            whole.append(Curve("measured", self.measured.drive, self.measured.angle_deg))
+            records.insert(1, ("measured", self.measured))
+        whole.append(Curve("now", self.found.drive_mm, self.found.angle_deg))
+        loops = [(kind, less_backbone(record)) for kind, record in records]
+        self.state.loop = loop_svg(whole, "bending angle, deg")
+        thin = [Curve(kind, *loop) for kind, loop in loops if loop is not None]
+        self.state.bare_loop = loop_svg(thin, "angle less its backbone, deg")
+
+    def refuse(self, error: Exception, values: Mapping[str, float]) -> None:
         """Show why there is no answer; the last one stays, greyed out."""
         with self.state:
-            self.state.message = " ".join(str(error).split())
+            self.state.message = in_words(error, values, self.start)
 
     def values(self) -> dict[str, float]:
         """Give the values of the sliders by dotted name; a browser sends them as text."""
@@ -142,58 +152,123 @@ class Page:
             try:
                 self.show(await asyncio.to_thread(answer, self.rig, done))
             except (RigError, SolverError, SceneError, ValueError) as error:
-                self.refuse(error)
+                self.refuse(error, done)
 
     def reset(self) -> None:
         """Set every slider to the number of the rig."""
         for slider in self.sliders:
             self.state[slider.key] = slider.start
 
+    def open(self, files: Sequence[Mapping[str, Any]]) -> None:
+        """Show a record that was chosen in the page, or say why not."""
+        try:
+            self.put_beside(opened_record(files))
+        except RecordError as error:
+            with self.state:
+                self.state.file_message = str(error)
+
+    def put_beside(self, record: Record | None) -> None:
+        """Show a measured record beside the simulated one; None removes it."""
+        self.measured = record
+        with self.state:
+            self.state.file_message = ""
+            self.state.measured_title = "" if record is None else record.title or "measured record"
+            self._draw()
+
     def build(self) -> None:
         """Lay out the page."""
         from trame.ui.html import DivLayout
         from trame.widgets import client, html, vtk
 
-        keys = [slider.key for slider in self.sliders]
-        self.state.change(*keys)(self._changed_when_served)
+        self.state.change(*(slider.key for slider in self.sliders))(self._changed_when_served)
+        self.server.trigger("rig_file")(lambda: rig_text(self.found.rig))
+        self.server.trigger("record_files")(lambda: record_files(self.found.record, self.found.rig))
+        self.server.trigger("open_record")(self.open)
         with DivLayout(self.server, classes="page"):
             client.Style(STYLE.read_text(encoding="utf-8"))
             dark = "window.matchMedia('(prefers-color-scheme: dark)').matches"
             client.ClientTriggers(mounted=f"backdrop = {dark} ? {list(DARK)} : {list(LIGHT)}")
             with html.Header():
-                html.H1(self.rig.name)
-                html.P(
-                    "Chain model, one closed cycle for each move. Grey: the rig with its own numbers.", classes="soft"
-                )
+                html.H1("{{ rig_name }}")
+                html.P("Chain model: one closed cycle for each move of a slider.", classes="soft")
             with html.Section(classes="controls", raw_attrs=['aria-label="Sliders"']):
                 for slider in self.sliders:
                     self._slider(html, slider)
                 html.Button("Reset", type="button", click=self.reset)
+                self._files(html)
             with html.Main(raw_attrs=[":class=\"{ stale: message !== '' }\""]):
-                html.P("{{ message }}", classes="message", v_show=("message !== ''",), raw_attrs=['role="alert"'])
-                with (
-                    html.Dl(classes="figures", raw_attrs=['aria-live="polite"']),
-                    html.Div(v_for="item in figures", key=("item.name",)),
-                ):
-                    html.Dt("{{ item.name }}")
-                    html.Dd("{{ item.value }}")
+                self._words(html)
                 with html.Div(classes="views"):
-                    html.Div(v_html=("loop",), classes="loop")
-                    with html.Div(
-                        classes="tube", raw_attrs=['role="figure"', 'aria-label="The bent tube, coloured by strain"']
-                    ):
-                        with (
-                            vtk.VtkView(v_if="backdrop", background=("backdrop",), style="width: 100%; height: 100%"),
-                            vtk.VtkGeometryRepresentation(
-                                mapper=("{ colorByArrayName: 'colour', scalarMode: 3, colorMode: 0 }",),
-                                property=("{ lighting: false }",),
-                            ),
-                        ):
-                            vtk.VtkMesh("tube", state=("tube",))
-                        with html.Div(classes="scale"):
-                            html.Span("0")
-                            html.I()
-                            html.Span(f"{TOP_STRAIN_PERCENT:g} % strain")
+                    with html.Div(classes="loops"):
+                        html.Div(v_html=("loop",), classes="loop")
+                        html.Div(v_html=("bare_loop",), classes="loop bare")
+                        self._legend(html)
+                    self._tube(html, vtk)
+
+    @staticmethod
+    def _words(html: Any) -> None:
+        """Messages, numbers and warnings."""
+        html.P("{{ message }}", classes="message", v_show=("message !== ''",), raw_attrs=['role="alert"'])
+        with (
+            html.Dl(classes="figures", raw_attrs=['aria-live="polite"']),
+            html.Div(v_for="item in figures", key=("item.name",)),
+        ):
+            html.Dt("{{ item.name }}")
+            html.Dd("{{ item.value }}")
+        with html.Ul(classes="warnings", v_show=("warnings.length",), raw_attrs=['aria-label="Warnings"']):
+            html.Li("{{ words }}", v_for="words in warnings", key=("words",))
+
+    @staticmethod
+    def _legend(html: Any) -> None:
+        with html.P(classes="legend soft"):
+            for kind, words, when in (
+                ("now", "these values", None),
+                ("before", "the rig's own numbers", None),
+                ("measured", "{{ measured_title }}", "measured_title !== ''"),
+            ):
+                with html.Span(**({} if when is None else {"v_show": (when,)})):
+                    html.I(classes=kind)
+                    html.Span(words)
+
+    def _files(self, html: Any) -> None:
+        """Buttons that save the rig and the record, and open a measured one."""
+        with html.Div(classes="files", raw_attrs=['role="group"', 'aria-label="Files"']):
+            save = "utils.download(stem + '{0}', trigger('{1}'), '{2}')"
+            html.Button("Save the rig", type="button", click=save.format(".toml", "rig_file", "text/plain"))
+            zipped = save.format("-record.zip", "record_files", "application/zip")
+            html.Button("Save the record", type="button", click=zipped)
+            with html.Label(classes="open"):
+                html.Span("Open a measured record (CSV, and its sidecar)")
+                html.Input(
+                    type="file",
+                    raw_attrs=['accept=".csv,.toml"', "multiple"],
+                    change="trigger('open_record', [$event.target.files])",
+                )
+            html.Button(
+                "Close it", type="button", v_show=("measured_title !== ''",), click=lambda: self.put_beside(None)
+            )
+            html.P("{{ file_message }}", classes="message", v_show=("file_message !== ''",), raw_attrs=['role="alert"'])
+
+    @staticmethod
+    def _tube(html: Any, vtk: Any) -> None:
+        label = "The bent tube, coloured by strain, and its tendons"
+        with html.Div(classes="tube", raw_attrs=['role="figure"', f'aria-label="{label}"']):
+            with (
+                vtk.VtkView(v_if="backdrop", background=("backdrop",), style="width: 100%; height: 100%"),
+                vtk.VtkGeometryRepresentation(
+                    mapper=("{ colorByArrayName: 'colour', scalarMode: 3, colorMode: 0 }",),
+                    property=("{ lighting: false }",),
+                ),
+            ):
+                vtk.VtkMesh("tube", state=("tube",))
+            with html.Div(classes="scale"):
+                html.Span("0")
+                html.I(classes="heat")
+                html.Span(f"{TOP_STRAIN_PERCENT:g} % strain")
+                html.I(classes="tendon-a")
+                html.Span("tendon a")
+                html.I(classes="tendon-b")
+                html.Span("tendon b")
 
     def _changed_when_served(self, **state: Any) -> None:
         if self.server.running:
@@ -217,58 +292,3 @@ class Page:
                     f'step="{slider.step:g}"',
                 ],
             )
-
-
-@dataclass(frozen=True)
-class PackedArray:
-    """An array as vtk.js reads it: base64 of its bytes."""
-
-    bvals: str
-    dtype: str
-    shape: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class MeshPoints:
-    """Points of a surface, mm, and its triangles."""
-
-    points: PackedArray
-    polys: PackedArray
-
-
-@dataclass(frozen=True)
-class MeshColour:
-    """Red, green and blue of every point."""
-
-    values: PackedArray
-    name: str = "colour"
-    numberOfComponents: int = 3
-    type: str = "Uint8Array"
-    location: str = "PointData"
-    dataRange: tuple[int, int] = (0, 255)
-
-
-@dataclass(frozen=True)
-class MeshState:
-    """A coloured surface as vtk.js reads it."""
-
-    mesh: MeshPoints
-    field: MeshColour
-
-
-def mesh_of(tube: pv.PolyData) -> MeshState:
-    """Give the surface of a tube with the colour of its strain."""
-    triangles = tube.faces.reshape(-1, 4)[:, 1:]
-    colour = shaded(tube.points.astype(float), triangles, np.asarray(tube["strain_percent"]), TOP_STRAIN_PERCENT)
-    return MeshState(
-        MeshPoints(
-            points=_packed((tube.points @ OBLIQUE.T).astype(np.float32)),
-            polys=_packed(tube.faces.astype(np.uint32)),
-        ),
-        MeshColour(_packed(colour)),
-    )
-
-
-def _packed(values: NDArray[Any]) -> PackedArray:
-    array = np.ascontiguousarray(values)
-    return PackedArray(base64.b64encode(array.tobytes()).decode(), str(array.dtype), array.shape)

@@ -14,8 +14,11 @@ from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import with_number
+from fem_models.view.manipulator import tendon_lines
 from hysteresis.arrays import Floats
 from hysteresis.metrics import loop_width
+from hysteresis.record import Record
+from studies.app.advice import warnings_of
 from studies.report.tube import coarse_surface
 from validation.separation import loop_program
 
@@ -56,14 +59,19 @@ class Slider:
 class Answer:
     """What follows from the sliders.
 
-    ``drive_mm``, ``angle_deg`` of shape (m,): the closed cycle; ``figures``: words and values with units;
-    ``tube``: the surface at the largest angle, with ``strain_percent`` at its points.
+    ``drive_mm``, ``angle_deg`` of shape (m,): the closed cycle of ``record``; ``figures``: words and values with units;
+    ``tube``: the surface at the largest angle, with ``strain_percent`` at its points; ``tendons_mm``: a line of shape
+    (k, 3) each.
     """
 
+    rig: Rig
+    record: Record
     drive_mm: Floats
     angle_deg: Floats
     figures: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...]
     tube: pv.PolyData
+    tendons_mm: Mapping[str, Floats]
 
 
 def sliders(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
@@ -96,6 +104,11 @@ def _around(start: float, low: float, high: float, step: float) -> tuple[float, 
     """Give ends that are whole steps from the start, within ``low`` to ``high``."""
     down, up = np.floor((start - low) / step + 1e-9), np.floor((high - start) / step + 1e-9)
     return round(float(start - max(0.0, down) * step), 6), round(float(start + max(0.0, up) * step), 6)
+
+
+def outer_mm(rig: Rig) -> float:
+    """Give the diameter at which a rig is drawn: that of the tube, or of the circle of its tendons."""
+    return rig.joint.tube.outer_diameter_mm if isinstance(rig.joint, NotchedTube) else 2 * rig.tendon_a.moment_arm_mm
 
 
 def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
@@ -142,5 +155,14 @@ def answer(rig: Rig, values: Mapping[str, float]) -> Answer:
     ]
     if np.isfinite(strain):
         figures.append(("Peak strain", f"{strain:.2f} %"))
-    tube = coarse_surface(moved, record.notches_deg[int(record.angle_deg.argmax())])
-    return Answer(record.drive[closed], record.angle_deg[closed], tuple(figures), tube)
+    bent = record.notches_deg[int(record.angle_deg.argmax())]
+    return Answer(
+        rig=moved,
+        record=record,
+        drive_mm=record.drive[closed],
+        angle_deg=record.angle_deg[closed],
+        figures=tuple(figures),
+        warnings=tuple(warnings_of(moved, solution)),
+        tube=coarse_surface(moved, bent),
+        tendons_mm=tendon_lines(moved, bent),
+    )

@@ -1,87 +1,324 @@
-"""The command line notchbend. Bad input: one line on standard error and exit code 2, and no incomplete files."""
+"""Study tendon-driven notched Nitinol manipulators: simulate, identify, separate, trace, compensate."""
+# The text above opens the help. Modules of commands are imported when a command is called: the help itself needs none.
 
 from __future__ import annotations
 
+import functools
+import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
 from itertools import pairwise
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
+from typer.core import TyperGroup
 
-from fem_models.rig import RigError
-from fem_models.rig.checks import SolverError
-from hysteresis.record import RecordError
-from studies.commands.data import fetch, list_records
-from studies.commands.options import with_option_groups
-from studies.commands.practice import answer, export, score
-from studies.commands.records import compensate, effects, identify, separate, trace
-from studies.commands.simulation import run, simulate, validate
-from studies.commands.study import report, serve_app, study
-from studies.engines import MissingError
-from studies.own_rig.commands import record_new
-from studies.sweep import StudyError
+if TYPE_CHECKING:  # its name for the base of a command is private
+    from typer.core import TyperCommand
 
-app = typer.Typer(
-    no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, help=__doc__
-)
-data_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Measured records from public repositories.")
-record_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Records from your own bench.")
-practice_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="A benchmark that others can take.")
+BAD_INPUT = 2
+"""Exit code of bad input and wrong usage."""
 
-COMMANDS: dict[str, Callable[..., None]] = {
-    "run": run,
-    "simulate": simulate,
-    "validate": validate,
-    "identify": identify,
-    "separate": separate,
-    "trace": trace,
-    "effects": effects,
-    "compensate": compensate,
-    "study": study,
-    "report": report,
-    "app": serve_app,
+
+@dataclass(frozen=True)
+class Entry:
+    """A command: its line in the list of commands, ``module:function`` of its work, and examples for its help."""
+
+    summary: str
+    where: str
+    examples: tuple[str, ...]
+
+    def load(self) -> Callable[..., None]:
+        """Import the function."""
+        module, name = self.where.split(":")
+        loaded: Callable[..., None] = getattr(import_module(f"studies.{module}"), name)
+        return loaded
+
+
+COMMANDS: dict[str, Entry] = {
+    "run": Entry(
+        "Write the design report of your rig and records.",
+        "commands.simulation:run",
+        (
+            "notchbend run --out results/first-report",
+            "notchbend run --rig mine.toml --preload 10 --preload 20 bench-10N.csv bench-20N.csv --out results/mine",
+        ),
+    ),
+    "simulate": Entry(
+        "Run one load program on one rig: a record.",
+        "commands.simulation:simulate",
+        (
+            "notchbend simulate --preset du2018 --preload 20 --amplitude 2.2 --out loop.csv",
+            "notchbend simulate --rig mine.toml --amplitude 2 --cycles 3 --engine chain --out mine.csv",
+            "notchbend simulate --preset du2018 --program drive.csv --out loop.csv",
+        ),
+    ),
+    "validate": Entry(
+        "Compare all models of a rig side by side.",
+        "commands.simulation:validate",
+        ("notchbend validate --out results/models", "notchbend validate --preset du2018 --out results/models --json"),
+    ),
+    "identify": Entry(
+        "Identify the hysteresis of records.",
+        "commands.records:identify",
+        (
+            "notchbend identify bench.csv --out results/fit",
+            "notchbend identify bench-10N.csv bench-20N.csv --law auto --seeds 3 --out results/fit",
+        ),
+    ),
+    "separate": Entry(
+        "Divide a loop into friction, tendon elasticity, material.",
+        "commands.records:separate",
+        (
+            "notchbend separate --preset du2018 --preload 20 --out results/parts",
+            "notchbend separate bench-10N.csv bench-20N.csv --out results/parts",
+        ),
+    ),
+    "trace": Entry(
+        "Trace the residual to the effect that the model lacks.",
+        "commands.records:trace",
+        (
+            "notchbend trace bench-10N.csv bench-20N.csv --out results/trace",
+            "notchbend trace today.csv --reference january.csv --out results/change",
+        ),
+    ),
+    "effects": Entry(
+        "List the effects that trace knows.",
+        "commands.records:effects",
+        ("notchbend effects", "notchbend effects --json"),
+    ),
+    "compensate": Entry(
+        "Find the drive that makes the angle follow a reference.",
+        "commands.records:compensate",
+        (
+            "notchbend compensate bench.csv --reference wanted.csv --out drive.csv",
+            "notchbend compensate results/fit/identify.json --reference wanted.csv --out drive.csv",
+        ),
+    ),
+    "study": Entry(
+        "Run a parametric study; it can be stopped and resumed.",
+        "commands.study:study",
+        ("notchbend study preload --out results/preload", "notchbend study mine.toml --workers 4 --out results/mine"),
+    ),
+    "report": Entry(
+        "Write the report again from stored results.",
+        "commands.study:report",
+        ("notchbend report results/first-report", "notchbend report results/first-report --pdf"),
+    ),
+    "app": Entry(
+        "Open a local page with sliders.",
+        "commands.study:serve_app",
+        ("notchbend app", "notchbend app --rig mine.toml --amplitude 2 --record bench.csv"),
+    ),
 }
-DATA_COMMANDS: dict[str, Callable[..., None]] = {"list": list_records, "fetch": fetch}
-RECORD_COMMANDS: dict[str, Callable[..., None]] = {"new": record_new}
-PRACTICE_COMMANDS: dict[str, Callable[..., None]] = {"export": export, "answer": answer, "score": score}
-APPS = (
-    (app, COMMANDS),
-    (data_app, DATA_COMMANDS),
-    (record_app, RECORD_COMMANDS),
-    (practice_app, PRACTICE_COMMANDS),
-)
-for typer_app, commands in APPS:
-    for name, command in commands.items():
-        typer_app.command(name)(with_option_groups(command))
-app.add_typer(data_app, name="data")
-app.add_typer(record_app, name="record")
-app.add_typer(practice_app, name="practice")
+DATA_COMMANDS: dict[str, Entry] = {
+    "list": Entry("List records that can be fetched.", "commands.data:list_records", ("notchbend data list",)),
+    "fetch": Entry(
+        "Fetch one record.", "commands.data:fetch", ("notchbend data fetch tendon-actuated-robot --out measured",)
+    ),
+}
+RECORD_COMMANDS: dict[str, Entry] = {
+    "new": Entry(
+        "Write the sidecar of a CSV from the bench.",
+        "own_rig.commands:record_new",
+        (
+            "notchbend record new bench.csv --rig mine.toml --preload 20",
+            "notchbend record new bench.csv --drive-column stroke --angle-column bend --drive-unit mm",
+        ),
+    ),
+}
+PRACTICE_COMMANDS: dict[str, Entry] = {
+    "export": Entry(
+        "Write blind cases.", "commands.practice:export", ("notchbend practice export --count 4 --seed 7 --out cases",)
+    ),
+    "answer": Entry(
+        "Answer cases.", "commands.practice:answer", ("notchbend practice answer cases --by tracer --workers 2",)
+    ),
+    "score": Entry(
+        "Score answers.",
+        "commands.practice:score",
+        ("notchbend practice score cases cases-ANSWERS.json --out score.json",),
+    ),
+}
 
-INTERRUPTED = 130  # 128 + SIGINT, as in shells
-BAD_INPUT = (RecordError, StudyError, RigError, SolverError, MissingError, OSError)
+
+class OnDemand(Mapping[str, Any]):
+    """Commands by name: a command is imported when it is asked for, a group is there."""
+
+    def __init__(self, entries: Mapping[str, Entry], groups: Mapping[str, Any]) -> None:
+        self._entries, self._groups = entries, dict(groups)
+
+    def __getitem__(self, name: str) -> Any:
+        """Import a command and make its options; a KeyError for an unknown name."""
+        if name in self._entries:
+            with stoppable():  # imports take a second
+                return command_of(name, self._entries[name])
+        return self._groups[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is a command or a group of this name."""
+        return name in self._entries or name in self._groups
+
+    def __iter__(self) -> Iterator[str]:
+        """Give the names in the order of the declaration."""
+        return iter([*self._entries, *self._groups])
+
+    def __len__(self) -> int:
+        """Count commands and groups."""
+        return len(self._entries) + len(self._groups)
+
+
+class Commands(TyperGroup):
+    """Commands that are imported when they are called; the list of commands has their summaries."""
+
+    entries: ClassVar[Mapping[str, Entry]] = COMMANDS
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        self.groups = dict(self.commands)
+        self.commands = OnDemand(self.entries, self.groups)  # type: ignore[assignment]
+
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> Any:  # type: ignore[override]
+        """Find the command that the arguments begin with; an unknown one is an error that lists those there are."""
+        if args[0] not in self.commands:
+            ctx.fail(f"{args[0]}: no such command: expected one of {', '.join(self.commands)}")
+        return super().resolve_command(ctx, args)
+
+    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
+        """Give the names, in the order of the declaration."""
+        return list(self.commands)
+
+    def format_commands(self, ctx: typer.Context, formatter: Any) -> None:  # type: ignore[override]
+        """List the commands without importing them."""
+        groups = ((name, group.get_short_help_str()) for name, group in self.groups.items())
+        with formatter.section("Commands"):
+            formatter.write_dl([*((name, entry.summary) for name, entry in self.entries.items()), *groups])
+
+
+class DataCommands(Commands):
+    """``notchbend data``."""
+
+    entries = DATA_COMMANDS
+
+
+class RecordCommands(Commands):
+    """``notchbend record``."""
+
+    entries = RECORD_COMMANDS
+
+
+class PracticeCommands(Commands):
+    """``notchbend practice``."""
+
+    entries = PRACTICE_COMMANDS
+
+
+def command_of(name: str, entry: Entry) -> TyperCommand:
+    """Import a command, and make its options and its help."""
+    from studies.commands.options import with_option_groups
+
+    command = with_option_groups(entry.load())
+
+    @functools.wraps(command)
+    def run(**given: Any) -> None:
+        with stoppable():
+            command(**given)
+
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+    examples = "\n".join(["\b", "Examples:", *(f"  {line}" for line in entry.examples)])
+    alone.command(name, epilog=examples)(run)
+    return typer.main.get_command(alone)  # type: ignore[return-value]
+
+
+app = typer.Typer(cls=Commands, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+GROUPS = {
+    "data": (DataCommands, "Measured records from public repositories."),
+    "record": (RecordCommands, "Records from your own bench."),
+    "practice": (PracticeCommands, "A benchmark that others can take."),
+}
+for group, (listed, about) in GROUPS.items():
+    app.add_typer(typer.Typer(cls=listed, rich_markup_mode=None), name=group, help=about)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"notchbend {version('notchbend')}")
+        raise typer.Exit
+
+
+@app.callback(help=__doc__, epilog="Options and examples of a command: notchbend COMMAND --help")
+def _top(
+    show_version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_show_version, help="Show the version and exit.")
+    ] = False,
+) -> None: ...
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: handled as Ctrl-C, with its own exit code."""
+
+
+class StoppedError(Exception):
+    """A command was stopped: ``code`` is that of the process; the text says what is stored, and how to go on."""
+
+    def __init__(self, stop: KeyboardInterrupt) -> None:
+        word, self.code = ("terminated", 143) if isinstance(stop, Terminated) else ("interrupted", 130)
+        stored = "; ".join(getattr(stop, "__notes__", ())) or "no file is half-written, the same command starts again"
+        super().__init__(f"{word}: {stored}")
+
+
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """Turn Ctrl-C and SIGTERM within the block into :class:`StoppedError`.
+
+    A command that has stored something says so by ``add_note`` on the KeyboardInterrupt.
+    """
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        raise StoppedError(stop) from None
 
 
 def call(arguments: Sequence[str]) -> int:
     """Run a command line and return the exit code.
 
-    Bad input and usage errors are reported in one line and give 2; Ctrl-C gives 130.
+    Bad input and usage errors are reported in one line and give 2; Ctrl-C gives 130 and SIGTERM 143. Without a command
+    the help is shown, and the code is 2.
     """
+    if not arguments or list(arguments) in [[name] for name in GROUPS]:
+        call([*arguments, "--help"])
+        return BAD_INPUT
     try:
-        code = app(args=repeated(arguments, "trace", "--reference"), standalone_mode=False, prog_name="notchbend")
-    except (KeyboardInterrupt, typer.Abort):
-        code = INTERRUPTED
-    except BAD_INPUT as error:
-        if isinstance(error, OSError) and error.strerror:
-            return _complain(f"{error.filename}: {error.strerror}")
-        return _complain(str(error))
+        found = app(args=repeated(arguments, "trace", "--reference"), standalone_mode=False, prog_name="notchbend")
+    except StoppedError as stop:
+        return _complain(str(stop), stop.code)
     except Exception as error:
         usage = getattr(error, "format_message", None)  # errors of the command line library
-        if usage is None:
-            raise
-        return _complain(_with_value(str(usage()), arguments))
-    if code == INTERRUPTED:  # the library turns KeyboardInterrupt into this exit code, without a message
-        return _complain("interrupted", INTERRUPTED)
-    return code if isinstance(code, int) else 0
+        if usage is not None:
+            return _complain(_with_value(str(usage()), arguments))
+        if isinstance(error, OSError) and error.strerror:
+            return _complain(f"{error.filename}: {error.strerror}")
+        if isinstance(error, _errors_of_input()):
+            return _complain(str(error))
+        raise
+    return found if isinstance(found, int) else 0
+
+
+def _errors_of_input() -> tuple[type[Exception], ...]:
+    """Give the errors that a user's input can cause; imported only when there is an error."""
+    from fem_models.rig import RigError
+    from fem_models.rig.checks import SolverError
+    from hysteresis.record import RecordError
+    from studies.engines import MissingError
+    from studies.sweep.errors import StudyError
+
+    return RecordError, StudyError, RigError, SolverError, MissingError, OSError
 
 
 def repeated(arguments: Sequence[str], command: str, option: str) -> list[str]:
@@ -109,11 +346,20 @@ def _with_value(message: str, arguments: Sequence[str]) -> str:
     return message
 
 
-def _complain(message: str, code: int = 2) -> int:
+def _complain(message: str, code: int = BAD_INPUT) -> int:
     print("notchbend: " + " ".join(message.split()), file=sys.stderr)  # noqa: T201
     return code
 
 
+def _terminate(number: int, frame: FrameType | None) -> None:
+    raise Terminated
+
+
 def main() -> None:
     """Run the command line of this process."""
-    sys.exit(call(sys.argv[1:]))
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        code = call(sys.argv[1:])
+    except KeyboardInterrupt as stop:  # before a command began, or after it ended
+        code = _complain(str(stopped := StoppedError(stop)), stopped.code)
+    sys.exit(code)

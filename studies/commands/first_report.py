@@ -7,7 +7,8 @@ Everything that the report needs goes into one folder: records (CSV and sidecar)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 
@@ -66,7 +67,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
     """
     for name in ("run.json", "report.html"):
         (out / name).unlink(missing_ok=True)
-    with steps(progress, total=3 * len(PRELOADS_N) + 5) as step:
+    with steps(progress, total=3 * len(PRELOADS_N) + 5) as step, _saying_what_is_stored(out):
         records, loops, checks = _simulated(out, step)
         shipped = read_record(SHIPPED)
         records[SHIPPED.stem] = shipped
@@ -98,6 +99,17 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
     )
     write_result(out / "run.json", summary)
     return summary
+
+
+@contextmanager
+def _saying_what_is_stored(out: Path) -> Iterator[None]:
+    """Say on Ctrl-C what is there: whole files, but no finished run."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        count = sum(path.suffix in (".csv", ".json") for path in out.rglob("*"))
+        stop.add_note(f"{count} whole files are in {out}, the same command starts again and replaces them")
+        raise
 
 
 def _simulated(out: Path, step: Step) -> tuple[dict[str, Record], list[RunLoop], list[CrossCheckRow]]:

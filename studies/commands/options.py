@@ -125,8 +125,8 @@ class Common(Output, Seed):
 class RigChoice:
     """A rig: a preset or a file, with its own preload or another."""
 
-    preset: Annotated[str | None, typer.Option("--preset", help=f"One of {', '.join(PRESETS)}.")] = None
-    rig: Annotated[Path | None, typer.Option("--rig", help="A rig file, TOML.")] = None
+    preset: Annotated[str | None, typer.Option("--preset", help=f"One of {', '.join(PRESETS)}; or --rig.")] = None
+    rig: Annotated[Path | None, typer.Option("--rig", help="A rig file, TOML, in place of --preset.")] = None
     preload: Annotated[
         float | None, typer.Option("--preload", help="Preload of the tendons, N; by default that of the rig.")
     ] = None
@@ -186,7 +186,9 @@ class EnsembleChoice:
 class ProgramChoice:
     """A load program: from a file, or a triangle or a sine of a given amplitude."""
 
-    amplitude: Annotated[float | None, typer.Option("--amplitude", help="Amplitude of the drive, mm.")] = None
+    amplitude: Annotated[
+        float | None, typer.Option("--amplitude", help="Amplitude of the drive, mm; or --program.")
+    ] = None
     cycles: Annotated[
         int | None, typer.Option("--cycles", help="Closed cycles after the first loading branch; by default 1.")
     ] = None
@@ -198,7 +200,9 @@ class ProgramChoice:
     ] = None
     program: Annotated[
         Path | None,
-        typer.Option("--program", help="A load program, CSV: drive_mm, optionally time_s; or tendon_force_N."),
+        typer.Option(
+            "--program", help="In place of --amplitude: CSV of drive_mm and, if any, time_s; or tendon_force_N."
+        ),
     ] = None
 
     def read(self) -> LoadProgram:

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 from fem_models.rig import RigError
@@ -19,6 +19,7 @@ from hysteresis.files import write_files
 from hysteresis.plain import to_plain
 from studies.commands.options import Common, Out
 from studies.engines import MissingError
+from studies.progress import counted, steps
 
 if TYPE_CHECKING:
     from validation.practice.benchmark.answering import Answerer
@@ -35,10 +36,11 @@ def export(
     out: Out,
     count: Annotated[int, typer.Option("--count", min=1, help="Cases of each source.")] = 8,
     measured: Annotated[
-        Path | None, typer.Option("--measured", help="Folder of measured records, in which changes are hidden.")
+        Path | None, typer.Option("--measured", help="Folder of measured records to hide changes in; by default none.")
     ] = None,
     sources: Annotated[
-        str | None, typer.Option("--sources", help="Some of own, other, sensors, protocols, real; commas between.")
+        str | None,
+        typer.Option("--sources", help="Some of own, other, sensors, protocols, real, with commas; by default all."),
     ] = None,
     answers: Annotated[
         Path | None, typer.Option("--answers", help="File of the sealed answers; by default DIR-ANSWERS.json.")
@@ -52,12 +54,11 @@ def export(
     wanted = _sources(sources, measured)
     target = answers or out.with_name(f"{out.resolve().name}-ANSWERS.json")
     require_apart(out, target)
-    console, quiet = Console(stderr=True), not common.shows_progress
-    drawn = [
-        one
-        for source in track(wanted, "cases", console=console, disable=quiet)
-        for one in draw_source(source, common.seed, count, measured)
-    ]
+    drawn = []
+    with steps(common.shows_progress, len(wanted)) as step:
+        for source in wanted:
+            step(f"cases of {source}")
+            drawn += draw_source(source, common.seed, count, measured)
     sealed = write_cases(drawn, common.seed, out, target)
     found = {"schema": 1, "cases": len(sealed.cases), "folder": str(out), "answers": str(target)}
     common.show(found, f"{len(sealed.cases)} cases: {out}", f"sealed answers: {target}")
@@ -79,22 +80,31 @@ def _sources(given: str | None, measured: Path | None) -> list[str]:
 def answer(
     *,
     folder: Cases,
-    by: Annotated[By, typer.Option("--by", help="What answers.")] = "tracer",
+    by: Annotated[By, typer.Option("--by", help="Method that answers.")] = "tracer",
     into: Annotated[Path | None, typer.Option("--into", help="Folder of the answers; by default DIR/answers.")] = None,
     training: Annotated[
-        Path | None, typer.Option("--training", help="Features of other cases, from which the classifier learns.")
+        Path | None, typer.Option("--training", help="Features of other cases for --by classifier; by default none.")
     ] = None,
-    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Number of processes.")] = 1,
     common: Common,
 ) -> None:
     """Answer all cases that have no answer yet."""
     from validation.practice.benchmark.answering import answer_all
 
     target = into or folder / ANSWERS
-    quiet = not common.shows_progress
-    answered = answer_all(folder, target, _answerer(by, training), workers, quiet=quiet)
+    with counted(common.shows_progress, "cases") as count, _saying_how_to_go_on(target):
+        answered = answer_all(folder, target, _answerer(by, training), workers, progress=count)
     found = {"schema": 1, "answered": answered, "folder": str(target)}
     common.show(found, f"{answered} cases answered: {target}")
+
+
+@contextmanager
+def _saying_how_to_go_on(target: Path) -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"{len(list(target.glob('*.json')))} answers are in {target}, the same command goes on")
+        raise
 
 
 def _answerer(by: By, training: Path | None) -> Answerer:
@@ -128,7 +138,7 @@ def score(
     answers_of: Annotated[
         Path | None, typer.Option("--answers-of", help="Folder of the answers to score; by default DIR/answers.")
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Where to write the score, JSON.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="File for the score, JSON; by default none.")] = None,
     common: Common,
 ) -> None:
     """Score anyone's answers: CASE.json each, or a trace in the folder CASE."""

@@ -25,7 +25,7 @@ from studies.commands.identification import files_of_fit, identify_records, writ
 from studies.commands.options import Common, EnsembleChoice, Out, RigChoice
 from studies.commands.tables import contributions_table, values_table
 from studies.own_rig.new_record import without_geometry
-from studies.progress import status
+from studies.progress import steps
 from studies.results import write_result
 from studies.results.compensation import ENDING
 
@@ -107,24 +107,26 @@ def separate(
         float | None, typer.Option("--amplitude", help=f"Amplitude of the drive, mm; by default {SEPARATION_MM:g}.")
     ] = None,
     engine: Annotated[
-        Literal["chain", "multibody"], typer.Option("--engine", help="Model; with records it is the chain.")
+        Literal["chain", "multibody"],
+        typer.Option("--engine", help="Model that divides the loop; of records always the chain."),
     ] = "chain",
     over: EnsembleChoice,
     common: Common,
 ) -> None:
     """Divide the loop into friction, tendon elasticity and material, by switching each of them in the model."""
-    from studies.commands.separation import separate_records, separate_rig, summary
+    from studies.commands.separation import STEPS_OF_RECORDS, STEPS_OF_RIG, separate_records, separate_rig, summary
 
     target = out / "separate.json"
-    with status(common.shows_progress, "separating"):
+    with steps(common.shows_progress, STEPS_OF_RECORDS if records else STEPS_OF_RIG) as step:
         if records:
             _require_records_alone(rig, amplitude, engine)
             over.require_off("records")
-            result = separate_records(read_records(records), seed=common.seed)
+            result = separate_records(read_records(records), seed=common.seed, report=step)
         else:
             size = SEPARATION_MM if amplitude is None else amplitude
             require(size > 0, "--amplitude", size, "above 0")
-            result = separate_rig(rig.read(), size, engine=engine, seed=common.seed, members=over.members(rig))
+            members = over.members(rig)
+            result = separate_rig(rig.read(), size, engine=engine, seed=common.seed, members=members, report=step)
     write_result(target, result)
     common.show(result, contributions_table(result), *summary(result), f"wrote {target}", _page_of(out))
 
@@ -143,7 +145,7 @@ def trace(
     out: Out,
     reference: Annotated[
         list[Path] | None,
-        typer.Option("--reference", help="Records before a change, CSV: then only what changed since is traced."),
+        typer.Option("--reference", help="Records before a change, CSV: traces what changed since; by default all."),
     ] = None,
     threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for the derivatives.")] = 2,
     common: Common,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -53,11 +53,20 @@ OBSERVABLE = {
 """Combinations that Bouc-Wen parameters are given for: each source with the rig's own elastic tendons. With
 inextensible tendons the wheel prescribes the angle, and there is no loop to fit."""
 
+STEPS_OF_RIG = 2 + len(OBSERVABLE)
+STEPS_OF_RECORDS = 1 + STEPS_OF_RIG
+
+Report = Callable[[str], None]
+"""Called with the name of a step that begins."""
+
 
 def separate_rig(
-    rig: Rig, amplitude_mm: float, *, engine: str = "chain", seed: int = 0, members: Sequence[Rig] = ()
-) -> Separation:
+    rig: Rig, amplitude_mm: float, *, engine: str = "chain", seed: int = 0, members: Sequence[Rig] = (),
+    report: Report = lambda step: None,
+) -> Separation:  # fmt: skip
     """Divide the loop of a rig, and of the ``members`` of its ensemble. One tendon is driven from 0 to the amplitude.
+
+    ``report`` is called with the name of each of :data:`STEPS_OF_RIG` steps before it begins.
 
     Raises
     ------
@@ -67,7 +76,10 @@ def separate_rig(
     if members and engine != "chain":
         raise RigError(f"--engine {engine} with --ensemble: expected chain")
     program = loop_program(0.0 if rig.tendon_b is None else -amplitude_mm, amplitude_mm)
-    result = _result(rig, program, separate(rig, program, solver_of(engine)), engine, seed)
+    report("loops with and without each source")
+    found = separate(rig, program, solver_of(engine))
+    result = _result(rig, program, found, engine, _laws(found, seed, report))
+    report("sensitivities and members")
     if engine == "chain":
         result = _with_sensitivity(result, sensitivities(rig, program))
     return _over_members(result, separate_each(members, program)) if members else result
@@ -107,8 +119,12 @@ def _over_members(result: Separation, found: Sequence[Contributions]) -> Separat
     return replace(result, contributions=contributions, ensemble=whole)
 
 
-def separate_records(records: Sequence[Record], *, seed: int = 0) -> Separation:
+def separate_records(
+    records: Sequence[Record], *, seed: int = 0, report: Report = lambda step: None
+) -> Separation:  # fmt: skip
     """Divide the loop of the first record, with its rig calibrated on all records; with 95 % intervals.
+
+    ``report`` is called with the name of each of :data:`STEPS_OF_RECORDS` steps before it begins.
 
     Raises
     ------
@@ -117,11 +133,14 @@ def separate_records(records: Sequence[Record], *, seed: int = 0) -> Separation:
     """
     for record in records:
         rig_of(record)
+    report("calibrating the rig")
     calibrated = calibrate_rig(records)
     drive = records[0].drive
     program = loop_program(min(0.0, float(drive.min())), float(drive.max()))
+    report("loops with and without each source")
     found = separate(calibrated.rig, program)
-    result = _result(calibrated.rig, program, found, "chain", seed)
+    result = _result(calibrated.rig, program, found, "chain", _laws(found, seed, report))
+    report("sensitivities and intervals")
     result = _with_sensitivity(result, sensitivities(calibrated.rig, program))
     half = _half_intervals(calibrated, program, found)
     unseparated = tuple(f"not separated by these records: {words}" for words in calibrated.inseparable)
@@ -144,7 +163,9 @@ def _with_intervals(part: Contribution, half: Mapping[str, float]) -> Contributi
     return replace(part, intervals=intervals)
 
 
-def _result(rig: Rig, program: LoadProgram, found: Contributions, engine: str, seed: int) -> Separation:
+def _result(
+    rig: Rig, program: LoadProgram, found: Contributions, engine: str, laws: Mapping[str, Law | None]
+) -> Separation:  # fmt: skip
     whole = found.whole
     return Separation(
         schema=1,
@@ -162,7 +183,7 @@ def _result(rig: Rig, program: LoadProgram, found: Contributions, engine: str, s
             )
             for on, loop in found.loops.items()
         ),
-        bouc_wen={name: _law(found, on, seed) for name, on in OBSERVABLE.items()},
+        bouc_wen=laws,
         calibration=None,
         measured=None,
         warnings=tuple(_warnings(found)),
@@ -178,6 +199,14 @@ def _parts(found: Contributions) -> dict[str, Contribution]:
             row = numbers.setdefault(part, {})
             row |= {quantity: value, name: None if shares is None else shares[part]}
     return {part: Contribution(**row) for part, row in numbers.items()}  # type: ignore[arg-type]
+
+
+def _laws(found: Contributions, seed: int, report: Report) -> dict[str, Law | None]:
+    out = {}
+    for name, on in OBSERVABLE.items():
+        report(f"Bouc-Wen parameters of {name.replace('_', ' ')}")
+        out[name] = _law(found, on, seed)
+    return out
 
 
 def _law(found: Contributions, on: frozenset[str], seed: int) -> Law | None:

@@ -19,22 +19,21 @@ from hysteresis.plain import to_plain
 from hysteresis.record import Record
 from hysteresis.record_file import check_target, write_record
 from studies.commands.options import Common, EnsembleChoice, Out, ProgramChoice, RigChoice
-from studies.commands.tables import models_table, values_table
+from studies.commands.tables import models_table, values_table, verdict_lines
 from studies.engines import (
-    ENGINES,
     QUASI_STATIC,
     EngineName,
     require_exudyn,
     require_gmsh,
     simulate_by_force,
+    simulate_counted,
     simulate_in_time,
     solver_of,
 )
-from studies.ensemble import run_ensemble
 from studies.own_rig.choice import OwnRigChoice, design_lines, made_now
 from studies.own_rig.new_record import without_geometry
 from studies.own_rig.strain import Strain, drive_to_angle_mm, strain_lines, strain_of, strain_of_record
-from studies.progress import status
+from studies.progress import Count, counted, status
 from studies.results import write_result
 from studies.results.run import loop_summary
 
@@ -57,6 +56,7 @@ def run(
     """
     require_exudyn()
     from studies.report import write_report
+    from studies.report.page import page_of
     from studies.report.parts.advice import what_to_do
 
     if own.is_given(records or []):
@@ -74,8 +74,9 @@ def run(
 
         made = made_now(f"notchbend run --out {shlex.quote(str(out))} --seed {common.seed}")
         summary = first_report(out, seed=common.seed, progress=common.shows_progress, made=made)
-        shown = [values_table(summary)]
-    common.show(summary, *shown, f"report: {write_report(out)}")
+        shown = [*verdict_lines(page_of(out).verdicts)]
+    report = write_report(out)
+    common.show(summary, *shown, f"report: {report}")
 
 
 def simulate(
@@ -83,7 +84,9 @@ def simulate(
     out: Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")],
     rig: RigChoice,
     program: ProgramChoice,
-    engine: Annotated[EngineName, typer.Option("--engine", help="Model.")] = "multibody",
+    engine: Annotated[
+        EngineName, typer.Option("--engine", help="Model; multibody is the most complete, chain the fastest.")
+    ] = "multibody",
     dynamic: Annotated[
         bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")
     ] = False,
@@ -105,8 +108,8 @@ def simulate(
         load = program.read()
         if dynamic:
             _require_dynamic(engine, load)
-        with status(common.shows_progress, message):
-            record, strain = _simulate(chosen, load, engine, dynamic)
+        with counted(common.shows_progress, message) as count:
+            record, strain = _simulate(chosen, load, engine, dynamic, count)
         heats = chosen.superelastic is not None and chosen.superelastic.heating_time_s is not None
         by_rate = heats or any(part is not None for part in (chosen.creep, chosen.drag, chosen.stribeck))
         rate_matters = dynamic or engine not in QUASI_STATIC or by_rate
@@ -124,6 +127,8 @@ def simulate(
         summary |= to_plain(strain)
         remarks = [*strain_lines(strain, record.drive_unit), *remarks]
     if members:
+        from studies.ensemble import run_ensemble
+
         with status(common.shows_progress, f"simulating {len(members)} members of the ensemble"):
             ranges = run_ensemble(members, load)
         bands = out.with_name(f"{out.stem}-ensemble.csv")
@@ -137,7 +142,9 @@ def simulate(
     common.show(summary, shown, *remarks, f"record: {out}")
 
 
-def _simulate(rig: Rig, load: LoadProgram, engine: EngineName, dynamic: bool) -> tuple[Record, Strain | None]:
+def _simulate(
+    rig: Rig, load: LoadProgram, engine: EngineName, dynamic: bool, count: Count
+) -> tuple[Record, Strain | None]:
     """Run a program; the strain comes from the engine where the angles of the notches do not give it."""
     if dynamic:
         record = simulate_in_time(rig, load)
@@ -145,7 +152,7 @@ def _simulate(rig: Rig, load: LoadProgram, engine: EngineName, dynamic: bool) ->
         solution = solver_of(engine)(rig, load)
         return solution.record, _known(strain_of(rig, solution.record.drive, solution.peak_strain))
     else:
-        record = ENGINES[engine](rig, load)
+        record = simulate_counted(rig, load, engine, count)
     return record, strain_of_record(rig, record)
 
 

@@ -104,17 +104,27 @@ def serve_app(
     port: Annotated[
         int, typer.Option("--port", min=0, max=65535, help="Port on 127.0.0.1; 0 takes any free port.")
     ] = 8765,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="A measured record, CSV, to show beside; by default none.")
+    ] = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
     common: Common,
 ) -> None:
-    """Serve a local page with sliders; the chain computes loop and tube at once. Ctrl-C stops it."""
+    """Serve a local page with sliders; the chain computes loop and tube at once. Ctrl-C stops it.
+
+    Only the printed address opens the page: it ends in a token of this run.
+    """
+    from hysteresis.record_file import read_record
     from studies.app import serve
+    from studies.app.files import shown
 
     require(amplitude > 0, "--amplitude", amplitude, "above 0")
     chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read()
+
+    measured = None if record is None else shown(read_record(record), str(record))
 
     def ready(address: str) -> None:
         common.show({"schema": 1, "address": address}, f"{chosen.name}: {address}")
         sys.stdout.flush()
 
-    serve(chosen, amplitude, port=port, browser=not no_browser, ready=ready)
+    serve(chosen, amplitude, port=port, browser=not no_browser, measured=measured, ready=ready)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +16,13 @@ from studies.results.study import StudySummary
 
 if TYPE_CHECKING:
     from studies.commands.comparison import Models
+    from studies.report.summary import Verdict
 
 LEFT_OUT = ("rig", "versions", "fits", "sha256")
 """Long texts and tables of sources, which a terminal has no room for."""
+MARKS = {"holds": "ok", "look": "LOOK", "note": ""}
+"""Marks of the states of a verdict: plain letters, which every terminal and log has."""
+WIDTH = 100
 
 
 def values_table(result: object) -> Table:
@@ -60,6 +65,15 @@ def models_table(models: Models) -> Table:
             f"{row.seconds:.2g}",
         )
     return table
+
+
+def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:
+    """Give the summary rows of a report: the mark of the state, what was judged, the value, and below it words."""
+    out = []
+    for verdict in verdicts:
+        out.append(f"{MARKS[verdict.state]:<6}{verdict.title:<25} {verdict.value}")
+        out.append(textwrap.fill(verdict.words, WIDTH, initial_indent=6 * " ", subsequent_indent=6 * " "))
+    return out
 
 
 def contributions_table(result: Separation) -> Table:

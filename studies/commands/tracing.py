@@ -14,7 +14,7 @@ from hysteresis.files import write_files
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import read_records
 from studies.commands.identification import STANDSTILL_DEG
-from studies.progress import status_of_steps
+from studies.progress import stages
 from studies.report.trace_page import trace_page
 from validation.tracing import catalogue, trace_records
 from validation.tracing.figures import figures
@@ -95,15 +95,15 @@ def trace_loaded(
     for record in (*records, *reference):
         _require_moving(record)
     start = time.perf_counter()
-    with status_of_steps(progress, "tracing") as report:
-        trace = trace_records(records, reference=reference, threads=threads, progress=report)
-        report("detection limits")
+    with stages(progress, "tracing", total=5) as stage:
+        trace = trace_records(records, reference=reference, threads=threads, progress=stage.say)
+        stage.begin("detection limits")
         limits = limits_of(trace)
-        report("the next experiment")
+        stage.begin("the next experiment")
         experiment = next_experiment(trace)
-        report("the multibody model")
+        stage.begin("the multibody model")
         opinion = second_opinion(trace)
-        report("figures")
+        stage.begin("figures")
         drawn = figures(trace)
     seconds = time.perf_counter() - start
     found = trace_report(trace, experiment=experiment, opinion=opinion, limits=limits, seconds=seconds, seed=seed)

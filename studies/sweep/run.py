@@ -21,7 +21,7 @@ from studies.results import write_result
 from studies.results.study import AxisRange, Failures, StudySummary
 from studies.sweep.cases import Outcome, evaluate_all
 from studies.sweep.code import code_version, versions
-from studies.sweep.dataset import ZARR, Overview, write_dataset
+from studies.sweep.dataset import PENDING, ZARR, Overview, write_dataset
 from studies.sweep.errors import DiskFullError, StudyError
 from studies.sweep.plan import Case, Plan, cases, plan_of
 from studies.sweep.quantities import OPTIONAL_GROUPS, quantity_names
@@ -192,17 +192,27 @@ def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler:
             _keep_inputs(study, out)
             _run_plan(session, plan, "cases", tally, retry=retry, progress=progress)
             summary = write()
-        except (KeyboardInterrupt, DiskFullError):
+        except (KeyboardInterrupt, DiskFullError) as stop:
             with suppress(DiskFullError, RecordError):  # the error to report is the one that stopped the study
-                write()
+                stop.add_note(stored_so_far(write(), out))
             raise
-        if study.sensitivity is not None:
-            _write_sensitivity(session, out, progress=progress)
-            summary = replace(summary, sensitivity=SENSITIVITY)
-        if study.pareto is not None:
-            _write_front(session, study.pareto, out, progress=progress)
-            summary = replace(summary, pareto=PARETO)
+        try:
+            if study.sensitivity is not None:
+                _write_sensitivity(session, out, progress=progress)
+                summary = replace(summary, sensitivity=SENSITIVITY)
+            if study.pareto is not None:
+                _write_front(session, study.pareto, out, progress=progress)
+                summary = replace(summary, pareto=PARETO)
+        except KeyboardInterrupt as stop:
+            stop.add_note(stored_so_far(summary, out))
+            raise
         return _write_summary(out, replace(summary, state="finished"), start)
+
+
+def stored_so_far(summary: StudySummary, out: Path) -> str:
+    """Say how much of a study is stored, and how to go on."""
+    done = summary.cases - summary.status[PENDING]
+    return f"{done} of {summary.cases} cases are stored in {out}, the same command goes on"
 
 
 def _run_plan(session: Session, plan: Plan, words: str, tally: Tally, *, retry: bool, progress: bool) -> None:

@@ -111,18 +111,20 @@ class WorkerPool:
 
 @contextmanager
 def interrupts_wait(handler: signal.Handlers | None = None) -> Iterator[None]:
-    """Delay Ctrl-C until the block ends, or ignore it; a terminal sends it to all processes of a command.
+    """Delay Ctrl-C and SIGTERM until the block ends, or ignore Ctrl-C, which a terminal sends to all processes.
 
     Processes of Dask print long errors if they are interrupted while they start.
     """
     if threading.current_thread() is not threading.main_thread():  # only the main thread receives signals
         yield
         return
-    received = []
-    before = signal.signal(signal.SIGINT, handler or (lambda *_: received.append(True)))
+    received = list[int]()
+    caught = [signal.SIGINT] if handler is not None else [signal.SIGINT, signal.SIGTERM]
+    before = {number: signal.signal(number, handler or (lambda n, _: received.append(n))) for number in caught}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
         if received:
-            raise KeyboardInterrupt
+            signal.raise_signal(received[0])

@@ -1,24 +1,25 @@
 """`notchbend app`: what follows from the sliders, and the page in a browser."""
 
-import subprocess
-import sys
-import threading
 import xml.etree.ElementTree as ET
-from queue import Queue
+import zipfile
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from browser import chromium, ink, listen, require_browser, screenshots, tints
+from browser import chromium, ink, listen, require_browser, screenshots, serving, tints
 
 from fem_models.chain.solve import solve_chain
 from fem_models.joint import joint_mechanics
-from fem_models.rig import RigError, preset
+from fem_models.rig import RigError, preset, read_rig
 from fem_models.rig.checks import SolverError
+from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS
 from hysteresis.metrics import loop_width
-from studies.app.loop_svg import loop_svg
+from hysteresis.record_file import read_record
+from studies.app.loop_svg import Curve, loop_svg
 from studies.app.playground import AMPLITUDE, answer, sliders, with_values
 from studies.commands import call
+from validation.practice.bench_record import SHIPPED
 from validation.separation import loop_program
 
 AMPLITUDES = {"du2018": 2.2, "notched-wrist-90": 1.0, "notched-wrist-150": 1.0}
@@ -71,7 +72,8 @@ def test_values_that_cannot_be_are_named():
 
 def test_loop_is_drawn_to_scale():
     drive, angle = np.array([2.0, 0.0, -2.0, 0.0, 2.0]), np.array([40.0, 1.0, -40.0, -1.0, 40.0])
-    svg = ET.fromstring(loop_svg([(drive, angle), (0.5 * drive, 0.5 * angle)]))
+    drawn = loop_svg([Curve("before", drive, angle), Curve("now", 0.5 * drive, 0.5 * angle)], "bending angle, deg")
+    svg = ET.fromstring(drawn)
     curves = {path.get("class"): path.get("d") for path in svg.iter("path")}
     before, now = (np.array([p.split() for p in curves[k][1:].split("L")], dtype=float) for k in ("before", "now"))
     assert np.allclose(np.ptp(now, axis=0), 0.5 * np.ptp(before, axis=0), atol=0.2)
@@ -97,7 +99,7 @@ def test_bad_input_is_one_line(arguments, said, capsys):
 
 
 def test_a_port_in_use_is_named(served, capsys):
-    port = served.rstrip("/").rsplit(":", 1)[1]
+    port = str(urlsplit(served).port)
     assert call(["app", "--no-browser", "--port", port]) == 2
     assert f"--port {port}" in capsys.readouterr().err
 
@@ -106,20 +108,8 @@ def test_a_port_in_use_is_named(served, capsys):
 def served():
     """Address of a running app."""
     require_browser()
-    command = "from studies.commands import main; main()"
-    arguments = ["app", "--port", "0", "--no-browser"]
-    app = subprocess.Popen(
-        [sys.executable, "-c", command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    line = Queue()
-    threading.Thread(target=lambda: line.put(app.stdout.readline()), daemon=True).start()
-    try:
-        said = line.get(timeout=60)
-        assert "http://127.0.0.1:" in said
-        yield said.split()[-1]
-    finally:
-        app.terminate()
-        app.communicate(timeout=20)
+    with serving() as address:
+        yield address
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +126,7 @@ def opened(served):
 
 
 def loop(page) -> str:
-    return page.locator(".loop .now").get_attribute("d")
+    return page.locator(".loop .now").first.get_attribute("d")
 
 
 def move(page, key: str, value: float) -> None:
@@ -173,7 +163,9 @@ def test_tube_is_drawn_and_follows(opened):
 def test_sliders_change_the_loop_and_its_numbers(opened):
     page, heard = opened
     page.get_by_role("button", name="Reset").click()
-    page.wait_for_function("document.querySelector('.figures').innerText.includes('45.01 deg')", timeout=10_000)
+    angle = dict(answer(*at_start("du2018")).figures)["Largest angle"]
+    shown = "angle => document.querySelector('.figures').innerText.includes(angle)"
+    page.wait_for_function(shown, arg=angle, timeout=10_000)
     start = loop(page)
     for key, value in (
         ("preload_N", 10),
@@ -197,9 +189,48 @@ def test_sliders_change_the_loop_and_its_numbers(opened):
 def test_a_rig_that_cannot_follow_is_said_on_the_page(opened, tmp_path):
     page, heard = opened
     page.locator("#notch_depth_mm").fill("3.065")  # deeper than the wall can carry
-    page.wait_for_selector(".message:visible", timeout=10_000)
-    assert "du2018" in page.locator(".message").inner_text()
+    page.wait_for_selector("main .message:visible", timeout=10_000)
+    said = page.locator("main .message").inner_text()
+    assert said.startswith("The tube finds no resting shape beyond a drive of 0.073 mm")
+    assert "Try a less deep notch." in said
     page.screenshot(path=screenshots(tmp_path) / "app-message.png")
     page.get_by_role("button", name="Reset").click()
-    page.wait_for_selector(".message", state="hidden", timeout=10_000)
+    page.wait_for_selector("main .message", state="hidden", timeout=10_000)
+    assert heard.errors == []
+
+
+def test_what_is_saved_is_what_the_sliders_say(opened, tmp_path):
+    page, heard = opened
+    page.get_by_role("button", name="Reset").click()
+    move(page, "preload_N", 12)
+    page.wait_for_timeout(300)
+    with page.expect_download() as rig_file:
+        page.get_by_role("button", name="Save the rig").click()
+    assert rig_file.value.suggested_filename == "du2018.toml"
+    rig_file.value.save_as(tmp_path / "mine.toml")
+    assert read_rig(tmp_path / "mine.toml") == preset("du2018", preload_N=12.0)
+    with page.expect_download() as record:
+        page.get_by_role("button", name="Save the record").click()
+    record.value.save_as(tmp_path / "record.zip")
+    zipfile.ZipFile(tmp_path / "record.zip").extractall(tmp_path)
+    found = read_record(tmp_path / "du2018" / "du2018.csv")
+    expected = solve_chain(preset("du2018", preload_N=12.0), loop_program(-2.2, 2.2)).record
+    assert np.array_equal(found.angle_deg, expected.angle_deg)
+    assert rig_of(found) == preset("du2018", preload_N=12.0)
+    assert heard.errors == []
+
+
+def test_a_measured_record_is_opened_beside(opened):
+    page, heard = opened
+    chosen = [SHIPPED, SHIPPED.with_suffix(".toml")]
+    assert page.locator(".loop .measured").count() == 0
+    page.locator("input[type=file]").set_input_files(chosen)
+    page.wait_for_selector(".loop .measured", state="attached", timeout=10_000)
+    assert page.locator(".loop .measured").count() == 2  # the angle, and the angle less its backbone
+    assert read_record(SHIPPED).title in page.locator(".legend").inner_text()
+    page.get_by_role("button", name="Close it").click()
+    page.wait_for_selector(".loop .measured", state="detached", timeout=10_000)
+    page.locator("input[type=file]").set_input_files(chosen[1:])
+    page.wait_for_selector(".files .message:visible", timeout=10_000)
+    assert page.locator(".files .message").inner_text() == "no CSV was chosen: expected a record, CSV"
     assert heard.errors == []

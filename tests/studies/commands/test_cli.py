@@ -355,7 +355,8 @@ def test_interruption_is_one_line(tmp_path, capsys, monkeypatch):
 
     monkeypatch.setitem(engines.ENGINES, "chain", interrupted)
     assert call([*RATE, "--out", str(tmp_path / "loop.csv")]) == 130
-    assert capsys.readouterr().err == "notchbend: interrupted\n"
+    said = "notchbend: interrupted: no file is half-written, the same command starts again\n"
+    assert capsys.readouterr().err == said
     assert list(tmp_path.iterdir()) == []
 
 

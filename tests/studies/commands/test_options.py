@@ -103,7 +103,7 @@ def test_the_command_itself_can_still_be_called():
 def options_of(name: str) -> list[str]:
     groups = {"data ": cli.DATA_COMMANDS, "record ": cli.RECORD_COMMANDS, "": cli.COMMANDS}
     commands = {group + name: command for group, known in groups.items() for name, command in known.items()}
-    return list(inspect.signature(with_option_groups(commands[name])).parameters)
+    return list(inspect.signature(with_option_groups(commands[name].load())).parameters)
 
 
 COMMON = ["seed", "quiet", "json"]
@@ -121,7 +121,7 @@ OPTIONS = {
     "compensate": ["record", "reference", "out", "elements", "law", *COMMON],
     "study": ["file", "out", "workers", "scheduler", "retry", "ensemble", *COMMON],
     "report": ["folder", "pdf", *COMMON],
-    "app": ["preset", "rig", "preload", "amplitude", "port", "no_browser", *COMMON],
+    "app": ["preset", "rig", "preload", "amplitude", "port", "record", "no_browser", *COMMON],
     "record new": [
         "csv", "preset", "rig", "preload", "drive_column", "angle_column", "time_column", "cycle_column", "drive_unit",
         "title", "out", *COMMON,

@@ -326,10 +326,10 @@ def test_the_page_of_the_catalogue_is_up_to_date():
 def test_progress_is_shown_on_a_terminal_only(monkeypatch):
     lines = []
     monkeypatch.setattr(progress, "Console", lambda stderr: Console(force_terminal=True, file=_Lines(lines)))
-    with progress.status_of_steps(True, "tracing") as report:
-        report("backlash")
-    with progress.status_of_steps(False, "tracing") as report:
-        report("gravity")
+    with progress.stages(True, "tracing", 5) as stage:
+        stage.say("backlash")
+    with progress.stages(False, "tracing", 5) as stage:
+        stage.begin("gravity")
     assert "tracing" in "".join(lines)
     assert "gravity" not in "".join(lines)
 

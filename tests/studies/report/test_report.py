@@ -93,6 +93,10 @@ def test_an_interrupted_run_does_not_pass_for_a_finished_one(folder, tmp_path, c
 
     monkeypatch.setattr(loops, "solve_multibody", interrupted)
     assert call(["run", "--out", str(copy), "--quiet"]) == 130
+    said = capsys.readouterr().err
+    assert re.fullmatch(
+        r"notchbend: interrupted: \d+ whole files are in .*copy, the same command starts again .*\n", said
+    )
     assert not (copy / "run.json").exists()
     assert not (copy / "report.html").exists()
     assert call(["report", str(copy)]) == 2

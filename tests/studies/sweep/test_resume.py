@@ -99,21 +99,31 @@ def test_killed_three_times_then_finished(tmp_path, undisturbed):
         assert store.counts().by_status == {"ok": 160, "failed": 80}
 
 
-@pytest.mark.parametrize("when", ["while the workers start", "in the middle"])
-def test_interrupted_study_says_how_far_it_came(when, tmp_path, undisturbed):
-    """Ctrl-C goes to all processes of the command: one line, exit 130, dataset and summary of what was there."""
+@pytest.mark.parametrize(
+    ("when", "number"),
+    [
+        ("while the workers start", signal.SIGINT),
+        ("in the middle", signal.SIGINT),
+        ("while the workers start", signal.SIGTERM),
+        ("in the middle", signal.SIGTERM),
+    ],
+)
+def test_interrupted_study_says_how_far_it_came(when, number, tmp_path, undisturbed):
+    """Ctrl-C goes to all processes, SIGTERM to the command: one line, exit 130 or 143, dataset and summary so far."""
     file, out = study_file(tmp_path, LONG), tmp_path / "out"
     process = begun(file, out)
     while process.poll() is None and not (stored(out) if when == "in the middle" else (out / "inputs").exists()):
         time.sleep(0.002)
-    os.killpg(process.pid, signal.SIGINT)
-    assert process.communicate()[1] == b"notchbend: interrupted\n"
-    assert process.returncode == 130
+    (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
+    said = process.communicate()[1].decode()
+    assert process.returncode == 128 + number
     status = open_study(out).status.values.ravel().tolist()
     summary = json.loads((out / "study.json").read_text())
     assert summary["state"] == "interrupted"
     assert summary["status"] == {name: status.count(name) for name in ("ok", "failed", "pending")}
     done = 240 - status.count("pending")
+    word = "interrupted" if number == signal.SIGINT else "terminated"
+    assert said == f"notchbend: {word}: {done} of 240 cases are stored in {out}, the same command goes on\n"
     assert (done == 0) if when != "in the middle" else (0 < done < 240)
     assert summary["computed"] == done
     if done:

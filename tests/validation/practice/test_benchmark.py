@@ -217,10 +217,10 @@ def test_answers_are_resumed_and_errors_are_tried_again(copy):
         assert len(records) >= 1
         return {"schema": 1, "verdict": "none"}
 
-    assert answer_all(folder, into, fails, 1, quiet=True) == len(cases)
+    assert answer_all(folder, into, fails, 1) == len(cases)
     assert "ValueError at fails: no angle" in (into / "case-001.json").read_text()
-    assert answer_all(folder, into, clean, 1, quiet=True) == len(cases)
-    assert answer_all(folder, into, fails, 1, quiet=True) == 0
+    assert answer_all(folder, into, clean, 1) == len(cases)
+    assert answer_all(folder, into, fails, 1) == 0
     found = score_answers(folder, copy / SEALED, into)
     assert found.rates["all"]["missed: none"].rate == 1.0
 

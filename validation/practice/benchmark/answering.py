@@ -10,9 +10,6 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.progress import Progress
-
 from hysteresis.files import write_files
 from hysteresis.record import Record
 from hysteresis.record_file import read_record
@@ -21,6 +18,8 @@ from validation.practice.benchmark.sealed import read_list, records_of
 
 Answerer = Callable[[Sequence[Record]], dict[str, Any]]
 """From the records of a case to its answer, as values for JSON."""
+Count = Callable[[int, int], None]
+"""Called with how many cases are done, and of how many."""
 
 
 def by_tracer(records: Sequence[Record]) -> dict[str, Any]:
@@ -42,8 +41,12 @@ def answer_case(folder: Path, case: str, into: Path, answerer: Answerer) -> None
     write_files({into / f"{case}.json": json.dumps(answer, indent=1, allow_nan=False) + "\n"})
 
 
-def answer_all(folder: Path, into: Path, answerer: Answerer, workers: int, *, quiet: bool = False) -> int:
+def answer_all(
+    folder: Path, into: Path, answerer: Answerer, workers: int, *, progress: Count = lambda done, of: None
+) -> int:
     """Answer the cases without an answer, or with an error, and return their number.
+
+    ``progress`` is called with the number of cases that have an answer, and of all.
 
     Raises
     ------
@@ -52,21 +55,21 @@ def answer_all(folder: Path, into: Path, answerer: Answerer, workers: int, *, qu
     """
     cases = read_list(folder).cases
     todo = [case for case in cases if answer_file(into, case) is None or read_answer(into, case).verdict == "error"]
-    with Progress(console=Console(stderr=True), disable=quiet) as progress:
-        task = progress.add_task("cases", total=len(cases), completed=len(cases) - len(todo))
-        if workers == 1:
-            for case in todo:
-                answer_case(folder, case, into, answerer)
-                progress.advance(task)
-            return len(todo)
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, mp_context=context) as pool:
-            futures = [pool.submit(answer_case, folder, case, into, answerer) for case in todo]
-            try:
-                for future in as_completed(futures):
-                    future.result()
-                    progress.advance(task)
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
+    done = len(cases) - len(todo)
+    progress(done, len(cases))
+    if workers == 1:
+        for number, case in enumerate(todo, done + 1):
+            answer_case(folder, case, into, answerer)
+            progress(number, len(cases))
+        return len(todo)
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        futures = [pool.submit(answer_case, folder, case, into, answerer) for case in todo]
+        try:
+            for number, future in enumerate(as_completed(futures), done + 1):
+                future.result()
+                progress(number, len(cases))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
     return len(todo)

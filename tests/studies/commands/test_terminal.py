@@ -1,0 +1,193 @@
+"""What a user meets first: help, version, progress, and a command that is stopped."""
+
+import io
+import re
+import resource
+import signal
+import subprocess
+import sys
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from fem_models.load import LoadProgram
+from fem_models.rig import preset
+from hysteresis import sidecar
+from studies import engines, progress
+from studies.commands import cli
+from studies.commands.tables import verdict_lines
+from studies.report.summary import Verdict
+
+ROOT = Path(__file__).parents[3]
+GROUPS = {"": cli.COMMANDS, "data ": cli.DATA_COMMANDS, "practice ": cli.PRACTICE_COMMANDS}
+ALL = {
+    group + name: cli.command_of(name, entry) for group, entries in GROUPS.items() for name, entry in entries.items()
+}
+ENTRIES = {group + name: entry for group, entries in GROUPS.items() for name, entry in entries.items()}
+CHAIN = ["simulate", "--preset", "du2018", "--amplitude", "2.2", "--engine", "chain", "--quiet"]
+DRAWING = {"pyvista", "vtkmodules", "matplotlib", "plotly", "trame", "jinja2"}
+ELSEWHERE = {"exudyn", "gmsh", "skfem", "meshio", "pandas", "xarray", "zarr", "dask", "distributed", "SALib", "pymoo"}
+
+
+def modules_after(*arguments: str, folder: Path = ROOT) -> tuple[set[str], float, str]:
+    """Top-level modules and `scipy.stats` that a command has loaded, its processor time, s, and what it printed."""
+    code = (
+        f"import sys; sys.path.insert(0, {str(ROOT)!r})\n"
+        "from studies.commands.cli import call\n"
+        f"call({list(arguments)!r})\n"
+        "print('LOADED', *({name.split('.')[0] for name in sys.modules} | {'scipy.stats'} & set(sys.modules)))\n"
+    )
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    printed, loaded = done.stdout.split("LOADED ")
+    return set(loaded.split()), seconds, printed
+
+
+@pytest.mark.parametrize("arguments", [["--help"], [], ["--version"], ["data"]])
+def test_help_loads_no_library_of_numbers(arguments):
+    """The list of commands stands alone: no command and none of the libraries below is imported. A second at most."""
+    loaded, seconds, printed = modules_after(*arguments)
+    assert printed
+    assert not loaded & (DRAWING | ELSEWHERE | {"numpy", "scipy", "numba", "hysteresis", "fem_models", "validation"})
+    assert seconds < 1.0  # 0.1 s on the machine this was written on
+
+
+def test_the_chain_loads_what_it_uses(tmp_path):
+    modules_after(*CHAIN, "--out", "warm.csv", folder=tmp_path)  # compiles what is not in the cache yet
+    loaded, seconds, _ = modules_after(*CHAIN, "--out", "loop.csv", folder=tmp_path)
+    assert not loaded & (DRAWING | ELSEWHERE | {"validation"})
+    assert seconds < 2.5 * 2  # 1.4 s on a quiet machine; other processes on the same core add to it
+
+
+def test_no_command_shows_the_help(capsys):
+    assert cli.call([]) == 2  # as usual for commands of this kind
+    shown = capsys.readouterr()
+    assert shown.out.startswith("Usage: notchbend [OPTIONS] COMMAND [ARGS]...")
+    assert shown.err == ""
+    assert cli.call(["data"]) == 2
+    assert "fetch" in capsys.readouterr().out
+
+
+def test_version(capsys):
+    assert cli.call(["--version"]) == 0
+    assert capsys.readouterr().out == f"notchbend {version('notchbend')}\n"
+
+
+def test_an_unknown_command_is_answered_with_the_known_ones(capsys):
+    assert cli.call(["simulat"]) == 2
+    expected = f"notchbend: simulat: no such command: expected one of {', '.join([*cli.COMMANDS, *cli.GROUPS])}\n"
+    assert capsys.readouterr().err == expected
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_option_says_what_it_does_and_its_default(name):
+    for parameter in ALL[name].params:
+        said = parameter.help or ""
+        assert len(said) > 10, parameter.name
+        if parameter.param_type_name == "option" and not parameter.required and parameter.default is None:
+            assert re.search(r"by default|in place of|or --", said, re.IGNORECASE), f"{parameter.name}: {said}"
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_examples_are_shown_and_taken(name, capsys):
+    group, _, last = name.rpartition(" ")
+    assert cli.call([*name.split(), "--help"]) == 0
+    shown = capsys.readouterr().out
+    assert ENTRIES[name].examples
+    for example in ENTRIES[name].examples:
+        assert f"  {example}\n" in shown
+        words = example.split()
+        assert words[: 1 + len(name.split())] == ["notchbend", *name.split()]
+        given = cli.repeated(words[1:], "trace", "--reference")[len(name.split()) :]
+        ALL[name].make_context(last, given)  # raises where an option is unknown or a value is missing
+    assert len(f"  {last:<10}  {ENTRIES[name].summary}") <= 80, group
+
+
+def columns_of(text: str) -> list[str]:
+    return [line for line in text.splitlines() if line.strip()]
+
+
+def test_progress_of_a_command_that_is_piped_is_lines(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "FIRST_S", 0.05)
+    monkeypatch.setattr(progress, "NEXT_S", 0.05)
+    with progress.steps(True, 4) as step:
+        step("first")
+        step("second")
+        time.sleep(0.18)
+    lines = columns_of(capsys.readouterr().err)
+    assert lines[0] == "second, 1 of 4 (25 %), 0 s"
+    assert 2 <= len(lines) <= 4
+
+
+def test_progress_of_a_short_or_a_quiet_command_is_nothing(monkeypatch, capsys):
+    with progress.steps(True, 2) as step:
+        step("short")
+    monkeypatch.setattr(progress, "FIRST_S", 0.01)
+    with progress.counted(False, "quiet") as count:
+        count(1, 2)
+        time.sleep(0.05)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_progress_on_a_terminal_has_count_share_and_time(monkeypatch):
+    shown = io.StringIO()
+    monkeypatch.setattr(progress, "Console", lambda stderr: Console(force_terminal=True, width=100, file=shown))
+    with progress.counted(True, "cases [of mine]") as count:
+        count(3, 12)
+    text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.getvalue())
+    assert "cases [of mine]" in text
+    assert "3 of 12 (25 %)" in text
+    assert "0:00:0" in text
+
+
+def test_the_multibody_model_counts_its_samples():
+    seen = []
+    program = LoadProgram([0.0, 0.1, 0.2])
+    engines.simulate_counted(preset("du2018"), program, "multibody", lambda *one: seen.append(one))
+    assert seen == [(1, 3), (2, 3), (3, 3)]
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
+)
+def test_a_stopped_command_ends_in_one_line(number, code, word, tmp_path, capsys, monkeypatch):
+    def stopped(rig, program):
+        signal.raise_signal(number)
+        time.sleep(1)
+
+    before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)}
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    monkeypatch.setitem(engines.ENGINES, "chain", stopped)
+    monkeypatch.setattr(sys, "argv", ["notchbend", *CHAIN, "--out", str(tmp_path / "loop.csv")])
+    try:
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
+    assert ended.value.code == code
+    said = f"notchbend: {word}: no file is half-written, the same command starts again\n"
+    assert capsys.readouterr() == ("", said)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_report_ends_in_its_summary_rows():
+    rows = [
+        Verdict("holds", "Bending", "45.0 deg", "as the paper [states]", "loops", "notchbend run"),
+        Verdict("look", "Peak strain", "2.0 %", "limits exceeded", "rig", "notchbend run"),
+    ]
+    assert verdict_lines(rows) == [
+        "ok    Bending                   45.0 deg",
+        "      as the paper [states]",
+        "LOOK  Peak strain               2.0 %",
+        "      limits exceeded",
+    ]
+
+
+def test_toml_of_yes_and_no():
+    assert sidecar.toml({"a": True, "b": {"c": False}}) == "a = true\n\n[b]\nc = false\n"
