@@ -110,10 +110,7 @@ def simulate(
             _require_dynamic(engine, load)
         with counted(common.shows_progress, message) as count:
             record, strain = _simulate(chosen, load, engine, dynamic, count)
-        heats = chosen.superelastic is not None and chosen.superelastic.heating_time_s is not None
-        by_rate = heats or any(part is not None for part in (chosen.creep, chosen.drag, chosen.stribeck))
-        rate_matters = dynamic or engine not in QUASI_STATIC or by_rate
-        only_times = load.time_s is not None and not rate_matters
+        only_times = load.time_s is not None and not _rate_matters(chosen, engine, dynamic)
         remarks = ["quasi-static: the rate sets the times only"] if only_times else []
     if rig.rig is not None:
         preload: dict[str, str | float] = {"preload_N": chosen.preload_N} if chosen.preload_N > 0 else {}
@@ -140,6 +137,12 @@ def simulate(
         )
         remarks = [*remarks, f"ranges along the drive: {bands}"]
     common.show(summary, shown, *remarks, f"record: {out}")
+
+
+def _rate_matters(rig: Rig, engine: EngineName, dynamic: bool) -> bool:
+    heats = rig.superelastic is not None and rig.superelastic.heating_time_s is not None
+    by_rate = heats or any(part is not None for part in (rig.creep, rig.drag, rig.stribeck))
+    return dynamic or engine not in QUASI_STATIC or by_rate
 
 
 def _simulate(

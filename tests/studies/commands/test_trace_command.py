@@ -216,7 +216,8 @@ def test_candidates_that_are_not_distinguished_are_named_together():
 def test_the_record_that_is_proposed_tells_play_from_friction_at_the_base():
     """At two preloads they are not distinguished, and the record that distinguishes them is below both."""
     found = trace_records(bench_records(WIDTH_MM)[:2], threads=1)
-    assert {found.augmented.names[0], *found.confusable[0]} == {"backlash", "guide_friction"}
+    named = {found.augmented.names[0], *found.confusable[0]}
+    assert named == {"backlash", "guide_friction", "preloaded_play"}
     assert next_experiment(found).preload_N == 5.0
     assert traced(WIDTH_MM).names == ("backlash",)  # with that record
 
