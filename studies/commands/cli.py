@@ -26,7 +26,7 @@ BAD_INPUT = 2
 
 @dataclass(frozen=True)
 class Entry:
-    """A command: its line in the list of commands, ``module:function`` of its work, and examples for its help."""
+    """A command: its line in the list of commands, ``module:function`` below ``studies``, and examples for its help."""
 
     summary: str
     where: str
@@ -35,19 +35,19 @@ class Entry:
     def load(self) -> Callable[..., None]:
         """Import the function."""
         module, name = self.where.split(":")
-        loaded: Callable[..., None] = getattr(import_module(f"studies.commands.{module}"), name)
+        loaded: Callable[..., None] = getattr(import_module(f"studies.{module}"), name)
         return loaded
 
 
 COMMANDS: dict[str, Entry] = {
     "run": Entry(
         "Simulate, cross-check, identify, separate, trace: the report.",
-        "simulation:run",
+        "commands.simulation:run",
         ("notchbend run --out results/first-report", "notchbend run --seed 1 --quiet"),
     ),
     "simulate": Entry(
         "Run one load program on one rig: a record.",
-        "simulation:simulate",
+        "commands.simulation:simulate",
         (
             "notchbend simulate --preset du2018 --preload 20 --amplitude 2.2 --out loop.csv",
             "notchbend simulate --rig mine.toml --amplitude 2 --cycles 3 --engine chain --out mine.csv",
@@ -56,12 +56,12 @@ COMMANDS: dict[str, Entry] = {
     ),
     "validate": Entry(
         "Compare all models of a rig side by side.",
-        "simulation:validate",
+        "commands.simulation:validate",
         ("notchbend validate --out results/models", "notchbend validate --preset du2018 --out results/models --json"),
     ),
     "identify": Entry(
         "Identify the hysteresis of records.",
-        "records:identify",
+        "commands.records:identify",
         (
             "notchbend identify bench.csv --out results/fit",
             "notchbend identify bench-10N.csv bench-20N.csv --law auto --seeds 3 --out results/fit",
@@ -69,7 +69,7 @@ COMMANDS: dict[str, Entry] = {
     ),
     "separate": Entry(
         "Divide a loop into friction, tendon elasticity, material.",
-        "records:separate",
+        "commands.records:separate",
         (
             "notchbend separate --preset du2018 --preload 20 --out results/parts",
             "notchbend separate bench-10N.csv bench-20N.csv --out results/parts",
@@ -77,18 +77,20 @@ COMMANDS: dict[str, Entry] = {
     ),
     "trace": Entry(
         "Trace the residual to the effect that the model lacks.",
-        "records:trace",
+        "commands.records:trace",
         (
             "notchbend trace bench-10N.csv bench-20N.csv --out results/trace",
             "notchbend trace today.csv --reference january.csv --out results/change",
         ),
     ),
     "effects": Entry(
-        "List the effects that trace knows.", "records:effects", ("notchbend effects", "notchbend effects --json")
+        "List the effects that trace knows.",
+        "commands.records:effects",
+        ("notchbend effects", "notchbend effects --json"),
     ),
     "compensate": Entry(
         "Find the drive that makes the angle follow a reference.",
-        "records:compensate",
+        "commands.records:compensate",
         (
             "notchbend compensate bench.csv --reference wanted.csv --out drive.csv",
             "notchbend compensate results/fit/identify.json --reference wanted.csv --out drive.csv",
@@ -96,31 +98,37 @@ COMMANDS: dict[str, Entry] = {
     ),
     "study": Entry(
         "Run a parametric study; it can be stopped and resumed.",
-        "study:study",
+        "commands.study:study",
         ("notchbend study preload --out results/preload", "notchbend study mine.toml --workers 4 --out results/mine"),
     ),
     "report": Entry(
         "Write the report again from stored results.",
-        "study:report",
+        "commands.study:report",
         ("notchbend report results/first-report", "notchbend report results/first-report --pdf"),
     ),
     "app": Entry(
         "Open a local page with sliders.",
-        "study:serve_app",
+        "commands.study:serve_app",
         ("notchbend app", "notchbend app --rig mine.toml --amplitude 2 --record bench.csv"),
     ),
 }
 DATA_COMMANDS: dict[str, Entry] = {
-    "list": Entry("List records that can be fetched.", "data:list_records", ("notchbend data list",)),
-    "fetch": Entry("Fetch one record.", "data:fetch", ("notchbend data fetch tendon-actuated-robot --out measured",)),
+    "list": Entry("List records that can be fetched.", "commands.data:list_records", ("notchbend data list",)),
+    "fetch": Entry(
+        "Fetch one record.", "commands.data:fetch", ("notchbend data fetch tendon-actuated-robot --out measured",)
+    ),
 }
 PRACTICE_COMMANDS: dict[str, Entry] = {
     "export": Entry(
-        "Write blind cases.", "practice:export", ("notchbend practice export --count 4 --seed 7 --out cases",)
+        "Write blind cases.", "commands.practice:export", ("notchbend practice export --count 4 --seed 7 --out cases",)
     ),
-    "answer": Entry("Answer cases.", "practice:answer", ("notchbend practice answer cases --by tracer --workers 2",)),
+    "answer": Entry(
+        "Answer cases.", "commands.practice:answer", ("notchbend practice answer cases --by tracer --workers 2",)
+    ),
     "score": Entry(
-        "Score answers.", "practice:score", ("notchbend practice score cases cases-ANSWERS.json --out score.json",)
+        "Score answers.",
+        "commands.practice:score",
+        ("notchbend practice score cases cases-ANSWERS.json --out score.json",),
     ),
 }
 
