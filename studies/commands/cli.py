@@ -115,7 +115,7 @@ COMMANDS: dict[str, Entry] = {
 DATA_COMMANDS: dict[str, Entry] = {
     "list": Entry("List records that can be fetched.", "commands.data:list_records", ("notchbend data list",)),
     "fetch": Entry(
-        "Fetch one record.", "commands.data:fetch", ("notchbend data fetch tendon-actuated-robot --out measured",)
+        "Fetch one record.", "commands.data:fetch", ("notchbend data fetch notched-wrist-90 --out measured",)
     ),
 }
 PRACTICE_COMMANDS: dict[str, Entry] = {
