@@ -16,6 +16,7 @@ from typing import Any
 
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
+from fem_models.rig.rig import Tendon
 from fem_models.view import SceneError
 from hysteresis.plain import to_plain
 from hysteresis.record import Record, RecordError
@@ -203,7 +204,7 @@ class Page:
                         html.Div(v_html=("loop",), classes="loop")
                         html.Div(v_html=("bare_loop",), classes="loop bare")
                         self._legend(html)
-                    self._tube(html, vtk)
+                    self._tube(html, vtk, self.rig.tendons)
 
     @staticmethod
     def _words(html: Any) -> None:
@@ -250,7 +251,7 @@ class Page:
             html.P("{{ file_message }}", classes="message", v_show=("file_message !== ''",), raw_attrs=['role="alert"'])
 
     @staticmethod
-    def _tube(html: Any, vtk: Any) -> None:
+    def _tube(html: Any, vtk: Any, tendons: Sequence[Tendon]) -> None:
         label = "The bent tube, coloured by strain, and its tendons"
         with html.Div(classes="tube", raw_attrs=['role="figure"', f'aria-label="{label}"']):
             with (
@@ -265,10 +266,10 @@ class Page:
                 html.Span("0")
                 html.I(classes="heat")
                 html.Span(f"{TOP_STRAIN_PERCENT:g} % strain")
-                html.I(classes="tendon-a")
-                html.Span("tendon a")
-                html.I(classes="tendon-b")
-                html.Span("tendon b")
+                for name in "ab"[: len(tendons)]:
+                    with html.Span(classes="tendon"):
+                        html.I(classes=f"tendon-{name}")
+                        html.Span(f"tendon {name}")
 
     def _changed_when_served(self, **state: Any) -> None:
         if self.server.running:

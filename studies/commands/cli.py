@@ -26,7 +26,7 @@ BAD_INPUT = 2
 
 @dataclass(frozen=True)
 class Entry:
-    """A command: its line in the list of commands, ``module:function`` of its work, and examples for its help."""
+    """A command: its line in the list of commands, ``module:function`` below ``studies``, and examples for its help."""
 
     summary: str
     where: str
@@ -118,7 +118,7 @@ COMMANDS: dict[str, Entry] = {
 DATA_COMMANDS: dict[str, Entry] = {
     "list": Entry("List records that can be fetched.", "commands.data:list_records", ("notchbend data list",)),
     "fetch": Entry(
-        "Fetch one record.", "commands.data:fetch", ("notchbend data fetch tendon-actuated-robot --out measured",)
+        "Fetch one record.", "commands.data:fetch", ("notchbend data fetch notched-wrist-90 --out measured",)
     ),
 }
 RECORD_COMMANDS: dict[str, Entry] = {

@@ -108,7 +108,8 @@ def _saying_what_is_stored(out: Path) -> Iterator[None]:
         yield
     except KeyboardInterrupt as stop:
         count = sum(path.suffix in (".csv", ".json") for path in out.rglob("*"))
-        stop.add_note(f"{count} whole files are in {out}, the same command starts again and replaces them")
+        if count:
+            stop.add_note(f"{count} whole files are in {out}, the same command starts again and replaces them")
         raise
 
 

@@ -28,9 +28,7 @@ if TYPE_CHECKING:
 class OwnRigChoice:
     """A rig, its preloads and its amplitude."""
 
-    rig: Annotated[
-        Path | None, typer.Option("--rig", help="Your rig file, TOML, or --preset: the report is of it.")
-    ] = None
+    rig: Annotated[Path | None, typer.Option("--rig", help="Rig file, TOML, or --preset: a report of your rig.")] = None
     preset: Annotated[str | None, typer.Option("--preset", help=f"In place of --rig, one of {', '.join(PRESETS)}.")] = (
         None
     )

@@ -19,7 +19,9 @@ from hysteresis import sidecar
 from studies import engines, progress
 from studies.commands import cli
 from studies.commands.tables import verdict_lines
+from studies.fetch import CATALOGUE
 from studies.report.summary import Verdict
+from studies.sweep.study_file import ready_studies
 
 ROOT = Path(__file__).parents[3]
 GROUPS = {"": cli.COMMANDS, "data ": cli.DATA_COMMANDS, "practice ": cli.PRACTICE_COMMANDS}
@@ -106,6 +108,11 @@ def test_examples_are_shown_and_taken(name, capsys):
         given = cli.repeated(words[1:], "trace", "--reference")[len(name.split()) :]
         ALL[name].make_context(last, given)  # raises where an option is unknown or a value is missing
     assert len(f"  {last:<10}  {ENTRIES[name].summary}") <= 80, group
+
+
+def test_names_in_examples_are_there():
+    assert ENTRIES["data fetch"].examples[0].split()[3] in CATALOGUE
+    assert ENTRIES["study"].examples[0].split()[2] in ready_studies()
 
 
 def columns_of(text: str) -> list[str]:
