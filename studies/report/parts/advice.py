@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from studies.report.parts.feasible import Feasible
-from studies.report.summary import OVER_NOISE, words_of_part
+from studies.report.summary import OVER_NOISE, limit_words, words_of_part
 from studies.results import fit, read_result, trace
 from studies.results.fit import StoredFit
 from studies.results.run import RunLoop, RunSummary, StrainLimit, read_run
@@ -63,10 +63,11 @@ def _of_strain(run: RunSummary) -> Iterator[str]:
         return
     low, last = passed[0], passed[-1]
     times = low.largest_percent / low.limit_percent
+    cycles = limit_words(worst, low)
     yield (
-        f"Strain: {low.name} ({low.limit_percent:.3g} % {low.kind}) is passed from {_at(low)} on, at joint {low.joint} "
-        f"of {worst.record}, and by a factor of {times:.2g} at full drive. For many cycles stay below that drive, or "
-        "strain each notch less: more notches, wider ones, or deeper ones."
+        f"Strain: {low.name} ({low.limit_percent:.3g} % {low.kind}) is passed {cycles}, at joint {low.joint} of "
+        f"{worst.record}, and by a factor of {times:.2g} at full drive. For many cycles stay below that, or strain "
+        "each notch less: more notches, wider ones, or deeper ones."
     )
     is_superelastic = any(number.name.startswith("superelastic.") for number in run.rig)
     if last is not low and not ("plateau" in last.name and is_superelastic):
