@@ -64,7 +64,7 @@ def run(
 
         design, loaded = own.design(records or [])
         made = made_now(own.command(records or [], out, common.seed))
-        for words in () if common.quiet else without_geometry(loaded):
+        for words in () if common.quiet else without_geometry(loaded, beside_rig=True):
             typer.echo(f"notchbend: {words}", err=True)
         summary = design_report(design, loaded, out, made=made, seed=common.seed, progress=common.shows_progress)
         todo = [f"{i}. {words}" for i, words in enumerate(what_to_do(out), start=1)]

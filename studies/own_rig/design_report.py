@@ -115,7 +115,7 @@ def design_report(
         (out / name).unlink(missing_ok=True)
     for stale in [*out.glob("trace*.json"), *out.glob("separate*.json")]:
         stale.unlink()  # of an earlier report; the page would show them as those of this one
-    found = _Found(notes=without_geometry(records))
+    found = _Found(notes=without_geometry(records, beside_rig=True))
     total = (2 + bool(design.members)) * len(design.rigs) + len(records) + max(1, len(design.rigs)) + 3
     with steps(progress, total=total) as step:
         for rig in design.rigs:

@@ -101,7 +101,7 @@ def _of_predictions(run: RunSummary) -> Iterator[str]:
             yield (
                 f"Rig file: the loop of {one.record} is {one.rmse_deg:.2g} deg rms from what the file predicts"
                 f"{widths}, {one.rmse_deg / max(one.noise_floor_deg, 1e-12):.2g} times the noise: take over the "
-                "calibrated numbers below, or measure friction and stiffness."
+                "calibrated numbers under Contributions, or measure friction and stiffness."
             )
 
 

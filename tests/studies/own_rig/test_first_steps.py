@@ -123,6 +123,7 @@ def test_the_design_report_has_both_preloads_both_records_and_what_to_do(day):
     html = re.sub(r"<script\b.*?</script>", "", html, flags=re.S)
     parts = ["summary", "todo", "rig", "crosschecks", "loops", "records", "contributions", "layer", "trace", "versions"]
     assert re.findall(r'<h2 id="(\w+)"', html) == parts
+    assert re.search(r"<code>sheath_N</code></th><td class=\"n\">0\.[78]", html)  # calibrated, while the file has 0.5
     todo = re.search(r'<ol class="todo">(.*?)</ol>', html, re.S)[1]
     loop = stored["loops"][1]
     amplitude, first = loop["fatigue_amplitude_mm"], loop["strain_limits"][0]["passed_at_mm"]

@@ -148,7 +148,13 @@ def test_unknown_geometry_is_said_aloud(bench, capsys):
     assert "bench.csv: no sidecar bench.toml: its geometry is unknown" in shown.err
     assert "notchbend record new bench.csv --rig RIG.toml --preload N" in shown.err
     new(capsys, "bench.csv", "--preset", "du2018", "--preload", 20)
-    assert without_geometry([read_record("bench.csv")]) == []
+    assert without_geometry([read_record("bench.csv")], beside_rig=True) == []
+    bench("other.csv")
+    new(capsys, "other.csv", "--preload", 20)
+    other = [read_record("other.csv")]
+    assert without_geometry(other) == []  # its sidecar says so
+    (words,) = without_geometry(other, beside_rig=True)
+    assert words.startswith("other.csv: its sidecar other.toml names no rig: its geometry is unknown")
 
 
 def test_a_record_of_another_rig_is_refused(bench, tmp_path, capsys):
