@@ -211,6 +211,9 @@ def validate(
     if amplitude is None and rig.rig is not None:
         amplitude = drive_to_angle_mm(chosen)
     result = validate_rig(chosen, preloads_N=preloads, amplitude_mm=amplitude, progress=common.shows_progress)
+    given = {"preset": rig.preset, "rig": rig.rig, "preload": rig.preload, "amplitude": amplitude}
+    options = " ".join(f"--{name} {shlex.quote(str(value))}" for name, value in given.items() if value is not None)
+    result = replace(result, options=options or f"--preset {PRESET}")
     target = out / "validate.json"
     write_result(target, result)
     common.show(
