@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from fem_models.rig import Rig
+from hysteresis.plain import optional
 from studies.progress import steps
 from validation.engines import EngineAgreement, compare_engines
 from validation.joints import compare_models
@@ -28,11 +29,15 @@ class Models:
 
 @dataclass(frozen=True)
 class Validation:
-    """What ``validate.json`` holds: the engines side by side at both preloads, and every model of one joint."""
+    """What ``validate.json`` holds: the engines side by side at the preloads, and every model of one joint.
+
+    ``options`` are the options of the command that name the rig and its drive.
+    """
 
     schema: int
     rigs: tuple[EngineAgreement, ...]
     models: Models
+    options: str | None = optional()
 
 
 def validate_rig(

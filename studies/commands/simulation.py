@@ -64,7 +64,7 @@ def run(
 
         design, loaded = own.design(records or [])
         made = made_now(own.command(records or [], out, common.seed))
-        for words in () if common.quiet else without_geometry(loaded):
+        for words in () if common.quiet else without_geometry(loaded, beside_rig=True):
             typer.echo(f"notchbend: {words}", err=True)
         summary = design_report(design, loaded, out, made=made, seed=common.seed, progress=common.shows_progress)
         todo = [f"{i}. {words}" for i, words in enumerate(what_to_do(out), start=1)]
@@ -221,6 +221,9 @@ def validate(
     if amplitude is None and rig.rig is not None:
         amplitude = drive_to_angle_mm(chosen)
     result = validate_rig(chosen, preloads_N=preloads, amplitude_mm=amplitude, progress=common.shows_progress)
+    given = {"preset": rig.preset, "rig": rig.rig, "preload": rig.preload, "amplitude": amplitude}
+    options = " ".join(f"--{name} {shlex.quote(str(value))}" for name, value in given.items() if value is not None)
+    result = replace(result, options=options or f"--preset {PRESET}")
     target = out / "validate.json"
     write_result(target, result)
     common.show(

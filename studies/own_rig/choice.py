@@ -135,10 +135,12 @@ def made_now(command: str) -> Made:
 
 def design_lines(summary: RunSummary) -> list[str]:
     """Give the lines of a terminal: the loop and its strain at each preload, records, parts, trace, notes."""
+    from studies.report.summary import limit_words  # the page, which other commands do not need
+
     lines = []
     for loop in summary.loops:
         passed = [row for row in loop.strain_limits if row.passed_at_mm is not None]
-        limits = ", ".join(f"{row.name} passed at {row.passed_at_mm:.3g} mm" for row in passed) or "within all limits"
+        limits = ", ".join(f"{row.name} passed {limit_words(loop, row)}" for row in passed) or "within all limits"
         lines.append(
             f"{loop.record}: {loop.full_scale_deg:.4g} deg, loop {loop.loop_width_deg:.3g} deg wide, peak strain "
             f"{loop.peak_strain_percent:.3g} %, {limits if loop.strain_limits else 'its limits are not known'}"

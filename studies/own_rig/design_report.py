@@ -115,7 +115,7 @@ def design_report(
         (out / name).unlink(missing_ok=True)
     for stale in [*out.glob("trace*.json"), *out.glob("separate*.json")]:
         stale.unlink()  # of an earlier report; the page would show them as those of this one
-    found = _Found(notes=without_geometry(records))
+    found = _Found(notes=without_geometry(records, beside_rig=True))
     total = (2 + bool(design.members)) * len(design.rigs) + len(records) + max(1, len(design.rigs)) + 3
     with steps(progress, total=total) as step:
         for rig in design.rigs:
@@ -303,16 +303,22 @@ def _separate(design: Design, records: Sequence[Record], out: Path, found: _Foun
         name = _loop_name(design, rig)
         step(f"separating {name}")
         members = [replace(member, preload_N=rig.preload_N) for member in design.members]
-        try:
-            result = separate_rig(rig, design.amplitude_mm, seed=seed, members=members)
-        except _REFUSED as error:
-            found.notes.append(f"the loop of {name} is not divided: {error}")
+        result = None
+        for over in (members, []) if members else ([],):
+            try:
+                result = separate_rig(rig, design.amplitude_mm, seed=seed, members=over)
+            except _REFUSED as error:
+                what = "has no ranges over the ensemble" if over else "is not divided"
+                found.notes.append(f"the loop of {name} {what}: {error}")
+            else:
+                break
+        if result is None:
             continue
         write_result(out / f"separate-{name}.json", result)
         options = f"{design.option} --preload {rig.preload_N:g} --amplitude {design.amplitude_mm:g} --seed {seed}"
-        over = " --ensemble" if members else ""
+        ranges = " --ensemble" if result.ensemble is not None else ""
         label = f"{design.name}, {rig.preload_N:g} N, {design.amplitude_mm:g} mm"
-        command = f"notchbend separate {options}{over} --out DIR"
+        command = f"notchbend separate {options}{ranges} --out DIR"
         found.separations.append(SeparationEntry(f"separate-{name}.json", label, command))
 
 

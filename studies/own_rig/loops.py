@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from fem_models.analytic import simulate_analytic
+from fem_models.joint.strain import FATIGUE
 from fem_models.load import LoadProgram
 from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig import Rig, RigError
 from fem_models.view import SceneError, render
 from hysteresis.arrays import Floats
+from hysteresis.path import branches
 from hysteresis.record import Record
 from hysteresis.record_file import write_record
 from studies.own_rig.strain import Strain, strain_of
@@ -20,6 +22,7 @@ from studies.report.tube import write_tube
 from studies.results.run import Picture, RunLoop, loop_summary
 
 _SLACK = 0.01
+_AMPLITUDES = 401
 
 
 @dataclass(frozen=True)
@@ -58,8 +61,42 @@ def write_loop(
     write_record(simulate_analytic(ideal or rig, theory), out / "records" / f"{curve}.csv")
     parts = (loop_summary(solution.record), energy_summary(solution), strain_summary(rig, solution))
     numbers = {key: value for part in parts for key, value in vars(part).items()}
-    slack = _slack_from_mm(rig, solution)
-    return solution, RunLoop(record=name, theory=curve, preload_N=rig.preload_N, slack_from_mm=slack, **numbers)
+    loop = RunLoop(
+        record=name,
+        theory=curve,
+        preload_N=rig.preload_N,
+        slack_from_mm=_slack_from_mm(rig, solution),
+        fatigue_amplitude_mm=fatigue_amplitude_mm(rig, solution.record.drive, solution.peak_strain),
+        **numbers,
+    )
+    return solution, loop
+
+
+def fatigue_amplitude_mm(rig: Rig, drive: Floats, strain: Floats) -> float | None:
+    """Find the amplitude of a cycle beyond which a fibre alternates by more than the limit of fatigue.
+
+    Parameters
+    ----------
+    drive, strain
+        Shapes (m,) and (m, N): a run whose last branch rises from one end of a closed cycle to the other. The cycle is
+        from -x to x, and of a single tendon from 0 to x; a fibre's strain amplitude is half its range on that branch.
+
+    Returns
+    -------
+    float or None
+        None if the whole branch keeps the limit, or the strain is not known.
+    """
+    part = branches(drive)[-1]
+    x, e = drive[part], strain[part]
+    if not np.isfinite(e).all() or x[-1] <= x[0]:
+        return None
+    amplitude = np.linspace(0.0, float(x[-1] if rig.tendon_b is None else min(x[-1], -x[0])), _AMPLITUDES)
+    back = np.zeros_like(amplitude) if rig.tendon_b is None else -amplitude
+    half = [0.5 * np.abs(np.interp(amplitude, x, one) - np.interp(back, x, one)) for one in e.T]
+    worst = np.maximum.accumulate(np.max(half, axis=0))
+    if worst[-1] <= FATIGUE.strain:
+        return None
+    return float(np.interp(FATIGUE.strain, worst, amplitude))
 
 
 def _slack_from_mm(rig: Rig, solution: MultibodySolution) -> float | None:

@@ -247,17 +247,21 @@ def lines(found: NewRecord) -> list[str]:
     ]
 
 
-def without_geometry(records: Sequence[Record]) -> list[str]:
-    """Say of which records the geometry is unknown because they have no sidecar, and how they get one."""
+def without_geometry(records: Sequence[Record], *, beside_rig: bool = False) -> list[str]:
+    """Say of which records the geometry is unknown because they have no sidecar, and how they get one.
+
+    ``beside_rig``: also of those whose sidecar names no rig, which is odd beside a rig that was given.
+    """
     words = []
     for record in records:
-        path = Path(record.source)
-        if record.rig or record.tube or record.kinematics is not None or path.with_suffix(".toml").exists():
+        side = Path(record.source).with_suffix(".toml")
+        if set(record.rig) - {"preload_N"} or record.tube or record.kinematics is not None:
             continue
-        new = f"`notchbend record new {shlex.quote(record.source)} --rig RIG.toml --preload N`"
-        side = path.with_suffix(".toml").name
-        words.append(
-            f"{record.source}: no sidecar {side}: its geometry is unknown, and f(x) is fitted to the data; "
-            f"{new} names its rig"
-        )
+        if side.exists() and not beside_rig:
+            continue
+        new = f"`notchbend record new {shlex.quote(record.source)} --rig RIG.toml --preload N` names its rig"
+        missing = f"no sidecar {side.name}: its geometry is unknown, and f(x) is fitted to the data; {new}"
+        if side.exists():
+            missing = f"its sidecar {side.name} names no rig: its geometry is unknown, and f(x) is fitted to the data"
+        words.append(f"{record.source}: {missing}")
     return words

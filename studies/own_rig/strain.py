@@ -65,15 +65,14 @@ def strain_lines(strain: Strain, unit: str = "mm") -> list[str]:
 
 def limit_lines(limits: Sequence[StrainLimit], unit: str = "mm") -> list[str]:
     """Say of each limit whether it is passed, and at which drive and joint; the lowest limit first."""
-    return [
-        f"{row.name} ({row.limit_percent:.3g} %, {row.kind}): "
-        + (
-            f"not passed, {row.largest_percent:.3g} % at most"
-            if row.passed_at_mm is None
-            else f"passed at {row.passed_at_mm:.3g} {unit}, joint {row.joint}; {row.largest_percent:.3g} % at most"
-        )
-        for row in limits
-    ]
+    return [f"{row.name} ({row.limit_percent:.3g} %, {row.kind}): {_where_passed(row, unit)}" for row in limits]
+
+
+def _where_passed(row: StrainLimit, unit: str) -> str:
+    most = f"{row.largest_percent:.3g} % at most"
+    if row.passed_at_mm is None:
+        return f"not passed, {most}"
+    return f"passed in this run at {row.passed_at_mm:.3g} {unit}, joint {row.joint}; {most}"
 
 
 def drive_to_angle_mm(rig: Rig, angle_deg: float = FULL_SCALE_DEG) -> float:

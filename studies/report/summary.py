@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from studies.report.templates import significant
 from studies.results.fit import StoredFit
-from studies.results.run import CrossCheckRow, OwnRig, Prediction, RunLoop, RunSummary
+from studies.results.run import CrossCheckRow, OwnRig, Prediction, RunLoop, RunSummary, StrainLimit
 from studies.results.separation import Separation
 from studies.results.trace import FoldErrors, StoredTrace
 
@@ -144,13 +144,21 @@ def _strain(loops: Sequence[RunLoop], command: str) -> Verdict:
             "note", "Peak strain", "not known", "the section of measured joints is not known", "rig", command
         )
     exceeded = [
-        f"{row.name}, {significant(row.limit_percent, 2)} %, from {abs(row.passed_at_mm):.2f} mm on"
+        f"{row.name}, {significant(row.limit_percent, 2)} %, {limit_words(loop, row)}"
         for row in loop.strain_limits
         if row.passed_at_mm is not None
     ]
     limits = f"limits exceeded: {'; '.join(exceeded)}" if exceeded else "within all limits"
     value = f"{significant(loop.peak_strain_percent)} %"
     return Verdict(_state(not exceeded), "Peak strain", value, f"at {preload_label(loop)}; {limits}", "rig", command)
+
+
+def limit_words(loop: RunLoop, row: StrainLimit) -> str:
+    """Say where a limit is passed: the amplitude of a cycle for an alternating strain, else the drive from rest."""
+    amplitude = loop.fatigue_amplitude_mm
+    if row.kind == "alternating" and amplitude is not None:
+        return f"in cycles of more than {'±' if loop.preload_N else '0 to '}{amplitude:.2f} mm"
+    return "" if row.passed_at_mm is None else f"from {abs(row.passed_at_mm):.2f} mm on"
 
 
 def _prediction(one: Prediction, command: str) -> Verdict:

@@ -76,7 +76,9 @@ class RunLoop:
     """The loop of one preload: the files of the record and of the analytic curve, loop, energy balance and strain.
 
     Energies are those of the last cycle, mJ; ``energy_gap_percent`` is the error of the energy balance. A tendon is
-    slack from the drive ``slack_from_mm`` on, None where none is.
+    slack from the drive ``slack_from_mm`` on, None where none is. Cycles beyond ``fatigue_amplitude_mm`` (from -x to x,
+    of one tendon from 0 to x) pass the limit of alternating strain; None where this loop does not. That amplitude is
+    smaller than the drive at which the run, coming from rest, first passes the limit (``strain_limits``).
     """
 
     record: str
@@ -96,6 +98,7 @@ class RunLoop:
     strain_limits: tuple[StrainLimit, ...]
     preload_N: float | None = optional()
     slack_from_mm: float | None = optional()
+    fatigue_amplitude_mm: float | None = optional()
 
 
 @dataclass(frozen=True)

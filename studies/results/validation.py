@@ -45,3 +45,4 @@ class StoredValidation:
 
     rigs: tuple[CrossCheckRow, ...]
     models: StoredModels
+    options: str | None = None

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from studies.report.parts.feasible import Feasible
-from studies.report.summary import OVER_NOISE, words_of_part
+from studies.report.summary import OVER_NOISE, limit_words, words_of_part
 from studies.results import fit, read_result, trace
 from studies.results.fit import StoredFit
 from studies.results.run import RunLoop, RunSummary, StrainLimit, read_run
@@ -32,7 +32,7 @@ def what_to_do(folder: Path, feasible: Feasible | None = None) -> tuple[str, ...
 def _advice(folder: Path, feasible: Feasible | None) -> Iterator[str]:
     run = read_run(folder) if (folder / "run.json").exists() else None
     if run is not None:
-        yield from _of_strain(run.loops)
+        yield from _of_strain(run)
         yield from _of_slack(run.loops)
         yield from _of_predictions(run)
     for path in sorted(folder.glob("separate*.json")):
@@ -48,9 +48,9 @@ def _advice(folder: Path, feasible: Feasible | None) -> Iterator[str]:
         yield from _of_missing(run)
 
 
-def _of_strain(loops: Sequence[RunLoop]) -> Iterator[str]:
-    """Say which limit is passed first, at which drive and angle, and by how much."""
-    worst = max(loops, key=lambda loop: loop.peak_strain_percent)
+def _of_strain(run: RunSummary) -> Iterator[str]:
+    """Say which limit is passed first, at which drive, and by how much."""
+    worst = max(run.loops, key=lambda loop: loop.peak_strain_percent)
     passed = [row for row in worst.strain_limits if row.passed_at_mm is not None]
     if not worst.strain_limits:
         return
@@ -63,12 +63,14 @@ def _of_strain(loops: Sequence[RunLoop]) -> Iterator[str]:
         return
     low, last = passed[0], passed[-1]
     times = low.largest_percent / low.limit_percent
+    cycles = limit_words(worst, low)
     yield (
-        f"Strain: {low.name} ({low.limit_percent:.3g} % {low.kind}) is passed from {_at(low)} on, at joint {low.joint} "
-        f"of {worst.record}, and by a factor of {times:.2g} at full drive. For many cycles stay below that drive, or "
-        "strain each notch less: more notches, wider ones, or deeper ones."
+        f"Strain: {low.name} ({low.limit_percent:.3g} % {low.kind}) is passed {cycles}, at joint {low.joint} of "
+        f"{worst.record}, and by a factor of {times:.2g} at full drive. For many cycles stay below that, or strain "
+        "each notch less: more notches, wider ones, or deeper ones."
     )
-    if last is not low:
+    is_superelastic = any(number.name.startswith("superelastic.") for number in run.rig)
+    if last is not low and not ("plateau" in last.name and is_superelastic):
         then = (
             "beyond it the linear law of the rig no longer holds: add [superelastic] to the rig file."
             if "plateau" in last.name
@@ -99,7 +101,7 @@ def _of_predictions(run: RunSummary) -> Iterator[str]:
             yield (
                 f"Rig file: the loop of {one.record} is {one.rmse_deg:.2g} deg rms from what the file predicts"
                 f"{widths}, {one.rmse_deg / max(one.noise_floor_deg, 1e-12):.2g} times the noise: take over the "
-                "calibrated numbers below, or measure friction and stiffness."
+                "calibrated numbers under Contributions, or measure friction and stiffness."
             )
 
 
@@ -179,10 +181,12 @@ def _of_missing(run: RunSummary) -> Iterator[str]:
     """Say what a report without records, or with one preload, cannot say yet."""
     assert run.own is not None
     if not run.fits:
-        rig = run.own.option
+        rig, has_preload = run.own.option, bool(run.loops[-1].preload_N)
+        two = "preloads" if has_preload else "amplitudes"
         yield (
-            "Records: this report is of the model alone. Measure two preloads with two cycles each, then "
-            f"`notchbend record new bench.csv {rig} --preload N`, and give the records to `notchbend run {rig}`."
+            f"Records: this report is of the model alone. Measure two {two} with two cycles each, then "
+            f"`notchbend record new bench.csv {rig}{' --preload N' * has_preload}`, and give the "
+            f"records to `notchbend run {rig}`."
         )
     elif len({fit.record for fit in run.fits}) == 1:
         yield "Records: one record. A second preload says more than twice as many cycles."

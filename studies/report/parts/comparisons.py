@@ -53,7 +53,8 @@ def read_validation(folder: Path) -> ValidationSection | None:
     if not result.models.models:
         raise RecordError(f"{path}: models: models: empty: expected {validation.WHAT}")
     forces = tuple(bent.tendon_N for bent in result.models.models[0].bent)
-    return ValidationSection(result, forces, f"notchbend validate --preset {result.models.rig} --out DIR")
+    options = result.options or f"--preset {result.models.rig}"
+    return ValidationSection(result, forces, f"notchbend validate {options} --out DIR")
 
 
 def read_compensations(folder: Path) -> tuple[CompensationSection, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from hysteresis.arrays import Floats, Mask
 from studies.report.charts import Chart, Line, Plate
-from studies.units import label_of
+from studies.units import label_of, unit_of, words_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +51,7 @@ class Best:
 
     def place(self) -> str:
         """Give the point in words."""
-        return ", ".join(f"{label_of(name).replace(', ', ' ')} = {value:.4g}" for name, value in self.at.items())
+        return ", ".join(f"{words_of(name)} {value:.4g} {unit_of(name)}".rstrip() for name, value in self.at.items())
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,8 @@ def region_plate(data: xr.Dataset, inputs: tuple[str, str], found: Feasible) -> 
     ``data`` is the part of the study that is drawn, and ``found`` is what was judged of it.
     """
     x, y = (_over_cases(data, name) for name in inputs)
-    groups = (("outside the limits", ~found.mask, "grey"), ("within all limits", found.mask, "green"))
+    done = data["status"].values == "ok"
+    groups = (("outside the limits", done & ~found.mask, "grey"), ("within all limits", found.mask, "green"))
     marks = [Line(x[mask], y[mask], name, tone, "points") for name, mask, tone in groups]  # type: ignore[arg-type]
     best = found.best
     if best is not None and all(name in best.at for name in inputs):

@@ -127,7 +127,7 @@ def fit_row(series: Series, unit: str, name: str) -> Plate:
     )
     residual = (
         Line(s.drive[~held], after[~held], "fitted", "blue", "points"),
-        Line(s.drive[held], after[held], "predicted (held out)", "green", "points"),
+        Line(s.drive[held], after[held], "predicted (held out)", "orange", "points"),
     )
     most = f"At most {np.abs(before).max():.3g} deg without the layer and {np.abs(after).max():.3g} deg with it"
     return Plate(

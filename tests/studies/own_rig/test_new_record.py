@@ -10,6 +10,7 @@ from fem_models.analytic import theory_curve
 from fem_models.rig import preset
 from hysteresis.record_file import read_record
 from studies.commands.cli import call
+from studies.own_rig.loops import fatigue_amplitude_mm
 from studies.own_rig.new_record import without_geometry
 from studies.own_rig.strain import drive_to_angle_mm
 
@@ -147,7 +148,13 @@ def test_unknown_geometry_is_said_aloud(bench, capsys):
     assert "bench.csv: no sidecar bench.toml: its geometry is unknown" in shown.err
     assert "notchbend record new bench.csv --rig RIG.toml --preload N" in shown.err
     new(capsys, "bench.csv", "--preset", "du2018", "--preload", 20)
-    assert without_geometry([read_record("bench.csv")]) == []
+    assert without_geometry([read_record("bench.csv")], beside_rig=True) == []
+    bench("other.csv")
+    new(capsys, "other.csv", "--preload", 20)
+    other = [read_record("other.csv")]
+    assert without_geometry(other) == []  # its sidecar says so
+    (words,) = without_geometry(other, beside_rig=True)
+    assert words.startswith("other.csv: its sidecar other.toml names no rig: its geometry is unknown")
 
 
 def test_a_record_of_another_rig_is_refused(bench, tmp_path, capsys):
@@ -184,3 +191,16 @@ def test_the_drive_to_an_angle_follows_from_the_moment_arm():
     assert drive_to_angle_mm(rig) == pytest.approx(2.64 * np.pi / 4, abs=0.05)
     wide = replace(rig.tendon_a, moment_arm_mm=5.28)
     assert drive_to_angle_mm(replace(rig, tendon_a=wide)) == pytest.approx(5.28 * np.pi / 4, abs=0.05)
+
+
+def test_the_amplitude_of_fatigue_is_that_of_a_closed_cycle():
+    """Strain of 1 % a mm: 0.4 % alternating in cycles of +-0.4 mm, and of a single tendon from 0 to 0.8 mm."""
+    rig = preset("du2018")
+    drive = np.concatenate([np.linspace(0, 1, 11), np.linspace(1, -1, 21), np.linspace(-1, 1, 21)])
+    strain = 0.01 * np.column_stack([0.5 * drive, drive])
+    assert fatigue_amplitude_mm(rig, drive, strain) == pytest.approx(0.4, abs=0.005)
+    one = np.concatenate([np.linspace(0, 1, 11), np.linspace(1, 0, 11), np.linspace(0, 1, 11)])
+    wrist = preset("notched-wrist-90")
+    assert fatigue_amplitude_mm(wrist, one, 0.01 * one[:, None]) == pytest.approx(0.8, abs=0.005)
+    assert fatigue_amplitude_mm(rig, drive, 0.3 * strain) is None
+    assert fatigue_amplitude_mm(rig, drive, np.nan * strain) is None

@@ -72,12 +72,13 @@ def test_the_folder_of_validate_has_a_page(tmp_path, capsys):
     )
     write_result(
         tmp_path / "validate.json",
-        StoredValidation((CrossCheckRow(**numbers),), StoredModels("mine", "solid", models)),
+        StoredValidation((CrossCheckRow(**numbers),), StoredModels("mine", "solid", models), "--rig mine.toml"),
     )
     assert call(["report", str(tmp_path), "--quiet"]) == 0, capsys.readouterr().err
     html = page(tmp_path)
-    assert "512.5 (+2.5 %)" in html.replace("513", "512.5")
+    assert "512.5 (+2.5 %)" in html
     assert "12.20 (-2.4 %)" in html
+    assert f"notchbend validate --rig mine.toml --out {tmp_path}" in html
     assert "2.5 %" in re.search(r'<td class="found">(.*?)</td>', html)[1]
 
 
