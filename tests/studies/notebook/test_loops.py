@@ -26,9 +26,7 @@ def loop(width_deg: float, *, cycles: int = 2, inner: bool = False) -> nb.Record
 @pytest.mark.parametrize("inner", [False, True])
 def test_backbone_is_the_middle_of_the_full_cycles(inner: bool) -> None:
     record = loop(WIDTH_DEG, inner=inner)
-    np.testing.assert_allclose(
-        backbone_of(record), 20 * record.drive + 0.1 * record.drive**3, atol=5e-3
-    )  # straight between drives
+    np.testing.assert_allclose(backbone_of(record), 20 * record.drive + 0.1 * record.drive**3, atol=5e-3)
 
 
 def test_no_backbone_without_a_way_back() -> None:
