@@ -203,7 +203,9 @@ def _side_view(rig: Rig) -> Figure:
     chart = Chart(repr(rig), "along the tube, mm", "across, mm", tuple(lines), "side view")
     figure = _drawn([chart])
     figure.set_size_inches(2 * _WIDTH_IN, _HEIGHT_IN)
-    figure.axes[0].set_aspect("equal", adjustable="datalim")
+    (axes,) = figure.axes
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(lines), fontsize=7.5)  # not on the notches
     return figure
 
 

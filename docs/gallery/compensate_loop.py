@@ -1,0 +1,42 @@
+"""Compensate the loop.
+
+A rig that should bend to 20 deg bends to less on the way up and to more on the way down. The inverse of a fit gives the
+drive that makes the angle follow.
+"""
+
+# %% [markdown]
+# ## Identify, and invert
+# The fit needs a record with loops of several sizes, because the wanted path has small loops, too.
+
+# %%
+import numpy as np
+
+import notchbend as nb
+
+rig = nb.preset("du2018", preload_N=20.0)
+up_and_down = np.concatenate([nb.triangle(a, cycles=1).drive_mm for a in (2.2, 1.6, 1.0)])
+record = nb.simulate(rig, nb.LoadProgram(up_and_down), engine="chain")
+wanted_deg = 30.0 * np.sin(np.linspace(0.0, 12.0, 240)) * np.linspace(1.0, 0.4, 240)
+fit = nb.identify(record, settings=nb.IdentifySettings(elements=2), use_rig=False)
+drive = nb.compensate(fit, wanted_deg)
+print(drive)
+figure = nb.plot(drive)
+
+# %% [markdown]
+# ## Drive the rig with it
+# Without compensation, the drive is read from the best curve without hysteresis.
+
+# %%
+from matplotlib.figure import Figure
+
+along = np.linspace(-2.2, 2.2, 441)
+plain = np.interp(wanted_deg, fit.plain(along), along)
+figure = Figure(figsize=(7, 3), layout="constrained")
+axes = figure.subplots()
+for name, path in (("without", plain), ("with compensation", drive.drive)):
+    angle_deg = nb.simulate(rig, nb.LoadProgram(np.append(0.0, path)), engine="chain").angle_deg[1:]
+    error_deg = angle_deg - wanted_deg
+    print(f"{name}: error {np.sqrt(np.mean(error_deg**2)):.3f} deg, at most {np.abs(error_deg).max():.3f} deg")
+    axes.plot(error_deg, label=name)
+axes.set(xlabel="sample", ylabel="angle - wanted, deg")
+axes.legend()
