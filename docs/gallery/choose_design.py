@@ -1,13 +1,13 @@
 """Choose preload and notch.
 
-A study simulates every combination of some numbers. Which preload and which depth of the notches give a narrow loop and
-still stay within the strain that the material bears?
+A study simulates every combination of some numbers. Which preload and which depth of the notches give a narrow loop
+and still stay within the strain that the material bears?
 """
 
 # %% [markdown]
 # ## The study
-# A study file names the rig, the program, what varies and what is computed. A study runs in processes of its own, which
-# import the script that started them: that is why its call stands below `if __name__ == "__main__"`.
+# A study file names the rig, the program, what varies and what is computed. A study runs in processes of its own,
+# which import the script that started them: that is why its call stands below `if __name__ == "__main__"`.
 
 # %%
 from pathlib import Path
@@ -39,9 +39,9 @@ if __name__ == "__main__":
 
 # %% [markdown]
 # ## The choice
-# `superelastic_margin` is the allowed strain over the largest one, with 6 % allowed. Of the designs that stay below half
-# of it and bend far enough, the one with the narrowest loop is taken. [Studies](../guide/studies.md) has the other
-# margins: fatigue asks for far less strain.
+# `superelastic_margin` is the allowed strain over the largest one, with 6 % allowed. Of the designs that stay below
+# half of it and bend far enough, the one with the narrowest loop is taken. [Studies](../guide/studies.md) has the
+# other margins: fatigue asks for far less strain.
 
 # %%
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Compensate the loop.
 
-A rig that should bend to 20 deg bends to less on the way up and to more on the way down. The inverse of a fit gives the
-drive that makes the angle follow.
+A rig that should bend to 20 deg bends to less on the way up and to more on the way down. The inverse of a fit gives
+the drive that makes the angle follow.
 """
 
 # %% [markdown]

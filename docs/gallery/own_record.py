@@ -1,7 +1,7 @@
 """My own record.
 
-A record is a CSV file with the drive and the angle, and beside it a TOML file that says what is known of the rig. Here a
-simulated loop with noise stands for the bench.
+A record is a CSV file with the drive and the angle, and beside it a TOML file that says what is known of the rig.
+Here a simulated loop with noise stands for the bench.
 """
 
 # %% [markdown]
@@ -38,9 +38,9 @@ figure = nb.plot(record)
 
 # %% [markdown]
 # ## Identify
-# The angle is f(drive) + h: f follows from the rig, and h is a law of hysteresis that is fitted. Cycles that the fit has
-# not seen choose the law. The errors, too, are those of samples that no fit has used. If the error with the law is close
-# to the noise, as here, it explains the loop. If not, [what is missing in my rig](whats_missing.md) goes on.
+# The angle is f(drive) + h: f follows from the rig, and h is a law of hysteresis that is fitted. Cycles that the fit
+# has not seen choose the law. The errors, too, are those of samples that no fit has used. If the error with the law
+# is close to the noise, as here, it explains the loop. If not, [what is missing in my rig](whats_missing.md) goes on.
 
 # %%
 fit = nb.identify(record)

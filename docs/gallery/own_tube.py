@@ -49,8 +49,8 @@ figure = nb.plot(rig)
 
 # %% [markdown]
 # ## Its loop at two preloads
-# `replace` gives the same rig with another number. The chain takes milliseconds; `engine="multibody"` computes the same
-# rig with Exudyn. The loop is a thin line beside the angle, so the figure has a second chart: the angle less its
+# `replace` gives the same rig with another number. The chain takes milliseconds; `engine="multibody"` computes the
+# same rig with Exudyn. The loop is a thin line beside the angle, so the figure has a second chart: the angle less its
 # backbone, the middle between the rising and the falling branch. At 30 N the tendons are beyond their toe region and
 # stretch less, and the loop is narrower.
 
@@ -67,8 +67,8 @@ figure = nb.plot(records)
 
 # %% [markdown]
 # ## Where the loop comes from
-# Each source is switched on and off in the model. This material has no loop, so friction alone loses energy. Half of the
-# width belongs to the tendons all the same: friction makes a loop of the angle because they stretch.
+# Each source is switched on and off in the model. This material has no loop, so friction alone loses energy. Half of
+# the width belongs to the tendons all the same: friction makes a loop of the angle because they stretch.
 
 # %%
 parts = nb.separate(rig, amplitude_mm=1.5)

@@ -1,7 +1,7 @@
 """What has changed since last week?
 
-A rig that was measured before needs no model of its geometry: the old records are the reference, and only what changed
-since is traced. Here the camera has a new driver, and its angles come 0.1 s late.
+A rig that was measured before needs no model of its geometry: the old records are the reference, and only what
+changed since is traced. Here the camera has a new driver, and its angles come 0.1 s late.
 """
 
 # %% [markdown]
@@ -35,8 +35,8 @@ figure = nb.plot([before[1], after[1]])
 # %% [markdown]
 # ## Trace the change
 # The verdict is `effect` if what is named brings the error down to that of the reference, and `partial` if it takes a
-# large part of it. Here the delay takes nearly all. Play operators stand for the rig, and they follow it to a tenth of a
-# degree, not to the noise.
+# large part of it. Here the delay takes nearly all. Play operators stand for the rig, and they follow it to a tenth
+# of a degree, not to the noise.
 
 # %%
 trace = nb.trace(after, reference=before)

@@ -1,13 +1,13 @@
 """What is missing in my rig?
 
-The model of a rig does not follow its records. The trace adds each effect of the catalogue to the model, fits it with all
-parameters, and names the one that predicts best what no fit has seen.
+The model of a rig does not follow its records. The trace adds each effect of the catalogue to the model, fits it with
+all parameters, and names the one that predicts best what no fit has seen.
 """
 
 # %% [markdown]
 # ## Two records of a rig with a secret
-# The rig has unequal tendons: tendon b has a smaller moment arm. The records do not mention it. They have noise of 0.05
-# deg.
+# The rig has unequal tendons: tendon b has a smaller moment arm. The records do not mention it. They have noise of
+# 0.05 deg.
 
 # %%
 from dataclasses import replace
