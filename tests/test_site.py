@@ -57,6 +57,14 @@ def test_every_public_function_and_class_has_an_entry(entries: set[str], door: s
             assert f"{thing.__module__}.{thing.__qualname__}" in entries, name
 
 
+def test_docstrings_are_read_as_markdown(site: Path) -> None:
+    """Examples are a block of code, and no role is left."""
+    pages = {file.parent.name: file.read_text() for file in site.glob("reference/*/index.html")}
+    assert set(pages) == {"notchbend", *PACKAGES}
+    assert not any("<blockquote>" in page or ":func:" in page or ":class:" in page for page in pages.values())
+    assert "&gt;&gt;&gt;" in pages["notchbend"]
+
+
 class Page(HTMLParser):
     """The places of a page that can be linked to, what it links to, and what it loads."""
 

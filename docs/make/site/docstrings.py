@@ -17,7 +17,15 @@ def markdown(text: str) -> str:
 class PlainDocstrings(griffe.Extension):
     """Rewrites every docstring that mkdocstrings reads."""
 
-    def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
-        """Change the docstring of one module, class, function or attribute."""
-        if obj.docstring is not None:
-            obj.docstring.value = markdown(obj.docstring.value)
+    def on_package(self, *, pkg: griffe.Module, **_: Any) -> None:
+        """Change the docstrings of a package that has been read."""
+        _rewrite(pkg)
+
+
+def _rewrite(thing: griffe.Object) -> None:
+    """Rewrite the docstrings of a module, a class or a function and of all that is defined in it."""
+    if thing.docstring is not None:
+        thing.docstring.value = markdown(thing.docstring.value)
+    for member in thing.members.values():
+        if isinstance(member, griffe.Object):  # not a name that is only imported
+            _rewrite(member)
