@@ -30,7 +30,7 @@ test: install
 	$(BIN)/pytest -n auto --dist worksteal
 
 site: install
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 lock: install
 	$(BIN)/python -m pip install --quiet 'pip-tools>=7.6.2'
