@@ -9,17 +9,24 @@ the drive that makes the angle follow.
 # The fit needs a record with loops of several sizes, because the wanted path has small loops, too.
 
 # %%
+from itertools import pairwise
+
 import numpy as np
 
 import notchbend as nb
 
 rig = nb.preset("du2018", preload_N=20.0)
-up_and_down = np.concatenate([nb.triangle(a, cycles=1).drive_mm for a in (2.2, 1.6, 1.0)])
-record = nb.simulate(rig, nb.LoadProgram(up_and_down), engine="chain")
+turns_mm = [0.0, 2.2, -2.2, 1.6, -1.6, 1.0, -1.0, 0.0]
+path_mm = np.concatenate([np.arange(a, b, 0.1 if b > a else -0.1) for a, b in pairwise(turns_mm)])
+record = nb.simulate(rig, nb.LoadProgram(path_mm), engine="chain")
+figure = nb.plot(record)
+
+# %%
 wanted_deg = 30.0 * np.sin(np.linspace(0.0, 12.0, 240)) * np.linspace(1.0, 0.4, 240)
 fit = nb.identify(record, settings=nb.IdentifySettings(elements=2), use_rig=False)
 drive = nb.compensate(fit, wanted_deg)
 print(drive)
+print(*drive.summary.warnings, sep="\n")
 figure = nb.plot(drive)
 
 # %% [markdown]

@@ -27,13 +27,20 @@ def backbone_of(record: Record) -> Floats | None:
     cycle = cycle_index(record)
     full = [n for n in np.unique(cycle) if n > 0 and np.ptp(record.drive[cycle == n]) >= _FULL * span]
     used: Mask = np.isin(cycle, full) if full else np.ones(cycle.size, dtype=bool)
+    ends = record.drive[used].min() + _BIN * span, record.drive[used].max() - _BIN * span
     rising, falling = np.zeros((2, used.size), dtype=bool)
     for part in branches(record.drive):
-        rises = record.drive[part.stop - 1] > record.drive[part.start]
-        (rising if rises else falling)[part] = True  # a turning point is of both
-    if not (used & rising).any() or not (used & falling).any():
+        first, last = record.drive[part.start], record.drive[part.stop - 1]
+        if used[part][1:].any():
+            at_end = not ends[0] < first < ends[1]  # there the turning point is of both directions
+            (rising if last > first else falling)[part.start + (0 if at_end else 1) : part.stop] = True
+    if not rising.any() or not falling.any():
         return None
-    return 0.5 * (_curve(record, used & rising, span) + _curve(record, used & falling, span))
+    up, down = _curve(record, rising, span), _curve(record, falling, span)
+    both = np.clip(record.drive, max(up[0][0], down[0][0]), min(up[0][-1], down[0][-1]))
+    middle = 0.5 * (np.interp(both, *up) + np.interp(both, *down))
+    # where only one direction has samples, the curve goes on as that one does; the other stays at its end
+    return middle + sum(np.interp(record.drive, *one) - np.interp(both, *one) for one in (up, down))
 
 
 def is_thin(record: Record, backbone: Floats) -> bool:
@@ -41,8 +48,8 @@ def is_thin(record: Record, backbone: Floats) -> bool:
     return bool(np.ptp(record.angle_deg - backbone) < _THIN * np.ptp(record.angle_deg))
 
 
-def _curve(record: Record, samples: Mask, span: float) -> Floats:
-    """Interpolate the mean angle of some samples at all drives, shape (m,)."""
+def _curve(record: Record, samples: Mask, span: float) -> tuple[Floats, Floats]:
+    """Average some samples where they are close; return drives, increasing, and angles, shape (k,) each."""
     drive, angle = record.drive[samples], record.angle_deg[samples]
     _, place, count = np.unique(np.round(drive / (_BIN * span)), return_inverse=True, return_counts=True)
-    return np.interp(record.drive, np.bincount(place, drive) / count, np.bincount(place, angle) / count)
+    return np.bincount(place, drive) / count, np.bincount(place, angle) / count

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import notchbend as nb
+from hysteresis.metrics import loop_width
 from studies.notebook.backbone import backbone_of, is_thin
 
 WIDTH_DEG = 2.0
@@ -27,6 +28,15 @@ def loop(width_deg: float, *, cycles: int = 2, inner: bool = False) -> nb.Record
 def test_backbone_is_the_middle_of_the_full_cycles(inner: bool) -> None:
     record = loop(WIDTH_DEG, inner=inner)
     np.testing.assert_allclose(backbone_of(record), 20 * record.drive + 0.1 * record.drive**3, atol=5e-3)
+
+
+def test_backbone_goes_on_where_only_one_branch_is() -> None:
+    """A decaying drive never comes back to its first peak: the approach up there is no loop."""
+    turns = np.linspace(0, 3, 241)
+    program = nb.LoadProgram(2.2 * np.exp(-0.25 * turns) * np.sin(2 * np.pi * turns))
+    record = nb.simulate(nb.preset("du2018"), program, engine="chain")
+    width = loop_width(record.drive, record.angle_deg).max_deg
+    assert np.ptp(record.angle_deg - backbone_of(record)) < 1.1 * width
 
 
 def test_no_backbone_without_a_way_back() -> None:
