@@ -1,12 +1,13 @@
 # make study   environment, main run, path of the report
 # make install environment alone
 # make test    lint, types, import contract, tests
+# make site    the pages as a site, in build/site
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= results/first-report
 
-.PHONY: study install test lock clean
+.PHONY: study install test site lock clean
 
 study: install
 	$(BIN)/notchbend run --out $(OUT)
@@ -28,9 +29,12 @@ test: install
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n auto --dist worksteal
 
+site: install
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+
 lock: install
 	$(BIN)/python -m pip install --quiet 'pip-tools>=7.6.2'
-	$(BIN)/pip-compile --quiet --extra dev --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links --output-file requirements.lock pyproject.toml
+	$(BIN)/pip-compile --quiet --extra dev --extra docs --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links --output-file requirements.lock pyproject.toml
 
 clean:
 	rm -rf $(VENV) build *.egg-info

@@ -86,6 +86,15 @@ def test_every_image_is_shown():
     assert {image.resolve() for image in (DOCS / "images").iterdir()} <= shown
 
 
+def test_tools_of_the_site_are_installed_for_the_tests():
+    """Else ``tests/test_site.py`` would be skipped, and nobody would see it."""
+    locked = "".join(file.read_text() for file in ROOT.glob("requirements*.lock"))
+    assert re.findall(r"^(mkdocs-material|mkdocstrings-python)==", locked, re.M) == [
+        "mkdocs-material",
+        "mkdocstrings-python",
+    ]
+
+
 @EACH_PAGE
 def test_modules_that_are_run_exist(page):
     for module in re.findall(r"python3? -m ([\w.]*\w)", page.read_text()):
@@ -100,7 +109,7 @@ def test_every_room_is_in_the_plan():
         for file in (ROOT / package).rglob("*.py")
         if file.name != "__init__.py" and file.parent not in [ROOT / p for p in ("fem_models", "studies")]
     }
-    assert rooms | {"docs/make"} == set(plan)
+    assert rooms | {"docs/make", "docs/make/gallery", "docs/make/site", "docs/gallery"} == set(plan)
 
 
 def code_of(page: str, language: str) -> list[str]:

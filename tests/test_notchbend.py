@@ -146,7 +146,11 @@ def test_separate_gives_the_result_of_the_command(tmp_path: Path) -> None:
     assert json.loads(json.dumps(found.to_dict())) == json.loads((tmp_path / "separate.json").read_text())
     assert len(repr(found)) < 250
     assert "tendon elasticity" in found._repr_html_()
-    assert figure_has_lines(nb.plot(found))
+    figure = nb.plot(found)
+    assert figure_has_lines(figure)
+    figure.draw_without_rendering()
+    legend, title = figure.axes[0].get_legend(), figure.axes[0]._left_title
+    assert not legend.get_window_extent().overlaps(title.get_window_extent())
 
 
 def test_study_gives_the_folder_of_the_command(tmp_path: Path) -> None:
@@ -176,10 +180,10 @@ def figure_has_lines(figure: Figure) -> bool:
 
 
 def test_loops_of_one_record_and_of_several(record: nb.Record) -> None:
-    (axes,) = nb.plot(record).axes
+    axes = nb.plot(record).axes[0]
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), record.angle_deg)
     assert axes.get_xlabel() == "drive, mm"
-    (axes,) = nb.plot([record, nb.read_record(SHIPPED)]).axes
+    axes = nb.plot([record, nb.read_record(SHIPPED)]).axes[0]
     assert axes.get_legend().get_texts()[0].get_text() == record.title
     with pytest.raises(TypeError, match="Rig beside records"):
         nb.plot([record, nb.preset("du2018")])
@@ -188,9 +192,11 @@ def test_loops_of_one_record_and_of_several(record: nb.Record) -> None:
 
 
 def test_fit_shows_record_model_and_residual(record: nb.Record, fit: nb.Fit) -> None:
-    loop, residual = nb.plot(fit).axes
+    loop, less_backbone, residual = nb.plot(fit).axes
     np.testing.assert_array_equal(loop.lines[2].get_ydata(), fit.predict(record.drive))
-    np.testing.assert_array_equal(residual.lines[1].get_ydata(), record.angle_deg - fit.predict(record.drive))
+    opened = fit.predict(record.drive) - fit.plain(record.drive)
+    np.testing.assert_array_equal(less_backbone.lines[1].get_ydata(), opened)
+    np.testing.assert_array_equal(residual.lines[0].get_ydata(), record.angle_deg - fit.predict(record.drive))
 
 
 def test_trace_shows_the_residual_of_each_record(record: nb.Record) -> None:

@@ -210,7 +210,8 @@ def plot(what: object) -> Figure:
     ----------
     what
         A record or records (loops), a fit (record, model and residual), a trace (residual before and after), a
-        separation (shares), a compensation (drive), a study, a load program, or a rig (side view).
+        separation (shares), a compensation (drive), a study, a load program, or a rig (side view). Where a loop is a
+        thin line beside its angle, a second chart shows it less its backbone.
 
     Returns
     -------

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from dataclasses import replace
+from textwrap import shorten
 
 import matplotlib
 import numpy as np
@@ -14,14 +16,17 @@ from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from hysteresis import Fit, Record
 from hysteresis.arrays import Floats
+from studies.notebook.backbone import backbone_of, is_thin
 from studies.notebook.results import Compensation, StudyResult
-from studies.report.charts import TONES, Chart, Line
+from studies.report.charts import TONES, Bars, Chart, Line
 from studies.report.plots import ANGLE, Series, fit_plate, parts_plate
 from studies.report.still import STYLE, draw_chart
 from studies.results.separation import Separation
 from validation.tracing.outcome import Trace
 
 _WIDTH_IN, _HEIGHT_IN = 4.7, 3.2  # of one chart
+_TITLE = 62  # characters that fit above one chart
+_LESS = "angle less backbone, deg"
 
 
 class NotebookFigure(Figure):
@@ -45,9 +50,9 @@ def figure_of(what: object) -> Figure:
         case Rig():
             return _side_view(what)
         case Record():
-            return _drawn([_loops([what])])
+            return _drawn(_loops([what]))
         case [Record(), *_]:
-            return _drawn([_loops([_record(one) for one in what])])
+            return _drawn(_loops([_record(one) for one in what]))
         case Fit():
             return _drawn([chart for i in range(len(what.observed)) for chart in _fit(what, i)])
         case Trace():
@@ -75,38 +80,61 @@ def _record(what: object) -> Record:
 
 def _drawn(charts: Sequence[Chart]) -> Figure:
     """Draw charts side by side, at most three in a row."""
-    columns = min(len(charts), 3 if len(charts) > 4 else 2)
+    columns = min(len(charts), 2 if len(charts) in (2, 4) else 3)
     rows = -(-len(charts) // columns)
     with matplotlib.rc_context(STYLE):
         figure = NotebookFigure(figsize=(_WIDTH_IN * columns, _HEIGHT_IN * rows), layout="constrained")
         places = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, chart in zip(places, charts, strict=False):
             draw_chart(figure, axes, chart)
-            axes.set_title(chart.title, loc="left", fontsize=9.5)
+            legend_above = sum(isinstance(mark, Bars) for mark in chart.marks) > 1
+            title = shorten(chart.title, _TITLE, placeholder=" ...")
+            axes.set_title(title, loc="left", fontsize=9.5, pad=20 if legend_above else None)
         for axes in places[len(charts) :]:
             axes.set_visible(False)
     return figure
 
 
-def _loops(records: Sequence[Record]) -> Chart:
-    """Chart the angle of records over the drive."""
+def _loops(records: Sequence[Record]) -> list[Chart]:
+    """Chart the angle of records over the drive, and less the backbone where a loop is a thin line."""
     units = list(dict.fromkeys(record.drive_unit for record in records))
     if len(units) > 1:
         raise TypeError(f"records with drives in {' and '.join(units)}: expected one unit")
+    names = [record.title or f"record {i + 1}" for i, record in enumerate(records)]
+    tones = [TONES[i % len(TONES)] for i in range(len(records))]
     lines = tuple(
-        Line(record.drive, record.angle_deg, record.title or f"record {i + 1}", TONES[i % len(TONES)])
-        for i, record in enumerate(records)
+        Line(record.drive, record.angle_deg, name, tone)
+        for record, name, tone in zip(records, names, tones, strict=True)
     )
-    title = records[0].title if len(records) == 1 else "Loops"
-    return Chart(title, f"{'force' if units == ['N'] else 'drive'}, {units[0]}", ANGLE, lines, title)
+    title = names[0] if len(records) == 1 else "Loops"
+    drive = f"{'force' if units == ['N'] else 'drive'}, {units[0]}"
+    charts = [Chart(title, drive, ANGLE, lines, title)]
+    backbones = [backbone_of(record) for record in records]
+    if any(b is not None and is_thin(record, b) for record, b in zip(records, backbones, strict=True)):
+        opened = tuple(
+            Line(record.drive, record.angle_deg - b, name, tone)
+            for record, b, name, tone in zip(records, backbones, names, tones, strict=True)
+            if b is not None
+        )
+        charts.append(Chart("Less the backbone", drive, _LESS, opened, f"{title}, less the backbone"))
+    return charts
 
 
 def _fit(fit: Fit, i: int) -> tuple[Chart, ...]:
-    """Chart measured and predicted loop of a record, and the residual."""
+    """Chart measured and predicted loop of a record, both less the backbone where it is thin, and the residual."""
     record = fit.observed[i]
     base, predicted = fit.plain(record.drive, i), fit.predict(record.drive, record.time_s, i)
     series = Series(record.drive, record.angle_deg, base, predicted, fit.heldout_masks[i])
-    return fit_plate(series, fit.drive_unit, fit.records[i]).charts
+    first, *_, last = fit_plate(series, fit.drive_unit, fit.records[i]).charts
+    if not is_thin(record, base):
+        return first, last
+    lines = (
+        Line(record.drive, record.angle_deg - base, "record", "grey", "points"),
+        Line(record.drive, predicted - base, "f + Bouc-Wen", "blue"),
+    )
+    opened = Chart("Less f alone", first.x_label, _LESS, lines, f"{fit.records[i]}: record and fit less f alone")
+    of_layer = tuple(mark for mark in last.marks if isinstance(mark, Line) and mark.name != "f alone")
+    return first, opened, replace(last, marks=of_layer)
 
 
 def _residuals(trace: Trace) -> list[Chart]:
@@ -175,7 +203,9 @@ def _side_view(rig: Rig) -> Figure:
     chart = Chart(repr(rig), "along the tube, mm", "across, mm", tuple(lines), "side view")
     figure = _drawn([chart])
     figure.set_size_inches(2 * _WIDTH_IN, _HEIGHT_IN)
-    figure.axes[0].set_aspect("equal", adjustable="datalim")
+    (axes,) = figure.axes
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(lines), fontsize=7.5)  # not on the notches
     return figure
 
 
