@@ -19,7 +19,7 @@ from hysteresis.record import RecordError
 from hysteresis.record_file import write_record
 from hysteresis.settings import IdentifySettings
 from studies.engines import MissingError
-from studies.notebook.calls import compensate, identify, plot, separate, simulate, study, trace
+from studies.notebook.calls import compensate, export, identify, plot, separate, simulate, study, trace
 from studies.sweep.errors import StudyError
 
 __version__ = version("notchbend")
@@ -38,6 +38,7 @@ __all__ = [
     "__version__",
     "compensate",
     "ensemble",
+    "export",
     "identify",
     "plot",
     "preset",

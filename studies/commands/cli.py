@@ -18,6 +18,7 @@ from studies.commands.records import compensate, effects, identify, separate, tr
 from studies.commands.simulation import run, simulate, validate
 from studies.commands.study import report, serve_app, study
 from studies.engines import MissingError
+from studies.export import export_rig
 from studies.sweep import StudyError
 
 app = typer.Typer(
@@ -35,6 +36,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "trace": trace,
     "effects": effects,
     "compensate": compensate,
+    "export": export_rig,
     "study": study,
     "report": report,
     "app": serve_app,

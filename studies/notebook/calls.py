@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from studies.engines import EngineName
+    from studies.export import Simulator
     from studies.results.separation import Separation
     from validation.tracing.outcome import Trace
 
@@ -201,6 +202,32 @@ def study(
     folder = Path(out)
     summary = run_study(read_study(Path(file)), folder, workers=workers, retry=retry, progress=progress)
     return StudyResult(summary, folder, write_report(folder))
+
+
+def export(rig: Rig, out: Path | str, *, to: Simulator = "mujoco", amplitude_mm: float = 2.2) -> tuple[Path, Path]:
+    """Write a rig as a model of another simulator; the same as ``notchbend export``.
+
+    Parameters
+    ----------
+    out
+        The model file, ``.xml``. The table of the tension at every guide is put beside it.
+    amplitude_mm
+        Largest drive that the model is meant for.
+
+    Returns
+    -------
+    The model file and the table, ``<stem>-guides.csv``.
+
+    Raises
+    ------
+    ValueError
+        An unknown simulator.
+    RecordError, RigError, SolverError
+        A file that cannot be written, or a drive that the rig cannot follow.
+    """
+    from studies.export import write_model
+
+    return write_model(rig, Path(out), to=to, amplitude_mm=amplitude_mm)
 
 
 def plot(what: object) -> Figure:
