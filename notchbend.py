@@ -11,6 +11,10 @@ Units are part of the names (mm, N, s, deg). Results print in one line, show a t
 
 from importlib.metadata import version
 
+from notchbend_start import require_own_packages
+
+require_own_packages()
+
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.checks import SolverError

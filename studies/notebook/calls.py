@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
 from hysteresis import Fit, Record
+from hysteresis.extras import require_extra
 from hysteresis.settings import DEFAULTS, IdentifySettings
 from studies.notebook.results import Compensation, StudyResult
 
@@ -195,6 +196,7 @@ def study(
     StudyError, RigError, MissingError
         A study that cannot be read or run.
     """
+    require_extra("study", "studies")
     from studies.report.page import write_report
     from studies.sweep.run import run_study
     from studies.sweep.study_file import read_study
