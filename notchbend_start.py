@@ -26,9 +26,8 @@ def require_own_packages() -> None:
         spec = find_spec(name)
         if spec is None:
             raise ImportError(f"package {name} is not beside {home}: expected a complete installation of notchbend")
-        place = Path(spec.origin or next(iter(spec.submodule_search_locations or [name])))
-        found = place.resolve()
-        if found.parent.parent != home:
+        found = Path(spec.origin or next(iter(spec.submodule_search_locations or [name]))).resolve()
+        if found != home / name / "__init__.py":
             raise ImportError(
                 f"package {name} is found in {found}, not in {home}: expected no other package of that name before "
                 "notchbend: run in another folder, rename it, or give notchbend an environment of its own"
