@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import hysteresis.extras
-from docs.make.dependencies import BROUGHT, PAGE, libraries, licence
+from docs.make.release.dependencies import BROUGHT, PAGE, libraries, licence
 from hysteresis.extras import EXTRAS, MissingError, require_extra
 from notchbend_start import PACKAGES
 
@@ -33,7 +33,7 @@ def test_page_has_every_library_with_its_licence_and_reason():
         assert rows[library.name][0] == library.group
         assert rows[library.name][4] == library.why
         if (found := licence(library.name)) is not None:
-            assert rows[library.name][2] == found, f"{library.name}: run python -m docs.make.dependencies"
+            assert rows[library.name][2] == found, f"{library.name}: run python -m docs.make.release.dependencies"
     assert set(rows) - {"library"} == {library.name for library in libraries()} | set(BROUGHT)
 
 

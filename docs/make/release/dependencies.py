@@ -1,6 +1,6 @@
 """Write the tables of docs/develop/dependencies.md: every library, its licence, its size and why it is there.
 
-``python -m docs.make.dependencies``, in an environment with all extras: ``make dev``. The reasons are the comments of
+``python -m docs.make.release.dependencies``, in an environment with all extras: ``make dev``. The reasons are the comments of
 pyproject.toml, the licences those of the libraries' metadata. A size is that of the files of the library itself,
 without what it brings along and without bytecode.
 """
@@ -84,4 +84,6 @@ def rows() -> list[list[str]]:
 
 
 if __name__ == "__main__":
-    put_between_marks(PAGE, "docs.make.dependencies", table(["group", "library", "licence", "MB", "why"], rows()))
+    put_between_marks(
+        PAGE, "docs.make.release.dependencies", table(["group", "library", "licence", "MB", "why"], rows())
+    )
