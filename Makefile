@@ -1,5 +1,6 @@
 # make study   environment, main run, path of the report
-# make install environment alone
+# make install what every command needs, and no more
+# make dev     all extras and the tools of developers, too
 # make test    lint, types, import contract, tests
 # make site    the pages as a site, in build/site
 PYTHON ?= python3
@@ -7,34 +8,47 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= results/first-report
 
-.PHONY: study install test site lock clean
+.PHONY: study install dev test site lock clean
+
+PIP     := $(BIN)/python -m pip
+INSTALL := $(PIP) install --quiet --disable-pip-version-check
+COMPILE := $(BIN)/pip-compile --quiet --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links
 
 study: install
 	$(BIN)/notchbend run --out $(OUT)
 
 install: $(VENV)/.installed
+dev: $(VENV)/.dev-installed
 
-# The lock file pins what was tested; the project itself goes in editable, without touching those pins.
+# A lock file pins what was tested; the project itself goes in editable, without touching those pins. Bytecode is made
+# when a module is first used: of everything it would be 150 MB more.
 $(VENV)/.installed: pyproject.toml requirements.lock
 	$(PYTHON) -c 'import sys; v = sys.version_info[:2]; sys.exit(0 if v >= (3, 11) else "notchbend needs Python >= 3.11, this is %d.%d" % v)'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
+	$(INSTALL) --no-compile -r requirements.lock
+	$(INSTALL) --no-deps --editable .
 	touch $@
 
-test: install
+# Both environments are one: what developers need goes on top, and requirements-dev.lock has the same versions.
+$(VENV)/.dev-installed: $(VENV)/.installed requirements-dev.lock
+	$(INSTALL) -r requirements-dev.lock
+	touch $@
+
+test: dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n auto --dist worksteal
 
-site: install
+site: dev
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 lock: install
-	$(BIN)/python -m pip install --quiet 'pip-tools>=7.6.2'
-	$(BIN)/pip-compile --quiet --extra dev --extra docs --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links --output-file requirements.lock pyproject.toml
+	$(INSTALL) 'pip-tools>=7.6.2'
+	$(COMPILE) --extra solid --extra study --extra app --output-file requirements.lock pyproject.toml
+	$(COMPILE) --extra dev --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
+	sed -i '/^notchbend @/,/^[^ ]/{/^notchbend @\|^ /d}' requirements-dev.lock  # the extra dev names the project itself
 
 clean:
 	rm -rf $(VENV) build *.egg-info

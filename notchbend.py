@@ -11,6 +11,10 @@ Units are part of the names (mm, N, s, deg). Results print in one line, show a t
 
 from importlib.metadata import version
 
+from notchbend_start import require_own_packages
+
+require_own_packages()
+
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.checks import SolverError
@@ -19,7 +23,7 @@ from hysteresis.record import RecordError
 from hysteresis.record_file import write_record
 from hysteresis.settings import IdentifySettings
 from studies.engines import MissingError
-from studies.notebook.calls import compensate, identify, plot, separate, simulate, study, trace
+from studies.notebook.calls import compensate, export, identify, plot, separate, simulate, study, trace
 from studies.sweep.errors import StudyError
 
 __version__ = version("notchbend")
@@ -38,6 +42,7 @@ __all__ = [
     "__version__",
     "compensate",
     "ensemble",
+    "export",
     "identify",
     "plot",
     "preset",

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from hysteresis.arrays import Floats, Mask
 from hysteresis.bouc_wen import BoucWen
 from hysteresis.display import html_table
+from hysteresis.extras import require_extra
 from hysteresis.form import Form, Point
 from hysteresis.law_choice import LawChoice
 from hysteresis.laws import BOUC_WEN, Element
@@ -248,6 +249,7 @@ class Fit:
 
         The columns are drive, angle_deg, f_alone_deg (:meth:`plain`), predicted_deg and heldout.
         """
+        require_extra("study", "to_dataframe")
         import pandas as pd  # takes a quarter of a second, and only this needs it
 
         return pd.DataFrame(self.columns(record))
@@ -257,6 +259,7 @@ class Fit:
 
         Each variable has the attribute ``units``; the attributes of the dataset are the parameters and the errors.
         """
+        require_extra("study", "to_xarray")
         import xarray as xr
 
         units = {"drive": self.drive_unit, "heldout": "1"}

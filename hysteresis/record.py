@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats, Ints, Mask
 from hysteresis.display import from_to, html_table
+from hysteresis.extras import require_extra
 from hysteresis.files import RecordError as RecordError
 
 if TYPE_CHECKING:
@@ -172,6 +173,7 @@ class Record:
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return the samples as a table with the columns of the CSV; ``attrs`` holds title and kind."""
+        require_extra("study", "to_dataframe")
         import pandas as pd  # takes a quarter of a second, and only this needs it
 
         frame = pd.DataFrame(self.columns())
@@ -185,6 +187,7 @@ class Record:
         coordinates. Notch angles are one variable (sample, notch), numbered from 1 at the base, and the tip is one
         variable (sample, axis). Each variable has the attribute ``units``.
         """
+        require_extra("study", "to_xarray")
         import xarray as xr
 
         columns, names = self.columns(), self.column_names().values()

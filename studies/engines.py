@@ -17,6 +17,8 @@ from fem_models.chain.solve import ChainSolution, simulate_chain, solve_chain
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from hysteresis.arrays import Floats
+from hysteresis.extras import MissingError as MissingError
+from hysteresis.extras import require_extra
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import column_names, read_columns
 
@@ -26,10 +28,6 @@ if TYPE_CHECKING:
 
 
 EngineName = Literal["multibody", "chain", "analytic"]
-
-
-class MissingError(RuntimeError):
-    """A library that is not installed on this machine; one line that names it."""
 
 
 def require_exudyn() -> None:
@@ -54,8 +52,9 @@ def require_gmsh() -> None:
     Raises
     ------
     MissingError
-        gmsh is missing, or a system library that it loads.
+        A library of the extra ``solid`` is missing, or a system library that gmsh loads.
     """
+    require_extra("solid", "the solid notch")
     try:
         import gmsh  # noqa: F401
     except (ImportError, OSError) as error:

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("hysteresis", "fem_models", "validation", "studies")
-SOURCES = ("pyproject.toml", "README.md", "LICENSE", "notchbend.py", *PACKAGES)
+SOURCES = ("pyproject.toml", "README.md", "LICENSE", "notchbend.py", "notchbend_start.py", *PACKAGES)
 EXAMPLE = re.search(r"```python\n(import notchbend as nb.*?)```", (ROOT / "README.md").read_text(), re.S)[1]
 DATA = (
     "hysteresis/py.typed",

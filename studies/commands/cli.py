@@ -99,6 +99,11 @@ COMMANDS: dict[str, Entry] = {
             "notchbend compensate results/fit/identify.json --reference wanted.csv --out drive.csv",
         ),
     ),
+    "export": Entry(
+        "Write a rig for another simulator.",
+        "export:export_rig",
+        ("notchbend export --preset du2018 --preload 20 --to mujoco --out du2018.xml",),
+    ),
     "study": Entry(
         "Run a parametric study; it can be stopped and resumed.",
         "commands.study:study",

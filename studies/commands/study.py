@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from fem_models.rig.checks import require
+from hysteresis.extras import require_extra
 from studies.commands.options import Common, EnsembleChoice, Out, Output, RigChoice
 from studies.commands.tables import study_table
 from studies.progress import status
@@ -44,6 +45,7 @@ def study(
     output: Output,
 ) -> None:
     """Run a parametric study; a study that was stopped or extended runs only the cases that are missing."""
+    require_extra("study", "notchbend study")
     from studies.sweep import over_ensemble, read_study
 
     definition = read_study(file, seed=seed)
@@ -80,6 +82,8 @@ def report(
     from studies.report import write_pdf, write_report
     from studies.report.page import stands_alone
 
+    if (folder / "study.zarr").exists():
+        require_extra("study", "the report of a study")
     if not stands_alone(folder):
         require_unchanged(folder)
     written = {"report": write_report(folder)}
@@ -114,6 +118,7 @@ def serve_app(
 
     Only the printed address opens the page: it ends in a token of this run.
     """
+    require_extra("app", "notchbend app")
     from hysteresis.record_file import read_record
     from studies.app import serve
     from studies.app.files import shown

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
 from hysteresis import Fit, Record
+from hysteresis.extras import require_extra
 from hysteresis.settings import DEFAULTS, IdentifySettings
 from studies.notebook.results import Compensation, StudyResult
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from studies.engines import EngineName
+    from studies.export import Simulator
     from studies.results.separation import Separation
     from validation.tracing.outcome import Trace
 
@@ -194,6 +196,7 @@ def study(
     StudyError, RigError, MissingError
         A study that cannot be read or run.
     """
+    require_extra("study", "studies")
     from studies.report.page import write_report
     from studies.sweep.run import run_study
     from studies.sweep.study_file import read_study
@@ -201,6 +204,32 @@ def study(
     folder = Path(out)
     summary = run_study(read_study(Path(file)), folder, workers=workers, retry=retry, progress=progress)
     return StudyResult(summary, folder, write_report(folder))
+
+
+def export(rig: Rig, out: Path | str, *, to: Simulator = "mujoco", amplitude_mm: float = 2.2) -> tuple[Path, Path]:
+    """Write a rig as a model of another simulator; the same as ``notchbend export``.
+
+    Parameters
+    ----------
+    out
+        The model file, ``.xml``. The table of the tension at every guide is put beside it.
+    amplitude_mm
+        Largest drive that the model is meant for.
+
+    Returns
+    -------
+    The model file and the table, ``<stem>-guides.csv``.
+
+    Raises
+    ------
+    ValueError
+        An unknown simulator.
+    RecordError, RigError, SolverError
+        A file that cannot be written, or a drive that the rig cannot follow.
+    """
+    from studies.export import write_model
+
+    return write_model(rig, Path(out), to=to, amplitude_mm=amplitude_mm)
 
 
 def plot(what: object) -> Figure:

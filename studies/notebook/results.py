@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hysteresis.arrays import Floats
 from hysteresis.display import from_to, html_table
+from hysteresis.extras import require_extra
 from hysteresis.plain import to_plain
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ class Compensation:
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return the columns as a table."""
+        require_extra("study", "to_dataframe")
         import pandas as pd
 
         return pd.DataFrame(dict(self.columns))
