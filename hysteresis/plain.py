@@ -15,6 +15,7 @@ from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get
 import numpy as np
 
 from hysteresis.files import RecordError
+from hysteresis.messages import as_given, quoted
 
 Result = TypeVar("Result")
 
@@ -78,7 +79,7 @@ def from_plain(kind: type[Result], values: object, where: str = "") -> Result:
         One line with the field that is missing, or that has not the form of its type, and what was expected.
     """
     if not isinstance(values, Mapping):
-        raise RecordError(f"{where or kind.__name__}: {values!r:.40}: expected a table")
+        raise RecordError(f"{where or kind.__name__}: {quoted(values, 40)}: expected a table")
     hints, given = get_type_hints(kind), dict[str, Any]()
     for one in fields(cast(Any, kind)):
         key = _key(one)
@@ -108,21 +109,21 @@ def _read(kind: Any, value: Any, where: str) -> Any:
         return _array(get_args(arguments[1])[0], value, where)
     if origin is Literal:
         if value not in arguments:
-            raise RecordError(f"{where}: {value!r:.40}: expected one of {', '.join(map(str, arguments))}")
+            raise RecordError(f"{where}: {quoted(value, 40)}: expected one of {', '.join(map(str, arguments))}")
         return value
     if origin is not None and isinstance(origin, type) and issubclass(origin, Mapping):
         if not isinstance(value, Mapping):
-            raise RecordError(f"{where}: {value!r:.40}: expected a table")
-        return {key: _read(arguments[1], item, f"{where}: {key}") for key, item in value.items()}
+            raise RecordError(f"{where}: {quoted(value, 40)}: expected a table")
+        return {key: _read(arguments[1], item, f"{where}: {as_given(key, 40)}") for key, item in value.items()}
     return from_plain(cast(Any, kind), value, where) if is_dataclass(kind) else _simple(kind, value, where)
 
 
 def _tuple(arguments: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
-        raise RecordError(f"{where}: {value!r:.40}: expected a list")
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected a list")
     of_any_length = arguments[-1] is Ellipsis
     if not of_any_length and len(value) != len(arguments):
-        raise RecordError(f"{where}: {value!r:.40}: expected a list of {len(arguments)}")
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected a list of {len(arguments)}")
     kinds = [arguments[0]] * len(value) if of_any_length else arguments
     return tuple(_read(one, item, f"{where}[{i}]") for i, (one, item) in enumerate(zip(kinds, value, strict=True)))
 
@@ -130,8 +131,8 @@ def _tuple(arguments: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...
 def _array(number: Any, value: Any, where: str) -> Any:
     try:
         return np.asarray(value, dtype=number)
-    except (TypeError, ValueError):
-        raise RecordError(f"{where}: {value!r:.40}: expected numbers") from None
+    except (TypeError, ValueError, OverflowError):
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected numbers") from None
 
 
 def _simple(kind: Any, value: Any, where: str) -> Any:
@@ -142,5 +143,5 @@ def _simple(kind: Any, value: Any, where: str) -> Any:
         return math.nan
     kinds, expected = _SIMPLE[kind]
     if not isinstance(value, kinds) or (isinstance(value, bool) and kind is not bool):
-        raise RecordError(f"{where}: {value!r:.40}: expected {expected}")
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected {expected}")
     return value

@@ -10,6 +10,7 @@ import typer
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
+from hysteresis.messages import one_line
 from hysteresis.record import RecordError
 from studies.commands.data import fetch, list_records
 from studies.commands.options import with_option_groups
@@ -100,7 +101,7 @@ def _with_value(message: str, arguments: Sequence[str]) -> str:
 
 
 def _complain(message: str, code: int = 2) -> int:
-    print("notchbend: " + " ".join(message.split()), file=sys.stderr)  # noqa: T201
+    print("notchbend: " + one_line(message), file=sys.stderr)  # noqa: T201
     return code
 
 

@@ -7,6 +7,7 @@ Everything that the report needs goes into one folder: records (CSV and sidecar)
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -25,11 +26,13 @@ from fem_models.rig.rig import numeric_fields
 from fem_models.view import SceneError, render
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
+from hysteresis.own import marked_png
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
 from hysteresis.settings import IdentifySettings
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
+from studies.commands.tracing import FILES as TRACE_FILES
 from studies.commands.tracing import trace_loaded
 from studies.progress import steps
 from studies.report.tube import write_tube
@@ -78,6 +81,20 @@ class Strain:
     strain_limits: tuple[StrainLimit, ...]
 
 
+def files_of_run(out: Path) -> list[Path]:
+    """Give the files that :func:`first_report` and the report after it may write."""
+    loops = [f"{PRESET}-{preload:g}N" for preload in PRELOADS_N]
+    records = [*loops, *(f"{name}-analytic" for name in loops), SHIPPED.stem]
+    fits = [f"identify-{name}" for name in (*loops, SHIPPED.stem, f"{SHIPPED.stem}-unknown-geometry")]
+    jsons = ["run", *fits, f"separate-{loops[-1]}", f"trace-{SHIPPED.stem}", "tube"]
+    names = [*(f"{name}.json" for name in jsons), *(f"{name}.csv" for name in fits), "report.html", "tube.png"]
+    pictures = [name for name in TRACE_FILES if name.endswith(".png")]
+    return [
+        *(out / name for name in (*names, *pictures)),
+        *(out / "records" / f"{name}{end}" for name in records for end in (".csv", ".toml")),
+    ]
+
+
 def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSummary:
     """Run the main job into ``out`` and return the summary that is stored as ``run.json``.
 
@@ -102,7 +119,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True) -> RunSumma
         step(f"tracing {SHIPPED.stem}")
         traced = trace_loaded([shipped], seed=seed)
         write_result(out / f"trace-{SHIPPED.stem}.json", traced.report.to_dict())
-        write_files({out / name: png for name, png in traced.figures.items()})
+        write_files({out / name: marked_png(png) for name, png in traced.figures.items()})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
         picture = _picture(preset(PRESET), last, out)
@@ -216,7 +233,9 @@ def _picture(rig: Rig, record: Record, out: Path) -> Picture:
     caption = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"
     write_tube(rig, joints, out / "tube.json")
     try:
-        render(rig, joints, out / "tube.png")
+        with tempfile.TemporaryDirectory(prefix=".tube-", dir=out) as folder:
+            render(rig, joints, Path(folder) / "tube.png")
+            write_files({out / "tube.png": marked_png((Path(folder) / "tube.png").read_bytes())})
     except SceneError as error:
         return Picture(tube="tube.json", caption=caption, missing=str(error))
     return Picture(tube="tube.json", caption=caption, file="tube.png")

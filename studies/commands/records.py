@@ -16,10 +16,10 @@ from fem_models.rig.checks import require
 from hysteresis.laws import LawName
 from hysteresis.optimizers import Method
 from hysteresis.record import RecordError
-from hysteresis.record_file import check_target, read_records
+from hysteresis.record_file import check_target, files_of_record, read_records
 from hysteresis.settings import IdentifySettings
 from studies.commands.identification import files_of_fit, identify_records, write_fit
-from studies.commands.options import Common, EnsembleChoice, Out, RigChoice
+from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, RigChoice
 from studies.commands.tables import contributions_table, values_table
 from studies.progress import status
 from studies.results import write_result
@@ -50,13 +50,16 @@ def identify(
     records: Annotated[list[Path], typer.Argument(help="The records to fit, CSV; several are fitted jointly.")],
     out: Out,
     search: SearchChoice,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Identify the Bouc-Wen model, and the law that predicts best, on records, with the error on held-out data."""
-    targets = {path.resolve() for path in files_of_fit(out, "identify", len(records))}
+    files = files_of_fit(out, "identify", len(records))
+    targets = {path.resolve() for path in files}
     for path in records:
         if path.resolve() in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
+    replacing.allow(files)
     loaded = read_records(records)
     settings = _settings(
         search.elements,
@@ -89,12 +92,14 @@ def separate(
         Literal["chain", "multibody"], typer.Option("--engine", help="Model; with records it is the chain.")
     ] = "chain",
     over: EnsembleChoice,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Divide the loop into friction, tendon elasticity and material, by switching each of them in the model."""
     from studies.commands.separation import separate_records, separate_rig, summary
 
     target = out / "separate.json"
+    replacing.allow([target])
     with status(common.shows_progress, "separating"):
         if records:
             _require_records_alone(rig, amplitude, engine)
@@ -125,16 +130,18 @@ def trace(
         typer.Option("--reference", help="Records before a change, CSV: then only what changed since is traced."),
     ] = None,
     threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for the derivatives.")] = 2,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Trace the residual of records to the effect that the model lacks, with the error before and after.
 
     With --reference: what changed between the reference and the records.
     """
-    from studies.commands.tracing import require_kept, summary, trace_files, write_trace
+    from studies.commands.tracing import FILES, require_kept, summary, trace_files, write_trace
 
     old = reference or []
     require_kept(out, [*records, *old])
+    replacing.allow(out / name for name in FILES)
     found = trace_files(records, reference=old, seed=common.seed, threads=threads, progress=common.shows_progress)
     write_trace(found, out)
     common.show(found.report.to_dict(), *summary(found.report), f"report: {out / 'report.html'}")
@@ -163,12 +170,14 @@ def compensate(
     out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
     elements: Elements = 0,
     law: LawChosen = "bouc-wen",
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Find the drive that makes the angle follow a reference, from a record of the rig or its identify.json."""
     from studies.commands.compensation import compensated, known_layer, read_reference, write_columns
 
     check_target(out, [record, reference])
+    replacing.allow(files_of_record(out))
     wanted = read_reference(reference)
     settings = _settings(elements if law in ("auto", "bouc-wen") else elements or 1, law, seed=common.seed)
     layer = known_layer(record, settings=settings, progress=common.shows_progress)

@@ -13,8 +13,8 @@ from fem_models.load import LoadProgram
 from fem_models.rig import RigError, preset
 from hysteresis.files import write_files
 from hysteresis.plain import to_plain
-from hysteresis.record_file import check_target, write_record
-from studies.commands.options import Common, EnsembleChoice, Out, ProgramChoice, RigChoice
+from hysteresis.record_file import check_target, files_of_record, write_record
+from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, ProgramChoice, RigChoice
 from studies.commands.tables import models_table, values_table
 from studies.engines import (
     ENGINES,
@@ -31,12 +31,13 @@ from studies.results import write_result
 from studies.results.run import loop_summary
 
 
-def run(*, out: Out = Path("results/first-report"), common: Common) -> None:
+def run(*, out: Out = Path("results/first-report"), replacing: Overwrite, common: Common) -> None:
     """Run the main job on the defaults: simulate at 10 and 20 N, cross-check, identify, and write the report."""
     require_exudyn()
-    from studies.commands.first_report import first_report
+    from studies.commands.first_report import files_of_run, first_report
     from studies.report import write_report
 
+    replacing.allow(files_of_run(out))
     summary = first_report(out, seed=common.seed, progress=common.shows_progress)
     report = write_report(out)
     common.show(summary, values_table(summary), f"report: {report}")
@@ -52,10 +53,13 @@ def simulate(
         bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")
     ] = False,
     over: EnsembleChoice,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Run one load program on one rig and write a record."""
     check_target(out, [file for file in (rig.rig, program.program) if file is not None])
+    bands = out.with_name(f"{out.stem}-ensemble.csv")
+    replacing.allow([*files_of_record(out), *([bands] if over.ensemble else [])])
     chosen, force_N, members = rig.read(), program.forces(), over.members(rig)
     if members:
         _require_chain(engine, dynamic, force_N is not None)
@@ -83,7 +87,6 @@ def simulate(
     if members:
         with status(common.shows_progress, f"simulating {len(members)} members of the ensemble"):
             ranges = run_ensemble(members, load)
-        bands = out.with_name(f"{out.stem}-ensemble.csv")
         write_files({bands: ranges.csv()})
         summary |= {"ensemble": to_plain(ranges.summary, finite=False)}
         remarks = [*remarks, f"ranges along the drive: {bands}"]
@@ -114,16 +117,18 @@ def validate(
     *,
     out: Out,
     preset_name: Annotated[str, typer.Option("--preset", help="Rig to compare the models on.")] = "du2018",
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Compare analytic model, solid, reduced bodies, beams, chain and multibody model side by side."""
     rig = preset(preset_name)
+    target = out / "validate.json"
+    replacing.allow([target])
     require_exudyn()
     require_gmsh()
     from studies.commands.comparison import validate_rig
 
     result = validate_rig(rig, progress=common.shows_progress)
-    target = out / "validate.json"
     write_result(target, result)
     common.show(
         result,

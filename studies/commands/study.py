@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from fem_models.rig.checks import require
-from studies.commands.options import Common, EnsembleChoice, Out, Output, RigChoice
+from studies.commands.options import Common, EnsembleChoice, Out, Output, Overwrite, RigChoice
 from studies.commands.tables import study_table
 from studies.progress import status
 from studies.results.run import require_unchanged
@@ -41,14 +41,17 @@ def study(
     seed: Annotated[
         int | None, typer.Option("--seed", min=0, help="Seed in place of all seeds of the study file.")
     ] = None,
+    replacing: Overwrite,
     output: Output,
 ) -> None:
     """Run a parametric study; a study that was stopped or extended runs only the cases that are missing."""
     from studies.sweep import over_ensemble, read_study
+    from studies.sweep.study_file import files_of_study
 
     definition = read_study(file, seed=seed)
     if over.ensemble:
         definition = over_ensemble(definition)
+    replacing.allow(files_of_study(definition, out))
     from studies.sweep import run_study  # Dask takes a second
 
     summary = run_study(
@@ -74,12 +77,14 @@ def report(
     *,
     folder: Annotated[Path, typer.Argument(help="A folder of results: of run, study, separate or trace.")],
     pdf: Annotated[bool, typer.Option("--pdf", help="Also print it as PDF, with Chromium, else WeasyPrint.")] = False,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Write the report again from stored results."""
     from studies.report import write_pdf, write_report
     from studies.report.page import stands_alone
 
+    replacing.allow(folder / f"report.{end}" for end in (["html", "pdf"] if pdf else ["html"]))
     if not stands_alone(folder):
         require_unchanged(folder)
     written = {"report": write_report(folder)}

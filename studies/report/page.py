@@ -14,6 +14,7 @@ import numpy as np
 from plotly.offline import get_plotlyjs
 
 from hysteresis.files import write_files
+from hysteresis.own import marked_page
 from hysteresis.record import RecordError
 from hysteresis.record_file import read_record
 from studies.report import summary
@@ -132,7 +133,8 @@ def write_report(folder: Path) -> Path:
     if not any((folder / name).exists() for name in PARTS):
         raise RecordError(f"{folder}: none of {', '.join(PARTS)}: expected results of a notchbend command")
     path = folder / "report.html"
-    write_files({path: environment(TEMPLATES).get_template("page.html").render(**vars(page_of(folder)))})
+    page = environment(TEMPLATES).get_template("page.html").render(**vars(page_of(folder)))
+    write_files({path: marked_page(page)})
     return path
 
 

@@ -15,6 +15,7 @@ from fem_models.rig import Rig
 from fem_models.view.manipulator import tendon_lines, tube_mesh
 from hysteresis.arrays import Floats, Ints
 from hysteresis.files import RecordError, write_files
+from hysteresis.own import marked_values
 from hysteresis.plain import to_plain
 from studies.report.plotly import (
     Camera,
@@ -99,7 +100,7 @@ def write_tube(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
         strain_percent=np.round(np.asarray(surface["strain_percent"], dtype=float), 4),
         tendons_mm=tendon_lines(rig, joint_angles_deg),
     )
-    write_files({path: json.dumps(to_plain(stored), separators=(",", ":")) + "\n"})
+    write_files({path: json.dumps(marked_values(to_plain(stored)), separators=(",", ":")) + "\n"})
 
 
 def read_tube(path: Path) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 import zarr
 
+from hysteresis.own import MAKER
 from hysteresis.plain import to_plain
 from studies.results.study import Extreme, Extremes
 from studies.sweep.cases import Outcome
@@ -170,6 +171,7 @@ def _attributes(study: Study) -> dict[str, int | str | list[str]]:
     """Give everything that the numbers depend on; no times of day, so that a repeated study is identical."""
     program = replace(study.tables.program, drive_mm=None, time_s=None)  # those of a file are in its copy
     return {
+        "maker": MAKER,
         "schema": 1,
         "title": study.title,
         "engine": study.engine,

@@ -50,6 +50,9 @@ class Store:
             self._db = sqlite3.connect(self.path, isolation_level=None, timeout=0.0)
             for setting in ("locking_mode = EXCLUSIVE", "journal_mode = TRUNCATE", "synchronous = FULL"):
                 self._db.execute(f"PRAGMA {setting}").fetchall()
+            known = {name for (name,) in self._db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+            if known and "cases" not in known:
+                raise StudyError(f"{self.path}: another database: expected the store of a study")
             with self.transaction():
                 self._db.execute(_TABLE)
         except sqlite3.Error as error:
