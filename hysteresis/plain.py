@@ -19,6 +19,7 @@ from hysteresis.messages import as_given, quoted
 
 Result = TypeVar("Result")
 
+MOST_WHOLE = 2**63
 _SIMPLE: dict[Any, tuple[tuple[type, ...], str]] = {
     float: ((int, float), "a number"),
     int: ((int,), "a whole number"),
@@ -144,4 +145,6 @@ def _simple(kind: Any, value: Any, where: str) -> Any:
     kinds, expected = _SIMPLE[kind]
     if not isinstance(value, kinds) or (isinstance(value, bool) and kind is not bool):
         raise RecordError(f"{where}: {quoted(value, 40)}: expected {expected}")
+    if isinstance(value, int) and abs(value) > MOST_WHOLE:
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected at most 64 bits")
     return value

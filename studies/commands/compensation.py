@@ -115,6 +115,8 @@ def read_layer(path: Path) -> Layer:
         One line with the file, the field and what was expected.
     """
     stored = read_result(StoredModel, path, WHAT)
+    if not 1 <= stored.elements <= 2:
+        raise RecordError(f"{path}: elements = {stored.elements}: expected 1 or 2")
     law, curves = stored.law, stored.f if stored.law is None else stored.law.f
     try:
         return Layer(

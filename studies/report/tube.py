@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem_models.rig import Rig
+from fem_models.rig.checks import MOST_MM
 from fem_models.view.manipulator import tendon_lines, tube_mesh
 from hysteresis.arrays import Floats, Ints
 from hysteresis.files import RecordError, write_files
@@ -116,6 +117,11 @@ def read_tube(path: Path) -> str:
     for name, rows in shapes.items():
         if rows.ndim != 2 or rows.shape[1] != 3:
             raise RecordError(f"{path}: {name}: shape {rows.shape}: expected rows of three numbers")
+    count = len(stored.points_mm)
+    if not count or not np.isfinite(stored.points_mm).all() or np.abs(stored.points_mm).max() > MOST_MM:
+        raise RecordError(f"{path}: points_mm: expected finite points within {MOST_MM:g} mm")
+    if stored.triangles.size and not 0 <= stored.triangles.min() <= stored.triangles.max() < count:
+        raise RecordError(f"{path}: triangles: expected numbers of its {count} points")
     if stored.strain_percent.shape != stored.points_mm.shape[:1]:
         raise RecordError(f"{path}: strain_percent: shape {stored.strain_percent.shape}: expected one for each point")
     return tube_view(stored)

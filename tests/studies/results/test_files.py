@@ -94,7 +94,12 @@ def test_keys_of_the_files_stay(kind):
 
 def test_keys_that_are_words_of_python(tmp_path):
     write_result(tmp_path / "a.json", AxisRange(low=1.0, high=2.0, values=None))
-    assert json.loads((tmp_path / "a.json").read_text()) == {"maker": "notchbend", "from": 1.0, "to": 2.0, "values": None}
+    assert json.loads((tmp_path / "a.json").read_text()) == {
+        "maker": "notchbend",
+        "from": 1.0,
+        "to": 2.0,
+        "values": None,
+    }
 
 
 def test_a_picture_has_a_file_or_a_reason(tmp_path):
