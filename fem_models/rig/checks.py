@@ -21,6 +21,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "_MPa_per_K": (-1e3, 1e3),
     "_mm": (-MOST_MM, MOST_MM),
     "EA_N": (-1e15, 1e15),
+    "preload_N": (-1e6, 1e6),
     "_N": (-1e9, 1e9),
     "_GPa": (-1e6, 1e6),
     "_MPa": (-1e9, 1e9),

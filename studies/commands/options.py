@@ -28,7 +28,7 @@ from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.presets import PRESETS
 from hysteresis.arrays import Floats
-from hysteresis.own import foreign
+from hysteresis.own import foreign, marked_values
 from hysteresis.plain import to_plain
 from hysteresis.record import RecordError
 from studies.engines import forces_of_file, program_of_file
@@ -111,7 +111,7 @@ class Output:
     def show(self, result: object, *parts: str | Table) -> None:
         """Print the result as JSON, or tables and lines for a reader, or nothing."""
         if self.json:
-            typer.echo(json.dumps(to_plain(result, finite=False), indent=2))
+            typer.echo(json.dumps(marked_values(to_plain(result, finite=False)), indent=2))
         elif not self.quiet:
             console = Console()
             for part in parts:

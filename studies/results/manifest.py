@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from hysteresis.files import RecordError, read_bytes, read_json
+from hysteresis.files import RecordError, inside, read_bytes, read_json
 
 KEY = "files_sha256"
 """Attribute of the dataset: name of each file -> the first digits of its checksum."""
@@ -41,8 +41,8 @@ def require_complete(store: Path) -> None:
     except (TypeError, ValueError, AttributeError, RecursionError):
         raise RecordError(f"{store / _ROOT}: {KEY}: expected checksums by file; run the study again") from None
     for name, digest in items:
-        path = store / name
-        if not path.resolve().is_relative_to(store.resolve()) or not path.is_file():
+        path = inside(store / _ROOT, KEY, str(name))
+        if not path.is_file():
             raise RecordError(f"{store}: {name}: missing: expected all chunks; run the study again")
         if _digest(name, path) != digest:
             raise RecordError(f"{store}: {name}: changed: expected as it was written; run the study again")
