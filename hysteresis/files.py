@@ -58,13 +58,13 @@ def read_bytes(path: Path, expected: str, *, most: int = MOST_BYTES) -> bytes:
         if found.st_size > most:
             raise RecordError(f"{path}: {found.st_size / MB:,.1f} MB: expected {expected}, at most {most / MB:,.0f} MB")
         with path.open("rb") as file:
-            content = file.read(most + 1)
+            content = file.read(found.st_size + 1)
     except OSError as error:
         dangling = isinstance(error, FileNotFoundError) and path.is_symlink()
         reason = "a link to a file that does not exist" if dangling else error.strerror
         raise RecordError(f"{path}: {reason}: expected {expected}") from None
-    if len(content) > most:
-        raise RecordError(f"{path}: larger than {most / MB:,.0f} MB: expected {expected}")
+    if len(content) > found.st_size:
+        raise RecordError(f"{path}: grows while it is read: expected {expected}")
     return content
 
 
@@ -167,6 +167,11 @@ def inside(source: Path, key: str, name: str, endings: Sequence[str] = ()) -> Pa
     if endings and path.suffix.lower() not in endings:
         raise RecordError(f"{where}: expected a name that ends in {' or '.join(endings)}")
     return path
+
+
+def place(path: Path) -> str:
+    """Give the absolute place of a file, links followed; unlike ``Path.resolve`` it takes links in a circle."""
+    return os.path.realpath(path)
 
 
 # --- writing -----------------------------------------------------------------------------------------------------

@@ -20,6 +20,8 @@ from hysteresis.messages import as_given, quoted
 Result = TypeVar("Result")
 
 MOST_WHOLE = 2**63
+MOST_REAL = 1e30
+"""Largest magnitudes of numbers that are read; those that are not finite may be results, too."""
 _SIMPLE: dict[Any, tuple[tuple[type, ...], str]] = {
     float: ((int, float), "a number"),
     int: ((int,), "a whole number"),
@@ -131,9 +133,13 @@ def _tuple(arguments: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...
 
 def _array(number: Any, value: Any, where: str) -> Any:
     try:
-        return np.asarray(value, dtype=number)
+        array = np.asarray(value, dtype=number)
     except (TypeError, ValueError, OverflowError):
         raise RecordError(f"{where}: {quoted(value, 40)}: expected numbers") from None
+    size = np.abs(array[np.isfinite(array)]) if array.ndim else np.abs(array)
+    if size.size and size.max() > MOST_REAL:
+        raise RecordError(f"{where}: {size.max()}: expected at most {MOST_REAL:g} in magnitude")
+    return array
 
 
 def _simple(kind: Any, value: Any, where: str) -> Any:
@@ -147,4 +153,6 @@ def _simple(kind: Any, value: Any, where: str) -> Any:
         raise RecordError(f"{where}: {quoted(value, 40)}: expected {expected}")
     if isinstance(value, int) and abs(value) > MOST_WHOLE:
         raise RecordError(f"{where}: {quoted(value, 40)}: expected at most 64 bits")
+    if isinstance(value, float) and MOST_REAL < abs(value) < math.inf:
+        raise RecordError(f"{where}: {value}: expected at most {MOST_REAL:g} in magnitude")
     return value

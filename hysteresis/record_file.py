@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats
-from hysteresis.files import MOST_TOML_BYTES, RecordError, inside, present, read_bytes, read_text, write_files
+from hysteresis.files import MOST_TOML_BYTES, RecordError, inside, place, present, read_bytes, read_text, write_files
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.own import MAKER
 from hysteresis.record import FIELDS, LIST_FIELDS, MAX_COUNT, MAX_MAGNITUDE, Record, bad_cycles
@@ -87,7 +87,7 @@ def read_records(paths: Sequence[Path]) -> list[Record]:
     RecordError
         As :func:`read_record`, or a file that is given twice: it would count as a test that was repeated.
     """
-    files = [path.resolve() for path in paths]
+    files = [place(path) for path in paths]
     for i, path in enumerate(paths):
         if files[i] in files[:i]:
             raise RecordError(f"{path}: given twice: expected different records")
@@ -167,10 +167,10 @@ def _parse(
     for line, row in enumerate(rows, start=2):
         if len(row) > MOST_DIGITS:  # else none of its cells is longer
             cells = row.split(",")
-            for name, i in zip(wanted, indices, strict=True):
-                if len(cells[i]) > MOST_DIGITS:
-                    found = f"{len(cells[i]):,} characters"
-                    raise RecordError(f"{path}:{line}: column {quoted(name)}: {found}: expected at most {MOST_DIGITS}")
+            for name, at in zip(wanted, indices, strict=True):
+                if (size := len(cells[at])) > MOST_DIGITS:
+                    where = f"{path}:{line}: column {quoted(name)}"
+                    raise RecordError(f"{where}: {size:,} characters: expected at most {MOST_DIGITS}")
     try:
         values = np.loadtxt(rows, delimiter=",", comments=None, usecols=indices, ndmin=2)
     except ValueError as error:
@@ -303,7 +303,7 @@ def check_target(path: Path, inputs: Collection[Path] = ()) -> None:
     sidecar = path.with_suffix(".toml")
     for target in (path, sidecar):
         for file in inputs:
-            if target.resolve() == file.resolve() or (target.exists() and file.exists() and target.samefile(file)):
+            if place(target) == place(file) or (target.exists() and file.exists() and target.samefile(file)):
                 raise RecordError(
                     f"{path}: writing {target.name} would replace the input {file}: expected another name"
                 )

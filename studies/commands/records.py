@@ -13,6 +13,7 @@ from rich.table import Table
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
+from hysteresis.files import place
 from hysteresis.laws import LawName
 from hysteresis.optimizers import Method
 from hysteresis.record import RecordError
@@ -55,9 +56,9 @@ def identify(
 ) -> None:
     """Identify the Bouc-Wen model, and the law that predicts best, on records, with the error on held-out data."""
     files = files_of_fit(out, "identify", len(records))
-    targets = {path.resolve() for path in files}
+    targets = {place(path) for path in files}
     for path in records:
-        if path.resolve() in targets:
+        if place(path) in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
     replacing.allow(files)
     loaded = read_records(records)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hysteresis.files import write_files
+from hysteresis.files import place, write_files
 from hysteresis.own import marked_page, marked_png, marked_values
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import read_records
@@ -47,9 +47,9 @@ def require_kept(out: Path, records: Iterable[Path]) -> None:
     RecordError
         One line with the record.
     """
-    targets = {(out / name).resolve() for name in FILES}
+    targets = {place(out / name) for name in FILES}
     for path in records:
-        if path.resolve() in targets:
+        if place(path) in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
 
 

@@ -124,6 +124,8 @@ def read_tube(path: Path) -> str:
         raise RecordError(f"{path}: triangles: expected numbers of its {count} points")
     if stored.strain_percent.shape != stored.points_mm.shape[:1]:
         raise RecordError(f"{path}: strain_percent: shape {stored.strain_percent.shape}: expected one for each point")
+    if not np.isfinite(stored.strain_percent).all() or not (stored.strain_percent >= 0).all():
+        raise RecordError(f"{path}: strain_percent: expected finite numbers of at least 0")
     return tube_view(stored)
 
 

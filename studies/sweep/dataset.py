@@ -208,6 +208,7 @@ def open_study(folder: Path) -> xr.Dataset:
         require_complete(path)
         data = xr.open_zarr(path, consolidated=False, chunks=None)  # plain arrays: Dask would not pay here
         # Python's strings: numpy's string type has no NaN, which `where` fills with
+        data.attrs.pop(KEY, None)  # of the files, not of the study
         return data.assign({name: data[name].astype(object) for name in ("status", "message")})
     except RecordError as error:
         raise StudyError(str(error)) from None

@@ -175,8 +175,8 @@ class _Table:
 
     def texts(self, key: str, default: Sequence[str], among: Sequence[str]) -> tuple[str, ...]:
         value = self.data.get(key, default)
-        listed = isinstance(value, Sequence) and not isinstance(value, str)
-        if not listed or not value or len(set(map(str, value))) < len(value):
+        is_list = isinstance(value, Sequence) and not isinstance(value, str)
+        if not is_list or not value or len(set(map(quoted, value))) < len(value):
             raise self.complain(key, "a list of different names")
         for item in value:
             if item not in among:

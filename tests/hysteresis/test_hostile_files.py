@@ -39,9 +39,9 @@ def with_sidecar(loop: Path, toml: str) -> str:
     [
         (os.mkfifo, "loop.csv: is a fifo: expected a CSV file"),
         (os.mkdir, "loop.csv: is a folder: expected a CSV file"),
-        (lambda path: os.symlink("/dev/zero", path), "loop.csv: is a device: expected a CSV file"),
-        (lambda path: os.symlink("nowhere", path), "loop.csv: a link to a file that does not exist"),
-        (lambda path: os.symlink(path, path), "loop.csv: Too many levels of symbolic links"),
+        (lambda path: path.symlink_to("/dev/zero"), "loop.csv: is a device: expected a CSV file"),
+        (lambda path: path.symlink_to("nowhere"), "loop.csv: a link to a file that does not exist"),
+        (lambda path: path.symlink_to(path), "loop.csv: Too many levels of symbolic links"),
     ],
 )
 def test_a_special_file_is_refused(make, said, tmp_path):
@@ -83,7 +83,10 @@ def test_columns_and_digits_have_limits(loop):
         (HEAD + 'notches = ["n", "n"]', "loop.toml: columns.notches = 'n': is columns.notches: expected another"),
         (HEAD + '[kinematics]\nfile = "../theory.csv"', "loop.toml: kinematics.file = '../theory.csv': outside its f"),
         (HEAD + '[kinematics]\nfile = "/etc/passwd"', "loop.toml: kinematics.file = '/etc/passwd': outside its folder"),
-        (HEAD + '[kinematics]\nfile = "loop.toml"', "loop.toml: kinematics.file = 'loop.toml': expected a name that en"),
+        (
+            HEAD + '[kinematics]\nfile = "loop.toml"',
+            "loop.toml: kinematics.file = 'loop.toml': expected a name that",
+        ),
         (HEAD + '[rig]\nfile = "../../x.toml"', "loop.toml: rig.file = '../../x.toml': outside its folder"),
         (HEAD + '[rig]\nfile = "a\\u0000b.toml"', "loop.toml: rig.file = 'a\\x00b.toml': NUL in the name"),
     ],

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import zarr
+from results_folder import write_run, write_study, write_trace
 
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import preset
 from hysteresis import identify
 from hysteresis.settings import IdentifySettings
-from results_folder import write_run, write_study, write_trace
 from studies.commands.identification import write_fit
 from studies.results.manifest import KEY, digests
 
@@ -71,6 +71,19 @@ step_mm = 0.1
 [vary]
 preload_N = [5.0, 10.0]
 "notch.width_mm" = { from = 0.5, to = 0.8, count = 2 }
+[quantities]
+groups = ["loop", "strain"]
+[sensitivity]
+count = 8
+quantities = ["full_scale_angle_deg"]
+[pareto]
+population = 8
+generations = 2
+[pareto.objectives]
+full_scale_angle_deg = "max"
+peak_strain_percent = "min"
+[pareto.limits]
+tension_max_N = { max = 40.0 }
 """
 
 

@@ -20,8 +20,9 @@ NAMES = (
     "<img src=x onerror=alert(1)>", "angle_deg", "drive_mm", "loop.csv", "\\n\\n", "\\u202e", "nowhere.csv",
 )  # fmt: skip
 VALUES: tuple[Any, ...] = (
-    None, True, 0, -1, 2.5, 1e308, float("nan"), float("inf"), 10**400, "", "text", "../../../etc/passwd", "/etc/passwd",
-    "a\0b", "\ud800", "x" * 5000, [], [[]], [1], {}, {"a": {"a": {"a": {}}}}, [None] * 3, "{{7*7}}", "<script>",
+    None, True, 0, -1, 2.5, 1e308, float("nan"), float("inf"), 10**400, "", "text", "../../../etc/passwd",
+    "/etc/passwd", "a\0b", "\ud800", "x" * 5000, [], [[]], [1], {},
+    {"a": {"a": {"a": {}}}}, [None] * 3, "{{7*7}}", "<script>",
 )  # fmt: skip
 _NUMBER = re.compile(r"(?<![\w.\"])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 _NAME = re.compile(r'"([^"\n]*)"')

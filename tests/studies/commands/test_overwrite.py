@@ -102,7 +102,13 @@ def test_every_kind_of_file_has_its_mark(tmp_path):
     (tmp_path / "a.pdf").write_bytes(marked_pdf(b"%PDF-1.4\n%%EOF\n"))
     for path in tmp_path.iterdir():
         assert is_own(path), path
-    for name, content in {"b.json": b"{}", "b.html": b"<head>", "b.png": png, "b.pdf": b"%PDF", "b.csv": b"a,b"}.items():
+    for name, content in {
+        "b.json": b"{}",
+        "b.html": b"<head>",
+        "b.png": png,
+        "b.pdf": b"%PDF",
+        "b.csv": b"a,b",
+    }.items():
         (tmp_path / name).write_bytes(content)
         assert not is_own(tmp_path / name), name
 
