@@ -11,6 +11,13 @@ LEAST_MM, MOST_MM = 1e-6, 1e4
 """Smallest and largest length of a part, mm: that of a few atoms, and ten metres."""
 MOST_JOINTS = 1_000
 RANGES: dict[str, tuple[float, float]] = {
+    "creep.fraction": (-10.0, 10.0),
+    "drive_gain.error": (-10.0, 10.0),
+    "growth_per_mm": (-10.0, 10.0),
+    "slack.tendon_a_mm": (-1e3, 1e3),
+    "slack.tendon_b_mm": (-1e3, 1e3),
+    "eccentricity.amplitude_mm": (-1e3, 1e3),
+    "backlash.width_mm": (-1e3, 1e3),
     "_N_per_mm": (-1e12, 1e12),
     "_N_s_per_mm": (-1e12, 1e12),
     "_Nmm_per_rad": (-1e15, 1e15),
