@@ -310,6 +310,8 @@ def _figure(source: Path, item: FigureFile) -> FigureSection:
 
 def _columns(file: Path, caption: str) -> Drawn:
     names = column_names(file)
+    if odd := [name for name in names if not name.isprintable()]:
+        raise RecordError(f"{file}:1: column {quoted(odd[0])}: expected names that print")
     columns = read_columns(file, names)
     if len(names) < 2 or not columns[names[0]].size:
         raise RecordError(f"{file}: {len(names)} columns: expected a header of two or more, and numbers")

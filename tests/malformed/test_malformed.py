@@ -53,11 +53,13 @@ def test_good_files_are_taken_and_spoiled_ones_refused_in_one_line(tmp_path):
 def test_any_content_is_read_or_refused(name, content, tmp_path):
     path = tmp_path / name
     path.write_bytes(content)
+    words = ""
     try:
         READERS[name](path)
     except (RecordError, RigError, StudyError) as error:
-        assert "\n" not in str(error)
-        assert len(str(error)) < 300 + len(str(path))
+        words = str(error)
+    assert "\n" not in words
+    assert len(words) < 300 + len(str(path))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -65,8 +67,10 @@ def test_any_content_is_read_or_refused(name, content, tmp_path):
 @given(data=st.data())
 def test_any_value_of_a_field_is_read_or_refused(kind, data):
     values = data.draw(st.dictionaries(st.sampled_from(list(kind.__dataclass_fields__)), JSON) | JSON)
+    words = ""
     try:
         from_plain(kind, values, "a.json")
     except RecordError as error:
-        assert "\n" not in str(error)
-        assert len(str(error)) < 300
+        words = str(error)
+    assert "\n" not in words
+    assert len(words) < 300

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 import zarr
+from results_folder import write_run, write_study, write_trace
 
 from hysteresis.record import RecordError
-from results_folder import write_run, write_study, write_trace
 from studies.report import write_report
 from studies.results.manifest import KEY, digests, require_complete
 from studies.sweep import StudyError, open_study
