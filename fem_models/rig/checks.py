@@ -7,8 +7,8 @@ from dataclasses import fields
 
 from hysteresis.messages import as_given, quoted
 
-LEAST_MM, MOST_MM = 1e-6, 1e4
-"""Smallest and largest length of a part, mm: that of a few atoms, and ten metres."""
+LEAST_MM, MOST_MM = 1e-9, 1e4
+"""Smallest and largest length of a part, mm: far below an atom, and ten metres."""
 MOST_JOINTS = 1_000
 RANGES: dict[str, tuple[float, float]] = {
     "creep.fraction": (-10.0, 10.0),
@@ -18,6 +18,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "slack.tendon_b_mm": (-1e3, 1e3),
     "eccentricity.amplitude_mm": (-1e3, 1e3),
     "backlash.width_mm": (-1e3, 1e3),
+    "free_length_mm": (-1e12, 1e12),  # a soft spring in a proof
     "_N_per_mm": (-1e12, 1e12),
     "_N_s_per_mm": (-1e12, 1e12),
     "_Nmm_per_rad": (-1e15, 1e15),

@@ -88,9 +88,9 @@ class Tendon:
 
     def __post_init__(self) -> None:
         require_numbers("tendon", self)
-        require(self.EA_N > 0, "tendon.EA_N", self.EA_N, "above 0")
-        for name in ("moment_arm_mm", "free_length_mm"):
-            require_length(f"tendon.{name}", getattr(self, name))
+        for name in ("EA_N", "free_length_mm"):
+            require(getattr(self, name) > 0, f"tendon.{name}", getattr(self, name), "above 0")
+        require_length("tendon.moment_arm_mm", self.moment_arm_mm)
         require(self.toe_N >= 0, "tendon.toe_N", self.toe_N, "at least 0")
 
 

@@ -84,7 +84,7 @@ def test_several_numbers_at_once(values):
         ({"eccentricity.amplitude_mm": 1e308}, r"eccentricity.amplitude_mm = 1e\+308: expected from"),
         ({"notch.count": 1e9}, "notch.count = 1000000000: expected a whole number of at least 1, at most 1,000"),
         ({"tube.outer_diameter_mm": 1e308}, r"tube.outer_diameter_mm = 1e\+308: expected from"),
-        ({"notch.width_mm": 1e-300}, "notch.width_mm = 1e-300: expected from 1e-06 to 10000"),
+        ({"notch.width_mm": 1e-300}, "notch.width_mm = 1e-300: expected from 1e-09 to 10000"),
         ({"tendon.free_length_mm": 1e308}, r"tendon.free_length_mm = 1e\+308: expected from"),
         ({"preload_N": 1e308}, r"preload_N = 1e\+308: expected from"),
     ],
