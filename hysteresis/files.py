@@ -1,32 +1,180 @@
-"""Reading text, writing results all or none, and the error that names what is wrong with a file."""
+"""Reading files within limits, writing results all or none, and the error that names what is wrong with a file."""
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
+import stat
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+from hysteresis.messages import as_given, quoted
+
+MB = 2**20
+MOST_BYTES = 512 * MB
+"""Size of the largest file that is read."""
+MOST_TOML_BYTES = MB
+MOST_PARTS = 16
+"""Most parts of a dotted key, and most levels of nested values, of a TOML or JSON file."""
+_TOML_STRINGS = re.compile(
+    r'"""(?:\\.|[^\\])*?"""|' + r"'''.*?'''|" + r'"(?:\\.|[^"\\\n])*"|' + r"'[^'\n]*'|#[^\n]*", re.DOTALL
+)
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
+_KINDS = ((stat.S_ISFIFO, "a fifo"), (stat.S_ISSOCK, "a socket"), (stat.S_ISDIR, "a folder"))
 
 
 class RecordError(ValueError):
     """A record that cannot be read or used; one line with file, line or field, value and what was expected."""
 
 
-def read_text(path: Path, expected: str) -> str:
+# --- reading -----------------------------------------------------------------------------------------------------
+
+
+def present(path: Path) -> bool:
+    """Tell whether a name is taken: by a file, a folder, or a link, also one that leads nowhere."""
+    return os.path.lexists(path)
+
+
+def read_bytes(path: Path, expected: str, *, most: int = MOST_BYTES) -> bytes:
+    """Read a regular file of at most ``most`` bytes; ``expected`` completes the error message.
+
+    Raises
+    ------
+    RecordError
+        A file that cannot be opened, is too large, or is no regular file: a fifo, a device, a link that leads nowhere.
+    """
+    if "\0" in str(path):
+        raise RecordError(f"{quoted(str(path))}: NUL in the name: expected {expected}")
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            kind = next((words for test, words in _KINDS if test(found.st_mode)), "a device")
+            raise RecordError(f"{path}: is {kind}: expected {expected}")
+        if found.st_size > most:
+            raise RecordError(f"{path}: {found.st_size / MB:,.1f} MB: expected {expected}, at most {most / MB:,.0f} MB")
+        with path.open("rb") as file:
+            content = file.read(found.st_size + 1)
+    except OSError as error:
+        dangling = isinstance(error, FileNotFoundError) and path.is_symlink()
+        reason = "a link to a file that does not exist" if dangling else error.strerror
+        raise RecordError(f"{path}: {reason}: expected {expected}") from None
+    if len(content) > found.st_size:
+        raise RecordError(f"{path}: grows while it is read: expected {expected}")
+    return content
+
+
+def read_text(path: Path, expected: str, *, most: int = MOST_BYTES) -> str:
     """Read a text file in UTF-8, with or without a byte order mark; ``expected`` completes the error message.
 
     Raises
     ------
     RecordError
-        A file that cannot be opened or is not UTF-8.
+        As :func:`read_bytes`, or a file that is not UTF-8.
     """
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror}: expected {expected}") from None
+        text = read_bytes(path, expected, most=most).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise RecordError(f"{path}: byte {error.start} is not UTF-8: expected {expected} in UTF-8") from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_toml(path: Path, expected: str) -> dict[str, Any]:
+    """Read a TOML file of at most 1 MB, whose keys and values are at most :data:`MOST_PARTS` levels deep.
+
+    Raises
+    ------
+    RecordError
+        As :func:`read_text`, or a file that is not such a TOML file.
+    """
+    text = read_text(path, expected, most=MOST_TOML_BYTES)
+    for part in re.split(r"[,=\n{}\[\]]", _TOML_STRINGS.sub('""', text)):
+        if part.count(".") >= MOST_PARTS:
+            raise RecordError(f"{path}: key {as_given(part.strip(), 40)}: expected at most {MOST_PARTS} parts")
+    try:
+        tables = tomllib.loads(text)
+    except RecursionError:
+        raise RecordError(f"{path}: nested too deep: expected at most {MOST_PARTS} levels") from None
+    except ValueError as error:  # of TOML, or of a number with too many digits
+        raise RecordError(f"{path}: not TOML: {as_given(str(error), 120)}") from None
+    _require_shallow(path, tables)
+    return tables
+
+
+def read_json(path: Path, expected: str) -> Any:
+    """Read a JSON file whose values are at most :data:`MOST_PARTS` levels deep.
+
+    Raises
+    ------
+    RecordError
+        As :func:`read_text`, or a file that is not such a JSON file.
+    """
+    text = read_text(path, expected)
+    try:
+        values = json.loads(text)
+        if _SURROGATE.search(text):
+            json.dumps(values, ensure_ascii=False).encode()  # half a character, which no page can hold
+    except RecursionError:
+        raise RecordError(f"{path}: nested too deep: expected at most {MOST_PARTS} levels") from None
+    except ValueError as error:
+        raise RecordError(f"{path}: not JSON: {as_given(str(error), 120)}: expected {expected}") from None
+    _require_shallow(path, values)
+    return values
+
+
+def _require_shallow(path: Path, values: object) -> None:
+    level = [values]
+    for _ in range(MOST_PARTS):
+        inner = [one.values() if isinstance(one, Mapping) else one for one in level if isinstance(one, Mapping | list)]
+        level = [item for items in inner for item in items if isinstance(item, Mapping | list)]
+        if not level:
+            return
+    raise RecordError(f"{path}: nested too deep: expected at most {MOST_PARTS} levels")
+
+
+def inside(source: Path, key: str, name: str, endings: Sequence[str] = ()) -> Path:
+    """Give the path of a file that another file names, which must lie in the folder of that file or below it.
+
+    Parameters
+    ----------
+    source, key
+        The file that names it, and under which key, for the error.
+    name
+        The name, relative to the folder of ``source``. Links are followed before the place is checked.
+    endings
+        The endings of the name that are expected, such as ".csv"; none for any.
+
+    Raises
+    ------
+    RecordError
+        A name that leads out of the folder, has another ending, or leads in circles.
+    """
+    where = f"{source}: {key} = {quoted(name)}"
+    if "\0" in name:
+        raise RecordError(f"{where}: NUL in the name: expected the name of a file")
+    path, folder = source.parent / name, source.parent.resolve()
+    try:
+        within = path.resolve(strict=False).is_relative_to(folder)
+    except (OSError, RuntimeError) as error:  # a loop of links is a RuntimeError
+        reason = getattr(error, "strerror", None) or "links that lead in a circle"
+        raise RecordError(f"{where}: {reason}: expected a file") from None
+    if not within:
+        raise RecordError(f"{where}: outside its folder: expected a file in {folder}")
+    if endings and path.suffix.lower() not in endings:
+        raise RecordError(f"{where}: expected a name that ends in {' or '.join(endings)}")
+    return path
+
+
+def place(path: Path) -> str:
+    """Give the absolute place of a file, links followed; unlike ``Path.resolve`` it takes links in a circle."""
+    return os.path.realpath(path)
+
+
+# --- writing -----------------------------------------------------------------------------------------------------
 
 
 def write_files(files: Mapping[Path, str | bytes]) -> None:
@@ -42,6 +190,8 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     for path in files:
         if path.is_dir():
             raise RecordError(f"{path}: is a folder: expected the name of a file")
+        if path.exists() and not path.is_file():
+            raise RecordError(f"{path}: is no regular file: expected the name of a file")
     staged: dict[Path, Path] = {}
     try:
         for path, content in files.items():

@@ -15,9 +15,13 @@ from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get
 import numpy as np
 
 from hysteresis.files import RecordError
+from hysteresis.messages import as_given, quoted
 
 Result = TypeVar("Result")
 
+MOST_WHOLE = 2**63
+MOST_REAL = 1e30
+"""Largest magnitudes of numbers that are read; those that are not finite may be results, too."""
 _SIMPLE: dict[Any, tuple[tuple[type, ...], str]] = {
     float: ((int, float), "a number"),
     int: ((int,), "a whole number"),
@@ -78,7 +82,7 @@ def from_plain(kind: type[Result], values: object, where: str = "") -> Result:
         One line with the field that is missing, or that has not the form of its type, and what was expected.
     """
     if not isinstance(values, Mapping):
-        raise RecordError(f"{where or kind.__name__}: {values!r:.40}: expected a table")
+        raise RecordError(f"{where or kind.__name__}: {quoted(values, 40)}: expected a table")
     hints, given = get_type_hints(kind), dict[str, Any]()
     for one in fields(cast(Any, kind)):
         key = _key(one)
@@ -108,30 +112,34 @@ def _read(kind: Any, value: Any, where: str) -> Any:
         return _array(get_args(arguments[1])[0], value, where)
     if origin is Literal:
         if value not in arguments:
-            raise RecordError(f"{where}: {value!r:.40}: expected one of {', '.join(map(str, arguments))}")
+            raise RecordError(f"{where}: {quoted(value, 40)}: expected one of {', '.join(map(str, arguments))}")
         return value
     if origin is not None and isinstance(origin, type) and issubclass(origin, Mapping):
         if not isinstance(value, Mapping):
-            raise RecordError(f"{where}: {value!r:.40}: expected a table")
-        return {key: _read(arguments[1], item, f"{where}: {key}") for key, item in value.items()}
+            raise RecordError(f"{where}: {quoted(value, 40)}: expected a table")
+        return {key: _read(arguments[1], item, f"{where}: {as_given(key, 40)}") for key, item in value.items()}
     return from_plain(cast(Any, kind), value, where) if is_dataclass(kind) else _simple(kind, value, where)
 
 
 def _tuple(arguments: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
-        raise RecordError(f"{where}: {value!r:.40}: expected a list")
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected a list")
     of_any_length = arguments[-1] is Ellipsis
     if not of_any_length and len(value) != len(arguments):
-        raise RecordError(f"{where}: {value!r:.40}: expected a list of {len(arguments)}")
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected a list of {len(arguments)}")
     kinds = [arguments[0]] * len(value) if of_any_length else arguments
     return tuple(_read(one, item, f"{where}[{i}]") for i, (one, item) in enumerate(zip(kinds, value, strict=True)))
 
 
 def _array(number: Any, value: Any, where: str) -> Any:
     try:
-        return np.asarray(value, dtype=number)
-    except (TypeError, ValueError):
-        raise RecordError(f"{where}: {value!r:.40}: expected numbers") from None
+        array = np.asarray(value, dtype=number)
+    except (TypeError, ValueError, OverflowError):
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected numbers") from None
+    size = np.abs(array[np.isfinite(array)]) if array.ndim else np.abs(array)
+    if size.size and size.max() > MOST_REAL:
+        raise RecordError(f"{where}: {size.max()}: expected at most {MOST_REAL:g} in magnitude")
+    return array
 
 
 def _simple(kind: Any, value: Any, where: str) -> Any:
@@ -142,5 +150,9 @@ def _simple(kind: Any, value: Any, where: str) -> Any:
         return math.nan
     kinds, expected = _SIMPLE[kind]
     if not isinstance(value, kinds) or (isinstance(value, bool) and kind is not bool):
-        raise RecordError(f"{where}: {value!r:.40}: expected {expected}")
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected {expected}")
+    if isinstance(value, int) and abs(value) > MOST_WHOLE:
+        raise RecordError(f"{where}: {quoted(value, 40)}: expected at most 64 bits")
+    if isinstance(value, float) and MOST_REAL < abs(value) < math.inf:
+        raise RecordError(f"{where}: {value}: expected at most {MOST_REAL:g} in magnitude")
     return value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
@@ -13,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats
-from hysteresis.files import RecordError, read_text, write_files
+from hysteresis.files import MOST_TOML_BYTES, RecordError, inside, place, present, read_bytes, read_text, write_files
+from hysteresis.messages import as_given, listed, quoted
+from hysteresis.own import MAKER
 from hysteresis.record import FIELDS, LIST_FIELDS, MAX_COUNT, MAX_MAGNITUDE, Record, bad_cycles
 from hysteresis.sidecar import (
     Columns,
@@ -24,6 +25,10 @@ from hysteresis.sidecar import (
     read_sidecar,
     toml,
 )
+
+MOST_COLUMNS = 1_000
+MOST_DIGITS = 100
+"""Most characters of a number."""
 
 # --- reading -----------------------------------------------------------------------------------------------------
 
@@ -48,7 +53,7 @@ def read_record(path: Path | str) -> Record:
         raise RecordError(f"{path}: expected the CSV of the record, not its sidecar")
     names, rows = _read_csv(path)
     side = path.with_suffix(".toml")
-    sidecar = read_sidecar(side) if side.exists() else Sidecar()
+    sidecar = read_sidecar(side) if present(side) else Sidecar()
     if sidecar.columns is None:
         _require_bare_columns(path, names)
     columns = bare_columns(names) if sidecar.columns is None else sidecar.columns
@@ -61,9 +66,9 @@ def read_record(path: Path | str) -> Record:
             arrays[name] = np.column_stack([values[column] for column in columns[key]])
     rig = dict(sidecar.rig)
     if "file" in rig:
-        rig["file"] = str((path.parent / rig["file"]).resolve())
+        rig["file"] = str(inside(side, "rig.file", rig["file"], [".toml"]).resolve())
     if sidecar.kinematics_file is not None:
-        arrays["kinematics"] = _read_kinematics(path.parent / sidecar.kinematics_file)
+        arrays["kinematics"] = _read_kinematics(inside(side, "kinematics.file", sidecar.kinematics_file, [".csv"]))
     return Record(
         **arrays,
         drive_unit=sidecar.drive_unit,
@@ -85,7 +90,7 @@ def read_records(paths: Sequence[Path]) -> list[Record]:
     RecordError
         As :func:`read_record`, or a file that is given twice: it would count as a test that was repeated.
     """
-    files = [path.resolve() for path in paths]
+    files = [place(path) for path in paths]
     for i, path in enumerate(paths):
         if files[i] in files[:i]:
             raise RecordError(f"{path}: given twice: expected different records")
@@ -152,7 +157,9 @@ def _read_csv(path: Path) -> tuple[list[str], list[str]]:
         raise RecordError(f"{path}: empty: expected a header that names the columns, then one row a sample")
     twice = next((name for i, name in enumerate(names) if name and name in names[:i]), None)
     if twice is not None:
-        raise RecordError(f"{path}:1: column {twice!r} occurs twice: expected different names")
+        raise RecordError(f"{path}:1: column {quoted(twice)} occurs twice: expected different names")
+    if len(names) > MOST_COLUMNS:
+        raise RecordError(f"{path}:1: {len(names):,} columns: expected at most {MOST_COLUMNS:,}")
     return names, lines[1:]
 
 
@@ -165,7 +172,7 @@ def _parse(
     """
     for name in wanted:
         if name not in names:
-            raise RecordError(f"{path}: column {name!r} missing: the columns are {', '.join(names)}")
+            raise RecordError(f"{path}: column {quoted(name)} missing: the columns are {listed(names)}")
     for line, row in enumerate(rows, start=2):
         if row.count(",") != len(names) - 1 or not row.strip():
             found = row.count(",") + 1 if row.strip() else 0
@@ -174,15 +181,22 @@ def _parse(
         return {name: np.empty(0) for name in wanted}
     wanted = list(dict.fromkeys(wanted))
     indices = [names.index(name) for name in wanted]
+    for line, row in enumerate(rows, start=2):
+        if len(row) > MOST_DIGITS:  # else none of its cells is longer
+            cells = row.split(",")
+            for name, at in zip(wanted, indices, strict=True):
+                if (size := len(cells[at])) > MOST_DIGITS:
+                    where = f"{path}:{line}: column {quoted(name)}"
+                    raise RecordError(f"{where}: {size:,} characters: expected at most {MOST_DIGITS}")
     try:
         values = np.loadtxt(rows, delimiter=",", comments=None, usecols=indices, ndmin=2)
     except ValueError as error:
-        raise RecordError(_offending_cell(path, names, rows, wanted) or f"{path}: {error}") from None
+        raise RecordError(_offending_cell(path, names, rows, wanted) or f"{path}: {as_given(str(error))}") from None
     limits = np.array([MAX_COUNT if name in clocks else MAX_MAGNITUDE for name in wanted])
     for i, j in np.argwhere(~(np.abs(values) <= limits))[:1]:
         text = rows[i].split(",")[indices[j]].strip()
         expected = f"at most {limits[j]:g} in magnitude" if np.isfinite(values[i, j]) else "a finite number"
-        raise RecordError(f"{path}:{i + 2}: column {wanted[j]!r} = {text}: expected {expected}")
+        raise RecordError(f"{path}:{i + 2}: column {quoted(wanted[j])} = {as_given(text)}: expected {expected}")
     return {name: values[:, j] for j, name in enumerate(wanted)}
 
 
@@ -197,7 +211,7 @@ def _offending_cell(path: Path, names: list[str], rows: list[str], wanted: Seque
             except ValueError:
                 number = False
             if not number:
-                return f"{path}:{line}: column {name!r} = {text!r}: expected a number"
+                return f"{path}:{line}: column {quoted(name)} = {quoted(text)}: expected a number"
     return None
 
 
@@ -207,13 +221,13 @@ def _without_repeats(path: Path, rows: list[str], values: dict[str, Floats], col
     for name in columns.get("cycle", []):
         for i in np.flatnonzero(bad_cycles(values[name]))[:1]:
             expected = "a whole number that never falls"
-            raise RecordError(f"{path}:{i + 2}: column {name!r} = {values[name][i]:g}: expected {expected}")
+            raise RecordError(f"{path}:{i + 2}: column {quoted(name)} = {values[name][i]:g}: expected {expected}")
     for name in columns.get("time", []):
         time = values[name]
         once = np.array([True, *(a != b for a, b in pairwise(rows))])
         for i in np.flatnonzero(once[1:] & (np.diff(time) <= 0))[:1]:
             found = f"{time[i + 1]:.12g} after {time[i]:.12g}"
-            raise RecordError(f"{path}:{i + 3}: column {name!r} = {found}: expected increasing time")
+            raise RecordError(f"{path}:{i + 3}: column {quoted(name)} = {found}: expected increasing time")
         _require_samples(path, int(once.sum()))
         values = {key: column[once] for key, column in values.items()}
     return values
@@ -237,6 +251,9 @@ def _read_kinematics(path: Path) -> Floats:
 def write_record(record: Record, path: Path | str) -> None:
     """Write a record as CSV, with its sidecar and, if it has one, its theory ``<stem>.kinematics.csv``.
 
+    A rig file that lies elsewhere is copied to ``<stem>.rig.toml``: a sidecar names files of its own folder only, so
+    that a folder of records can be moved.
+
     Numbers are written so that reading returns the same floats. All files are staged before any is replaced; the CSV
     comes last.
 
@@ -253,12 +270,12 @@ def write_record(record: Record, path: Path | str) -> None:
     tables: dict[str, Any] = {"rig": dict(record.rig), "tube": record.tube, "notch": record.notch}
     check_rig_tables(sidecar, tables)
     rig = tables["rig"]
-    if "file" in rig:  # relative, so that a folder of records can be moved
-        rig["file"] = Path(os.path.relpath(Path(rig["file"]).resolve(), path.parent.resolve())).as_posix()
+    files: dict[Path, str | bytes] = {}
+    if "file" in rig:
+        rig["file"] = _rig_beside(Path(rig["file"]), path, files)
     drive = {} if record.drive_unit == "N" else {"unit": record.drive_unit}
-    head = {"schema": 1, "title": record.title, "kind": record.kind, "columns": record.column_names(), "drive": drive}
-    tables = {**head, **tables}
-    files: dict[Path, str] = {}
+    head = {"schema": 1, "title": record.title, "kind": record.kind, "maker": MAKER}
+    tables = {**head, "columns": record.column_names(), "drive": drive, **tables}
     if record.kinematics is not None:
         theory = path.with_suffix(".kinematics.csv")
         files[theory] = _csv({"drive_mm": record.kinematics[:, 0], "angle_deg": record.kinematics[:, 1]})
@@ -266,6 +283,21 @@ def write_record(record: Record, path: Path | str) -> None:
     files[sidecar] = toml(tables)
     files[path] = _csv(record.columns())
     write_files(files)
+
+
+def files_of_record(path: Path) -> list[Path]:
+    """Give the files that :func:`write_record` may write."""
+    return [path, path.with_suffix(".toml"), path.with_suffix(".kinematics.csv"), path.with_suffix(".rig.toml")]
+
+
+def _rig_beside(rig: Path, path: Path, files: dict[Path, str | bytes]) -> str:
+    """Give the name of a rig file for the sidecar of a record; add its copy to ``files`` if it lies elsewhere."""
+    folder = path.parent.resolve()
+    if rig.resolve().is_relative_to(folder):
+        return rig.resolve().relative_to(folder).as_posix()
+    copy = path.with_suffix(".rig.toml")
+    files[copy] = read_bytes(rig, "the rig file of the record", most=MOST_TOML_BYTES)
+    return copy.name
 
 
 def check_target(path: Path, inputs: Collection[Path] = ()) -> None:
@@ -288,7 +320,7 @@ def check_target(path: Path, inputs: Collection[Path] = ()) -> None:
     sidecar = path.with_suffix(".toml")
     for target in (path, sidecar):
         for file in inputs:
-            if target.resolve() == file.resolve() or (target.exists() and file.exists() and target.samefile(file)):
+            if place(target) == place(file) or (target.exists() and file.exists() and target.samefile(file)):
                 raise RecordError(
                     f"{path}: writing {target.name} would replace the input {file}: expected another name"
                 )

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from sys import float_info
 from typing import Any
 
-from hysteresis.files import RecordError, read_text
+from hysteresis.files import RecordError, read_toml
+from hysteresis.messages import as_given, quoted
 from hysteresis.record import FIELDS, KINDS, LIST_FIELDS, MEASURED_KEYS, DriveUnit, Kind
 
 Columns = Mapping[str, list[str]]
 """Key of ``[columns]`` -> columns of the CSV."""
 _RIG_NUMBERS = ("preload_N", *MEASURED_KEYS)
 _KEYS: dict[str, tuple[str, ...]] = {
-    "": ("schema", "title", "kind", "columns", "drive", "rig", "tube", "notch", "kinematics"),
+    "": ("schema", "title", "kind", "maker", "columns", "drive", "rig", "tube", "notch", "kinematics"),
     "columns": (*FIELDS, *LIST_FIELDS),
     "drive": ("unit",),
     "rig": ("preset", "file", *_RIG_NUMBERS),
@@ -47,17 +47,16 @@ def read_sidecar(path: Path) -> Sidecar:
     RecordError
         One line with the file, the key, its value and what was expected.
     """
-    try:
-        tables = tomllib.loads(read_text(path, "the record's sidecar"))
-    except tomllib.TOMLDecodeError as error:
-        raise RecordError(f"{path}: not TOML: {error}") from None
+    tables = read_toml(path, "the record's sidecar")
     _check_keys(path, "", tables)
     if type(tables.get("schema")) is not int or tables["schema"] != 1:
-        raise RecordError(f"{path}: schema = {tables.get('schema', 'missing')!r}: expected 1")
+        raise RecordError(f"{path}: schema = {quoted(tables.get('schema', 'missing'))}: expected 1")
     if not isinstance(tables.get("title", ""), str):
-        raise RecordError(f"{path}: title = {tables['title']!r}: expected text")
+        raise RecordError(f"{path}: title = {quoted(tables['title'])}: expected text")
     if tables.get("kind", "measured") not in KINDS:
-        raise RecordError(f"{path}: kind = {tables['kind']!r}: expected measured or simulated")
+        raise RecordError(f"{path}: kind = {quoted(tables['kind'])}: expected measured or simulated")
+    if not isinstance(tables.get("maker", ""), str):
+        raise RecordError(f"{path}: maker = {quoted(tables['maker'])}: expected text")
     for name in ("columns", "drive", "kinematics"):
         _check_keys(path, name, tables.get(name, {}))
     check_rig_tables(path, tables)
@@ -78,11 +77,11 @@ def read_sidecar(path: Path) -> Sidecar:
 
 def _check_keys(where: Path, name: str, table: object) -> None:
     if not isinstance(table, Mapping):
-        raise RecordError(f"{where}: {name} = {table!r}: expected a table")
+        raise RecordError(f"{where}: {name} = {quoted(table)}: expected a table")
     for key in table:
         if key not in _KEYS[name]:
             full = f"{name}.{key}" if name else key
-            raise RecordError(f"{where}: {full}: unknown key: expected one of {', '.join(_KEYS[name])}")
+            raise RecordError(f"{where}: {as_given(full)}: unknown key: expected one of {', '.join(_KEYS[name])}")
 
 
 def check_rig_tables(where: Path, tables: Mapping[str, Any]) -> None:
@@ -99,7 +98,7 @@ def check_rig_tables(where: Path, tables: Mapping[str, Any]) -> None:
     for table in ("rig", "tube", "notch"):
         items = tables.get(table, {})
         if not isinstance(items, Mapping):
-            raise RecordError(f"{where}: {table} = {items!r}: expected a table")
+            raise RecordError(f"{where}: {table} = {quoted(items)}: expected a table")
         for key, value in items.items():
             text = isinstance(value, str)
             number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= float_info.max
@@ -112,7 +111,7 @@ def check_rig_tables(where: Path, tables: Mapping[str, Any]) -> None:
             else:
                 good, expected = number and value > 0, "a number above 0"
             if not good:
-                raise RecordError(f"{where}: {table}.{key} = {value!r}: expected {expected}")
+                raise RecordError(f"{where}: {table}.{as_given(key)} = {quoted(value)}: expected {expected}")
 
 
 def bare_columns(names: Sequence[str]) -> Columns:
@@ -128,14 +127,19 @@ def _columns(where: Path, table: Mapping[str, Any]) -> Columns:
         group = value if key in LIST_FIELDS else [value]
         if not isinstance(group, list) or not group or not all(isinstance(name, str) for name in group):
             expected = "a list of column names" if key in LIST_FIELDS else "the name of a column"
-            raise RecordError(f"{where}: columns.{key} = {value!r}: expected {expected}")
+            raise RecordError(f"{where}: columns.{key} = {quoted(value)}: expected {expected}")
         columns[key] = group
     if len(columns.get("tip", ["x", "y"])) != 2:
-        raise RecordError(f"{where}: columns.tip = {columns['tip']!r}: expected two columns, along and across")
+        raise RecordError(f"{where}: columns.tip = {quoted(columns['tip'])}: expected two columns, along and across")
     if "angle" not in columns:
         raise RecordError(f"{where}: columns.angle: missing: expected the name of a column")
     if ("drive" in columns) == ("force" in columns):
         raise RecordError(f"{where}: columns.drive, columns.force: expected one of the two")
+    roles = dict[str, str]()
+    for key, name in ((key, name) for key, group in columns.items() for name in group):
+        if name in roles:
+            raise RecordError(f"{where}: columns.{key} = {quoted(name)}: is columns.{roles[name]}: expected another")
+        roles[name] = key
     return columns
 
 
@@ -143,15 +147,15 @@ def _drive_unit(where: Path, tables: Mapping[str, Any], columns: Columns) -> Dri
     allowed: tuple[DriveUnit, ...] = ("N",) if "force" in columns else ("mm", "deg", "step")
     unit: DriveUnit = tables.get("drive", {}).get("unit", allowed[0])
     if unit not in allowed:
-        raise RecordError(f"{where}: drive.unit = {unit!r}: expected {' or '.join(allowed)}")
+        raise RecordError(f"{where}: drive.unit = {quoted(unit)}: expected {' or '.join(allowed)}")
     return unit
 
 
 def is_sidecar(path: Path) -> bool:
     """Tell whether a TOML file is the sidecar of a record."""
     try:
-        return {"schema", "columns"} <= set(tomllib.loads(read_text(path, "a sidecar")))
-    except (RecordError, tomllib.TOMLDecodeError):
+        return {"schema", "columns"} <= set(read_toml(path, "a sidecar"))
+    except RecordError:
         return False
 
 

@@ -11,7 +11,7 @@ from fem_models.export import guide_table, mujoco_model
 from fem_models.export.loop import guide_loop
 from fem_models.rig import Rig
 from hysteresis.files import RecordError, write_files
-from studies.commands.options import Common, RigChoice
+from studies.commands.options import Common, Overwrite, RigChoice
 from studies.progress import status
 
 Simulator = Literal["mujoco"]
@@ -26,10 +26,12 @@ def export_rig(
     amplitude: Annotated[
         float, typer.Option("--amplitude", help="Largest drive that the model is meant for, mm.")
     ] = AMPLITUDE_MM,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Write a rig as a model of another simulator, and a table of the tension at every guide."""
     chosen = rig.read()
+    replacing.allow([out, out.with_name(f"{out.stem}-guides.csv")])
     with status(common.shows_progress, f"exporting {chosen.name}"):
         model, table = write_model(chosen, out, to=to, amplitude_mm=amplitude)
     common.show({"model": str(model), "table": str(table)}, f"model: {model}", f"tension at every guide: {table}")

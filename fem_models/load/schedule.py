@@ -129,7 +129,8 @@ def _friction_scale(rig: Rig, program: LoadProgram, drive: Floats) -> Floats:
         speed = np.abs(np.gradient(drive, program.time_s))
         scale = scale * (1 + rig.stribeck.rise * np.exp(-speed / rig.stribeck.speed_mm_per_s))
     if rig.position_friction is not None:
-        scale = scale * np.exp(rig.position_friction.growth_per_mm * drive)
+        with np.errstate(over="ignore"):  # friction without end: the solver finds no equilibrium, and says where
+            scale = scale * np.exp(rig.position_friction.growth_per_mm * drive)
     if rig.run_in is not None:
         scale = scale * (1 + rig.run_in.excess * (1 - _settled(program, rig.run_in.cycles)))
     return scale

@@ -5,6 +5,43 @@ from __future__ import annotations
 import math
 from dataclasses import fields
 
+from hysteresis.messages import as_given, quoted
+
+LEAST_MM, MOST_MM = 1e-9, 1e4
+"""Smallest and largest length of a part, mm: far below an atom, and ten metres."""
+MOST_JOINTS = 1_000
+RANGES: dict[str, tuple[float, float]] = {
+    "creep.fraction": (-10.0, 10.0),
+    "drive_gain.error": (-10.0, 10.0),
+    "growth_per_mm": (-10.0, 10.0),
+    "slack.tendon_a_mm": (-1e3, 1e3),
+    "slack.tendon_b_mm": (-1e3, 1e3),
+    "eccentricity.amplitude_mm": (-1e3, 1e3),
+    "backlash.width_mm": (-1e3, 1e3),
+    "free_length_mm": (-1e12, 1e12),  # a soft spring in a proof
+    "_N_per_mm": (-1e12, 1e12),
+    "_N_s_per_mm": (-1e12, 1e12),
+    "_Nmm_per_rad": (-1e15, 1e15),
+    "_Nmm_s_per_rad": (-1e12, 1e12),
+    "_mm_per_s": (-1e6, 1e6),
+    "_mm_per_N": (-1e6, 1e6),
+    "_per_mm": (-1e3, 1e3),
+    "_MPa_per_K": (-1e3, 1e3),
+    "_mm": (-MOST_MM, MOST_MM),
+    "EA_N": (-1e15, 1e15),
+    "preload_N": (-1e6, 1e6),
+    "_N": (-1e9, 1e9),
+    "_GPa": (-1e6, 1e6),
+    "_MPa": (-1e9, 1e9),
+    "_deg": (-1e6, 1e6),
+    "_C": (-273.15, 5e3),
+    "_s": (-1e12, 1e12),
+    "_g": (-1e9, 1e9),
+    "capstan_coefficient": (-100.0, 100.0),
+    "": (-1e12, 1e12),
+}
+"""Ends of the numbers of a rig by the end of their name: far beyond any instrument, within what a solver can hold."""
+
 
 class RigError(ValueError):
     """A rig or a load program with impossible values; the message names field, value and what was expected."""
@@ -17,7 +54,7 @@ class SolverError(RuntimeError):
 def require(condition: bool, name: str, value: object, expected: str) -> None:
     """Raise a RigError ``name = value: expected ...`` where the condition does not hold."""
     if not condition:
-        raise RigError(f"{name} = {value}: expected {expected}")
+        raise RigError(f"{name} = {as_given(str(value))}: expected {expected}")
 
 
 def require_numbers(owner: str, item: object) -> None:
@@ -27,5 +64,20 @@ def require_numbers(owner: str, item: object) -> None:
         if value is None or f.name in ("shape", "rigid_roots"):  # fields of a notch: a word and a switch
             continue
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise RigError(f"{owner}.{f.name} = {value!r}: expected a number")
-        require(math.isfinite(value), f"{owner}.{f.name}", value, "a finite number")
+            raise RigError(f"{owner}.{f.name} = {quoted(value)}: expected a number")
+        require_in_range(f"{owner}.{f.name}", value)
+
+
+def require_in_range(name: str, value: float) -> None:
+    """Raise a RigError where a number is not finite or beyond :data:`RANGES`; ``name`` ends in its unit."""
+    require(math.isfinite(value), name, value, "a finite number")
+    for unit, (low, high) in RANGES.items():
+        if name.endswith(unit):
+            require(low <= value <= high, name, value, f"from {low:g} to {high:g}")
+            return
+
+
+def require_length(name: str, value_mm: float) -> None:
+    """Raise a RigError where a length that must be positive is not from :data:`LEAST_MM` to :data:`MOST_MM`."""
+    require(value_mm > 0, name, value_mm, "above 0")
+    require(LEAST_MM <= value_mm <= MOST_MM, name, value_mm, f"from {LEAST_MM:g} to {MOST_MM:g}")

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from fem_models.rig.checks import require, require_numbers
+from fem_models.rig.checks import MOST_JOINTS, require, require_length, require_numbers
 
 NotchShape = Literal["v_pair", "rectangular_pair", "rectangular"]
 NOTCH_SHAPES: tuple[str, ...] = ("v_pair", "rectangular_pair", "rectangular")
@@ -21,7 +21,7 @@ class Tube:
 
     def __post_init__(self) -> None:
         require_numbers("tube", self)
-        require(self.inner_diameter_mm > 0, "tube.inner_diameter_mm", self.inner_diameter_mm, "above 0")
+        require_length("tube.inner_diameter_mm", self.inner_diameter_mm)
         require(
             self.inner_diameter_mm < self.outer_diameter_mm,
             "tube.inner_diameter_mm",
@@ -67,13 +67,13 @@ class Notch:
         require(self.shape in NOTCH_SHAPES, "notch.shape", self.shape, "one of " + ", ".join(NOTCH_SHAPES))
         require_numbers("notch", self)
         require(
-            isinstance(self.count, int) and self.count >= 1,
+            isinstance(self.count, int) and 1 <= self.count <= MOST_JOINTS,
             "notch.count",
             self.count,
-            "a whole number of at least 1",
+            f"a whole number of at least 1, at most {MOST_JOINTS:,}",
         )
         for name in ("depth_mm", "width_mm", "spacing_mm"):
-            require(getattr(self, name) > 0, f"notch.{name}", getattr(self, name), "above 0")
+            require_length(f"notch.{name}", getattr(self, name))
         if self.shape == "v_pair":
             root = self.root_width_mm
             require(root is not None, "notch.root_width_mm", root, "a number: a V needs the width of its root")
@@ -165,12 +165,12 @@ class MeasuredJoint:
     def __post_init__(self) -> None:
         require_numbers("rig", self)
         require(
-            isinstance(self.joints, int) and self.joints >= 1,
+            isinstance(self.joints, int) and 1 <= self.joints <= MOST_JOINTS,
             "rig.joints",
             self.joints,
-            "a whole number >= 1",
+            f"a whole number >= 1, at most {MOST_JOINTS:,}",
         )
-        require(self.pitch_mm > 0, "rig.pitch_mm", self.pitch_mm, "above 0")
+        require_length("rig.pitch_mm", self.pitch_mm)
         require(
             self.flexure_stiffness_Nmm_per_rad > 0,
             "rig.flexure_stiffness_Nmm_per_rad",

@@ -9,6 +9,7 @@ from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
+from hysteresis.messages import as_given
 
 DU2018 = "Hysteresis analysis of a notched continuum manipulator driven by tendon, Mech. Sci. 9, 2018"
 
@@ -183,7 +184,7 @@ def preset(name: str, *, preload_N: float | None = None) -> Rig:
         Unknown name, or an impossible preload.
     """
     if name not in PRESETS:
-        raise RigError(f"preset = {name}: expected one of {', '.join(PRESETS)}")
+        raise RigError(f"preset = {as_given(name)}: expected one of {', '.join(PRESETS)}")
     rig = PRESETS[name].rig
     return rig if preload_N is None else replace(rig, preload_N=preload_N)
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from fem_models.rig.checks import RigError, require, require_numbers
+from fem_models.rig.checks import RigError, require, require_in_range, require_length, require_numbers
 from fem_models.rig.effects import (
     Backlash,
     Closure,
@@ -28,6 +28,7 @@ from fem_models.rig.effects import (
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from hysteresis.display import html_table
+from hysteresis.messages import quoted
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -87,8 +88,9 @@ class Tendon:
 
     def __post_init__(self) -> None:
         require_numbers("tendon", self)
-        for name in ("EA_N", "moment_arm_mm", "free_length_mm"):
+        for name in ("EA_N", "free_length_mm"):
             require(getattr(self, name) > 0, f"tendon.{name}", getattr(self, name), "above 0")
+        require_length("tendon.moment_arm_mm", self.moment_arm_mm)
         require(self.toe_N >= 0, "tendon.toe_N", self.toe_N, "at least 0")
 
 
@@ -131,7 +133,7 @@ class Wheel:
 
     def __post_init__(self) -> None:
         require_numbers("wheel", self)
-        require(self.radius_mm > 0, "wheel.radius_mm", self.radius_mm, "above 0")
+        require_length("wheel.radius_mm", self.radius_mm)
 
 
 EFFECT_TABLES = (
@@ -200,7 +202,8 @@ class Rig:
         for name in ("preload_N", "precurvature_deg"):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int | float):
-                raise RigError(f"{name} = {value!r}: expected a number")
+                raise RigError(f"{name} = {quoted(value)}: expected a number")
+            require_in_range(name, value)
         single = self.tendon_b is None and self.tendon_a.toe_N == 0
         taut = math.isfinite(self.preload_N) and (self.preload_N > 0 or (single and self.preload_N == 0))
         require(taut, "preload_N", self.preload_N, "at least 0" if single else "above 0")

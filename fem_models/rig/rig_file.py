@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
@@ -30,6 +29,8 @@ from fem_models.rig.effects import (
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
+from hysteresis.files import RecordError, read_toml
+from hysteresis.messages import as_given, listed, quoted
 
 _TABLES: dict[str, type] = {
     "tube": Tube,
@@ -76,12 +77,14 @@ def build(table_name: str, table: object, where: str) -> Any:
     """Make the dataclass of a TOML table; a RigError names unknown and missing keys."""
     cls = _TABLES[table_name]
     if not isinstance(table, Mapping):
-        raise RigError(f"{where}: [{table_name}] = {table!r}: expected a table")
+        raise RigError(f"{where}: [{table_name}] = {quoted(table)}: expected a table")
     known = {f.name: f for f in fields(cls)}
     _require_sane_integers(table, where, f"{table_name}.")
     for key in table:
         if key not in known:
-            raise RigError(f"{where}: {table_name}.{key} = {table[key]!r}: expected one of {', '.join(known)}")
+            raise RigError(
+                f"{where}: {table_name}.{as_given(key)} = {quoted(table[key])}: expected one of {listed(known)}"
+            )
     for key, f in known.items():
         if key not in table and f.default is MISSING:
             raise RigError(f"{where}: {table_name}.{key}: missing, expected in [{table_name}]")
@@ -103,11 +106,9 @@ def read_rig(path: Path) -> Rig:
         One line with file, field, value and what was expected.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RigError(f"{path}: {error.strerror}: expected a rig file in TOML") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise RigError(f"{path}: not TOML: {error}") from None
+        data = read_toml(path, "a rig file in TOML")
+    except RecordError as error:
+        raise RigError(str(error)) from None
     return rig_of_tables(data, str(path), path.stem)
 
 
@@ -124,10 +125,10 @@ def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> R
     data = dict(tables)
     for key in ("tendon", "tendon_a", "tendon_b"):
         if not isinstance(data.get(key, {}), Mapping):
-            raise RigError(f"{where}: [{key}] = {data[key]!r}: expected a table")
+            raise RigError(f"{where}: [{key}] = {quoted(data[key])}: expected a table")
     both, count = data.pop("tendon", {}), data.pop("tendons", 2)
-    if isinstance(count, bool) or count not in (1, 2):
-        raise RigError(f"{where}: tendons = {count!r}: expected 1 or 2")
+    if isinstance(count, bool) or not isinstance(count, int) or count not in (1, 2):
+        raise RigError(f"{where}: tendons = {quoted(count)}: expected 1 or 2")
     if count == 1 and "tendon_b" in data:
         raise RigError(f"{where}: [tendon_b]: expected absent with tendons = 1")
     sides = ("tendon_a", "tendon_b")[:count]
@@ -137,15 +138,14 @@ def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> R
     known = {f.name for f in fields(Rig)} - {"joint"} | set(_JOINT_TABLES)
     for key in data:
         if key not in known:
-            raise RigError(
-                f"{where}: {key} = {data[key]!r}: expected one of {', '.join(sorted(known | {'tendon', 'tendons'}))}"
-            )
+            expected = listed(sorted(known | {"tendon", "tendons"}))
+            raise RigError(f"{where}: {as_given(key)} = {quoted(data[key])}: expected one of {expected}")
     for key in ("material", *sides, "wheel", "preload_N"):
         if key not in data:
             raise RigError(f"{where}: {key}: missing, expected in a rig file")
     _require_sane_integers(data, where)
     if not isinstance(data.get("name", ""), str):
-        raise RigError(f"{where}: name = {data['name']!r}: expected text")
+        raise RigError(f"{where}: name = {quoted(data['name'])}: expected text")
     parts = {k: build(k, v, where) if k in _TABLES else v for k, v in data.items()}
     try:
         joint = _joint(data.get("name", name), **{k: parts.pop(k, None) for k in _JOINT_TABLES})
@@ -169,4 +169,4 @@ def _require_sane_integers(table: Mapping[str, Any], where: str, prefix: str = "
     """Refuse integers beyond 64 bits, which TOML forbids but its reader accepts: they overflow as floats."""
     for key, value in table.items():
         if isinstance(value, int) and not -(2**63) <= value < 2**63:
-            raise RigError(f"{where}: {prefix}{key}: an integer of {len(str(abs(value)))} digits: expected 64 bits")
+            raise RigError(f"{where}: {prefix}{as_given(key)} = {quoted(value)}: expected an integer of 64 bits")

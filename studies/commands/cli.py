@@ -352,7 +352,9 @@ def _with_value(message: str, arguments: Sequence[str]) -> str:
 
 
 def _complain(message: str, code: int = BAD_INPUT) -> int:
-    print("notchbend: " + " ".join(message.split()), file=sys.stderr)  # noqa: T201
+    from hysteresis.messages import one_line
+
+    print("notchbend: " + one_line(message), file=sys.stderr)  # noqa: T201
     return code
 
 

@@ -15,9 +15,11 @@ from hysteresis.bouc_wen import BoucWen
 from hysteresis.files import write_files
 from hysteresis.inverse import UnreachableError, compensating_drive, uncompensated_drive
 from hysteresis.laws import Element, elements_of
+from hysteresis.own import MAKER
 from hysteresis.record import RecordError
 from hysteresis.record_file import read_columns, read_record
 from hysteresis.settings import IdentifySettings
+from hysteresis.sidecar import toml
 from studies.commands.identification import identify_records
 from studies.results import read_result
 from studies.results.compensation import CompensationSummary as CompensationSummary
@@ -97,6 +99,8 @@ def read_layer(path: Path) -> Layer:
         One line with the file, the field and what was expected.
     """
     stored = read_result(StoredModel, path, WHAT)
+    if not 1 <= stored.elements <= 2:
+        raise RecordError(f"{path}: elements = {stored.elements}: expected 1 or 2")
     law, curves = stored.law, stored.f if stored.law is None else stored.law.f
     try:
         return Layer(
@@ -175,6 +179,11 @@ def compensated(
 
 
 def write_columns(columns: Mapping[str, Floats], path: Path) -> None:
-    """Write columns of numbers as a CSV, whole or not at all."""
+    """Write columns of numbers as a CSV with its sidecar, a record of what the layer predicts; all or none."""
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    write_files({path: "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows)]) + "\n"})
+    text = "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows)]) + "\n"
+    drive = next(name for name in columns if name.startswith("drive_"))
+    roles = {"drive": drive, "angle": "angle_deg"} | ({"time": "time_s"} if "time_s" in columns else {})
+    head = {"schema": 1, "title": f"Drive that compensates: {path.stem}", "kind": "simulated", "maker": MAKER}
+    unit = drive.removeprefix("drive_")
+    write_files({path.with_suffix(".toml"): toml({**head, "columns": roles, "drive": {"unit": unit}}), path: text})

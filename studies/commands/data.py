@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from studies.commands.options import Common, Out
+from studies.commands.options import Common, Out, Overwrite
 from studies.progress import status
 
 
@@ -34,13 +34,14 @@ def fetch(
     *,
     name: Annotated[str, typer.Argument(help="A name of `notchbend data list`.")],
     out: Out = Path("measured"),
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Fetch a measured record from its public repository, verify its checksum, and write it as a record."""
     from studies.fetch import CATALOGUE, fetch_record
 
     with status(common.shows_progress, f"fetching {name}"):
-        path = fetch_record(name, out)
+        path = fetch_record(name, out, allow=replacing.allow)
     entry = CATALOGUE[name]
     result = {"schema": 1, "record": str(path), "cite": entry.citation, "licence": entry.licence}
     common.show(result, *(f"{key}: {value}" for key, value in result.items() if key != "schema"))

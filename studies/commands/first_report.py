@@ -20,11 +20,13 @@ from fem_models.rig import preset
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import numeric_fields
 from hysteresis.files import write_files
+from hysteresis.own import marked_png
 from hysteresis.record import Record
 from hysteresis.record_file import read_record, write_record
 from hysteresis.settings import IdentifySettings
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
+from studies.commands.tracing import FILES as TRACE_FILES
 from studies.commands.tracing import trace_loaded
 from studies.own_rig.loops import draw_rig, joints_deg, write_loop
 from studies.progress import steps
@@ -50,6 +52,20 @@ CYCLES = 3
 PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista", "plotly")
 
 Step = Callable[[str], None]
+
+
+def files_of_run(out: Path) -> list[Path]:
+    """Give the files that :func:`first_report` and the report after it may write."""
+    loops = [f"{PRESET}-{preload:g}N" for preload in PRELOADS_N]
+    records = [*loops, *(f"{name}-analytic" for name in loops), SHIPPED.stem]
+    fits = [f"identify-{name}" for name in (*loops, SHIPPED.stem, f"{SHIPPED.stem}-unknown-geometry")]
+    jsons = ["run", *fits, f"separate-{loops[-1]}", f"trace-{SHIPPED.stem}", "tube"]
+    names = [*(f"{name}.json" for name in jsons), *(f"{name}.csv" for name in fits), "report.html", "tube.png"]
+    pictures = [name for name in TRACE_FILES if name.endswith(".png")]
+    return [
+        *(out / name for name in (*names, *pictures)),
+        *(out / "records" / f"{name}{end}" for name in records for end in (".csv", ".toml")),
+    ]
 
 
 def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made | None = None) -> RunSummary:
@@ -78,7 +94,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
         step(f"tracing {SHIPPED.stem}")
         traced = trace_loaded([shipped], seed=seed)
         write_result(out / f"trace-{SHIPPED.stem}.json", traced.report.to_dict())
-        write_files({out / name: png for name, png in traced.figures.items()})
+        write_files({out / name: marked_png(png) for name, png in traced.figures.items()})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
         picture = draw_rig(preset(PRESET), last, out)

@@ -16,6 +16,7 @@ from hysteresis.arrays import Floats
 from hysteresis.backbone import Kinematics
 from hysteresis.files import write_files
 from hysteresis.holdout import hold_out
+from hysteresis.own import marked_values
 from hysteresis.path import require_reversal
 from hysteresis.record import Record, RecordError
 from hysteresis.settings import DEFAULTS, IdentifySettings
@@ -93,7 +94,7 @@ def write_fit(fit: Fit, records: Sequence[Record], out: Path, stem: str) -> None
 
     ``predicted_deg`` is by the Bouc-Wen layer. If the fit has another law, ``predicted_by_law_deg`` is by that law.
     """
-    texts = [json.dumps(fit.to_dict(), indent=2) + "\n"]
+    texts = [json.dumps(marked_values(fit.to_dict()), indent=2) + "\n"]
     layer = fit.bouc_wen or fit
     for i, record in enumerate(records):
         columns = {

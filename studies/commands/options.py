@@ -15,7 +15,7 @@ from __future__ import annotations
 import functools
 import inspect
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
@@ -28,7 +28,9 @@ from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.presets import PRESETS
 from hysteresis.arrays import Floats
+from hysteresis.own import foreign, marked_values
 from hysteresis.plain import to_plain
+from hysteresis.record import RecordError
 from studies.engines import forces_of_file, program_of_file
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if it does not exist.")]
@@ -109,7 +111,7 @@ class Output:
     def show(self, result: object, *parts: str | Table) -> None:
         """Print the result as JSON, or tables and lines for a reader, or nothing."""
         if self.json:
-            typer.echo(json.dumps(to_plain(result, finite=False), indent=2))
+            typer.echo(json.dumps(marked_values(to_plain(result, finite=False)), indent=2))
         elif not self.quiet:
             console = Console()
             for part in parts:
@@ -119,6 +121,28 @@ class Output:
 @dataclass(frozen=True)
 class Common(Output, Seed):
     """Options of every command: --seed, --quiet, --json."""
+
+
+@dataclass(frozen=True)
+class Overwrite:
+    """Whether files are replaced that another program wrote, or a hand."""
+
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace files that notchbend did not write, and name them.")
+    ] = False
+
+    def allow(self, paths: Iterable[Path]) -> None:
+        """Check the files that a command is about to write, before it computes anything.
+
+        Raises
+        ------
+        RecordError
+            One that is there without the mark of notchbend, and no --force; with it a line on standard error names it.
+        """
+        for path in foreign(paths):
+            if not self.force:
+                raise RecordError(f"{path}: not written by notchbend: expected another --out, or --force to replace it")
+            typer.echo(f"notchbend: --force: {path} is replaced, which notchbend did not write", err=True)
 
 
 @dataclass(frozen=True)

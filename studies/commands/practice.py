@@ -16,8 +16,9 @@ from rich.table import Table
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
 from hysteresis.files import write_files
+from hysteresis.own import marked_values
 from hysteresis.plain import to_plain
-from studies.commands.options import Common, Out
+from studies.commands.options import Common, Out, Overwrite
 from studies.engines import MissingError
 from studies.progress import counted, steps
 
@@ -139,14 +140,16 @@ def score(
         Path | None, typer.Option("--answers-of", help="Folder of the answers to score; by default DIR/answers.")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="File for the score, JSON; by default none.")] = None,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Score anyone's answers: CASE.json each, or a trace in the folder CASE."""
     from validation.practice.benchmark.scoring import score_answers
 
+    replacing.allow([out] if out is not None else [])
     found = score_answers(folder, sealed, answers_of or folder / ANSWERS)
     if out is not None:
-        write_files({out: json.dumps(to_plain(found), indent=1) + "\n"})
+        write_files({out: json.dumps(marked_values(to_plain(found)), indent=1) + "\n"})
     table = Table("", *found.rates)
     for name in next(iter(found.rates.values())):
         cells = [rates[name] for rates in found.rates.values()]

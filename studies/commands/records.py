@@ -15,14 +15,15 @@ from rich.table import Table
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
-from hysteresis.files import write_files
+from hysteresis.files import place, write_files
 from hysteresis.laws import LawName
 from hysteresis.optimizers import Method
+from hysteresis.own import marked_png
 from hysteresis.record import Record, RecordError
-from hysteresis.record_file import check_target, read_records
+from hysteresis.record_file import check_target, files_of_record, read_records
 from hysteresis.settings import IdentifySettings
 from studies.commands.identification import files_of_fit, identify_records, write_fit
-from studies.commands.options import Common, EnsembleChoice, Out, RigChoice
+from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, RigChoice
 from studies.commands.tables import contributions_table, values_table
 from studies.own_rig.new_record import without_geometry
 from studies.progress import steps
@@ -55,13 +56,17 @@ def identify(
     records: Annotated[list[Path], typer.Argument(help="The records to fit, CSV; several are fitted jointly.")],
     out: Out,
     search: SearchChoice,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Identify the Bouc-Wen model, and the law that predicts best, on records, with the error on held-out data."""
-    targets = {path.resolve() for path in files_of_fit(out, "identify", len(records))}
+    figure = out / "identify.png"
+    files = [*files_of_fit(out, "identify", len(records)), figure]
+    targets = {place(path) for path in files}
     for path in records:
-        if path.resolve() in targets:
+        if place(path) in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
+    replacing.allow(files)
     loaded = read_records(records)
     settings = _settings(
         search.elements,
@@ -75,8 +80,7 @@ def identify(
     write_fit(fit, loaded, out, "identify")
     from studies.report.parts.fits import figure_of_fit  # Matplotlib
 
-    figure = out / "identify.png"
-    write_files({figure: figure_of_fit(fit)})
+    write_files({figure: marked_png(figure_of_fit(fit))})
     _warn_of_geometry(loaded, common)
     common.show(fit.to_dict(), str(fit), f"wrote {out / 'identify.json'} and {figure}", _page_of(out))
 
@@ -111,12 +115,14 @@ def separate(
         typer.Option("--engine", help="Model that divides the loop; of records always the chain."),
     ] = "chain",
     over: EnsembleChoice,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Divide the loop into friction, tendon elasticity and material, by switching each of them in the model."""
     from studies.commands.separation import STEPS_OF_RECORDS, STEPS_OF_RIG, separate_records, separate_rig, summary
 
     target = out / "separate.json"
+    replacing.allow([target])
     with steps(common.shows_progress, STEPS_OF_RECORDS if records else STEPS_OF_RIG) as step:
         if records:
             _require_records_alone(rig, amplitude, engine)
@@ -148,16 +154,18 @@ def trace(
         typer.Option("--reference", help="Records before a change, CSV: traces what changed since; by default all."),
     ] = None,
     threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for the derivatives.")] = 2,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Trace the residual of records to the effect that the model lacks, with the error before and after.
 
     With --reference: what changed between the reference and the records.
     """
-    from studies.commands.tracing import require_kept, summary, trace_files, write_trace
+    from studies.commands.tracing import FILES, require_kept, summary, trace_files, write_trace
 
     old = reference or []
     require_kept(out, [*records, *old])
+    replacing.allow(out / name for name in FILES)
     found = trace_files(records, reference=old, seed=common.seed, threads=threads, progress=common.shows_progress)
     write_trace(found, out)
     _warn_of_geometry(read_records(records), common)
@@ -187,17 +195,20 @@ def compensate(
     out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
     elements: Elements = 0,
     law: LawChosen = "bouc-wen",
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Find the drive that makes the angle follow a reference, from a record of the rig or its identify.json."""
     from studies.commands.compensation import compensated, known_layer, read_reference, write_columns
 
     check_target(out, [record, reference])
+    target = out.with_name(out.stem + ENDING)
+    replacing.allow([*files_of_record(out), target])
     wanted = read_reference(reference)
     settings = _settings(elements if law in ("auto", "bouc-wen") else elements or 1, law, seed=common.seed)
     layer = known_layer(record, settings=settings, progress=common.shows_progress)
     columns, found = compensated(layer, wanted, str(reference))
     write_columns(columns, out)
     summary = replace(found, record=str(record), reference=str(reference), drive=out.name)
-    write_result(out.with_name(out.stem + ENDING), summary)
+    write_result(target, summary)
     common.show(summary, values_table(summary), f"drive: {out}")

@@ -17,8 +17,8 @@ from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.plain import to_plain
 from hysteresis.record import Record
-from hysteresis.record_file import check_target, write_record
-from studies.commands.options import Common, EnsembleChoice, Out, ProgramChoice, RigChoice
+from hysteresis.record_file import check_target, files_of_record, write_record
+from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, ProgramChoice, RigChoice
 from studies.commands.tables import models_table, values_table, verdict_lines
 from studies.engines import (
     QUASI_STATIC,
@@ -47,6 +47,7 @@ def run(
     ] = None,
     out: Out = Path("results/first-report"),
     own: OwnRigChoice,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Write the design report of your rig and records; without options the main job on the defaults.
@@ -60,9 +61,10 @@ def run(
     from studies.report.parts.advice import what_to_do
 
     if own.is_given(records or []):
-        from studies.own_rig.design_report import design_report
+        from studies.own_rig.design_report import design_report, files_of_design
 
         design, loaded = own.design(records or [])
+        replacing.allow(files_of_design(out, design, loaded))
         made = made_now(own.command(records or [], out, common.seed))
         for words in () if common.quiet else without_geometry(loaded, beside_rig=True):
             typer.echo(f"notchbend: {words}", err=True)
@@ -70,8 +72,9 @@ def run(
         todo = [f"{i}. {words}" for i, words in enumerate(what_to_do(out), start=1)]
         shown: list[str | Table] = [*design_lines(summary), "What to do next:", *todo]
     else:
-        from studies.commands.first_report import first_report
+        from studies.commands.first_report import files_of_run, first_report
 
+        replacing.allow(files_of_run(out))
         made = made_now(f"notchbend run --out {shlex.quote(str(out))} --seed {common.seed}")
         summary = first_report(out, seed=common.seed, progress=common.shows_progress, made=made)
         shown = [*verdict_lines(page_of(out).verdicts)]
@@ -91,10 +94,13 @@ def simulate(
         bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")
     ] = False,
     over: EnsembleChoice,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Run one load program on one rig and write a record."""
     check_target(out, [file for file in (rig.rig, program.program) if file is not None])
+    bands = out.with_name(f"{out.stem}-ensemble.csv")
+    replacing.allow([*files_of_record(out), *([bands] if over.ensemble else [])])
     chosen, force_N, members = rig.read(), program.forces(), over.members(rig)
     if members:
         _require_chain(engine, dynamic, force_N is not None)
@@ -128,7 +134,6 @@ def simulate(
 
         with status(common.shows_progress, f"simulating {len(members)} members of the ensemble"):
             ranges = run_ensemble(members, load)
-        bands = out.with_name(f"{out.stem}-ensemble.csv")
         write_files({bands: ranges.csv()})
         over_members = {"ensemble": to_plain(ranges.summary, finite=False)}
         summary, shown = (
@@ -209,10 +214,13 @@ def validate(
     amplitude: Annotated[
         float | None, typer.Option("--amplitude", help="Amplitude, mm; by default 2.2, and to 45 deg of a rig file.")
     ] = None,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Compare analytic model, solid, reduced bodies, beams, chain and multibody model side by side."""
     chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read()
+    target = out / "validate.json"
+    replacing.allow([target])
     require_exudyn()
     require_gmsh()
     from studies.commands.comparison import PRELOADS_N, validate_rig
@@ -224,7 +232,6 @@ def validate(
     given = {"preset": rig.preset, "rig": rig.rig, "preload": rig.preload, "amplitude": amplitude}
     options = " ".join(f"--{name} {shlex.quote(str(value))}" for name, value in given.items() if value is not None)
     result = replace(result, options=options or f"--preset {PRESET}")
-    target = out / "validate.json"
     write_result(target, result)
     common.show(
         result,

@@ -12,7 +12,7 @@ import typer
 
 from fem_models.rig.checks import require
 from hysteresis.extras import require_extra
-from studies.commands.options import Common, EnsembleChoice, Out, Output, RigChoice
+from studies.commands.options import Common, EnsembleChoice, Out, Output, Overwrite, RigChoice
 from studies.commands.tables import study_table
 from studies.progress import status
 from studies.results.run import require_unchanged
@@ -42,15 +42,18 @@ def study(
     seed: Annotated[
         int | None, typer.Option("--seed", min=0, help="Seed in place of all seeds of the study file.")
     ] = None,
+    replacing: Overwrite,
     output: Output,
 ) -> None:
     """Run a parametric study; a study that was stopped or extended runs only the cases that are missing."""
     require_extra("study", "notchbend study")
     from studies.sweep import over_ensemble, read_study
+    from studies.sweep.study_file import files_of_study
 
     definition = read_study(file, seed=seed)
     if over.ensemble:
         definition = over_ensemble(definition)
+    replacing.allow(files_of_study(definition, out))
     from studies.sweep import run_study  # Dask takes a second
 
     summary = run_study(
@@ -76,6 +79,7 @@ def report(
     *,
     folder: Annotated[Path, typer.Argument(help="A folder of results: of run, study, separate or trace.")],
     pdf: Annotated[bool, typer.Option("--pdf", help="Also print it as PDF, with Chromium, else WeasyPrint.")] = False,
+    replacing: Overwrite,
     common: Common,
 ) -> None:
     """Write the report again from stored results."""
@@ -84,6 +88,7 @@ def report(
 
     if (folder / "study.zarr").exists():
         require_extra("study", "the report of a study")
+    replacing.allow(folder / f"report.{end}" for end in (["html", "pdf"] if pdf else ["html"]))
     if not stands_alone(folder):
         require_unchanged(folder)
     written = {"report": write_report(folder)}

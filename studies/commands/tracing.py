@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hysteresis.files import write_files
+from hysteresis.files import place, write_files
+from hysteresis.own import marked_page, marked_png, marked_values
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import read_records
 from studies.commands.identification import STANDSTILL_DEG
@@ -46,9 +47,9 @@ def require_kept(out: Path, records: Iterable[Path]) -> None:
     RecordError
         One line with the record.
     """
-    targets = {(out / name).resolve() for name in FILES}
+    targets = {place(out / name) for name in FILES}
     for path in records:
-        if path.resolve() in targets:
+        if place(path) in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
 
 
@@ -132,9 +133,9 @@ def write_trace(traced: Traced, out: Path) -> None:
         A folder that cannot be written to.
     """
     files: dict[str, str | bytes] = {
-        **traced.figures,
-        "report.html": trace_page(traced.report, traced.figures),
-        "trace.json": json.dumps(traced.report.to_dict(), indent=2, allow_nan=False) + "\n",
+        **{name: marked_png(png) for name, png in traced.figures.items()},
+        "report.html": marked_page(trace_page(traced.report, traced.figures)),
+        "trace.json": json.dumps(marked_values(traced.report.to_dict()), indent=2, allow_nan=False) + "\n",
     }
     if traced.program is not None:
         files[NEXT] = traced.program

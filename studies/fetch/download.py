@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import logging
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -16,7 +17,7 @@ import pooch
 import requests
 
 from hysteresis.record import Record, RecordError
-from hysteresis.record_file import write_record
+from hysteresis.record_file import files_of_record, read_record, write_record
 from studies.fetch.catalogue import CATALOGUE, SOURCES_ONLY, Entry
 
 RAW = "https://raw.githubusercontent.com"
@@ -27,7 +28,9 @@ class FetchError(RecordError):
     """A record that cannot be fetched; one line with its name, its address, what failed, its source and licence."""
 
 
-def fetch_record(name: str, folder: Path, *, cache: Path | None = None) -> Path:
+def fetch_record(
+    name: str, folder: Path, *, cache: Path | None = None, allow: Callable[[Iterable[Path]], None] = lambda _: None
+) -> Path:
     """Fetch a measured record and write it as CSV with its sidecar.
 
     Parameters
@@ -38,6 +41,9 @@ def fetch_record(name: str, folder: Path, *, cache: Path | None = None) -> Path:
         Where ``<name>.csv`` and ``<name>.toml`` go; made if it is not there.
     cache
         Where upstream files are kept, by default the user's cache folder. A file that is there is not fetched again.
+
+    allow
+        Called with the files to be replaced, if ``<name>.csv`` is there and is another record; it raises to keep them.
 
     Returns
     -------
@@ -62,8 +68,17 @@ def fetch_record(name: str, folder: Path, *, cache: Path | None = None) -> Path:
     except OSError as error:
         raise FetchError(f"{folder}: {error.strerror}: expected a folder that can be made") from None
     path = folder / f"{name}.csv"
-    write_record(record, path)
+    if not _is_there(record, path):
+        allow(files_of_record(path))
+        write_record(record, path)
     return path
+
+
+def _is_there(record: Record, path: Path) -> bool:
+    try:
+        return read_record(path) == record
+    except RecordError:
+        return False
 
 
 def _no_such(name: str) -> str:

@@ -23,6 +23,7 @@ from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import EFFECT_TABLES, numeric_fields
 from hysteresis.files import write_files
 from hysteresis.metrics import errors, loop_width, noise_floor
+from hysteresis.own import is_own, marked_png
 from hysteresis.path import cycle_index
 from hysteresis.record import Record, RecordError
 from hysteresis.record_file import write_record
@@ -50,6 +51,7 @@ from studies.results.run import (
     SeparationEntry,
     TraceEntry,
     checksums,
+    read_run,
 )
 from validation.engines import compare_engines
 from validation.separation import loop_program
@@ -95,6 +97,26 @@ def amplitude_of(rig: Rig, records: Sequence[Record]) -> float:
     """Give the drive of a report: that of the records in mm, else the one that bends the rig to 45 deg."""
     drives = [float(np.abs(record.drive).max()) for record in records if record.drive_unit == "mm"]
     return max(drives) if drives else drive_to_angle_mm(rig)
+
+
+def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> list[Path]:
+    """Give the files of a folder that :func:`design_report` may replace, but the records of an earlier report."""
+    patterns = (
+        "run.json",
+        "report.html",
+        "tube.*",
+        "identify-*.*",
+        "separate*.json",
+        "trace*.json",
+        "trace*.png",
+        NEXT,
+    )
+    found = [path for pattern in patterns for path in sorted(out.glob(pattern))]
+    known = read_run(out).sha256 if is_own(out / "run.json") else {}
+    names = [*_named(design, records), *(f"{design.name}-*",)]
+    stems = [stem for name in names for stem in (name, f"{name}-predicted")]
+    of_records = [path for stem in stems for end in ("csv", "toml") for path in out.glob(f"records/{stem}.{end}")]
+    return [*found, *(path for path in of_records if path.stem not in known)]
 
 
 def design_report(
@@ -341,7 +363,7 @@ def _traces(named: dict[str, Record], out: Path, found: _Found, seed: int, step:
         figures = {name.replace("trace", f"trace{ending}", 1): png for name, png in traced.figures.items()}
         files = tuple(replace(f, file=f.file.replace("trace", f"trace{ending}", 1)) for f in traced.report.figures)
         program = {} if traced.program is None or ending else {out / NEXT: traced.program}
-        write_files({**{out / name: png for name, png in figures.items()}, **program})
+        write_files({**{out / name: marked_png(png) for name, png in figures.items()}, **program})
         report = replace(traced.report, figures=files, next_program=None if ending else traced.report.next_program)
         write_result(out / f"trace{ending}.json", report.to_dict())
         entries.append(TraceEntry(traced.report.verdict, tuple(effect.name for effect in traced.report.effects)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig import Rig, RigError
 from fem_models.view import SceneError, render
 from hysteresis.arrays import Floats
+from hysteresis.files import write_files
+from hysteresis.own import marked_png
 from hysteresis.path import branches
 from hysteresis.record import Record
 from hysteresis.record_file import write_record
@@ -140,7 +143,9 @@ def draw_rig(rig: Rig, record: Record, out: Path) -> Picture:
     except (SceneError, RigError) as error:  # joints that were measured have no shape to draw
         return Picture(caption=caption, missing=str(error))
     try:
-        render(rig, joints, out / "tube.png")
+        with tempfile.TemporaryDirectory(prefix=".tube-", dir=out) as folder:
+            render(rig, joints, Path(folder) / "tube.png")
+            write_files({out / "tube.png": marked_png((Path(folder) / "tube.png").read_bytes())})
     except SceneError as error:
         return Picture(tube="tube.json", caption=caption, missing=str(error))
     return Picture(tube="tube.json", caption=caption, file="tube.png")

@@ -15,9 +15,11 @@ from pathlib import Path
 import numpy as np
 from plotly.offline import get_plotlyjs
 
-from hysteresis.files import write_files
+from hysteresis.files import MB, inside, present, read_bytes, write_files
+from hysteresis.messages import quoted
+from hysteresis.own import marked_page
 from hysteresis.record import RecordError
-from hysteresis.record_file import read_record
+from hysteresis.record_file import column_names, read_columns, read_record
 from studies.report import summary
 from studies.report.parts.advice import what_to_do
 from studies.report.parts.comparisons import (
@@ -37,11 +39,13 @@ from studies.report.templates import environment
 from studies.report.tube import VIEWS, read_tube
 from studies.results import read_result, trace
 from studies.results.compensation import ENDING
-from studies.results.run import Made, Picture, RunLoop, RunSummary, read_run
+from studies.results.run import Made, Picture, RunLoop, RunSummary, read_run, record_of_run
 from studies.results.separation import Separation
 from studies.results.trace import FigureFile, StoredTrace
 
 TEMPLATES = Path(__file__).parent / "template"
+PNG = b"\x89PNG\r\n\x1a\n"
+MOST_IMAGE_BYTES = 64 * MB
 PARTS = ("run.json", "identify.json", "separate.json", "trace.json", "validate.json", "study.zarr", "pareto.json")
 """Results that a page can be made from; any of them is enough."""
 
@@ -129,11 +133,11 @@ class Page:
 
 def stands_alone(folder: Path) -> bool:
     """Tell whether a folder has results, and none of a main run, whose records would have to be checked."""
-    return not (folder / "run.json").exists() and _has_results(folder)
+    return not present(folder / "run.json") and _has_results(folder)
 
 
 def _has_results(folder: Path) -> bool:
-    return any((folder / name).exists() for name in PARTS) or any(folder.glob(f"*{ENDING}"))
+    return any(present(folder / name) for name in PARTS) or any(folder.glob(f"*{ENDING}"))
 
 
 def write_report(folder: Path) -> Path:
@@ -151,7 +155,8 @@ def write_report(folder: Path) -> Path:
     templates = environment(TEMPLATES)
     here = shlex.quote(str(folder))
     templates.filters["here"] = lambda command: re.sub(r"\bDIR\b", lambda _: here, command)
-    write_files({path: templates.get_template("page.html").render(**vars(page_of(folder)))})
+    page = templates.get_template("page.html").render(**vars(page_of(folder)))
+    write_files({path: marked_page(page)})
     return path
 
 
@@ -163,7 +168,7 @@ def page_of(folder: Path) -> Page:
     RecordError
         One line with the file that is missing or cannot be read.
     """
-    run = _run(folder) if (folder / "run.json").exists() else None
+    run = _run(folder) if present(folder / "run.json") else None
     separations, traces, fits = _separations(folder, run), _traces(folder), _fits(folder, run)
     validation, compensations = read_validation(folder), read_compensations(folder)
     study, front = read_study(folder), read_front(folder / "pareto.json")
@@ -223,7 +228,7 @@ def _run(folder: Path) -> RunSection:
     """Read a main run with its charts and the tube."""
     run = read_run(folder)
     loops, theories = (
-        [read_record(folder / "records" / f"{name}.csv") for name in names]
+        [read_record(record_of_run(folder, name)) for name in names]
         for names in ((loop.record for loop in run.loops), (loop.theory for loop in run.loops))
     )
     labels = [summary.preload_label(loop) for loop in run.loops]
@@ -256,26 +261,34 @@ def _fits(folder: Path, run: RunSection | None) -> tuple[FitSection, ...]:
 
 
 def _picture(folder: Path, picture: Picture) -> PictureSection:
+    run = folder / "run.json"
     return PictureSection(
         caption=picture.caption,
         missing=picture.missing,
-        data=None if picture.file is None else _image(folder / picture.file),
-        view=None if picture.tube is None else read_tube(folder / picture.tube),
+        data=None if picture.file is None else _image(inside(run, "picture.file", picture.file, [".png"])),
+        view=None if picture.tube is None else read_tube(inside(run, "picture.tube", picture.tube, [".json"])),
     )
 
 
 def _separations(folder: Path, run: RunSection | None) -> tuple[SeparationSection, ...]:
     """Read the separations of a main run, and ``separate.json``."""
-    what = "the result of `notchbend separate`"
     sections = []
     for item in run.result.separations if run else ():
-        result = read_result(Separation, folder / item.file, what)
+        result = _read_separation(inside(folder / "run.json", "separations[].file", item.file, [".json"]))
         sections.append(_separation(result, item.label, item.command))
     alone = folder / "separate.json"
-    if alone.exists():
-        result = read_result(Separation, alone, what)
+    if present(alone):
+        result = _read_separation(alone)
         sections.append(_separation(result, *_label_and_command(result)))
     return tuple(sections)
+
+
+def _read_separation(path: Path) -> Separation:
+    result = read_result(Separation, path, "the result of `notchbend separate`")
+    for key, kind in (("name", str), ("preload_N", int | float)):
+        if not isinstance(result.rig.get(key), kind):
+            raise RecordError(f"{path}: rig: {key} = {quoted(result.rig.get(key))}: expected that of a rig")
+    return result
 
 
 def _separation(result: Separation, label: str, command: str) -> SeparationSection:
@@ -301,35 +314,32 @@ def _traces(folder: Path) -> tuple[TraceSection, ...]:
     for path in sorted(folder.glob("trace*.json")):
         result = read_result(StoredTrace, path, trace.WHAT)
         records = " ".join(Path(record).name for record in result.records)
-        figures = tuple(_figure(folder, item) for item in result.figures)
+        figures = tuple(_figure(path, item) for item in result.figures)
         command = f"notchbend trace {' '.join(map(shlex.quote, result.records))} --out DIR"
         sections.append(TraceSection(path.stem, records, result, figures, command))
     return tuple(sections)
 
 
-def _figure(folder: Path, item: FigureFile) -> FigureSection:
+def _figure(source: Path, item: FigureFile) -> FigureSection:
     """Read an image (PNG), or a CSV whose first column is drawn against the others."""
-    file = folder / item.file
-    if file.suffix == ".png":
+    file = inside(source, "figures[].file", item.file, [".png", ".csv"])
+    if file.suffix.lower() == ".png":
         return FigureSection(item.caption, _image(file), None)
     return FigureSection(item.caption, None, _columns(file, item.caption))
 
 
 def _columns(file: Path, caption: str) -> Drawn:
-    try:
-        names = file.read_text(encoding="utf-8").splitlines()[0].split(",")
-        table = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
-    except (OSError, ValueError, IndexError) as error:
-        raise RecordError(f"{file}: {error}: expected a PNG, or a CSV with a header and numbers") from None
-    if table.shape[1] != len(names) or len(names) < 2:
-        raise RecordError(
-            f"{file}: {len(names)} names over {table.shape[1]} columns: expected a name for each, and two or more"
-        )
-    return draw(columns_plate(table, names, caption))
+    names = column_names(file)
+    if odd := [name for name in names if not name.isprintable()]:
+        raise RecordError(f"{file}:1: column {quoted(odd[0])}: expected names that print")
+    columns = read_columns(file, names)
+    if len(names) < 2 or not columns[names[0]].size:
+        raise RecordError(f"{file}: {len(names)} columns: expected a header of two or more, and numbers")
+    return draw(columns_plate(np.column_stack([columns[name] for name in names]), names, caption))
 
 
 def _image(path: Path) -> str:
-    try:
-        return base64.b64encode(path.read_bytes()).decode()
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror}: expected an image beside the results") from None
+    png = read_bytes(path, "an image beside the results", most=MOST_IMAGE_BYTES)
+    if not png.startswith(PNG):
+        raise RecordError(f"{path}: no PNG: expected an image beside the results")
+    return base64.b64encode(png).decode()

@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from hysteresis.own import marked_pdf
 from studies.engines import MissingError
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -52,6 +53,7 @@ def write_pdf(page: Path) -> Path:
             else:
                 names = ", ".join(BROWSERS)
                 raise PdfError(f"--pdf: none of {names} on the path, and no WeasyPrint: expected one to print with")
+            part.write_bytes(marked_pdf(part.read_bytes()))
             part.replace(target)
     except OSError as error:
         raise PdfError(f"{target}: {error.strerror}: expected a folder that can be written to") from None

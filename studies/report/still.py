@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from typing import Any
 
 import matplotlib
@@ -89,6 +90,8 @@ def _heat(figure: Figure, axes: Axes, heat: Heat) -> None:
 
 def _text(figure: Figure) -> str:
     stream = io.StringIO()
-    figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
+    with warnings.catch_warnings():  # about characters that the font lacks: titles of users may have any
+        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
+        figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
     text = stream.getvalue()
     return text[text.index("<svg") :]  # without the XML head, which is not allowed inside a page

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats
+from hysteresis.files import present
+from hysteresis.messages import as_given
 from hysteresis.record import RecordError
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
 from studies.report.parts.feasible import Feasible, feasibility, region_plate
@@ -28,6 +30,7 @@ from studies.report.plotly import (
     packed,
 )
 from studies.results import read_result
+from studies.results.manifest import require_complete
 from studies.results.study import AxisIndices, Index, ParetoFront, Sensitivities
 from studies.units import label_of, unit_of, words_of
 
@@ -108,18 +111,19 @@ def read_study(folder: Path) -> StudySection | None:
         One line with the file that cannot be read.
     """
     store = folder / "study.zarr"
-    if not store.exists():
+    if not present(store):
         return None
+    require_complete(store)
     import xarray as xr  # takes a second
 
     known = folder / "study.json"
-    facts = read_result(StudyFacts, known, "the summary of `notchbend study`") if known.exists() else StudyFacts()
+    facts = read_result(StudyFacts, known, "the summary of `notchbend study`") if present(known) else StudyFacts()
     sensitivity = _sensitivity(folder / "sensitivity.json")
     try:
         with xr.open_dataset(store, engine="zarr", consolidated=False, chunks=None, cache=False) as opened:
             return _section(opened, _drawn(opened).load(), facts, sensitivity)
     except Exception as error:  # a broken store raises errors of many kinds
-        raise RecordError(f"{store}: {' '.join(str(error).split())[:200]}: expected the store of a study") from None
+        raise RecordError(f"{store}: {as_given(str(error), 120)}: expected the store of a study") from None
 
 
 def _drawn(data: xr.Dataset) -> xr.Dataset:
@@ -313,12 +317,14 @@ def _sensitivity(path: Path) -> Plate | None:
     RecordError
         A file that does not hold sensitivities.
     """
-    if not path.exists():
+    if not present(path):
         return None
     stored = read_result(Sensitivities, path, "the sensitivities of `notchbend study`")
     charts = []
     for quantity, found in stored.quantities.items():
         rows = found.indices
+        if not rows:
+            raise RecordError(f"{path}: quantities: {as_given(quantity, 40)}: indices: expected one for each input")
         bars = (
             _bars(rows, [row.first for row in rows.values()], "first order", BLUE),
             _bars(rows, [row.total for row in rows.values()], "total", ORANGE),
@@ -356,7 +362,7 @@ def read_front(path: Path) -> Front | None:
     RecordError
         A file that does not hold a Pareto front.
     """
-    if not path.exists():
+    if not present(path):
         return None
     stored = read_result(ParetoFront, path, "the front of a Pareto search")
     objectives = {name: objective.goal for name, objective in stored.objectives.items()}
@@ -369,7 +375,7 @@ def read_front(path: Path) -> Front | None:
     column = {name: finite([row[i] for row in rows]) for i, name in enumerate(names)}
     notes = tuple("<br>".join(f"{n} {v:.4g}" for n, v in zip(names, row, strict=True)) for row in rows)
     charts = tuple(
-        _front_chart(a, b, next(name for name in (*objectives, *names) if name not in (a, b)), column, notes)
+        _front_chart(a, b, next((name for name in (*objectives, *names) if name not in (a, b)), a), column, notes)
         for a, b in list(combinations(objectives, 2))[:4]
     )
     caption = (

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem_models.rig import Rig
+from fem_models.rig.checks import MOST_MM
 from fem_models.view.manipulator import tendon_lines, tube_mesh
 from hysteresis.arrays import Floats, Ints
 from hysteresis.files import RecordError, write_files
+from hysteresis.own import marked_values
 from hysteresis.plain import to_plain
 from studies.report.plotly import (
     Camera,
@@ -99,7 +101,7 @@ def write_tube(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
         strain_percent=np.round(np.asarray(surface["strain_percent"], dtype=float), 4),
         tendons_mm=tendon_lines(rig, joint_angles_deg),
     )
-    write_files({path: json.dumps(to_plain(stored), separators=(",", ":")) + "\n"})
+    write_files({path: json.dumps(marked_values(to_plain(stored)), separators=(",", ":")) + "\n"})
 
 
 def read_tube(path: Path) -> str:
@@ -115,8 +117,15 @@ def read_tube(path: Path) -> str:
     for name, rows in shapes.items():
         if rows.ndim != 2 or rows.shape[1] != 3:
             raise RecordError(f"{path}: {name}: shape {rows.shape}: expected rows of three numbers")
+    count = len(stored.points_mm)
+    if not count or not np.isfinite(stored.points_mm).all() or np.abs(stored.points_mm).max() > MOST_MM:
+        raise RecordError(f"{path}: points_mm: expected finite points within {MOST_MM:g} mm")
+    if stored.triangles.size and not 0 <= stored.triangles.min() <= stored.triangles.max() < count:
+        raise RecordError(f"{path}: triangles: expected numbers of its {count} points")
     if stored.strain_percent.shape != stored.points_mm.shape[:1]:
         raise RecordError(f"{path}: strain_percent: shape {stored.strain_percent.shape}: expected one for each point")
+    if not np.isfinite(stored.strain_percent).all() or not (stored.strain_percent >= 0).all():
+        raise RecordError(f"{path}: strain_percent: expected finite numbers of at least 0")
     return tube_view(stored)
 
 

@@ -6,14 +6,15 @@ import json
 from pathlib import Path
 from typing import TypeVar
 
-from hysteresis.files import RecordError, write_files
+from hysteresis.files import RecordError, read_json, write_files
+from hysteresis.own import marked_values
 from hysteresis.plain import from_plain, to_plain
 
 Result = TypeVar("Result")
 
 
 def write_result(path: Path, result: object) -> None:
-    """Write a dataclass, or plain values, as JSON; the folder is made where it is missing.
+    """Write a dataclass, or plain values, as JSON with the mark of its maker; a missing folder is made.
 
     Numbers that are not finite stay, as Python's JSON has them.
 
@@ -22,7 +23,7 @@ def write_result(path: Path, result: object) -> None:
     RecordError
         A folder that cannot be written to.
     """
-    write_files({path: json.dumps(to_plain(result, finite=False), indent=2) + "\n"})
+    write_files({path: json.dumps(marked_values(to_plain(result, finite=False)), indent=2) + "\n"})
 
 
 def read_result(kind: type[Result], path: Path, expected: str) -> Result:
@@ -40,12 +41,7 @@ def read_result(kind: type[Result], path: Path, expected: str) -> Result:
     RecordError
         One line with the file, the field and what was expected.
     """
-    try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror}: expected {expected}") from None
-    except ValueError as error:
-        raise RecordError(f"{path}: not JSON: {error}: expected {expected}") from None
+    values = read_json(path, expected)
     try:
         return from_plain(kind, values, str(path))
     except RecordError as error:

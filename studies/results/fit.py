@@ -9,6 +9,7 @@ from hysteresis.arrays import Floats
 from hysteresis.laws import LawName
 from hysteresis.metrics import Errors
 from hysteresis.plain import optional
+from hysteresis.record import DriveUnit
 from hysteresis.uncertainty import Parameter
 
 WHAT = "the identify.json of `notchbend identify`"
@@ -91,6 +92,6 @@ class StoredModel:
     baseline: Baseline
     elements: int
     f: Curve
-    drive_unit: str
+    drive_unit: DriveUnit
     first_drive: float
     law: StoredLaw | None = optional()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hysteresis.files import inside, read_bytes
 from hysteresis.metrics import dissipated_area, loop_width
 from hysteresis.plain import optional
 from hysteresis.record import Record, RecordError
@@ -238,6 +239,17 @@ class _Checksums:
     sha256: Mapping[str, str]
 
 
+def record_of_run(folder: Path, name: str) -> Path:
+    """Give the file of a record of a run by its name.
+
+    Raises
+    ------
+    RecordError
+        A name that leads out of the folder.
+    """
+    return inside(folder / "run.json", "record", f"records/{name}.csv", [".csv"])
+
+
 def checksums(folder: Path, names: Iterable[str]) -> dict[str, str]:
     """Compute the sha256 of records in a folder of results, by name.
 
@@ -248,11 +260,8 @@ def checksums(folder: Path, names: Iterable[str]) -> dict[str, str]:
     """
     digests = {}
     for name in names:
-        path = folder / "records" / f"{name}.csv"
-        try:
-            digests[name] = hashlib.sha256(path.read_bytes()).hexdigest()
-        except OSError as error:
-            raise RecordError(f"{path}: {error.strerror}: expected a record of `notchbend run`") from None
+        path = record_of_run(folder, name)
+        digests[name] = hashlib.sha256(read_bytes(path, "a record of `notchbend run`")).hexdigest()
     return digests
 
 
@@ -264,7 +273,12 @@ def read_run(folder: Path) -> RunSummary:
     RecordError
         One line with the file, the field and what was expected.
     """
-    return read_result(RunSummary, folder / "run.json", WHAT)
+    path = folder / "run.json"
+    run = read_result(RunSummary, path, WHAT)
+    if not run.loops or len(run.loops) != len(run.crosscheck):
+        found = f"{len(run.loops)} loops, {len(run.crosscheck)} rows of crosscheck"
+        raise RecordError(f"{path}: {found}: expected one row for each loop, and at least one")
+    return run
 
 
 def require_unchanged(folder: Path) -> None:

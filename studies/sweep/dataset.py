@@ -15,7 +15,11 @@ import numpy as np
 import xarray as xr
 import zarr
 
+from hysteresis.files import RecordError
+from hysteresis.messages import as_given
+from hysteresis.own import MAKER
 from hysteresis.plain import to_plain
+from studies.results.manifest import KEY, digests, require_complete
 from studies.results.study import Extreme, Extremes
 from studies.sweep.cases import Outcome
 from studies.sweep.code import code_version, versions
@@ -57,7 +61,7 @@ class Overview:
         if outcome.status == "failed" and (outcome.message in self.messages or len(self.messages) < REASONS):
             self.messages[outcome.message] = self.messages.get(outcome.message, 0) + 1
         for name, value in outcome.quantities.items():
-            if not math.isfinite(value):
+            if not math.isfinite(value) or name not in QUANTITIES:
                 continue
             here, known = Extreme(value, dict(point)), self.extremes.get(name)
             self.extremes[name] = Extremes(
@@ -81,7 +85,9 @@ def write_dataset(study: Study, plan: Plan, store: Store, folder: Path) -> Overv
     target, part, old = folder / ZARR, folder / f".{ZARR}.part", folder / f".{ZARR}.old"
     try:
         shutil.rmtree(part, ignore_errors=True)
-        overview = _fill(_empty(study, plan, part), study, plan, store)
+        group = _empty(study, plan, part)
+        overview = _fill(group, study, plan, store)
+        group.attrs[KEY] = json.dumps(digests(part))
         shutil.rmtree(old, ignore_errors=True)
         if target.exists():
             target.rename(old)
@@ -128,7 +134,7 @@ def _fill(group: zarr.Group, study: Study, plan: Plan, store: Store) -> Overview
             if found is None:
                 continue
             for name in names:
-                numbers[name][i] = found.quantities[name]
+                numbers[name][i] = found.quantities.get(name, math.nan)
             numbers["wall_s"][i] = found.wall_s
             texts["status"][i], texts["message"][i] = found.status, found.message
         for name, values in (numbers | texts).items():
@@ -170,6 +176,7 @@ def _attributes(study: Study) -> dict[str, int | str | list[str]]:
     """Give everything that the numbers depend on; no times of day, so that a repeated study is identical."""
     program = replace(study.tables.program, drive_mm=None, time_s=None)  # those of a file are in its copy
     return {
+        "maker": MAKER,
         "schema": 1,
         "title": study.title,
         "engine": study.engine,
@@ -190,13 +197,20 @@ def open_study(folder: Path) -> xr.Dataset:
     Raises
     ------
     StudyError
-        A folder without one.
+        A folder without one, or one with a chunk that is missing or changed.
     """
     path = folder / ZARR
     if not path.exists():  # the process was killed between the two renames
         path = folder / f".{ZARR}.old"
     if not path.exists():
         raise StudyError(f"{folder / ZARR}: no such file or directory: expected the dataset of `notchbend study`")
-    data = xr.open_zarr(path, consolidated=False, chunks=None)  # plain arrays: Dask would not pay here
-    # Python's strings: numpy's string type has no NaN, which `where` fills with
-    return data.assign({name: data[name].astype(object) for name in ("status", "message")})
+    try:
+        require_complete(path)
+        data = xr.open_zarr(path, consolidated=False, chunks=None)  # plain arrays: Dask would not pay here
+        # Python's strings: numpy's string type has no NaN, which `where` fills with
+        data.attrs.pop(KEY, None)  # of the files, not of the study
+        return data.assign({name: data[name].astype(object) for name in ("status", "message")})
+    except RecordError as error:
+        raise StudyError(str(error)) from None
+    except Exception as error:  # a broken store raises errors of many kinds
+        raise StudyError(f"{path}: {as_given(str(error), 120)}: expected the dataset of `notchbend study`") from None

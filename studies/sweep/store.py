@@ -50,6 +50,9 @@ class Store:
             self._db = sqlite3.connect(self.path, isolation_level=None, timeout=0.0)
             for setting in ("locking_mode = EXCLUSIVE", "journal_mode = TRUNCATE", "synchronous = FULL"):
                 self._db.execute(f"PRAGMA {setting}").fetchall()
+            known = {name for (name,) in self._db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+            if known and "cases" not in known:
+                raise StudyError(f"{self.path}: another database: expected the store of a study")
             with self.transaction():
                 self._db.execute(_TABLE)
         except sqlite3.Error as error:
@@ -107,9 +110,19 @@ class Store:
             raise self._explain(error) from None
         if row is None:
             return None
-        status, message, wall_s, quantities = row
-        # SQLite keeps no NaN: the time of a case whose worker died
-        return Outcome(key, status, message, math.nan if wall_s is None else wall_s, json.loads(quantities))
+        return self._outcome(key, *row)
+
+    def _outcome(self, key: str, status: object, message: object, wall_s: object, quantities: object) -> Outcome:
+        """Make the outcome of a row; SQLite keeps any type in a column, and no NaN: the time of a worker that died."""
+        wall_s = math.nan if wall_s is None else wall_s
+        try:
+            numbers = json.loads(str(quantities))
+        except (ValueError, RecursionError):
+            numbers = None
+        floats = isinstance(numbers, dict) and all(isinstance(value, int | float) for value in numbers.values())
+        if not floats or status not in ("ok", "failed") or not isinstance(wall_s, int | float):
+            raise StudyError(f"{self.path}: case {key[:12]}...: spoiled: expected the store of a study")
+        return Outcome(key, str(status), str(message), wall_s, numbers)
 
     def counts(self) -> Counts:
         """Count the cases."""

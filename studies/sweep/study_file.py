@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,15 +11,21 @@ from typing import Any, cast
 
 from fem_models.rig import RigError, preset, read_rig
 from fem_models.rig.ensemble import member_constants
+from hysteresis.files import inside, read_bytes, read_text, read_toml
+from hysteresis.messages import as_given, listed, quoted
 from hysteresis.record import RecordError
 from studies.engines import program_of_file
 from studies.results.study import Goal, Sample
+from studies.sweep.cases import program_of_table
 from studies.sweep.errors import StudyError
-from studies.sweep.inputs import FIELDS, MEMBER, CaseTables, ProgramTable, clash, with_values
+from studies.sweep.inputs import FIELDS, MEMBER, PROGRAM, CaseTables, ProgramTable, clash, with_values
 from studies.sweep.quantities import ENGINE_GROUPS, GROUPS, quantity_names
 
 METHODS = ("sobol", "latin-hypercube")
 MAX_CASES = 1_000_000
+MAX_AXES = 64
+MOST = 1e15
+"""Largest magnitude of a number of a study file."""
 _TOP = ("schema", "title", "engine", "seed", "rig", "program", "vary", "sample", "quantities", "sensitivity", "pareto")
 
 
@@ -94,6 +99,14 @@ def ready_studies() -> dict[str, Path]:
     return {path.stem: path for path in sorted((Path(__file__).parent / "ready").glob("*.toml"))}
 
 
+def files_of_study(study: Study, out: Path) -> list[Path]:
+    """Give the files that running a study may replace; a folder with a store of cases keeps its own inputs."""
+    names = ("study.json", "study.zarr", "report.html", "sensitivity.json", "pareto.json", "ensemble.csv")
+    kept = [out / "inputs" / path.name for path in study.inputs if not (out / "cases.sqlite").exists()]
+    changed = [path for path in kept if not (path.is_file() and _sha256(path) in study.inputs.values())]
+    return [*(out / name for name in names), *changed]
+
+
 def over_ensemble(study: Study) -> Study:
     """Return the study with the members of its preset's ensemble as one more axis, the last.
 
@@ -125,14 +138,8 @@ def read_study(name: Path, *, seed: int | None = None) -> Study:
     ready = ready_studies()
     path = ready[str(name)] if str(name) in ready and not name.exists() else name
     try:
-        text = path.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
-    except OSError as error:
-        expected = f"expected a study file in TOML, or one of {', '.join(ready)}"
-        raise StudyError(f"{path}: {error.strerror}: {expected}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise StudyError(f"{path}: not TOML: {error}") from None
-    try:
+        data = read_toml(path, f"a study file in TOML, or one of {', '.join(ready)}")
+        text = read_text(path, "a study file in TOML")
         return _study(path, text, _Table("", data, _TOP), seed)
     except (StudyError, RigError, RecordError) as error:
         words = str(error)
@@ -144,17 +151,17 @@ class _Table:
 
     def __init__(self, name: str, data: object, known: Sequence[str] | None) -> None:
         if not isinstance(data, Mapping):
-            raise StudyError(f"{name} = {data!r}: expected a table")
+            raise StudyError(f"{name} = {quoted(data)}: expected a table")
         self.name, self.data = name, data
         for key in data:
             if known is not None and key not in known:
-                raise StudyError(f"{self.at(key)} = {data[key]!r}: expected one of {', '.join(known)}")
+                raise StudyError(f"{self.at(key)} = {quoted(data[key])}: expected one of {listed(known)}")
 
     def at(self, key: str) -> str:
-        return f"{self.name}.{key}".lstrip(".")
+        return f"{self.name}.{as_given(str(key))}".lstrip(".")
 
     def complain(self, key: str, expected: str) -> StudyError:
-        found = f" = {self.data[key]!r}" if key in self.data else ": missing"
+        found = f" = {quoted(self.data[key])}" if key in self.data else ": missing"
         return StudyError(f"{self.at(key)}{found}: expected {expected}")
 
     def table(self, key: str, *known: str) -> _Table:
@@ -163,22 +170,22 @@ class _Table:
     def text(self, key: str, default: str | None = None, among: Sequence[str] = ()) -> str:
         value = self.data.get(key, default)
         if not isinstance(value, str) or (among and value not in among):
-            raise self.complain(key, "one of " + ", ".join(among) if among else "text")
+            raise self.complain(key, "one of " + listed(among) if among else "text")
         return value
 
     def texts(self, key: str, default: Sequence[str], among: Sequence[str]) -> tuple[str, ...]:
         value = self.data.get(key, default)
-        listed = isinstance(value, Sequence) and not isinstance(value, str)
-        if not listed or not value or len(set(map(str, value))) < len(value):
+        is_list = isinstance(value, Sequence) and not isinstance(value, str)
+        if not is_list or not value or len(set(map(quoted, value))) < len(value):
             raise self.complain(key, "a list of different names")
         for item in value:
             if item not in among:
-                raise StudyError(f"{self.at(key)} = {item!r}: expected one of {', '.join(among)}")
+                raise StudyError(f"{self.at(key)} = {quoted(item)}: expected one of {listed(among)}")
         return tuple(value)
 
     def number(self, key: str, default: float | None = None, expected: str = "a finite number") -> float:
         value = self.data.get(key, default)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
             raise self.complain(key, expected)
         return float(value)
 
@@ -194,7 +201,7 @@ SeedOf = Callable[[_Table], int]
 
 
 def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
-    if top.data.get("schema") != 1:
+    if type(top.data.get("schema")) is not int or top.data["schema"] != 1:
         raise top.complain("schema", "1")
     engine = top.text("engine", "chain", list(ENGINE_GROUPS))
     base_seed = top.whole("seed", 0, 0, 2**31)
@@ -211,12 +218,14 @@ def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
     if (found := clash(names)) is not None:
         raise StudyError(f"vary.{found[0]}: expected not beside {found[1]}, which it sets as well")
     if tables.program.drive_mm is not None and any(name.startswith("program.") for name in names):
-        raise StudyError(f"program.file = {top.data['program']['file']!r}: expected absent where the program is varied")
+        raise StudyError(
+            f"program.file = {quoted(top.data['program']['file'])}: expected absent where the program is varied"
+        )
     _require_different_names(inputs)
     groups = top.table("quantities", "groups").texts("groups", ENGINE_GROUPS[engine][:2], tuple(GROUPS))
     for group in groups:
         if group not in ENGINE_GROUPS[engine]:
-            raise StudyError(f"quantities.groups = {group!r}: expected one of those of the engine {engine}: "
+            raise StudyError(f"quantities.groups = {quoted(group)}: expected one of those of the engine {engine}: "
                              + ", ".join(ENGINE_GROUPS[engine]))  # fmt: skip
     known = quantity_names(engine, groups)
     study = Study(
@@ -225,7 +234,23 @@ def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
         sensitivity=_sensitivity(top, known, seed), pareto=_pareto(top, known, names, seed), inputs=inputs,
     )  # fmt: skip
     _require_few(study)
+    _require_programs(study)
     return study
+
+
+def _require_programs(study: Study) -> None:
+    """Refuse numbers of the program that no case can run: below 0 anywhere, or a fixed program that cannot be made."""
+    spans = {axis.name: (axis.low, axis.high) for axis in study.axes if axis.name.startswith("program.")}
+    fixed = {f"program.{name}": getattr(study.tables.program, name) for name in PROGRAM}
+    for name, span in ({name: (v, v) for name, v in fixed.items() if v is not None} | spans).items():
+        for value in span:
+            if not value > 0:
+                raise StudyError(f"{f'vary.{name}' if name in spans else name} = {value:g}: expected above 0")
+    if not spans:
+        try:
+            program_of_table(study.tables.program)
+        except RigError as error:
+            raise StudyError(f"program.{error}") from None
 
 
 def _require_different_names(inputs: Mapping[Path, str]) -> None:
@@ -238,12 +263,18 @@ def _require_different_names(inputs: Mapping[Path, str]) -> None:
 
 def _require_few(study: Study) -> None:
     grid = math.prod(len(axis.values) for axis in study.axes)
+    if study.sensitivity is not None and (cases := study.sensitivity.count * (len(study.axes) + 2)) > MAX_CASES:
+        raise StudyError(
+            f"sensitivity.count = {study.sensitivity.count}: {cases:,} cases: expected at most {MAX_CASES:,}"
+        )
+    if study.pareto is not None and (designs := study.pareto.population * study.pareto.generations) > MAX_CASES:
+        raise StudyError(f"pareto: population times generations = {designs:,} designs: expected at most {MAX_CASES:,}")
     if study.sample is None and grid > MAX_CASES:
         raise StudyError(f"vary: a grid of {grid:,} cases: expected at most {MAX_CASES:,}; [sample] takes fewer")
 
 
 def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return hashlib.sha256(read_bytes(path, "an input of the study")).hexdigest()
 
 
 def _tables(path: Path, top: _Table, inputs: dict[Path, str]) -> CaseTables:
@@ -254,13 +285,15 @@ def _tables(path: Path, top: _Table, inputs: dict[Path, str]) -> CaseTables:
     if "preset" in table.data:
         rig = preset(table.text("preset"))
     else:
-        file = path.parent / table.text("file")
+        file = inside(path, "rig.file", table.text("file"), [".toml"])
         rig = read_rig(file)
         inputs[file] = _sha256(file)
     changed = {}
     for name, value in _dotted({k: v for k, v in table.data.items() if k not in ("preset", "file")}):
         if name not in FIELDS or name.startswith("program."):
-            raise StudyError(f"rig.{name} = {value!r}: expected preset, file or a number of a rig, {_some(name)}")
+            raise StudyError(
+                f"rig.{as_given(name)} = {quoted(value)}: expected preset, file or a number of a rig, {_some(name)}"
+            )
         changed[name] = _value(f"rig.{name}", value, FIELDS[name])
     program = _program(path, top.table("program", "amplitude_mm", "cycles", "step_mm", "rate_Hz", "file"), inputs)
     return with_values(CaseTables(rig.to_dict(), program), changed)
@@ -278,7 +311,7 @@ def _program(path: Path, table: _Table, inputs: dict[Path, str]) -> ProgramTable
     if "file" in table.data:
         if len(table.data) > 1:
             raise table.complain("file", "to stand alone: it has the whole program")
-        file = path.parent / table.text("file")
+        file = inside(path, "program.file", table.text("file"), [".csv"])
         program = program_of_file(file)
         inputs[file] = _sha256(file)
         time = program.time_s
@@ -303,7 +336,10 @@ def _sample(top: _Table, seed: SeedOf) -> Sample | None:
 def _axes(table: _Table, *, sampled: bool) -> tuple[Axis, ...]:
     if not table.data:
         raise StudyError("[vary]: missing, expected at least one field with its values")
-    return tuple(_axis(table, name, value, sampled) for name, value in _axes_dotted(table.data))
+    axes = tuple(_axis(table, name, value, sampled) for name, value in _axes_dotted(table.data))
+    if not 1 <= len(axes) <= MAX_AXES:
+        raise StudyError(f"[vary]: {len(axes)} fields: expected at least one with its values, at most {MAX_AXES}")
+    return axes
 
 
 def _axes_dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
@@ -316,9 +352,9 @@ def _axes_dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[s
 
 
 def _axis(table: _Table, name: str, given: object, sampled: bool) -> Axis:
-    where = f"vary.{name}"
+    where = f"vary.{as_given(name)}"
     if name not in FIELDS:
-        raise StudyError(f"{where} = {given!r}: expected a number of the rig or the program, {_some(name)}")
+        raise StudyError(f"{where} = {quoted(given)}: expected a number of the rig or the program, {_some(name)}")
     whole = FIELDS[name]
     if isinstance(given, Mapping):
         span = _Table(where, given, ("from", "to", "count"))
@@ -333,22 +369,23 @@ def _axis(table: _Table, name: str, given: object, sampled: bool) -> Axis:
         values = [low + (high - low) * k / (count - 1) for k in range(count - 1)] + [high]
     elif isinstance(given, list) and given:
         if sampled:
-            raise StudyError(f"{where} = {given!r}: expected {{from = , to = }} beside [sample]")
+            raise StudyError(f"{where} = {quoted(given)}: expected {{from = , to = }} beside [sample]")
         values = [_value(where, value, whole) for value in given]
     else:
-        raise StudyError(f"{where} = {given!r}: expected a list of numbers, or {{from = , to = , count = }}")
+        raise StudyError(f"{where} = {quoted(given)}: expected a list of numbers, or {{from = , to = , count = }}")
     values = [_value(where, value, whole) for value in values]
     if len(set(values)) < len(values):
-        raise StudyError(f"{where} = {given!r}: expected different values")
+        raise StudyError(f"{where} = {quoted(given)}: expected different values")
     return Axis(name, tuple(values), min(values), max(values), whole)
 
 
 def _value(where: str, value: object, whole: bool) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise StudyError(f"{where} = {value!r}: expected a finite number" if value is not None else
-                         f"{where}: missing, expected a number")  # fmt: skip
+    if value is None:
+        raise StudyError(f"{where}: missing, expected a number")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
+        raise StudyError(f"{where} = {quoted(value)}: expected a finite number, at most {MOST:g}")
     if whole and value != round(value):
-        raise StudyError(f"{where} = {value!r}: expected a whole number")
+        raise StudyError(f"{where} = {quoted(value)}: expected a whole number")
     return float(value)
 
 
@@ -357,7 +394,7 @@ def _some(name: str) -> str:
     table = name.partition(".")[0] + "."
     same = [field for field in FIELDS if "." in name and field.startswith(table)]
     tables = sorted({field.partition(".")[0] + (".*" if "." in field else "") for field in FIELDS})
-    return "one of " + ", ".join(same or tables)
+    return "one of " + listed(same or tables)
 
 
 def _sensitivity(top: _Table, known: Sequence[str], seed: SeedOf) -> Sensitivity | None:
@@ -383,12 +420,14 @@ def _pareto(top: _Table, known: Sequence[str], axes: Sequence[str], seed: SeedOf
         raise table.complain("objectives", "two or more quantities, each with min or max")
     for name in goals.data:
         if name not in known:
-            raise goals.complain(name, "a quantity of this study, one of " + ", ".join(known))
+            raise goals.complain(name, "a quantity of this study, one of " + listed(known))
     limits = []
     for name in table.table("limits").data:
         limit = table.table("limits").table(name, "min", "max")
         if name not in known or not limit.data:
-            raise StudyError(f"{limit.name} = {dict(limit.data)!r}: expected min or max of one of {', '.join(known)}")
+            raise StudyError(
+                f"{limit.name} = {quoted(dict(limit.data))}: expected min or max of one of {listed(known)}"
+            )
         low, high = (limit.number(key) if key in limit.data else None for key in ("min", "max"))
         limits.append(Limit(name, low, high))
     return Pareto(

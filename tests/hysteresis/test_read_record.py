@@ -1,6 +1,7 @@
 """Reading records: the documented examples, and one line of error for every broken file."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -220,9 +221,13 @@ def test_force_tip_and_tables(tmp_path: Path) -> None:
 def test_rig_file_survives_a_move_to_another_folder(tmp_path: Path) -> None:
     record = read_record(put(tmp_path, BARE, HEAD + '[rig]\nfile = "mine.toml"\n'))
     (tmp_path / "out").mkdir()
+    (tmp_path / "mine.toml").write_text('name = "mine"\n')
     write_record(record, tmp_path / "out" / "copy.csv")
-    assert 'file = "../mine.toml"' in (tmp_path / "out" / "copy.toml").read_text()
-    assert read_record(tmp_path / "out" / "copy.csv") == record
+    assert 'file = "copy.rig.toml"' in (tmp_path / "out" / "copy.toml").read_text()  # beside it: it can be moved on
+    (tmp_path / "mine.toml").unlink()
+    again = read_record(tmp_path / "out" / "copy.csv")
+    assert Path(again.rig["file"]).read_text() == 'name = "mine"\n'
+    assert replace(again, rig=record.rig) == record
 
 
 def test_kinematics_is_sorted_and_single_valued(tmp_path: Path) -> None:

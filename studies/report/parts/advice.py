@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from hysteresis.files import present
 from studies.report.parts.feasible import Feasible
 from studies.report.summary import OVER_NOISE, limit_words, words_of_part
 from studies.results import fit, read_result, trace
@@ -30,7 +31,7 @@ def what_to_do(folder: Path, feasible: Feasible | None = None) -> tuple[str, ...
 
 
 def _advice(folder: Path, feasible: Feasible | None) -> Iterator[str]:
-    run = read_run(folder) if (folder / "run.json").exists() else None
+    run = read_run(folder) if present(folder / "run.json") else None
     if run is not None:
         yield from _of_strain(run)
         yield from _of_slack(run.loops)

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from hysteresis.files import inside, present
 from hysteresis.record import RecordError
+from hysteresis.record_file import column_names, read_columns
 from studies.report.charts import Chart, Line, Plate
 from studies.report.plots import ANGLE, Drawn, draw
 from studies.report.summary import Verdict
@@ -47,7 +49,7 @@ def read_validation(folder: Path) -> ValidationSection | None:
         One line with the file, the field and what was expected.
     """
     path = folder / "validate.json"
-    if not path.exists():
+    if not present(path):
         return None
     result = read_result(StoredValidation, path, validation.WHAT)
     if not result.models.models:
@@ -70,15 +72,13 @@ def read_compensations(folder: Path) -> tuple[CompensationSection, ...]:
 
 def _compensation(path: Path) -> CompensationSection:
     found = read_result(CompensationSummary, path, compensation.WHAT)
-    file = path.with_name(found.drive or path.name.removesuffix(compensation.ENDING) + ".csv")
-    try:
-        names = file.read_text(encoding="utf-8").split("\n", 1)[0].split(",")
-        column = dict(zip(names, np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2).T, strict=True))
-        drive, angle = column[f"drive_{found.drive_unit}"], column["angle_deg"]
-    except (OSError, ValueError, KeyError) as error:
-        raise RecordError(f"{file}: {error}: expected the drive of `notchbend compensate`") from None
+    name = found.drive or path.name.removesuffix(compensation.ENDING) + ".csv"
+    file = inside(path, "drive", name, [".csv"])
+    timed = "time_s" in column_names(file)
+    column = read_columns(file, [f"drive_{found.drive_unit}", "angle_deg", *(["time_s"] if timed else [])])
+    drive, angle = column[f"drive_{found.drive_unit}"], column["angle_deg"]
     label = f"drive, {found.drive_unit}"
-    place, along = (column["time_s"], "time, s") if "time_s" in column else (np.arange(drive.size) * 1.0, "sample")
+    place, along = (column["time_s"], "time, s") if timed else (np.arange(drive.size, dtype=np.float64), "sample")
     charts = (
         Chart("Drive", along, label, (Line(place, drive, "drive"),), f"Drive over the {along}."),
         Chart("Angle to follow", label, ANGLE, (Line(drive, angle, "angle"),), "Angle over the drive: a loop."),

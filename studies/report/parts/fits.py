@@ -14,15 +14,16 @@ from matplotlib.figure import Figure
 
 from hysteresis import Fit
 from hysteresis.arrays import Floats
+from hysteresis.files import inside, present
 from hysteresis.record import RecordError
-from hysteresis.record_file import read_record
+from hysteresis.record_file import read_columns, read_record
 from studies.report.charts import Chart, Line, Plate
 from studies.report.plots import Drawn, Series, draw, fit_plate
 from studies.report.still import STYLE, draw_chart
 from studies.report.summary import FitResult
 from studies.results import fit, read_result
 from studies.results.fit import StoredFit
-from studies.results.run import FitEntry
+from studies.results.run import FitEntry, record_of_run
 
 LAYER_WORDS = {
     "saturation_deg": "saturation: largest |h|",
@@ -32,6 +33,7 @@ LAYER_WORDS = {
     "asymmetry": "asymmetry: (rising - falling) / sum of the limits of |h|",
 }
 """The layer in the form that data can fix, by the names of :func:`hysteresis.response.response`."""
+FIT_COLUMNS = ("drive", "angle_deg", "f_alone_deg", "predicted_deg", "heldout")
 _WIDTH_IN, _HEIGHT_IN = 4.2, 3.1
 _LEAST_FLOOR_DEG = 1e-3  # a record without noise has no floor
 
@@ -54,9 +56,9 @@ def run_fit(folder: Path, item: FitEntry, seed: int, command: str) -> FitSection
     RecordError
         One line with the file that is missing or cannot be read.
     """
-    path = folder / f"identify-{item.name}.csv"
-    found = read_result(StoredFit, path.with_suffix(".json"), fit.WHAT)
-    unit = read_record(folder / "records" / f"{item.record}.csv").drive_unit
+    path = inside(folder / "run.json", "fits[].name", f"identify-{item.name}.csv", [".csv"])
+    found = read_result(StoredFit, path.with_name(f"identify-{item.name}.json"), fit.WHAT)
+    unit = read_record(record_of_run(folder, item.record)).drive_unit
     plate = draw(fit_row(_series(path, "run"), unit, item.name))
     again = f"notchbend identify DIR/records/{item.record}.csv --out DIR/again --seed {seed}"
     # only the run itself fits a record without its rig
@@ -72,7 +74,7 @@ def read_fit(folder: Path) -> FitSection | None:
         One line with the file that is missing or cannot be read.
     """
     path = folder / "identify.json"
-    if not path.exists():
+    if not present(path):
         return None
     found = read_result(StoredFit, path, fit.WHAT)
     names = [Path(record).stem for record in found.records] or ["record"]
@@ -105,14 +107,10 @@ def _section(item: FitEntry, found: StoredFit, plates: tuple[Drawn, ...], comman
 
 def _series(path: Path, command: str) -> Series:
     """Read the samples of a fit by the names of their columns."""
-    try:
-        names = path.read_text(encoding="utf-8").split("\n", 1)[0].split(",")
-        column = dict(zip(names, np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2).T, strict=True))
-        drive, angle, base, predicted, heldout = (
-            column[name] for name in ("drive", "angle_deg", "f_alone_deg", "predicted_deg", "heldout")
-        )
-    except (OSError, ValueError, KeyError) as error:
-        raise RecordError(f"{path}: {error}: expected the samples of a fit; run `notchbend {command}` again") from None
+    columns = read_columns(path, FIT_COLUMNS)
+    drive, angle, base, predicted, heldout = (columns[name] for name in FIT_COLUMNS)
+    if not drive.size:
+        raise RecordError(f"{path}: no samples: expected those of a fit; run `notchbend {command}` again")
     return Series(drive, angle, base, predicted, heldout != 0)
 
 

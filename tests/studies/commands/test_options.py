@@ -108,26 +108,26 @@ def options_of(name: str) -> list[str]:
 
 COMMON = ["seed", "quiet", "json"]
 OPTIONS = {
-    "run": ["records", "out", "rig", "preset", "preload", "amplitude", "ensemble", *COMMON],
+    "run": ["records", "out", "rig", "preset", "preload", "amplitude", "ensemble", "force", *COMMON],
     "simulate": [
         "out", "preset", "rig", "preload", "amplitude", "cycles", "step", "rate", "program", "engine", "dynamic",
-        "ensemble", *COMMON,
+        "ensemble", "force", *COMMON,
     ],
-    "validate": ["out", "preset", "rig", "preload", "amplitude", *COMMON],
-    "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", *COMMON],
-    "separate": ["out", "records", "preset", "rig", "preload", "amplitude", "engine", "ensemble", *COMMON],
-    "trace": ["records", "out", "reference", "threads", *COMMON],
+    "validate": ["out", "preset", "rig", "preload", "amplitude", "force", *COMMON],
+    "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", "force", *COMMON],
+    "separate": ["out", "records", "preset", "rig", "preload", "amplitude", "engine", "ensemble", "force", *COMMON],
+    "trace": ["records", "out", "reference", "threads", "force", *COMMON],
     "effects": COMMON,
-    "compensate": ["record", "reference", "out", "elements", "law", *COMMON],
-    "study": ["file", "out", "workers", "scheduler", "retry", "ensemble", *COMMON],
-    "report": ["folder", "pdf", *COMMON],
+    "compensate": ["record", "reference", "out", "elements", "law", "force", *COMMON],
+    "study": ["file", "out", "workers", "scheduler", "retry", "ensemble", "seed", "force", "quiet", "json"],
+    "report": ["folder", "pdf", "force", *COMMON],
     "app": ["preset", "rig", "preload", "amplitude", "port", "record", "no_browser", *COMMON],
     "record new": [
         "csv", "preset", "rig", "preload", "drive_column", "angle_column", "time_column", "cycle_column", "drive_unit",
         "title", "out", *COMMON,
     ],
     "data list": COMMON,
-    "data fetch": ["name", "out", *COMMON],
+    "data fetch": ["name", "out", "force", *COMMON],
 }  # fmt: skip
 """Every option and argument that users rely on, in the order of the help."""
 

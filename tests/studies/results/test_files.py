@@ -62,7 +62,7 @@ def test_a_separation_reads_back(tmp_path):
     made = separate_rig(preset("du2018"), 1.0)
     write_result(tmp_path / "separate.json", made)
     assert read_result(Separation, tmp_path / "separate.json", "") == made
-    assert json.loads((tmp_path / "separate.json").read_text()) == made.to_dict()
+    assert json.loads((tmp_path / "separate.json").read_text()) == {"maker": "notchbend", **made.to_dict()}
     assert "intervals" not in made.to_dict()["contributions"]["friction"]  # of rigs that are calibrated on records
 
 
@@ -95,12 +95,17 @@ def test_keys_of_the_files_stay(kind):
 
 def test_keys_that_are_words_of_python(tmp_path):
     write_result(tmp_path / "a.json", AxisRange(low=1.0, high=2.0, values=None))
-    assert json.loads((tmp_path / "a.json").read_text()) == {"from": 1.0, "to": 2.0, "values": None}
+    assert json.loads((tmp_path / "a.json").read_text()) == {
+        "maker": "notchbend",
+        "from": 1.0,
+        "to": 2.0,
+        "values": None,
+    }
 
 
 def test_a_picture_has_a_file_or_a_reason(tmp_path):
     write_result(tmp_path / "a.json", Picture(tube="tube.json", caption="c", file="tube.png"))
-    assert list(json.loads((tmp_path / "a.json").read_text())) == ["tube", "caption", "file"]
+    assert list(json.loads((tmp_path / "a.json").read_text())) == ["maker", "tube", "caption", "file"]
 
 
 def test_older_results_with_fewer_fields_are_read(tmp_path):

@@ -14,6 +14,23 @@ from studies.sweep.study_file import ready_studies
 VALUES = "[10, 15, 20, 30]"
 BAD_FILES = {
     "schema": (GRID.replace("schema = 1", "schema = 2"), ["schema = 2", "expected 1"]),
+    "schema that is true": (GRID.replace("schema = 1", "schema = true"), ["schema = True", "expected 1"]),
+    "empty vary": (HEAD + PROGRAM + "[vary]\n", ["[vary]", "at least one field"]),
+    "vary with an empty table": (HEAD + PROGRAM + "[vary]\nnotch = {}\n", ["[vary]: 0 fields", "at least one"]),
+    "amplitude below 0": (GRID.replace("amplitude_mm = 2.2", "amplitude_mm = -1"), ["program.amplitude_mm = -1"]),
+    "step of 0": (GRID.replace("cycles = 2", "step_mm = 0"), ["program.step_mm = 0", "above 0"]),
+    "step of 0 on an axis": (
+        GRID.replace('"notch.depth_mm" = [2.8', '"program.step_mm" = [0.0'), ["vary.program.step_mm = 0", "above 0"]),
+    "step beyond the amplitude": (GRID.replace("cycles = 2", "step_mm = 9"), ["program.step_mm = 9", "amplitude_mm"]),
+    "rig outside": (GRID.replace('preset = "du2018"', 'file = "../rig.toml"'), ["rig.file = '../rig.toml'", "outside"]),
+    "program outside": (
+        GRID.replace(PROGRAM, '[program]\nfile = "/etc/passwd"\n'), ["program.file = '/etc/passwd'", "outside"]),
+    "too many designs": (
+        GRID + "[pareto]\npopulation = 10000\ngenerations = 100000\n"
+        "[pareto.objectives]\nfull_scale_angle_deg = 'max'\npeak_strain_percent = 'min'\n", ["designs", "1,000,000"]),
+    "too many cases of a sensitivity": (GRID + "[sensitivity]\ncount = 524288\n", ["sensitivity.count", "1,000,000"]),
+    "long text": (GRID.replace('"chain"', '"' + "x" * 5000 + '"'), ["engine = 'xxx", "...: expected one of"]),
+    "deep": ("a." * 9999 + "b = 1", ["expected at most 16 parts"]),
     "unknown table": (GRID + "[varry]\nx = 1\n", ["varry", "expected one of"]),
     "unknown engine": (GRID.replace('"chain"', '"chian"'), ["engine = 'chian'", "chain"]),
     "unknown field": (GRID.replace("notch.depth_mm", "notch.deep_mm"), ["vary.notch.deep_mm", "notch.depth_mm"]),
