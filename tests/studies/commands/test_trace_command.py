@@ -122,7 +122,9 @@ def test_clean_records_have_no_effect_and_files_of_an_older_trace_are_removed(fo
     for i, record in enumerate(bench_records(0.0)):
         write_record(record, tmp_path / f"r{i}.csv")
     out = tmp_path / "out"
+    older = {"maker": "notchbend", "files": ["next-experiment.csv", "trace-candidates.png"]}  # by which they are own
     write_files({out / "next-experiment.csv": "old", out / "trace-candidates.png": b"old", out / "mine.txt": "mine"})
+    write_files({out / "trace.json": json.dumps(older)})
     assert call(["trace", str(tmp_path / "r0.csv"), str(tmp_path / "r1.csv"), "--out", str(out), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert (result["verdict"], result["effects"]) == ("none", [])
