@@ -163,5 +163,5 @@ def test_output_is_json_or_text_or_nothing(capsys):
     for name, output in {"text": Output(), "json": Output(json=True), "quiet": Output(quiet=True)}.items():
         output.show({"a": float("nan")}, "a line")
         shown[name] = capsys.readouterr().out
-    assert shown == {"text": "a line\n", "json": '{\n  "a": NaN\n}\n', "quiet": ""}
+    assert shown == {"text": "a line\n", "json": '{\n  "maker": "notchbend",\n  "a": NaN\n}\n', "quiet": ""}
     assert [Output().shows_progress, Output(json=True).shows_progress, Output(True).shows_progress] == [1, 0, 0]

@@ -122,7 +122,9 @@ def test_clean_records_have_no_effect_and_files_of_an_older_trace_are_removed(fo
     for i, record in enumerate(bench_records(0.0)):
         write_record(record, tmp_path / f"r{i}.csv")
     out = tmp_path / "out"
+    older = {"maker": "notchbend", "files": ["next-experiment.csv", "trace-candidates.png"]}  # by which they are own
     write_files({out / "next-experiment.csv": "old", out / "trace-candidates.png": b"old", out / "mine.txt": "mine"})
+    write_files({out / "trace.json": json.dumps(older)})
     assert call(["trace", str(tmp_path / "r0.csv"), str(tmp_path / "r1.csv"), "--out", str(out), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert (result["verdict"], result["effects"]) == ("none", [])
@@ -302,7 +304,7 @@ def test_a_stored_report_is_read_as_it_was_written(folder):
     """Against the file: the same keys in the same order, the same values."""
     text = (folder / "out" / "trace.json").read_text()
     report = TraceReport.from_dict(json.loads(text))
-    assert json.dumps(report.to_dict(), indent=2) + "\n" == text
+    assert json.dumps({"maker": "notchbend", **report.to_dict()}, indent=2) + "\n" == text
     values = json.loads(text)
     del values["noise_floor_deg"]
     with pytest.raises(RecordError, match=r"trace\.json: noise_floor_deg: missing"):
