@@ -1,8 +1,8 @@
 """Write the tables of docs/develop/dependencies.md: every library, its licence, its size and why it is there.
 
-``python -m docs.make.release.dependencies``, in an environment with all extras: ``make dev``. The reasons are the comments of
-pyproject.toml, the licences those of the libraries' metadata. A size is that of the files of the library itself,
-without what it brings along and without bytecode.
+``python -m docs.make.release.dependencies``, in an environment with all extras: ``make dev``. Reasons are the comments
+of pyproject.toml, licences those of the libraries' metadata. A size is that of the files of the library itself, without
+what it brings along and without bytecode.
 """
 
 from __future__ import annotations
