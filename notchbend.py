@@ -19,9 +19,9 @@ from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.checks import SolverError
 from hysteresis import Fit, Record, read_record
-from hysteresis.record import RecordError
-from hysteresis.record_file import write_record
-from hysteresis.settings import IdentifySettings
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.records.record import RecordError
+from hysteresis.records.record_file import write_record
 from studies.engines import MissingError
 from studies.notebook.calls import compensate, export, identify, plot, separate, simulate, study, trace
 from studies.sweep.errors import StudyError

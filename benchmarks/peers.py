@@ -106,7 +106,7 @@ def module_file(module: str) -> Path:
 def _measure_friction(engine: Any, task: Any, variant: str) -> FrictionResult:
     from task import FRICTION_N, loop_with_friction
 
-    from hysteresis.metrics import loop_width
+    from hysteresis.records.metrics import loop_width
 
     program = loop_with_friction()
     angle, drift = engine.friction_loop(task, program.drive_mm, FRICTION_N, variant)

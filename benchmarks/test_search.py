@@ -18,8 +18,8 @@ import ordinary_search
 import pytest
 
 from hysteresis.arrays import Floats
-from hysteresis.bouc_wen import BoucWen, hysteresis, hysteresis_batch
-from hysteresis.optimizers import evolve
+from hysteresis.fitting.optimizers import evolve
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis, hysteresis_batch
 
 PAPER = BoucWen(A=1.895, beta=0.315, gamma=0.2606, n=1.176)  # eq. 10
 BOUNDS = np.array([[0.1, 5.0], [0.05, 1.0], [0.0, 1.0], [1.0, 3.0]])  # A, beta, gamma (admissible where <= beta), n

@@ -12,7 +12,7 @@ from fem_models.chain.solve import ChainSolution, solve_chain_by_force
 from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody_by_force
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class LoadControlRun:
     peak_strain
         Shape (m, N), of :func:`fem_models.joint.strain.peak_strain`; NaN for measured joints.
     record
-        The same as a record whose drive is the force, for :func:`hysteresis.record_file.write_record`.
+        The same as a record whose drive is the force, for :func:`hysteresis.records.record_file.write_record`.
     """
 
     force_N: Floats

@@ -19,8 +19,8 @@ from fem_models.rig import Rig, RigError
 from hysteresis.arrays import Floats
 from hysteresis.extras import MissingError as MissingError
 from hysteresis.extras import require_extra
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import column_names, read_columns
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import column_names, read_columns
 
 if TYPE_CHECKING:
     from fem_models.load_control import LoadControlRun

@@ -12,9 +12,9 @@ from fem_models.load import triangle
 from fem_models.rig import preset
 from fem_models.rig.presets import PRESETS
 from fem_models.view import SceneError, render
-from hysteresis.metrics import Errors
-from hysteresis.record_file import write_record
-from hysteresis.uncertainty import Parameter
+from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.records.metrics import Errors
+from hysteresis.records.record_file import write_record
 from studies.commands.separation import separate_rig
 from studies.report.study import StudyFacts
 from studies.report.tube import write_tube

@@ -21,10 +21,10 @@ from fem_models.rig.joints import Notch
 from fem_models.rig.rig import Friction, with_notch
 from fem_models.rig.rig_file import read_rig
 from hysteresis import Fit, identify
-from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
-from hysteresis.metrics import LoopWidth, errors, loop_width
-from hysteresis.record import Record
-from hysteresis.record_file import read_record, write_record
+from hysteresis.laws.bouc_wen import BoucWen, branch_closed_form, hysteresis
+from hysteresis.records.metrics import LoopWidth, errors, loop_width
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import read_record, write_record
 from validation.measured.predicted_wrists import AUTHORS, predicted
 from validation.separation import loop_program, separate
 from validation.tracing import Trace, trace_records

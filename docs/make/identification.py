@@ -7,7 +7,7 @@ from pathlib import Path
 
 from docs.make.pages import DOCS, table, template
 from hysteresis.files import write_files
-from hysteresis.law_choice import LawChoice
+from hysteresis.fitting.law_choice import LawChoice
 from validation.layer.identification import (
     DAVINCI_RATES,
     RecordScores,

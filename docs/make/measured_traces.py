@@ -15,7 +15,7 @@ from rich.progress import track
 
 from docs.make.pages import DOCS, IMAGES, put_after_heading, table
 from hysteresis.files import write_files
-from hysteresis.uncertainty import Parameter
+from hysteresis.fitting.uncertainty import Parameter
 from validation.measured import measured_folder
 from validation.measured.measured_traces import GROUPS, trace_group
 from validation.tracing.result import EffectReport, TraceReport, in_words

@@ -25,7 +25,7 @@ from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.rig import EFFECT_TABLES, Tendon
 from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 
 
 class TipPose(NamedTuple):

@@ -35,7 +35,7 @@ from fem_models.load.stepping import StepControl, drive_control, force_control
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 
 
 @dataclass(frozen=True)

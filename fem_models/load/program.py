@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fem_models.rig.checks import require
 from hysteresis.display import from_to, html_table
-from hysteresis.record import MAX_MAGNITUDE
+from hysteresis.records.record import MAX_MAGNITUDE
 
 MAX_SAMPLES = 2_000_000
 """Most samples of a program made here: more is a typing error, and would fill the memory."""

@@ -8,7 +8,7 @@ from fem_models.load.program import LoadProgram
 from fem_models.rig import Rig
 from fem_models.rig.presets import sidecar_table
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 
 
 def simulated_record(

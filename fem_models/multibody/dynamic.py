@@ -30,7 +30,7 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import NotchedTube
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from fem_models.multibody.stepper import MultibodySettings, Stepper
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 
 Count = Callable[[int, int], None]
 

@@ -12,7 +12,7 @@ from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.presets import preset
 from fem_models.rig.rig import Material, Rig, Tendon, Wheel
 from fem_models.rig.rig_file import build, read_rig
-from hysteresis.record import MEASURED_KEYS, Record
+from hysteresis.records.record import MEASURED_KEYS, Record
 
 # A rig with measured joints needs a material for its loop only; the modulus is not used.
 _NITINOL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
@@ -21,8 +21,9 @@ _NITINOL = Material(youngs_modulus_GPa=60.0, poissons_ratio=0.33)
 def rig_of(record: Record) -> Rig | None:
     """Return the rig that the sidecar describes, or None if the geometry is unknown or the drive is a force.
 
-    The rig is known from ``preset``, ``file`` or all of :data:`hysteresis.record.MEASURED_KEYS` with ``preload_N``.
-    ``[tube]`` and ``[notch]`` tables alone do not describe the tendons: they are checked, and None is returned.
+    The rig is known from ``preset``, ``file`` or all of :data:`hysteresis.records.record.MEASURED_KEYS` with
+    ``preload_N``. ``[tube]`` and ``[notch]`` tables alone do not describe the tendons: they are checked, and None is
+    returned.
 
     Raises
     ------

@@ -16,9 +16,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fem_models.rig import Rig
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_record, write_record
-from hysteresis.sidecar import toml
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_record, write_record
+from hysteresis.records.sidecar import toml
 
 MOST_BYTES = 20_000_000
 """Largest file that is opened in the page: some 300,000 samples."""

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.path import branches, cycle_index, cycle_slices
-from hysteresis.record import Record
+from hysteresis.records.path import branches, cycle_index, cycle_slices
+from hysteresis.records.record import Record
 
 WIDTH, HEIGHT = 620, 400
 LEFT, RIGHT, TOP, BOTTOM = 66, 14, 14, 54

@@ -19,7 +19,7 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Tendon
 from fem_models.view import SceneError
 from hysteresis.plain import to_plain
-from hysteresis.record import Record, RecordError
+from hysteresis.records.record import Record, RecordError
 from studies.app.advice import in_words
 from studies.app.files import file_stem, opened_record, record_files, rig_text
 from studies.app.guard import HOST, Guard

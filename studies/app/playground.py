@@ -16,8 +16,8 @@ from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import with_number
 from fem_models.view.manipulator import tendon_lines
 from hysteresis.arrays import Floats
-from hysteresis.metrics import loop_width
-from hysteresis.record import Record
+from hysteresis.records.metrics import loop_width
+from hysteresis.records.record import Record
 from studies.app.advice import warnings_of
 from studies.report.tube import coarse_surface
 from validation.separation import loop_program

@@ -319,7 +319,7 @@ def _errors_of_input() -> tuple[type[Exception], ...]:
     """Give the errors that a user's input can cause; imported only when there is an error."""
     from fem_models.rig import RigError
     from fem_models.rig.checks import SolverError
-    from hysteresis.record import RecordError
+    from hysteresis.records.record import RecordError
     from studies.engines import MissingError
     from studies.sweep.errors import StudyError
 

@@ -11,15 +11,15 @@ from scipy.interpolate import PchipInterpolator
 
 from hysteresis import Fit
 from hysteresis.arrays import Floats
-from hysteresis.bouc_wen import BoucWen
 from hysteresis.files import write_files
-from hysteresis.inverse import UnreachableError, compensating_drive, uncompensated_drive
-from hysteresis.laws import Element, elements_of
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.laws.bouc_wen import BoucWen
+from hysteresis.laws.elements import Element, elements_of
+from hysteresis.laws.inverse import UnreachableError, compensating_drive, uncompensated_drive
 from hysteresis.own import MAKER
-from hysteresis.record import RecordError
-from hysteresis.record_file import read_columns, read_record
-from hysteresis.settings import IdentifySettings
-from hysteresis.sidecar import toml
+from hysteresis.records.record import RecordError
+from hysteresis.records.record_file import read_columns, read_record
+from hysteresis.records.sidecar import toml
 from studies.commands.identification import identify_records
 from studies.results import read_result
 from studies.results.compensation import CompensationSummary as CompensationSummary

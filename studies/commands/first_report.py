@@ -20,10 +20,10 @@ from fem_models.rig import preset
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import numeric_fields
 from hysteresis.files import write_files
+from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.own import marked_png
-from hysteresis.record import Record
-from hysteresis.record_file import read_record, write_record
-from hysteresis.settings import IdentifySettings
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import read_record, write_record
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import FILES as TRACE_FILES

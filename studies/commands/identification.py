@@ -13,13 +13,13 @@ from fem_models.rig import RigError
 from fem_models.rig.of_record import rig_of
 from hysteresis import Fit, identify
 from hysteresis.arrays import Floats
-from hysteresis.backbone import Kinematics
 from hysteresis.files import write_files
-from hysteresis.holdout import hold_out
+from hysteresis.fitting.settings import DEFAULTS, IdentifySettings
+from hysteresis.laws.backbone import Kinematics
 from hysteresis.own import marked_values
-from hysteresis.path import require_reversal
-from hysteresis.record import Record, RecordError
-from hysteresis.settings import DEFAULTS, IdentifySettings
+from hysteresis.records.holdout import hold_out
+from hysteresis.records.path import require_reversal
+from hysteresis.records.record import Record, RecordError
 from studies.progress import bar
 
 STANDSTILL_DEG = 1e-9  # below the resolution of any sensor

@@ -30,7 +30,7 @@ from fem_models.rig.presets import PRESETS
 from hysteresis.arrays import Floats
 from hysteresis.own import foreign, marked_values
 from hysteresis.plain import to_plain
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from studies.engines import forces_of_file, program_of_file
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if it does not exist.")]

@@ -16,12 +16,12 @@ from rich.table import Table
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
 from hysteresis.files import place, write_files
-from hysteresis.laws import LawName
-from hysteresis.optimizers import Method
+from hysteresis.fitting.optimizers import Method
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.laws.elements import LawName
 from hysteresis.own import marked_png
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import check_target, files_of_record, read_records
-from hysteresis.settings import IdentifySettings
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import check_target, files_of_record, read_records
 from studies.commands.identification import files_of_fit, identify_records, write_fit
 from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, RigChoice
 from studies.commands.tables import contributions_table, values_table

@@ -13,9 +13,9 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.of_record import rig_of
 from hysteresis import identify
 from hysteresis.arrays import Floats
-from hysteresis.metrics import dissipated_area, loop_width
-from hysteresis.record import Record
-from hysteresis.settings import IdentifySettings
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.records.metrics import dissipated_area, loop_width
+from hysteresis.records.record import Record
 from studies.engines import solver_of
 from studies.results.separation import (
     Calibration,

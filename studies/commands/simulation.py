@@ -16,8 +16,8 @@ from fem_models.rig import Rig, RigError
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.plain import to_plain
-from hysteresis.record import Record
-from hysteresis.record_file import check_target, files_of_record, write_record
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import check_target, files_of_record, write_record
 from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, ProgramChoice, RigChoice
 from studies.commands.tables import models_table, values_table, verdict_lines
 from studies.engines import (

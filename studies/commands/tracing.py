@@ -12,8 +12,8 @@ import numpy as np
 
 from hysteresis.files import place, write_files
 from hysteresis.own import marked_page, marked_png, marked_values
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_records
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_records
 from studies.commands.identification import STANDSTILL_DEG
 from studies.progress import stages
 from studies.report.trace_page import trace_page

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
-from hysteresis.record import DriveUnit
+from hysteresis.records.record import DriveUnit
 from studies.fetch.upstream import Samples, catheter, manipulator, probe, tendon_robot, tool, wrist
 
 NO_LICENCE = "none came with it; ask its authors before you pass it on"

@@ -16,8 +16,8 @@ import platformdirs
 import pooch
 import requests
 
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import files_of_record, read_record, write_record
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import files_of_record, read_record, write_record
 from studies.fetch.catalogue import CATALOGUE, SOURCES_ONLY, Entry
 
 RAW = "https://raw.githubusercontent.com"

@@ -16,7 +16,7 @@ from hysteresis.arrays import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Columns of a :class:`hysteresis.record.Record`, by the names of its fields; shapes (m,) and (m, notches)."""
+    """Columns of a :class:`hysteresis.records.record.Record`, by the names of its fields; (m,) and (m, notches)."""
 
     drive: Floats
     angle_deg: Floats

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.path import branches, cycle_index
-from hysteresis.record import Record
+from hysteresis.records.path import branches, cycle_index
+from hysteresis.records.record import Record
 
 _BIN = 0.01  # of the drive's range: closer samples of one direction are averaged
 _FULL = 0.95  # of the drive's range: cycles that are as wide give the curve, inner loops do not

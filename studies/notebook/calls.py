@@ -17,7 +17,7 @@ from fem_models.load import LoadProgram
 from fem_models.rig import Rig
 from hysteresis import Fit, Record
 from hysteresis.extras import require_extra
-from hysteresis.settings import DEFAULTS, IdentifySettings
+from hysteresis.fitting.settings import DEFAULTS, IdentifySettings
 from studies.notebook.results import Compensation, StudyResult
 
 if TYPE_CHECKING:

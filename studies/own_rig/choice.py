@@ -16,8 +16,8 @@ from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.checks import require
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS
-from hysteresis.record import Record
-from hysteresis.record_file import read_records
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import read_records
 from studies.results.run import Made, RunSummary
 
 if TYPE_CHECKING:

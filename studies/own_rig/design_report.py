@@ -22,12 +22,12 @@ from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import EFFECT_TABLES, numeric_fields
 from hysteresis.files import write_files
-from hysteresis.metrics import errors, loop_width, noise_floor
+from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.own import is_own, marked_png
-from hysteresis.path import cycle_index
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import write_record
-from hysteresis.settings import IdentifySettings
+from hysteresis.records.metrics import errors, loop_width, noise_floor
+from hysteresis.records.path import cycle_index
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import write_record
 from studies.commands.first_report import CYCLES, PACKAGES, rig_numbers
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_records, separate_rig

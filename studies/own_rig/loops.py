@@ -17,9 +17,9 @@ from fem_models.view import SceneError, render
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.own import marked_png
-from hysteresis.path import branches
-from hysteresis.record import Record
-from hysteresis.record_file import write_record
+from hysteresis.records.path import branches
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import write_record
 from studies.own_rig.strain import Strain, strain_of
 from studies.report.tube import write_tube
 from studies.results.run import Picture, RunLoop, loop_summary

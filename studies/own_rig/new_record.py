@@ -16,12 +16,12 @@ from fem_models.analytic import theory_curve
 from fem_models.rig import Rig, RigError
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError, write_files
-from hysteresis.metrics import loop_width, noise_floor
-from hysteresis.path import cycle_index, cycle_slices, require_reversal
 from hysteresis.plain import optional
-from hysteresis.record import FIELDS, Record
-from hysteresis.record_file import check_target, read_record, write_record
-from hysteresis.sidecar import toml
+from hysteresis.records.metrics import loop_width, noise_floor
+from hysteresis.records.path import cycle_index, cycle_slices, require_reversal
+from hysteresis.records.record import FIELDS, Record
+from hysteresis.records.record_file import check_target, read_record, write_record
+from hysteresis.records.sidecar import toml
 from studies.own_rig.bench_csv import DELIMITERS, BenchTable, drive_unit_of, guess_column, read_bench_csv
 
 KEYS = ("drive", "angle", "time", "cycle")

@@ -12,7 +12,7 @@ from fem_models.joint import joint_mechanics
 from fem_models.joint.strain import limits_passed, peak_strain, strain_limits
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from studies.results.run import StrainLimit
 
 FULL_SCALE_DEG = 45.0

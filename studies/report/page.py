@@ -18,8 +18,8 @@ from plotly.offline import get_plotlyjs
 from hysteresis.files import MB, inside, present, read_bytes, write_files
 from hysteresis.messages import quoted
 from hysteresis.own import marked_page
-from hysteresis.record import RecordError
-from hysteresis.record_file import column_names, read_columns, read_record
+from hysteresis.records.record import RecordError
+from hysteresis.records.record_file import column_names, read_columns, read_record
 from studies.report import summary
 from studies.report.parts.advice import what_to_do
 from studies.report.parts.comparisons import (

@@ -9,8 +9,8 @@ from itertools import cycle
 import numpy as np
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.metrics import loop_width
-from hysteresis.record import Record
+from hysteresis.records.metrics import loop_width
+from hysteresis.records.record import Record
 from studies.report.charts import Bars, Chart, Line, Plate, Tone, finite
 from studies.report.live import chart_json
 from studies.report.still import chart_svg

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hysteresis.arrays import Floats
 from hysteresis.files import present
 from hysteresis.messages import as_given
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
 from studies.report.parts.feasible import Feasible, feasibility, region_plate
 from studies.report.plotly import (

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from hysteresis.metrics import Errors
-from hysteresis.uncertainty import Parameter
+from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.records.metrics import Errors
 from studies.report.templates import environment
 from validation.tracing import catalogue
 from validation.tracing.result import TraceReport, in_words, share_words

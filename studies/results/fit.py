@@ -1,4 +1,4 @@
-"""``identify.json`` as the report and the compensation read it; :meth:`hysteresis.fit.Fit.to_dict` writes it."""
+"""``identify.json`` as report and compensation read it; :meth:`hysteresis.fitting.fit.Fit.to_dict` writes it."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from hysteresis.arrays import Floats
-from hysteresis.laws import LawName
-from hysteresis.metrics import Errors
+from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.laws.elements import LawName
 from hysteresis.plain import optional
-from hysteresis.record import DriveUnit
-from hysteresis.uncertainty import Parameter
+from hysteresis.records.metrics import Errors
+from hysteresis.records.record import DriveUnit
 
 WHAT = "the identify.json of `notchbend identify`"
 
@@ -69,7 +69,7 @@ class Angles:
 
 @dataclass(frozen=True)
 class StoredLaw:
-    """The law that was chosen: its elements as :func:`hysteresis.laws.elements_of` makes them again, and its f."""
+    """The law that was chosen: its elements, for :func:`hysteresis.laws.elements.elements_of`, and its f."""
 
     name: LawName
     title: str

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from hysteresis.files import inside, read_bytes
-from hysteresis.metrics import dissipated_area, loop_width
 from hysteresis.plain import optional
-from hysteresis.record import Record, RecordError
+from hysteresis.records.metrics import dissipated_area, loop_width
+from hysteresis.records.record import Record, RecordError
 from studies.results.ensemble import EnsembleRanges
 from studies.results.files import read_result
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from hysteresis.display import html_table
-from hysteresis.metrics import Errors
+from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import named, optional, to_plain
-from hysteresis.uncertainty import Parameter
+from hysteresis.records.metrics import Errors
 
 Interval = tuple[float, float]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from hysteresis.metrics import Errors
-from hysteresis.uncertainty import Parameter
+from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.records.metrics import Errors
 
 WHAT = "the result of `notchbend trace`"
 

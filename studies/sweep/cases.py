@@ -20,9 +20,9 @@ from fem_models.rig import Rig
 from fem_models.rig.rig_file import rig_of_tables
 from hysteresis import identify
 from hysteresis.arrays import Floats
-from hysteresis.metrics import loop_width
-from hysteresis.record import Record
-from hysteresis.settings import IdentifySettings
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.records.metrics import loop_width
+from hysteresis.records.record import Record
 from studies.engines import solver_of
 from studies.sweep.inputs import CaseInputs, CaseTables, ProgramTable, with_values
 from studies.sweep.quantities import GROUPS, quantity_names

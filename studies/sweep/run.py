@@ -14,7 +14,7 @@ from pathlib import Path
 
 from distributed import Future, KilledWorker, as_completed
 
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from studies.engines import require_exudyn, require_gmsh
 from studies.progress import bar
 from studies.results import write_result

@@ -13,7 +13,7 @@ from fem_models.rig import RigError, preset, read_rig
 from fem_models.rig.ensemble import member_constants
 from hysteresis.files import inside, read_bytes, read_text, read_toml
 from hysteresis.messages import as_given, listed, quoted
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from studies.engines import program_of_file
 from studies.results.study import Goal, Sample
 from studies.sweep.cases import program_of_table

@@ -21,7 +21,7 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Creep, Drag, Superelastic
 from fem_models.rig.rig import Friction
 from fem_models.rig.rig_file import read_rig
-from hysteresis.record_file import read_record, write_record
+from hysteresis.records.record_file import read_record, write_record
 
 WRIST = preset("notched-wrist-150")
 NEVER = Closure(1000.0, angle_deg=1e3)

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis, hysteresis_batch
+from hysteresis.laws.bouc_wen import BoucWen, branch_closed_form, hysteresis, hysteresis_batch
 
 PAPER = BoucWen(A=1.895, beta=0.315, gamma=0.2606, n=1.176)  # eq. 10
 MIRRORED = replace(PAPER, A=-1.895)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hysteresis import Fit, Record, identify
-from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.settings import IdentifySettings
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 
 UP = np.linspace(-2.2, 2.2, 45)
 DRIVE = np.concatenate([UP, UP[::-1][1:], UP[1:], UP[::-1][1:]])

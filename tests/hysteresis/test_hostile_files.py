@@ -8,7 +8,7 @@ import pytest
 
 from hysteresis.files import RecordError, inside, read_bytes, read_json, read_toml
 from hysteresis.messages import listed, one_line, quoted
-from hysteresis.record_file import read_record
+from hysteresis.records.record_file import read_record
 
 BARE = "drive_mm,angle_deg\n0,0\n1,2\n0,1\n"
 HEAD = 'schema = 1\n[columns]\ndrive = "drive_mm"\nangle = "angle_deg"\n'

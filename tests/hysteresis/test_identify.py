@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hysteresis import identify
-from hysteresis.backbone import fitted_backbone, given_backbone
-from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.form import Form, Point
-from hysteresis.holdout import hold_out, validate_within
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_record
-from hysteresis.samples import Samples
-from hysteresis.settings import IdentifySettings
-from hysteresis.uncertainty import parameters_of, uncertainty
+from hysteresis.fitting.form import Form, Point
+from hysteresis.fitting.samples import Samples
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.fitting.uncertainty import parameters_of, uncertainty
+from hysteresis.laws.backbone import fitted_backbone, given_backbone
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.records.holdout import hold_out, validate_within
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_record
 
 PAPER = {"A": 1.895, "beta": 0.315, "gamma": 0.2606, "n": 1.176}  # eq. 10
 UP = np.linspace(-2.2, 2.2, 89)

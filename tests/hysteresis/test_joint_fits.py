@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from hysteresis import identify
-from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.holdout import Split, hold_out
-from hysteresis.optimizers import METHODS
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_record
-from hysteresis.settings import IdentifySettings
-from hysteresis.uncertainty import _Blocks
+from hysteresis.fitting.optimizers import METHODS
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.fitting.uncertainty import _Blocks
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.records.holdout import Split, hold_out
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_record
 from validation.layer.comparators import fit_operator
 from validation.layer.identification import largest_amplitudes
 from validation.layer.interpolation import between_fits, within_fit

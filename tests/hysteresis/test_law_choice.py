@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hysteresis import Fit, identify
-from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.folds import inner_folds, without_first_stroke
-from hysteresis.holdout import hold_out
-from hysteresis.inverse import compensating_drive
-from hysteresis.record import Record
-from hysteresis.settings import IdentifySettings
-from hysteresis.stops import follow_stops
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.laws.inverse import compensating_drive
+from hysteresis.laws.stops import follow_stops
+from hysteresis.records.folds import inner_folds, without_first_stroke
+from hysteresis.records.holdout import hold_out
+from hysteresis.records.record import Record
 
 TURNS = (0, 2.2, -2.2, 1.8, -1.8, 1.4, -1.4, 1.0, -1.0, 0.7, -0.7, 0.5)
 DRIVE = np.concatenate([*(np.linspace(a, b, 40, endpoint=False) for a, b in pairwise(TURNS)), [0.5]])

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hysteresis.asymmetric import AsymmetricBoucWen, asymmetric_batch, asymmetric_hysteresis
-from hysteresis.bouc_wen import BoucWen, branch_closed_form, hysteresis
-from hysteresis.classical import Classical, force, force_batch
-from hysteresis.prandtl_ishlinskii import plays
+from hysteresis.laws.asymmetric import AsymmetricBoucWen, asymmetric_batch, asymmetric_hysteresis
+from hysteresis.laws.bouc_wen import BoucWen, branch_closed_form, hysteresis
+from hysteresis.laws.classical import Classical, force, force_batch
+from hysteresis.laws.prandtl_ishlinskii import plays
 
 LOOP = np.concatenate([np.arange(0, 20, 0.9), np.arange(19, -20, -1.1), np.arange(-19, 21, 0.7)])
 UNLIKE = AsymmetricBoucWen(A=-1.2, betas=(0.5, 0.05, 0.08, -0.06, 0.1, 0.04), n=1.4, centre_deg=2.0, h0_deg=0.3)

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hysteresis.leaps import find_leap, leap_gains
-from hysteresis.metrics import (
+from hysteresis.records.leaps import find_leap, leap_gains
+from hysteresis.records.metrics import (
     closed_work_mJ,
     dissipated_area,
     errors,
@@ -22,8 +22,8 @@ from hysteresis.metrics import (
     repeatability_deg,
     signed_mean_fitness,
 )
-from hysteresis.record import Record
-from hysteresis.record_file import read_record
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import read_record
 
 
 def triangle(amplitude: float, quarter: int, cycles: int) -> np.ndarray:

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles, require_reversal
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_record
+from hysteresis.records.path import branches, cycle_index, cycle_slices, find_cycles, require_reversal
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_record
 
 
 def ends(drive: np.ndarray, **options: float) -> list[int]:

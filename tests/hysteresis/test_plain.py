@@ -11,8 +11,8 @@ import pytest
 
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError
+from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import from_plain, named, optional, to_plain
-from hysteresis.uncertainty import Parameter
 
 
 @dataclass(frozen=True)

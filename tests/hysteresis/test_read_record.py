@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hysteresis.path import require_reversal
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_columns, read_record, write_record
+from hysteresis.records.path import require_reversal
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_columns, read_record, write_record
 
 DOCS = (Path(__file__).parents[2] / "docs" / "guide" / "records.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"`([\w.-]+)`\n```(?:csv|toml)\n(.*?)```", DOCS, flags=re.DOTALL))

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import write_record
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import write_record
 
 
 def test_arrays_are_read_only_copies() -> None:

@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.laws import LAWS, Place, elements_of
-from hysteresis.prandtl_ishlinskii import plays
-from hysteresis.stops import follow_stops, thresholds
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.laws.elements import LAWS, Place, elements_of
+from hysteresis.laws.prandtl_ishlinskii import plays
+from hysteresis.laws.stops import follow_stops, thresholds
 
 A, SATURATION, POWER, SHARE = -0.9, 2.0, 0.6, 0.2
 FINE = 40

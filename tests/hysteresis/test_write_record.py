@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from hysteresis.files import write_files
-from hysteresis.path import require_reversal
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_record, write_record
+from hysteresis.records.path import require_reversal
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_record, write_record
 
 finite = st.floats(-1e9, 1e9)
 times = st.floats(-(2.0**53), 2.0**53)

@@ -18,8 +18,8 @@ from unittest.mock import patch
 
 import studies.sweep
 from fem_models.rig.of_record import rig_of
-from hysteresis.path import require_reversal
-from hysteresis.record import Record
+from hysteresis.records.path import require_reversal
+from hysteresis.records.record import Record
 from malformed.samples import Reader
 from malformed.spoil import spoil
 from studies.commands import separation

@@ -15,7 +15,7 @@ from fem_models.chain.solve import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import preset
 from hysteresis import identify
-from hysteresis.settings import IdentifySettings
+from hysteresis.fitting.settings import IdentifySettings
 from studies.commands.identification import write_fit
 from studies.results.manifest import KEY, digests
 

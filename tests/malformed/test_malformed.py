@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from fem_models.rig import RigError, read_rig
 from hysteresis.plain import from_plain
-from hysteresis.record import RecordError
-from hysteresis.record_file import read_record
+from hysteresis.records.record import RecordError
+from hysteresis.records.record_file import read_record
 from malformed.run import try_all, try_good
 from malformed.samples import readers
 from studies.commands.compensation import read_layer, read_reference

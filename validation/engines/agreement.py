@@ -16,7 +16,7 @@ from fem_models.multibody import simulate_multibody
 from fem_models.rig import Rig
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import Friction
-from hysteresis.metrics import errors
+from hysteresis.records.metrics import errors
 
 
 @dataclass(frozen=True)

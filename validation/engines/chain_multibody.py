@@ -27,7 +27,7 @@ from fem_models.rig.effects import (
     TipStop,
 )
 from fem_models.rig.rig import Friction
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 
 _LINEAR_TENDON = replace(preset("du2018").tendon_a, toe_N=0.0)
 _LOSSLESS = replace(

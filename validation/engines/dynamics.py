@@ -15,7 +15,7 @@ from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Drag
 from hysteresis import Record
 from hysteresis.arrays import Floats
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 
 AMPLITUDE_MM = 2.2
 RATES_HZ = (0.1, 1.0, 5.0)

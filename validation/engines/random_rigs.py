@@ -20,7 +20,7 @@ from fem_models.rig.effects import Backlash, Closure, Stribeck, Superelastic, Ti
 from fem_models.rig.joints import Notch, NotchedTube, NotchShape, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 
 
 def random_rigs(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:

@@ -17,9 +17,9 @@ from scipy.optimize import least_squares, lsq_linear, minimize_scalar
 
 from hysteresis import Record
 from hysteresis.arrays import Floats
-from hysteresis.backbone import Backbone, fitted_backbone
-from hysteresis.holdout import Split, validate_within
-from hysteresis.prandtl_ishlinskii import plays
+from hysteresis.laws.backbone import Backbone, fitted_backbone
+from hysteresis.laws.prandtl_ishlinskii import plays
+from hysteresis.records.holdout import Split, validate_within
 
 Kind = Literal["curve", "play", "pi", "pi-inside", "pi-leading"]
 

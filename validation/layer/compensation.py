@@ -14,8 +14,8 @@ from fem_models.load import LoadProgram
 from fem_models.rig import Rig, preset
 from hysteresis import Fit, Record, identify
 from hysteresis.arrays import Floats
-from hysteresis.inverse import compensating_drive, uncompensated_drive
-from hysteresis.settings import IdentifySettings
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.laws.inverse import compensating_drive, uncompensated_drive
 
 Engine = Callable[[Rig, LoadProgram], Record]
 

@@ -13,12 +13,12 @@ import numpy as np
 
 from hysteresis import Fit, Record, identify, read_record
 from hysteresis.arrays import Floats
-from hysteresis.holdout import Split, hold_out
-from hysteresis.law_choice import LawChoice
-from hysteresis.record import RecordError
-from hysteresis.samples import join
-from hysteresis.search import polish, with_curve_of
-from hysteresis.settings import IdentifySettings
+from hysteresis.fitting.law_choice import LawChoice
+from hysteresis.fitting.samples import join
+from hysteresis.fitting.search import polish, with_curve_of
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.records.holdout import Split, hold_out
+from hysteresis.records.record import RecordError
 from validation.layer.comparators import Kind, fit_operator
 from validation.layer.interpolation import between_fits, between_operators, within_fit, within_operator
 

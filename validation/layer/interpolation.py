@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from hysteresis import Fit
 from hysteresis.arrays import Floats
-from hysteresis.backbone import Backbone
-from hysteresis.form import Form, Point
+from hysteresis.fitting.form import Form, Point
+from hysteresis.laws.backbone import Backbone
 from validation.layer.comparators import Operator
 
 

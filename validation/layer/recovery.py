@@ -10,9 +10,9 @@ import numpy as np
 
 from hysteresis import Fit, Record, identify
 from hysteresis.arrays import Floats
-from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.optimizers import Method
-from hysteresis.settings import IdentifySettings
+from hysteresis.fitting.optimizers import Method
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 
 PAPER = {"A": 1.895, "beta": 0.315, "gamma": 0.2606, "n": 1.176}
 """Bouc-Wen parameters of the paper, equation 10."""

@@ -13,9 +13,9 @@ from fem_models.load import LoadProgram, triangle
 from fem_models.rig import preset
 from hysteresis import Record, identify
 from hysteresis.arrays import Floats, Mask
-from hysteresis.holdout import Split
-from hysteresis.metrics import Errors, errors
-from hysteresis.settings import IdentifySettings
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.records.holdout import Split
+from hysteresis.records.metrics import Errors, errors
 
 PRELOADS_N = (10.0, 20.0)
 AMPLITUDES_MM = (2.2, 1.1, 0.55)

@@ -19,7 +19,7 @@ from fem_models.load import triangle
 from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Backlash
 from fem_models.rig.rig import notched_tube, with_notch
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 
 AMPLITUDE_MM = 2.2
 FULL_SCALE_DEG = 45.0

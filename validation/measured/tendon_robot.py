@@ -13,7 +13,7 @@ import numpy as np
 
 from hysteresis import Record, read_record
 from hysteresis.arrays import Floats
-from hysteresis.holdout import Split
+from hysteresis.records.holdout import Split
 from validation.layer import fit_operator
 from validation.layer.comparators import Kind
 from validation.separation.tendon_fit import (
@@ -222,7 +222,7 @@ def study(folder: Path) -> RobotStudy:
     Raises
     ------
     RecordError
-        As :func:`hysteresis.record_file.read_record`.
+        As :func:`hysteresis.records.record_file.read_record`.
     """
     data = {n: tendon_record(read_record(folder / f"tendon-robot-{n}.csv")) for n in (*TRAINING, *HELD_OUT)}
     train = [data[n] for n in TRAINING]

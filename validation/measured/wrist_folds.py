@@ -52,7 +52,7 @@ def leave_trials_out(folder: Path, tube: str) -> list[LeftOutTrial]:
     Raises
     ------
     RecordError
-        As :func:`hysteresis.record_file.read_record`.
+        As :func:`hysteresis.records.record_file.read_record`.
     SolverError
         A model without an equilibrium in the trial that was left out.
     """

@@ -129,7 +129,7 @@ def read_trials(folder: Path, tube: str) -> Trials:
     Raises
     ------
     RecordError
-        As :func:`hysteresis.record_file.read_record`.
+        As :func:`hysteresis.records.record_file.read_record`.
     """
     record: Record = read_record(folder / f"notched-wrist-{tube}.csv")
     assert record.notches_deg is not None
@@ -272,7 +272,7 @@ def traced(folder: Path, tube: str) -> TraceReport:
     Raises
     ------
     RecordError
-        As :func:`hysteresis.record_file.read_record`.
+        As :func:`hysteresis.records.record_file.read_record`.
     """
     return trace_report(trace_records([read_record(folder / f"notched-wrist-{tube}.csv")]))
 
@@ -326,7 +326,7 @@ def study(folder: Path) -> WristStudy:
     Raises
     ------
     RecordError
-        As :func:`hysteresis.record_file.read_record`.
+        As :func:`hysteresis.records.record_file.read_record`.
     """
     data = {tube: read_trials(folder, tube) for tube in TUBES}
     pairs = list(zip(TUBES, TUBES[::-1], strict=True))

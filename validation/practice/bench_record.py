@@ -16,7 +16,7 @@ from fem_models.load import triangle
 from fem_models.multibody import simulate_multibody
 from fem_models.rig import preset
 from hysteresis import Record
-from hysteresis.record_file import write_record
+from hysteresis.records.record_file import write_record
 
 SHIPPED = Path(__file__).parent / "records" / "bench-like-20N.csv"
 SEED = 20181

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from rich.progress import track
 
-from hysteresis.record_file import write_record
+from hysteresis.records.record_file import write_record
 from validation.practice.draw import LABELS, SETS, Case, draw_case
 from validation.practice.protocols import KINDS
 

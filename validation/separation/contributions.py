@@ -33,7 +33,7 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.rig import Friction, Tendon
 from hysteresis import Record
-from hysteresis.metrics import dissipated_area, loop_width
+from hysteresis.records.metrics import dissipated_area, loop_width
 
 SOURCES = ("friction", "tendon_elasticity", "material")
 PARTS = (*SOURCES, "interaction")

@@ -22,9 +22,9 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
 from hysteresis import Record
 from hysteresis.arrays import Floats
-from hysteresis.path import branches, require_reversal
-from hysteresis.record import RecordError
-from hysteresis.uncertainty import Parameter
+from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.records.path import branches, require_reversal
+from hysteresis.records.record import RecordError
 from validation.separation.contributions import loop_program
 
 SAMPLES = 300

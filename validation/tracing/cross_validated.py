@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.tracing.baseline.play_operators import PlayProblem, play_problem
 from validation.tracing.effect import CurveForm, Effect, Values
 from validation.tracing.fitting import Fitted, Model

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.tracing.effect import SampleInputs
 from validation.tracing.fitting.criterion import independent_samples, lag_one_correlation
 from validation.tracing.fitting.fitted import Fitted, rms

@@ -21,7 +21,7 @@ from fem_models.joint.strain import SUPERELASTIC
 from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats, Ints
-from hysteresis.path import branches
+from hysteresis.records.path import branches
 from validation.tracing.baseline.curve import CurveProblem
 from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.baseline.rig_problem import Added, RigProblem, observed_angle_deg

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from hysteresis.display import html_table
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.tracing.fitting.channel_errors import ChannelFit
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.noise import NoiseFloor

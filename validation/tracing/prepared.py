@@ -12,8 +12,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints
-from hysteresis.path import branches, cycle_index
-from hysteresis.record import Record
+from hysteresis.records.path import branches, cycle_index
+from hysteresis.records.record import Record
 from validation.tracing.effect import SampleInputs, Values, cycles_repeat
 from validation.tracing.sensors.drive_steps import drive_step_deg
 from validation.tracing.sensors.readings import Readings, filled, kept_readings, readings_of

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 from hysteresis.arrays import Floats
-from hysteresis.record import Record, RecordError
+from hysteresis.records.record import Record, RecordError
 from validation.tracing.effect import Effect, FreeParameter, SampleInputs, Values
 from validation.tracing.prepared import Channel, PreparedRecord
 

@@ -17,8 +17,8 @@ from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
-from hysteresis.metrics import Errors, errors
-from hysteresis.record import Record
+from hysteresis.records.metrics import Errors, errors
+from hysteresis.records.record import Record
 from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.baseline.rig_problem import observed_angle_deg
 from validation.tracing.baseline.runs import Run

@@ -24,8 +24,8 @@ from threadpoolctl import threadpool_limits
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
-from hysteresis.path import cycle_index, require_reversal
-from hysteresis.record import Record, RecordError
+from hysteresis.records.path import cycle_index, require_reversal
+from hysteresis.records.record import Record, RecordError
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
 from validation.tracing.baseline.known_rig import (

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from docs.make.pages import DOCS, put_between_marks, table
 from hysteresis.plain import from_plain
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from validation.practice.benchmark.scoring import ALL, BenchmarkScore
 from validation.practice.summary import Rate
 

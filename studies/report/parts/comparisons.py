@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from hysteresis.files import inside, present
-from hysteresis.record import RecordError
-from hysteresis.record_file import column_names, read_columns
+from hysteresis.records.record import RecordError
+from hysteresis.records.record_file import column_names, read_columns
 from studies.report.charts import Chart, Line, Plate
 from studies.report.plots import ANGLE, Drawn, draw
 from studies.report.summary import Verdict

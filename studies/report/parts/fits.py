@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from hysteresis import Fit
 from hysteresis.arrays import Floats
 from hysteresis.files import inside, present
-from hysteresis.record import RecordError
-from hysteresis.record_file import read_columns, read_record
+from hysteresis.records.record import RecordError
+from hysteresis.records.record_file import read_columns, read_record
 from studies.report.charts import Chart, Line, Plate
 from studies.report.plots import Drawn, Series, draw, fit_plate
 from studies.report.still import STYLE, draw_chart
@@ -32,7 +32,7 @@ LAYER_WORDS = {
     "n": "exponent: sharpness of the transition",
     "asymmetry": "asymmetry: (rising - falling) / sum of the limits of |h|",
 }
-"""The layer in the form that data can fix, by the names of :func:`hysteresis.response.response`."""
+"""The layer in the form that data can fix, by the names of :func:`hysteresis.fitting.response.response`."""
 FIT_COLUMNS = ("drive", "angle_deg", "f_alone_deg", "predicted_deg", "heldout")
 _WIDTH_IN, _HEIGHT_IN = 4.2, 3.1
 _LEAST_FLOOR_DEG = 1e-3  # a record without noise has no floor

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.path import branches
-from hysteresis.record_file import read_record
+from hysteresis.records.path import branches
+from hysteresis.records.record_file import read_record
 from studies.report.charts import Chart, Line, Plate
 from studies.report.plots import ANGLE, Drawn, draw
 from studies.results.run import Prediction, RunSummary

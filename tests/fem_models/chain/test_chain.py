@@ -17,7 +17,7 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash, Closure, Creep, Drag, Gravity, Slack, Superelastic, TipStop
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel, with_notch
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 from validation.engines.chain_multibody import EFFECTS, compare_chain, comparison_program, comparison_rigs
 
 SHORT = triangle(2.2, step_mm=0.1)

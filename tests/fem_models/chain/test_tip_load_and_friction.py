@@ -16,7 +16,7 @@ from fem_models.rig import RigError, preset
 from fem_models.rig.effects import DriveGain, Gravity, PositionFriction, RunIn, Stribeck, TipLoad
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 
 STEPS = triangle(2.2, step_mm=0.2)
 RIG = preset("du2018")

@@ -17,7 +17,7 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Drag, Gravity, Superelastic, TipLoad, TipMass
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, with_notch
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 from studies.commands.cli import call
 from validation.engines.dynamics import Delay, compare_dynamic, delay, energy_gap
 

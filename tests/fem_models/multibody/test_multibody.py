@@ -17,7 +17,7 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Gravity
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, with_notch
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 
 LOSSLESS = replace(preset("du2018").material, loop_share=0.0)
 

@@ -12,7 +12,7 @@ from fem_models.load import sine
 from fem_models.rig import RigError, preset
 from fem_models.rig.checks import MOST_JOINTS, RANGES, SolverError
 from fem_models.rig.rig_file import numbers_of_a_rig, rig_of_tables
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 
 PROGRAM = sine(1.0, 0.1, samples_per_cycle=8)
 BASE = preset("du2018").to_dict()

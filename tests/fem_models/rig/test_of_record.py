@@ -9,7 +9,7 @@ from fem_models.rig import RigError, preset
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import sidecar_table
 from fem_models.rig.rig import Wheel
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 
 
 def record(**known) -> Record:

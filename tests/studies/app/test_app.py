@@ -14,8 +14,8 @@ from fem_models.rig import RigError, preset, read_rig
 from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS
-from hysteresis.metrics import loop_width
-from hysteresis.record_file import read_record
+from hysteresis.records.metrics import loop_width
+from hysteresis.records.record_file import read_record
 from studies.app.loop_svg import Curve, loop_svg
 from studies.app.playground import AMPLITUDE, answer, sliders, with_values
 from studies.commands import call

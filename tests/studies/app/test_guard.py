@@ -11,7 +11,7 @@ import pytest
 from browser import chromium, listen, require_browser, screenshots, serving
 
 from fem_models.rig import preset
-from hysteresis.record_file import read_record, write_record
+from hysteresis.records.record_file import read_record, write_record
 from studies.app import guard
 from studies.app.files import rig_text
 from validation.practice.bench_record import SHIPPED

@@ -14,8 +14,8 @@ from fem_models.rig import preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig_file import read_rig
-from hysteresis.metrics import loop_width
-from hysteresis.record import Record, RecordError
+from hysteresis.records.metrics import loop_width
+from hysteresis.records.record import Record, RecordError
 from studies.app.advice import in_words, warnings_of
 from studies.app.files import MOST_BYTES, file_stem, opened_record, record_files, rig_text, shown
 from studies.app.loop_svg import less_backbone

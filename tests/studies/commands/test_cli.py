@@ -13,10 +13,10 @@ import pytest
 from rich.console import Console
 
 from fem_models.rig import preset
-from hysteresis.bouc_wen import BoucWen, hysteresis
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.plain import from_plain
-from hysteresis.record import Record
-from hysteresis.record_file import read_record, write_record
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import read_record, write_record
 from studies import engines
 from studies.commands import comparison, tables
 from studies.commands.cli import call

@@ -8,7 +8,7 @@ import pytest
 
 from fem_models.rig import ensemble, preset
 from fem_models.rig.rig import Friction
-from hysteresis.record_file import read_columns
+from hysteresis.records.record_file import read_columns
 from studies.commands.cli import call
 from studies.commands.separation import separate_rig, summary
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hysteresis.own import foreign, is_own, marked_page, marked_pdf, marked_png
-from hysteresis.record import Record
-from hysteresis.record_file import read_record, write_record
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import read_record, write_record
 from studies.commands.cli import call
 from studies.results import write_result
 

@@ -7,7 +7,7 @@ import pytest
 
 from fem_models.load_control import run_load_control
 from fem_models.rig import preset
-from hysteresis.record_file import read_record
+from hysteresis.records.record_file import read_record
 from studies.commands.cli import call
 
 FORCES = [*np.linspace(0.0, 1.2, 7).tolist(), 0.8, 0.4, 0.0]

@@ -17,8 +17,8 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash
 from fem_models.rig.of_record import rig_of
 from hysteresis.files import write_files
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import write_record
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import write_record
 from studies import progress
 from studies.commands import tracing
 from studies.commands.cli import call

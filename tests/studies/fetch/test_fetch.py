@@ -14,7 +14,7 @@ import pytest
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
-from hysteresis.record_file import read_record
+from hysteresis.records.record_file import read_record
 from studies.fetch import CATALOGUE, SOURCES_ONLY, FetchError, download, fetch_record
 
 

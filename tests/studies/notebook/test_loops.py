@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import notchbend as nb
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 from studies.notebook.backbone import backbone_of, is_thin
 
 WIDTH_DEG = 2.0

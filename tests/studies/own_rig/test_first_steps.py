@@ -16,7 +16,7 @@ from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import read_rig
 from fem_models.rig.rig import Friction
-from hysteresis.record_file import read_record
+from hysteresis.records.record_file import read_record
 from studies.commands import tracing
 from studies.commands.cli import call
 from studies.own_rig import design_report

@@ -8,7 +8,7 @@ import pytest
 
 from fem_models.analytic import theory_curve
 from fem_models.rig import preset
-from hysteresis.record_file import read_record
+from hysteresis.records.record_file import read_record
 from studies.commands.cli import call
 from studies.own_rig.loops import fatigue_amplitude_mm
 from studies.own_rig.new_record import without_geometry

@@ -8,7 +8,7 @@ import pytest
 import zarr
 from results_folder import write_run, write_study, write_trace
 
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from studies.report import write_report
 from studies.results.manifest import KEY, digests, require_complete
 from studies.sweep import StudyError, open_study

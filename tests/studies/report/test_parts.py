@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hysteresis.metrics import Errors
-from hysteresis.uncertainty import Parameter
+from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.records.metrics import Errors
 from studies.commands.cli import call
 from studies.report.page import write_report
 from studies.report.parts.advice import what_to_do

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from hysteresis.record_file import read_record
+from hysteresis.records.record_file import read_record
 from studies.commands.cli import call
 from studies.own_rig import loops
 from studies.report.templates import significant

@@ -8,8 +8,8 @@ import pytest
 from fem_models.chain.solve import solve_chain
 from fem_models.load import triangle
 from fem_models.rig import preset
-from hysteresis.record import Record, RecordError
-from hysteresis.uncertainty import Parameter
+from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.records.record import Record, RecordError
 from studies.commands.separation import separate_rig
 from studies.results import read_result, write_result
 from studies.results.fit import StoredModel

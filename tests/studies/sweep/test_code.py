@@ -72,7 +72,7 @@ def copy(tmp_path_factory):
 def test_imports_are_followed():
     """Modules that a case is computed by, near and far: imported at the top, in a function, by a package's own file."""
     names = {path.as_posix() for path in REACHED}
-    assert {"studies/sweep/cases.py", "studies/engines.py", "hysteresis/bouc_wen.py"} <= names
+    assert {"studies/sweep/cases.py", "studies/engines.py", "hysteresis/laws/bouc_wen.py"} <= names
     assert {"fem_models/multibody/quasi_static.py", "fem_models/solid/mesh.py", "hysteresis/__init__.py"} <= names
     assert len(names) > 60
 

@@ -15,7 +15,7 @@ from fem_models.chain.solve import solve_chain
 from fem_models.load import triangle
 from fem_models.rig import preset
 from fem_models.rig.rig import with_notch
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 from studies.sweep import dataset, open_study, read_study
 from studies.sweep.cases import evaluate
 from studies.sweep.plan import cases, plan_of

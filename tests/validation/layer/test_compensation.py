@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from fem_models.chain import simulate_chain
 from fem_models.rig import preset
 from hysteresis import identify, read_record
-from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.inverse import compensating_drive, inverse_curve, inverse_hysteresis, uncompensated_drive
-from hysteresis.record_file import read_columns, write_record
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.laws.inverse import compensating_drive, inverse_curve, inverse_hysteresis, uncompensated_drive
+from hysteresis.records.record_file import read_columns, write_record
 from studies.commands.cli import call
 from studies.commands.identification import write_fit
 from validation.layer import track

@@ -10,7 +10,7 @@ from fem_models.chain import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import ensemble, preset
 from fem_models.rig.ensemble import with_constants
-from hysteresis.metrics import loop_width
+from hysteresis.records.metrics import loop_width
 from validation.measured.ensemble.draws import Density, draw, weighted_quantiles
 from validation.measured.ensemble.facts import PAPER, Facts, facts_of, loop_numbers
 from validation.measured.ensemble.make import Settings, apportioned, make_ensemble

@@ -8,7 +8,7 @@ import pytest
 
 from docs.make.benchmark import tables
 from hysteresis import read_record
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from studies.commands.cli import call
 from validation.measured import measured_folder
 from validation.practice.benchmark.answering import answer_all

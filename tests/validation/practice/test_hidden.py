@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from hysteresis import Record
-from hysteresis.prandtl_ishlinskii import plays
-from hysteresis.record import RecordError
-from hysteresis.record_file import read_record
+from hysteresis.laws.prandtl_ishlinskii import plays
+from hysteresis.records.record import RecordError
+from hysteresis.records.record_file import read_record
 from validation.measured import measured_folder
 from validation.practice.hidden import GROUPS, draw_hidden_case
 from validation.practice.hidden.changes import CHANGES, OUTSIDE

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from hysteresis import Record
+from hysteresis.laws.prandtl_ishlinskii import plays
 from hysteresis.plain import to_plain
-from hysteresis.prandtl_ishlinskii import plays
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from studies.commands.cli import call
 from validation.practice.benchmark.answers import answer_of
 from validation.practice.benchmark.features import NAMES, features

@@ -16,7 +16,7 @@ from fem_models.rig.effects import Backlash, Fatigue
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Friction
 from hysteresis import Record
-from hysteresis.record_file import write_record
+from hysteresis.records.record_file import write_record
 from studies.commands.cli import call
 from validation.separation import calibrate_rig, loop_program, separate
 from validation.separation.contributions import SETS, SOURCES, closed_loop, divide, shapley, shapley_shares, switched

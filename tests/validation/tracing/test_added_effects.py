@@ -11,7 +11,7 @@ from fem_models.load import LoadProgram, sine
 from fem_models.rig import preset
 from fem_models.rig.effects import Backlash, DriveGain, PositionFriction, Stribeck, TipLoad
 from fem_models.rig.rig import Friction, Material
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.draw import draw_case
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.curve_kernels import play

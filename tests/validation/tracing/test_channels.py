@@ -11,7 +11,7 @@ from fem_models.joint import joint_mechanics
 from fem_models.load import sine
 from fem_models.load_control import run_load_control
 from fem_models.rig import preset
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.tracing.baseline.known_rig import known_rig_problem, rig_under_tendon_force
 from validation.tracing.baseline.runs import _reach_deg
 from validation.tracing.effect import catalogue

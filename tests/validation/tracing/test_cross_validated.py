@@ -10,7 +10,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from hysteresis.arrays import Floats
-from hysteresis.record import Record, RecordError
+from hysteresis.records.record import Record, RecordError
 from validation.tracing import trace_records
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.play_operators import play_problem, spline_columns

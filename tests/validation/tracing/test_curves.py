@@ -12,10 +12,10 @@ from scipy.optimize import least_squares
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine
 from fem_models.rig import preset
-from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.path import branches
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_record
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.records.path import branches
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_record
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.curve_kernels import lagged, loops, play, tendon_tension, transformed, two_tendons
 from validation.tracing.baseline.samples import kept_samples
@@ -72,7 +72,7 @@ def baseline(problem):
 
 @pytest.mark.parametrize(("A", "n", "rho"), [(-0.6, 1.5, 0.5), (1.895, 1.176, 0.827)])
 def test_loops_are_the_bouc_wen_law(A, n, rho):
-    """Eq. 7 of the paper by hysteresis.bouc_wen: |A| / (beta + gamma) = saturation^n, reach = saturation / |A|."""
+    """Eq. 7 of the paper by hysteresis.laws.bouc_wen: |A| / (beta + gamma) = saturation^n, reach = saturation / |A|."""
     f = 20 * np.sin(np.linspace(0, 14, 400))
     saturation = 1.3
     beta = abs(A) / saturation**n / (1 + rho)

@@ -9,7 +9,7 @@ from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine
 from fem_models.load_control import run_load_control
 from fem_models.rig import preset
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.tracing.baseline import rig_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
 from validation.tracing.baseline.known_rig import known_rig_problem

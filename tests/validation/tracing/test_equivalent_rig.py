@@ -12,7 +12,7 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash, Closure, Drag, Fatigue, Gravity
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
-from hysteresis.record import Record, RecordError
+from hysteresis.records.record import Record, RecordError
 from validation.tracing import trace_records
 from validation.tracing.baseline.equivalent_rig import divided, equivalent_rig_problem, refined_problem
 from validation.tracing.effect import catalogue

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting.noise import NOT_KNOWN, estimate_noise_floor, sensor_noise_deg
 from validation.tracing.prepared import PreparedRecord, prepared

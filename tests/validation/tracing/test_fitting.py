@@ -9,7 +9,7 @@ import pytest
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import preset
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.tracing.baseline.known_rig import RigProblem, known_rig_problem
 from validation.tracing.effect import FreeParameter
 from validation.tracing.fitting import Fitted, Holdout, Model, fit

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fem_models.load import sine
-from hysteresis.path import cycle_index
-from hysteresis.record import Record
+from hysteresis.records.path import cycle_index
+from hysteresis.records.record import Record
 from validation.practice import draw_case
 from validation.tracing import trace_records
 from validation.tracing.baseline.samples import kept_samples

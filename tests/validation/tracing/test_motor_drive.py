@@ -10,7 +10,7 @@ from fem_models.load import sine
 from fem_models.rig import preset
 from fem_models.rig.effects import Slack
 from fem_models.rig.of_record import rig_of
-from hysteresis.record import Record, RecordError
+from hysteresis.records.record import Record, RecordError
 from validation.tracing import trace_records
 from validation.tracing.baseline.motor_drive import motor_drive_problem
 from validation.tracing.next_experiment import next_experiment

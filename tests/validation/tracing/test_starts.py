@@ -9,7 +9,7 @@ from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine
 from fem_models.rig import preset
 from fem_models.rig.effects import Drag
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Fitted, Holdout, Model, fit

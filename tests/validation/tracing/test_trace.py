@@ -11,9 +11,9 @@ from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.rig import preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Gravity, Superelastic, TipStop
-from hysteresis.bouc_wen import BoucWen, hysteresis
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_record
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_record
 from validation.practice import draw_case
 from validation.practice.bench_record import SHIPPED
 from validation.tracing.baseline.known_rig import known_rig_problem

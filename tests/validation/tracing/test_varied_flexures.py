@@ -9,7 +9,7 @@ from fem_models.chain.solve import solve_chain
 from fem_models.load import sine
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import preset
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.draw import SETS
 from validation.practice.lumped.cases import draw_lumped_case
 from validation.tracing import trace_records

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hysteresis.metrics import leap_between_cycles
-from hysteresis.record import Record
-from hysteresis.uncertainty import Parameter
+from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.records.metrics import leap_between_cycles
+from hysteresis.records.record import Record
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.fitting.smooth import Smooth

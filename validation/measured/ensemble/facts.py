@@ -35,7 +35,7 @@ def loop_numbers(rig: Rig, amplitude_mm: float = AMPLITUDE_MM, step_mm: float = 
     """Run the paper's program on a rig and measure its closed cycle.
 
     Both branches have the same drives, so the width needs no interpolation. It is that of
-    :func:`hysteresis.metrics.loop_width`.
+    :func:`hysteresis.records.metrics.loop_width`.
 
     Raises
     ------

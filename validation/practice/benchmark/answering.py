@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from hysteresis.files import write_files
-from hysteresis.record import Record
-from hysteresis.record_file import read_record
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import read_record
 from validation.practice.benchmark.answers import answer_file, read_answer
 from validation.practice.benchmark.sealed import read_list, records_of
 

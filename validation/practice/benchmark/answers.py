@@ -16,7 +16,7 @@ from typing import Any
 
 from hysteresis.files import read_text
 from hysteresis.plain import to_plain
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from validation.practice.outcome import CLAIMS
 
 UNANSWERED = "unanswered"

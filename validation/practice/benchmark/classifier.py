@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.benchmark.answers import CaseAnswer, NamedEffect
 from validation.practice.benchmark.features import features
 from validation.practice.benchmark.terms import residual_terms

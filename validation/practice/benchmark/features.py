@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.benchmark.sparse_regression import group_gains
 from validation.practice.benchmark.terms import ResidualTerms, effects_of_terms
 from validation.practice.hidden.curve_with_plays import RADII

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from validation.practice.benchmark.answers import UNANSWERED, CaseAnswer, NamedEffect, read_answer
 from validation.practice.benchmark.sealed import SealedCase, read_sealed
 from validation.practice.benchmark.sizes import size_of

@@ -17,8 +17,8 @@ import numpy as np
 
 from hysteresis.files import read_text, write_files
 from hysteresis.plain import from_plain, to_plain
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import write_record
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import write_record
 from validation.practice.benchmark.sources import Drawn
 
 LIST = "benchmark.json"

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_models.rig.checks import SolverError
-from hysteresis.record import Record, RecordError
+from hysteresis.records.record import Record, RecordError
 from validation.practice.benchmark.sizes import size_of
 from validation.practice.catalogue import ANGLE_ALONE, CATALOGUE
 from validation.practice.draw import CLEAN, Case, draw_noiseless, with_white_noise

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.benchmark.answers import CaseAnswer, NamedEffect
 from validation.practice.benchmark.terms import ResidualTerms, residual_terms
 from validation.practice.outcome import MOST_REPORTED

@@ -14,9 +14,9 @@ from functools import cache
 import numpy as np
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.path import cycle_index
-from hysteresis.prandtl_ishlinskii import plays
-from hysteresis.record import Record
+from hysteresis.laws.prandtl_ishlinskii import plays
+from hysteresis.records.path import cycle_index
+from hysteresis.records.record import Record
 from validation.practice.hidden.curve_with_plays import RADII, split, zeros_of
 
 DEGREE = 3

@@ -19,7 +19,7 @@ from rich.progress import track
 
 from hysteresis.files import read_text, write_files
 from hysteresis.plain import from_plain, to_plain
-from hysteresis.record import RecordError
+from hysteresis.records.record import RecordError
 from validation.practice.benchmark.features import NAMES, features
 from validation.practice.benchmark.sources import SIMULATED, Drawn, draw_simulated
 from validation.practice.benchmark.sparse_regression import Thresholds, judge_terms, named_set

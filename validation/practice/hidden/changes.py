@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.hidden.labels import clock, delayed, drifted, leapt, lost, run_out, with_play
 
 Rng = np.random.Generator

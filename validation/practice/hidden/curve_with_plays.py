@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.prandtl_ishlinskii import plays
-from hysteresis.record import Record
+from hysteresis.laws.prandtl_ishlinskii import plays
+from hysteresis.records.record import Record
 
 DEGREE = 3
 """Of all cubics. On a measured manipulator, plays alone leave 0.95 deg, and plays through cubics 0.15 deg."""

@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 from rich.progress import track
 
-from hysteresis.record import Record, RecordError
-from hysteresis.record_file import read_record
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_record
 from validation.practice.cases import write_case
 from validation.practice.draw import Case, Truth
 from validation.practice.hidden.changes import CHANGES, OUTSIDE, Change, Sized

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.path import branches
-from hysteresis.record import Record, RecordError
+from hysteresis.records.path import branches
+from hysteresis.records.record import Record, RecordError
 
 STEADY = 0.002
 """Part of the drive's range: a smaller motion back is noise of the drive, not a reversal."""

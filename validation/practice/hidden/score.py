@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from rich.progress import track
 
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.hidden.changes import OUTSIDE
 from validation.practice.hidden.draw import HiddenCase, nth
 from validation.practice.outcome import MOST_REPORTED

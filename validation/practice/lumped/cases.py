@@ -20,7 +20,7 @@ import numpy as np
 from rich.progress import track
 
 from hysteresis.arrays import Floats, Ints
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.cases import write_case
 from validation.practice.draw import Case, Noiseless, Truth, with_white_noise
 from validation.practice.lumped.rig import LumpedRig, simulate_lumped

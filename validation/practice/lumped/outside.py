@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.draw import Case, with_white_noise
 from validation.practice.hidden.labels import leapt, lost
 from validation.practice.lumped.cases import CLEAN, SIZES, Rng, draw_lumped_noiseless

@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from rich.progress import track
 
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.cases import write_case
 from validation.practice.draw import CLEAN, Case, Noiseless, draw_noiseless, with_white_noise
 from validation.practice.draw import LABELS as OWN_LABELS

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.practice.spoiled.disturbances import (
     Rng,
     correlated_noise,

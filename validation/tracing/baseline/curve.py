@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from hysteresis.arrays import Floats
-from hysteresis.record import Record
+from hysteresis.records.record import Record
 from validation.tracing.baseline.curve_kernels import loops
 from validation.tracing.baseline.curve_scale import CurveScale, PlacedForm
 from validation.tracing.baseline.samples import kept_samples, mean_slope, middle_of

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from hysteresis.arrays import Floats
-from hysteresis.flow import FREE, advance, set_kappa, workspace
+from hysteresis.laws.flow import FREE, advance, set_kappa, workspace
 
 _LEAST_STIFFNESS = 0.05  # of two slack tendons, over that of a taut one: the loop of a dead zone stays finite
 
@@ -33,7 +33,7 @@ def loops(path: Floats, elements: Floats, state: float, weight: Floats) -> Float
     Returns
     -------
     Floats
-        Shape (m,), h in deg (paper, eq. 7, by :mod:`hysteresis.flow`).
+        Shape (m,), h in deg (paper, eq. 7, by :mod:`hysteresis.laws.flow`).
     """
     m = path.shape[0]
     out = np.zeros(m)

@@ -22,8 +22,8 @@ from fem_models.rig.effects import Closure
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.arrays import Floats, Ints
-from hysteresis.path import cycle_index
-from hysteresis.record import Record
+from hysteresis.records.path import cycle_index
+from hysteresis.records.record import Record
 from validation.tracing.baseline.known_rig import SOFT_STICK, soft_mm_per_N, stick_compliance
 from validation.tracing.baseline.rig_problem import Added, RigProblem
 from validation.tracing.baseline.runs import Run, drive_runs, run_setup

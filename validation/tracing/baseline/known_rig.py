@@ -13,8 +13,8 @@ from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.of_record import notched_tube_of, rig_of
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
-from hysteresis.path import cycle_index
-from hysteresis.record import Record, RecordError
+from hysteresis.records.path import cycle_index
+from hysteresis.records.record import Record, RecordError
 from validation.tracing.baseline.channels import channels_of
 from validation.tracing.baseline.rig_problem import RigProblem
 from validation.tracing.baseline.runs import run_setup

@@ -18,7 +18,7 @@ from fem_models.load.program import LoadProgram
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats, Ints
-from hysteresis.record import Record, RecordError
+from hysteresis.records.record import Record, RecordError
 from validation.tracing.baseline.known_rig import KnownRigProblem, known_rig_problem
 from validation.tracing.baseline.runs import Run
 from validation.tracing.baseline.samples import mean_slope

@@ -22,9 +22,9 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from hysteresis.arrays import Floats
-from hysteresis.path import branches
-from hysteresis.prandtl_ishlinskii import plays
-from hysteresis.record import Record
+from hysteresis.laws.prandtl_ishlinskii import plays
+from hysteresis.records.path import branches
+from hysteresis.records.record import Record
 from validation.tracing.baseline.curve_scale import CurveScale, PlacedForm
 from validation.tracing.baseline.samples import kept_samples, middle_of
 from validation.tracing.effect import CurveContext, CurveForm, Effect, FreeParameter, Need, Values, cycles_repeat

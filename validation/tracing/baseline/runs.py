@@ -15,8 +15,8 @@ from fem_models.joint.strain import strain_per_rad
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats, Ints
-from hysteresis.path import branches
-from hysteresis.record import Record
+from hysteresis.records.path import branches
+from hysteresis.records.record import Record
 from validation.tracing.effect import Need, SampleInputs, Scale, cycles_repeat
 from validation.tracing.prepared import Channel, PreparedRecord
 from validation.tracing.settings import APPROACH_SAMPLES, EXACT_REPEAT, FROM_REST, SAME_PRELOAD

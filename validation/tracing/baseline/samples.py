@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hysteresis.arrays import Floats, Ints
-from hysteresis.path import branches
+from hysteresis.records.path import branches
 
 
 def kept_samples(drive: Floats, most: int, cycle: Ints | None = None) -> NDArray[np.intp]:

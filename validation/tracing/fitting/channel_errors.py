@@ -85,7 +85,7 @@ def _by_channel(fitted: Fitted, unit: str = "deg") -> dict[str, dict[str, dict[s
 
 
 def _errors(unit: str, measured: Sequence[Floats], errors: Sequence[Floats], chosen: Sequence[Any]) -> dict[str, float]:
-    """Errors of the chosen samples as :class:`hysteresis.metrics.Errors` has them, in the channel's unit."""
+    """Errors of the chosen samples as :class:`hysteresis.records.metrics.Errors` has them, in the channel's unit."""
     values = np.concatenate([m[c] for m, c in zip(measured, chosen, strict=True)])
     error = np.concatenate([e[c] for e, c in zip(errors, chosen, strict=True)])
     span, largest, mean = float(np.ptp(values)), float(np.abs(error).max()), rms(error)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.holdout import hold_out
+from hysteresis.records.holdout import hold_out
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.settings import HELD_OUT_RECORD, KNOWN_BEGINNING, SAME_PROTOCOL
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hysteresis import metrics
 from hysteresis.arrays import Floats
-from hysteresis.metrics import noise_floor
-from hysteresis.record import Record
+from hysteresis.records import metrics
+from hysteresis.records.metrics import noise_floor
+from hysteresis.records.record import Record
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.settings import (
     CORRELATED,
@@ -115,7 +115,9 @@ def estimate_noise_floor(records: Sequence[PreparedRecord], residuals: Sequence[
 
 
 def repeatability_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> float | None:
-    """Estimate the deviation from one cycle or trial to the next, deg (:func:`hysteresis.metrics.repeatability_deg`).
+    """Estimate the deviation from one cycle or trial to the next, deg.
+
+    By :func:`hysteresis.records.metrics.repeatability_deg`.
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from hysteresis.arrays import Floats
-from hysteresis.path import branches
+from hysteresis.records.path import branches
 from validation.tracing.effect import SampleInputs
 
 

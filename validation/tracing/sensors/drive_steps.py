@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.path import branches
-from hysteresis.record import Record
+from hysteresis.records.path import branches
+from hysteresis.records.record import Record
 from validation.tracing.settings import MAD_TO_SIGMA, STEP_BRANCH_SAMPLES
 
 _ON_A_STEP, _MOSTLY = 0.05, 0.95  # distance from a multiple of the step, over it; part of the samples

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints, Mask
-from hysteresis.metrics import leap_between_cycles
-from hysteresis.path import branches, cycle_index
-from hysteresis.record import Record
+from hysteresis.records.metrics import leap_between_cycles
+from hysteresis.records.path import branches, cycle_index
+from hysteresis.records.record import Record
 from validation.tracing.sensors.drive_steps import drive_step_deg
 from validation.tracing.settings import (
     HELD_SHARE,

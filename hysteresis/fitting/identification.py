@@ -11,20 +11,20 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from hysteresis.backbone import Kinematics
-from hysteresis.fit import Fit, KinematicsLabel
-from hysteresis.folds import without_first_stroke
-from hysteresis.form import Form, rmse
-from hysteresis.holdout import Split, hold_out
-from hysteresis.judgement import judge
-from hysteresis.law_choice import choose_law, fit_laws, searches
-from hysteresis.laws import LAWS, Place
-from hysteresis.model_choice import find_model
-from hysteresis.path import require_reversal
-from hysteresis.record import Record, RecordError
-from hysteresis.samples import join
-from hysteresis.search import Effort, Found
-from hysteresis.settings import DEFAULTS, IdentifySettings
+from hysteresis.fitting.fit import Fit, KinematicsLabel
+from hysteresis.fitting.form import Form, rmse
+from hysteresis.fitting.judgement import judge
+from hysteresis.fitting.law_choice import choose_law, fit_laws, searches
+from hysteresis.fitting.model_choice import find_model
+from hysteresis.fitting.samples import join
+from hysteresis.fitting.search import Effort, Found
+from hysteresis.fitting.settings import DEFAULTS, IdentifySettings
+from hysteresis.laws.backbone import Kinematics
+from hysteresis.laws.elements import LAWS, Place
+from hysteresis.records.folds import without_first_stroke
+from hysteresis.records.holdout import Split, hold_out
+from hysteresis.records.path import require_reversal
+from hysteresis.records.record import Record, RecordError
 
 _LONGEST_DELAY = 0.02  # of the shortest record
 _COST = 1.25  # first strokes are left out if, with them, the error in the other samples is larger by this factor
@@ -60,8 +60,8 @@ def identify(
         A label for each record: the amplitude of h is fitted for each label after the first. By default the preload,
         if all records have one.
     splits
-        Training and held-out samples of each record; by default :func:`hysteresis.holdout.hold_out`, and a first stroke
-        that spoils the fit of the rest is left out of training (:func:`hysteresis.folds.without_first_stroke`).
+        Training and held-out samples of each record; by default :func:`hysteresis.records.holdout.hold_out`, trained
+        without a first stroke that spoils the fit (:func:`hysteresis.records.folds.without_first_stroke`).
     progress
         Called with (generations done, generations in all).
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.holdout import Split, complete_cycles
-from hysteresis.path import branches, cycle_index
-from hysteresis.record import Record
+from hysteresis.records.holdout import Split, complete_cycles
+from hysteresis.records.path import branches, cycle_index
+from hysteresis.records.record import Record
 
 _MOST_FOLDS = 4
-_PARTS = 10  # of the drive's range, as in hysteresis.holdout
+_PARTS = 10  # of the drive's range, as in hysteresis.records.holdout
 _BLOCKS = (((4, 9), (0, 5)), ((0, 5), (2, 7)), ((2, 7), (4, 9)), ((3, 8), (1, 6)))
 """Tenths on rising and on falling branches, four folds; in each, one of the branches covers every drive."""
 _FIRST_STROKE = 0.05  # of the angle's range: how far a first stroke that differs lies outside the later loops

@@ -2,7 +2,7 @@
 
 The law is rate independent, so between two samples of f it is an autonomous equation in one variable.
 With the saturation S = (|A| / (beta + gamma))^(1/n), the path in units of S / |A|, and y = h / S, positive in the
-direction of motion, it is the flow of :mod:`hysteresis.flow` with kappa = (beta - gamma) / (beta + gamma).
+direction of motion, it is the flow of :mod:`hysteresis.laws.flow` with kappa = (beta - gamma) / (beta + gamma).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from scipy.special import hyp2f1
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.flow import FREE, advance, set_kappa, workspace
+from hysteresis.laws.flow import FREE, advance, set_kappa, workspace
 
 _PARALLEL_FROM = 100_000  # samples in all: below, starting threads takes longer than the work
 

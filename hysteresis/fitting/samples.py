@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints, Mask
-from hysteresis.path import branches, cycle_index
-from hysteresis.record import Record
+from hysteresis.records.path import branches, cycle_index
+from hysteresis.records.record import Record
 
 _ENOUGH_CYCLES = 8  # training cycles from which a bootstrap draws whole cycles; below, pieces of branches
 _PIECES = 5  # of a branch

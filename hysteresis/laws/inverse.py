@@ -1,8 +1,8 @@
 """The inverse of an identified model: the drive that makes the angle f + h follow a reference.
 
 h depends on the path of f (paper, eq. 7), so the path is found sample by sample. f is monotonic between two angles, h
-along it is that of the law (any of :mod:`hysteresis.laws`), and f + h = angle is solved in a bracket. The inverse of f
-then gives the drive.
+along it is that of the law (any of :mod:`hysteresis.laws.elements`), and f + h = angle is solved in a bracket. The
+inverse of f then gives the drive.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from scipy.optimize.elementwise import find_root
 
 from hysteresis.arrays import Floats
-from hysteresis.laws import Element
+from hysteresis.laws.elements import Element
 
 _PRECISION = 1e-12  # of a root, relative to its bracket
 _PLACES = 2001  # drives at which f is checked to be monotone
@@ -24,7 +24,7 @@ _ROUNDING = 1e-9  # of a range: a reference beyond it by less is moved to its en
 
 
 class Layer(Protocol):
-    """Identified model as the inverse uses it: a :class:`hysteresis.fit.Fit`, or one that was read from a file."""
+    """Identified model as the inverse uses it: a :class:`hysteresis.fitting.fit.Fit`, or one read from a file."""
 
     @property
     def elements(self) -> Sequence[Element]:

@@ -11,7 +11,7 @@ from typing import Any
 
 from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, quoted
-from hysteresis.record import FIELDS, KINDS, LIST_FIELDS, MEASURED_KEYS, DriveUnit, Kind
+from hysteresis.records.record import FIELDS, KINDS, LIST_FIELDS, MEASURED_KEYS, DriveUnit, Kind
 
 Columns = Mapping[str, list[str]]
 """Key of ``[columns]`` -> columns of the CSV."""

@@ -9,17 +9,17 @@ from itertools import combinations
 import numpy as np
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.fit import Fit, KinematicsLabel
-from hysteresis.form import Form, Point, without_hysteresis
-from hysteresis.holdout import Split
-from hysteresis.laws import BOUC_WEN
-from hysteresis.metrics import Errors, errors, noise_floor
-from hysteresis.record import Record
-from hysteresis.response import open_parameters, response
-from hysteresis.samples import Samples, join
-from hysteresis.search import POLISH_SAMPLES, Found
-from hysteresis.settings import IdentifySettings
-from hysteresis.uncertainty import Parameter, Uncertainty, bootstrap, coordinates, parameters_of, uncertainty
+from hysteresis.fitting.fit import Fit, KinematicsLabel
+from hysteresis.fitting.form import Form, Point, without_hysteresis
+from hysteresis.fitting.response import open_parameters, response
+from hysteresis.fitting.samples import Samples, join
+from hysteresis.fitting.search import POLISH_SAMPLES, Found
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.fitting.uncertainty import Parameter, Uncertainty, bootstrap, coordinates, parameters_of, uncertainty
+from hysteresis.laws.elements import BOUC_WEN
+from hysteresis.records.holdout import Split
+from hysteresis.records.metrics import Errors, errors, noise_floor
+from hysteresis.records.record import Record
 
 _NO_HYSTERESIS = "no hysteresis above the noise in this record"
 _OVERSHOOT = -1.1  # of A; -1 is a play operator, and the steps of the drive do not resolve slightly less
@@ -35,7 +35,7 @@ def judge(
     settings: IdentifySettings,
     kinematics: KinematicsLabel,
 ) -> Fit:
-    """Assess the model that a search found, and return it as a :class:`hysteresis.fit.Fit`.
+    """Assess the model that a search found, and return it as a :class:`hysteresis.fitting.fit.Fit`.
 
     Parameters
     ----------

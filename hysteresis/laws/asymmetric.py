@@ -3,7 +3,8 @@
 h' = f' (A - |h|^n psi), psi = b1 sgn(f' h) + b2 sgn(f f') + b3 sgn(f h) + b4 sgn(f') + b5 sgn(h) + b6 sgn(f),
 
 with f measured from a centre. psi changes only where f reverses, f crosses the centre or h crosses zero. Between these
-events h follows the flow of :mod:`hysteresis.flow`; its parameters depend on the side of the centre and the direction.
+events h follows the flow of :mod:`hysteresis.laws.flow`; its parameters depend on the side of the centre and the
+direction.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.flow import FREE, advance, set_kappa, workspace
+from hysteresis.laws.flow import FREE, advance, set_kappa, workspace
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class AsymmetricBoucWen:
     Parameters
     ----------
     A
-        As in :class:`hysteresis.bouc_wen.BoucWen`: h = sign(A) z, where z obeys the law with |A|.
+        As in :class:`hysteresis.laws.bouc_wen.BoucWen`: h = sign(A) z, where z obeys the law with |A|.
     betas
         b1 to b6, deg^-n. b1 alone is the symmetric law with gamma = 0; b2 to b6 make sides or directions differ.
     n

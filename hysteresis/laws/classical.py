@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hysteresis.arrays import Floats
-from hysteresis.bouc_wen import BoucWen, hysteresis_batch
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis_batch
 
 
 @dataclass(frozen=True)

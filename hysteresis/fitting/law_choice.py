@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints
-from hysteresis.backbone import Kinematics
-from hysteresis.folds import inner_folds
-from hysteresis.form import Form, rmse
-from hysteresis.holdout import Split
-from hysteresis.laws import LAWS, LawName
-from hysteresis.model_choice import find_model
-from hysteresis.path import branches
-from hysteresis.record import Record
-from hysteresis.samples import join
-from hysteresis.search import COARSE, Effort, Found, polish
+from hysteresis.fitting.form import Form, rmse
+from hysteresis.fitting.model_choice import find_model
+from hysteresis.fitting.samples import join
+from hysteresis.fitting.search import COARSE, Effort, Found, polish
+from hysteresis.laws.backbone import Kinematics
+from hysteresis.laws.elements import LAWS, LawName
+from hysteresis.records.folds import inner_folds
+from hysteresis.records.holdout import Split
+from hysteresis.records.path import branches
+from hysteresis.records.record import Record
 
 _FOLD_SAMPLES = 500  # of a record, in the fit of a fold
 CONTAINED: dict[LawName, LawName] = {
@@ -81,7 +81,7 @@ def fit_laws(
     Parameters
     ----------
     records, splits, bases, efforts
-        As :func:`hysteresis.model_choice.find_model`.
+        As :func:`hysteresis.fitting.model_choice.find_model`.
     bouc_wen
         The Bouc-Wen model of the records, with hysteresis.
     wanted

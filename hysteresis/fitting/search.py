@@ -1,6 +1,6 @@
 """Search for the parameters of theta = f(x; c) + h: a global search (paper, section 3.3), then least squares.
 
-:mod:`hysteresis.form` defines the coordinates q of h and the coefficients c of f.
+:mod:`hysteresis.fitting.form` defines the coordinates q of h and the coefficients c of f.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from hysteresis.arrays import Floats
-from hysteresis.form import SLOPE, Form, Point, rmse, without_hysteresis
-from hysteresis.laws import Law
-from hysteresis.optimizers import Method, evolve
-from hysteresis.samples import Samples
-from hysteresis.settings import Fitness
+from hysteresis.fitting.form import SLOPE, Form, Point, rmse, without_hysteresis
+from hysteresis.fitting.optimizers import Method, evolve
+from hysteresis.fitting.samples import Samples
+from hysteresis.fitting.settings import Fitness
+from hysteresis.laws.elements import Law
 
 POLISH_SAMPLES = 2500
 """Samples that the last least squares use, about."""

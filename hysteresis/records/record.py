@@ -1,6 +1,7 @@
 """The record of one test, measured or simulated: drive and bending angle, sample by sample, with the known metadata.
 
-:mod:`hysteresis.record_file` reads and writes records; the file format is documented in ``docs/guide/records.md``.
+:mod:`hysteresis.records.record_file` reads and writes records; the file format is documented in
+``docs/guide/records.md``.
 """
 
 from __future__ import annotations

@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.bouc_wen import BoucWen
 from hysteresis.display import html_table
 from hysteresis.extras import require_extra
-from hysteresis.form import Form, Point
-from hysteresis.law_choice import LawChoice
-from hysteresis.laws import BOUC_WEN, Element
-from hysteresis.metrics import Errors
-from hysteresis.record import DriveUnit, Record
-from hysteresis.response import Open
-from hysteresis.settings import IdentifySettings
-from hysteresis.uncertainty import Parameter
+from hysteresis.fitting.form import Form, Point
+from hysteresis.fitting.law_choice import LawChoice
+from hysteresis.fitting.response import Open
+from hysteresis.fitting.settings import IdentifySettings
+from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.laws.bouc_wen import BoucWen
+from hysteresis.laws.elements import BOUC_WEN, Element
+from hysteresis.records.metrics import Errors
+from hysteresis.records.record import DriveUnit, Record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,7 +40,7 @@ _PLACES = 257  # samples of f in identify.json: interpolation of a curve of 17 s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit:
-    """Result of :func:`hysteresis.identification.identify`: theta = f(x) + h, its errors, and warnings.
+    """Result of :func:`hysteresis.fitting.identification.identify`: theta = f(x) + h, its errors, and warnings.
 
     ``observed`` are the records that were fitted. ``parameters`` holds A, beta, gamma, n, h0_deg, the other parameters
     of h, and, for given kinematics, their fitted parameters. ``baseline_*`` are the errors of :meth:`plain`, the best
@@ -48,9 +48,9 @@ class Fit:
     ``heldout_masks``, shapes (m_i,), mark the held-out samples of each record. ``bootstrap`` has the intervals by
     blocks beside those of the Jacobian in ``parameters``; ``seeds_agreeing`` counts the searches that ended within 1 %
     of the best one. ``layer`` describes the hysteresis in a form that the data can fix, ``not_fixed`` says which of A,
-    beta, gamma and n they leave open (:mod:`hysteresis.response`). ``notes`` say what was left out. ``choice`` is how
-    the law was chosen, if it was. ``bouc_wen`` is the Bouc-Wen fit that stands beside a fit of another law; None if
-    this is the one.
+    beta, gamma and n they leave open (:mod:`hysteresis.fitting.response`). ``notes`` say what was left out. ``choice``
+    is how the law was chosen, if it was. ``bouc_wen`` is the Bouc-Wen fit that stands beside a fit of another law; None
+    if this is the one.
     """
 
     observed: tuple[Record, ...]
@@ -226,7 +226,7 @@ class Fit:
         }
 
     def _of_law(self) -> dict[str, Any]:
-        """Return the law of this fit, with all that :func:`hysteresis.laws.elements_of` and a reader need."""
+        """Return the law of this fit, with all that :func:`hysteresis.laws.elements.elements_of` and a reader need."""
         places = np.linspace(*self.drive_range, _PLACES)
         return {
             "name": self.form.base_law.name,

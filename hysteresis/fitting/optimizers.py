@@ -71,7 +71,7 @@ def _by_pygad(
     seed: int,
     tick: Callable[[], None],
 ) -> Floats:
-    from hysteresis.genetic import genetic  # pygad takes longer to load than all the rest
+    from hysteresis.fitting.genetic import genetic  # pygad takes longer to load than all the rest
 
     with _random_state_kept():
         return genetic(score, genes, bounds, generations, seed, tick)

@@ -5,27 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from hysteresis.laws import LAW_NAMES, LawName
-from hysteresis.optimizers import METHODS, Method
+from hysteresis.fitting.optimizers import METHODS, Method
+from hysteresis.laws.elements import LAW_NAMES, LawName
 
 Fitness = Literal["rmse", "paper-signed-mean"]
 
 
 @dataclass(frozen=True)
 class IdentifySettings:
-    """How :func:`hysteresis.identification.identify` searches, and what the model may contain.
+    """How :func:`hysteresis.fitting.identification.identify` searches, and what the model may contain.
 
     Parameters
     ----------
     method
-        Of the global search, see :func:`hysteresis.optimizers.evolve`.
+        Of the global search, see :func:`hysteresis.fitting.optimizers.evolve`.
     seed, seeds
         First seed, and number of searches with consecutive seeds. The same settings give the same fit.
     elements
         Number of Bouc-Wen elements of h, 1 or 2; None chooses by validation within the training data.
     law
-        Of h, see :mod:`hysteresis.laws`; ``"auto"`` chooses by folds within the training data, from these and two
-        Bouc-Wen elements. The Bouc-Wen layer is fitted in any case.
+        Of h, see :mod:`hysteresis.laws.elements`; ``"auto"`` chooses by folds within the training data, from these and
+        two Bouc-Wen elements. The Bouc-Wen layer is fitted in any case.
     delay
         Whether the angle may lag the drive in time, by up to 2 % of the shortest record.
     fitness

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints
-from hysteresis.record import Record, RecordError
+from hysteresis.records.record import Record, RecordError
 
 _SAME_DRIVE = 0.05  # of the drive's range: two samples count as the same drive
 _SAME_ANGLE = 0.02  # of the angle's range: two samples count as the same angle

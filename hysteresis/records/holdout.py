@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hysteresis.arrays import Mask
-from hysteresis.path import branches, cycle_index, cycle_slices
-from hysteresis.record import Record, RecordError
+from hysteresis.records.path import branches, cycle_index, cycle_slices
+from hysteresis.records.record import Record, RecordError
 
 _PARTS = 10  # blocks are tenths of the drive's range, on each branch
 _FEWEST_TRAIN, _FEWEST_HELDOUT = 20, 3

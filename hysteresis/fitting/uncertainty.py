@@ -10,10 +10,10 @@ import numpy as np
 from scipy.special import stdtrit
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.form import Form, Point
-from hysteresis.laws import BOUC_WEN
-from hysteresis.samples import Samples
-from hysteresis.search import residual_of
+from hysteresis.fitting.form import Form, Point
+from hysteresis.fitting.samples import Samples
+from hysteresis.fitting.search import residual_of
+from hysteresis.laws.elements import BOUC_WEN
 
 _CONFIDENCE = 0.95
 _GRADIENT_STEP = 1e-5  # of q, for what follows from it

@@ -1,7 +1,7 @@
 """The form of a model theta = f(x; c) + h, and one model of that form as a vector of numbers.
 
-h is a sum of elements of one law of :mod:`hysteresis.laws`, one Bouc-Wen element by default. The vector q holds, in
-this order:
+h is a sum of elements of one law of :mod:`hysteresis.laws.elements`, one Bouc-Wen element by default. The vector q
+holds, in this order:
 
 - for each element log |A|, log S and the other constants of the law; S is the saturation. Those of Bouc-Wen are log n
   and rho = gamma / beta, and beta + gamma = |A| / S^n;
@@ -22,10 +22,10 @@ from typing import cast
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.backbone import Backbone, fit_curves
-from hysteresis.bouc_wen import BoucWen
-from hysteresis.laws import BOUC_WEN, EVERYWHERE, Element, Law, Place
-from hysteresis.samples import Samples
+from hysteresis.fitting.samples import Samples
+from hysteresis.laws.backbone import Backbone, fit_curves
+from hysteresis.laws.bouc_wen import BoucWen
+from hysteresis.laws.elements import BOUC_WEN, EVERYWHERE, Element, Law, Place
 
 SLOPE = (0.02, 20.0)
 """Bounds of |A|."""

@@ -16,11 +16,11 @@ import numpy as np
 from scipy.optimize import brentq
 
 from hysteresis.arrays import Floats
-from hysteresis.form import Form, Point, rmse
-from hysteresis.laws import BOUC_WEN, LAWS, Element
-from hysteresis.samples import Samples
-from hysteresis.search import COARSE, extended, polish
-from hysteresis.uncertainty import Parameter, Reader, Uncertainty, uncertainty
+from hysteresis.fitting.form import Form, Point, rmse
+from hysteresis.fitting.samples import Samples
+from hysteresis.fitting.search import COARSE, extended, polish
+from hysteresis.fitting.uncertainty import Parameter, Reader, Uncertainty, uncertainty
+from hysteresis.laws.elements import BOUC_WEN, LAWS, Element
 
 _WAY = 0.9  # of the way of h after a reversal, which the reach covers
 _FIXED = 3.0  # largest ratio of the ends of an interval of a parameter that counts as fixed

@@ -42,7 +42,7 @@ def genetic(
 ) -> Floats:
     """Genetic search: tournaments of three, uniform crossover, elitism; mutations are new draws or shrinking steps.
 
-    The parameters are those of :func:`hysteresis.optimizers.evolve`. pygad seeds the global generators.
+    The parameters are those of :func:`hysteresis.fitting.optimizers.evolve`. pygad seeds the global generators.
     The operators are those of pygad, but vectorised over a generation: its own work gene by gene.
     """
     rng = np.random.default_rng(seed)

@@ -9,13 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hysteresis.backbone import Backbone, Kinematics, fitted_backbone, given_backbone
-from hysteresis.form import Form, Point, rmse, without_hysteresis
-from hysteresis.holdout import Split, validate_within
-from hysteresis.laws import BOUC_WEN
-from hysteresis.record import Record
-from hysteresis.samples import Samples, join
-from hysteresis.search import (
+from hysteresis.fitting.form import Form, Point, rmse, without_hysteresis
+from hysteresis.fitting.samples import Samples, join
+from hysteresis.fitting.search import (
     COARSE,
     FINE,
     POLISH_SAMPLES,
@@ -27,6 +23,10 @@ from hysteresis.search import (
     split_element,
     with_curve_of,
 )
+from hysteresis.laws.backbone import Backbone, Kinematics, fitted_backbone, given_backbone
+from hysteresis.laws.elements import BOUC_WEN
+from hysteresis.records.holdout import Split, validate_within
+from hysteresis.records.record import Record
 
 _KNOTS = (1, 2, 3, 5, 9, 17)  # numbers of slopes that are tried for a fitted f
 _SEARCH_KNOTS = 9  # number of slopes during the global search

@@ -1,7 +1,7 @@
 """Metrics of a hysteresis loop: errors of a prediction, width, area, noise floor.
 
 Angles are in degrees; the drive keeps the unit of its record. Loops are the complete cycles of
-:func:`hysteresis.path.find_cycles`; cycle 0, the approach, is never used.
+:func:`hysteresis.records.path.find_cycles`; cycle 0, the approach, is never used.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hysteresis.arrays import Floats
-from hysteresis.leaps import Leap, find_leap
-from hysteresis.path import branches, cycle_index, cycle_slices, find_cycles
-from hysteresis.record import Record
+from hysteresis.records.leaps import Leap, find_leap
+from hysteresis.records.path import branches, cycle_index, cycle_slices, find_cycles
+from hysteresis.records.record import Record
 
 _CLOSED = 0.05  # of a cycle's drive range: largest gap of a closed cycle, and of turning points that repeat
 _BIN = 0.002  # of a cycle's drive range: closer samples of one branch are averaged

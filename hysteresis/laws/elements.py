@@ -14,9 +14,9 @@ from typing import Literal, NamedTuple, Protocol, get_args
 import numpy as np
 
 from hysteresis.arrays import Floats
-from hysteresis.asymmetric import table_batch
-from hysteresis.bouc_wen import BoucWen, hysteresis_batch
-from hysteresis.stops import advanced, follow_stops, largest_factor, start_of, thresholds
+from hysteresis.laws.asymmetric import table_batch
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis_batch
+from hysteresis.laws.stops import advanced, follow_stops, largest_factor, start_of, thresholds
 
 LawName = Literal["bouc-wen", "asymmetric-bouc-wen", "prandtl-ishlinskii", "generalised-prandtl-ishlinskii"]
 LAW_NAMES: tuple[LawName, ...] = get_args(LawName)
@@ -114,7 +114,7 @@ class AsymmetricElement:
     """Asymmetric Bouc-Wen law with a limit for each side and direction.
 
     ``limits_deg``, shape (2, 2): largest |h| below and above the centre, f falling and rising. On each side and in
-    each direction the law is eq. 7 with that limit: psi of :mod:`hysteresis.asymmetric` is |A| / limit^n with the
+    each direction the law is eq. 7 with that limit: psi of :mod:`hysteresis.laws.asymmetric` is |A| / limit^n with the
     motion and -kappa |A| / limit^n against it, kappa = (beta - gamma) / (beta + gamma). In b1 to b6 of Song and Der
     Kiureghian this takes a constant (gamma of eq. 7) and a term in sgn(f f' h) more.
     """
@@ -206,7 +206,7 @@ def _asymmetric_named(sign: float, values: Floats) -> dict[str, tuple[float, str
 
 @dataclass(frozen=True, eq=False)
 class StopsElement:
-    """Prandtl-Ishlinskii law with the state of its stops; ``constants`` is a row of :mod:`hysteresis.stops`."""
+    """Prandtl-Ishlinskii law with the state of its stops; ``constants`` is a row of :mod:`hysteresis.laws.stops`."""
 
     constants: Floats
     place: Place
@@ -228,7 +228,7 @@ class StopsElement:
 
 
 def _stops_rows(sign: Floats, values: Floats) -> Floats:
-    """Rows of :func:`hysteresis.stops.follow_stops`; a law without position dependence has a = c = 0."""
+    """Rows of :func:`hysteresis.laws.stops.follow_stops`; a law without position dependence has a = c = 0."""
     slope, saturation, power = np.exp(values[:, :3]).T
     bends = values[:, 4:6] if values.shape[1] == 7 else np.zeros((len(values), 2))
     return np.column_stack([sign * slope, saturation, power, values[:, 3], bends, values[:, -1]])

@@ -15,8 +15,8 @@ from hysteresis.arrays import Floats
 from hysteresis.files import MOST_TOML_BYTES, RecordError, inside, place, present, read_bytes, read_text, write_files
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.own import MAKER
-from hysteresis.record import FIELDS, LIST_FIELDS, MAX_COUNT, MAX_MAGNITUDE, Record, bad_cycles
-from hysteresis.sidecar import (
+from hysteresis.records.record import FIELDS, LIST_FIELDS, MAX_COUNT, MAX_MAGNITUDE, Record, bad_cycles
+from hysteresis.records.sidecar import (
     Columns,
     Sidecar,
     bare_columns,

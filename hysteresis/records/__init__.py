@@ -1,0 +1,1 @@
+"""Records: files, cycles, readings to leave out, samples that are held out, and metrics of loops."""
