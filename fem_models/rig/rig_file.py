@@ -94,7 +94,7 @@ def build(table_name: str, table: object, where: str) -> Any:
         raise RigError(f"{where}: {error}") from None
 
 
-def read_rig(path: Path) -> Rig:
+def read_rig(path: Path | str) -> Rig:
     """Read a rig file (TOML): ``name``, ``preload_N`` and the tables of :class:`Rig`.
 
     ``[tendon]`` stands for both tendons; ``[tendon_b]`` overrides it for unequal tendons. ``tendons = 1`` is a rig with
@@ -105,6 +105,7 @@ def read_rig(path: Path) -> Rig:
     RigError
         One line with file, field, value and what was expected.
     """
+    path = Path(path)
     try:
         data = read_toml(path, "a rig file in TOML")
     except RecordError as error:

@@ -27,6 +27,7 @@ def test_rig_file(tmp_path: Path):
     path = tmp_path / "mine.toml"
     path.write_text(RIG_FILE)
     rig = read_rig(path)
+    assert read_rig(str(path)) == rig
     assert rig.name == "mine"
     assert (rig.joints, rig.pitch_mm) == (10, 2.0)
     assert (rig.tendon_a.moment_arm_mm, rig.tendon_b.moment_arm_mm) == (2.5, 2.4)
