@@ -15,7 +15,7 @@ from rich.console import Console
 
 from fem_models.load import LoadProgram
 from fem_models.rig import preset
-from hysteresis import sidecar
+from hysteresis.records import sidecar
 from studies import engines, progress
 from studies.commands import cli
 from studies.commands.tables import verdict_lines
@@ -24,7 +24,12 @@ from studies.report.summary import Verdict
 from studies.sweep.study_file import ready_studies
 
 ROOT = Path(__file__).parents[3]
-GROUPS = {"": cli.COMMANDS, "data ": cli.DATA_COMMANDS, "practice ": cli.PRACTICE_COMMANDS}
+GROUPS = {
+    "": cli.COMMANDS,
+    "data ": cli.DATA_COMMANDS,
+    "practice ": cli.PRACTICE_COMMANDS,
+    "record ": cli.RECORD_COMMANDS,
+}
 ALL = {
     group + name: cli.command_of(name, entry) for group, entries in GROUPS.items() for name, entry in entries.items()
 }

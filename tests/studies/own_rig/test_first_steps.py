@@ -134,7 +134,7 @@ def test_the_design_report_has_both_preloads_both_records_and_what_to_do(day):
     assert "Measure next" in todo
     command = next(command for command in printed if command.startswith("run"))
     assert f"notchbend {command}" in html
-    assert printed[command].rstrip().endswith("report: design/report.html")
+    assert "\nreport: design/report.html\n" in printed[command]
 
 
 def test_the_records_say_the_friction_of_the_bench(day):
