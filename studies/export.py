@@ -20,7 +20,7 @@ AMPLITUDE_MM = 2.2
 
 def export_rig(
     *,
-    to: Annotated[Simulator, typer.Option("--to", help="Simulator.")],
+    to: Annotated[Simulator, typer.Option("--to", help="Simulator that the model is for.")],
     out: Annotated[Path, typer.Option("--out", help="The model file, .xml; the table of tensions is put beside it.")],
     rig: RigChoice,
     amplitude: Annotated[

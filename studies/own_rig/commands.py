@@ -36,7 +36,8 @@ class RecordRigChoice(RigChoice):
     """The rig that a record was measured on, if it is known."""
 
     rig: Annotated[
-        Path | None, typer.Option("--rig", help="The rig file, TOML; without a rig the geometry is unknown.")
+        Path | None,
+        typer.Option("--rig", help="The rig file, TOML, in place of --preset; by default the geometry is unknown."),
     ] = None
     preload: Annotated[
         float | None, typer.Option("--preload", help="Preload of the tendons on the bench, N; by default the rig's.")
@@ -57,7 +58,7 @@ def record_new(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", help="Write a copy with commas, for a CSV with semicolons, comments or decimal commas."),
+        typer.Option("--out", help="Write a copy with commas, of a CSV with semicolons or comments; by default none."),
     ] = None,
     common: Common,
 ) -> None:
