@@ -145,9 +145,8 @@ def test_compensate_gives_the_drive_of_the_command(record: nb.Record, fit: nb.Fi
 def test_separate_gives_the_result_of_the_command(tmp_path: Path) -> None:
     assert call(["separate", "--preset", "du2018", "--amplitude", "1", "--out", str(tmp_path), "--quiet"]) == 0
     found = nb.separate(nb.preset("du2018"), amplitude_mm=1.0)
-    assert json.loads(json.dumps(marked_values(found.to_dict()))) == json.loads(
-        (tmp_path / "separate.json").read_text()
-    )
+    stored = json.loads((tmp_path / "separate.json").read_text())
+    assert json.loads(json.dumps(marked_values(found.to_dict()))) == stored
     assert len(repr(found)) < 250
     assert "tendon elasticity" in found._repr_html_()
     figure = nb.plot(found)
