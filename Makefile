@@ -20,12 +20,11 @@ study: install
 install: $(VENV)/.installed
 dev: $(VENV)/.dev-installed
 
-# A lock file pins what was tested; the project itself goes in editable, without touching those pins. Bytecode is made
-# when a module is first used: of everything it would be 150 MB more.
+# A lock file pins what was tested; the project itself goes in editable, without touching those pins.
 $(VENV)/.installed: pyproject.toml requirements.lock
 	$(PYTHON) -c 'import sys; v = sys.version_info[:2]; sys.exit(0 if v >= (3, 11) else "notchbend needs Python >= 3.11, this is %d.%d" % v)'
 	$(PYTHON) -m venv $(VENV)
-	$(INSTALL) --no-compile -r requirements.lock
+	$(INSTALL) -r requirements.lock
 	$(INSTALL) --no-deps --editable .
 	touch $@
 
