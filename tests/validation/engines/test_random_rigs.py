@@ -13,8 +13,9 @@ def test_chain_follows_random_rigs_with_everything_on():
     assert [out for out in runs if isinstance(out, str)] == []
 
 
-@pytest.mark.parametrize("number", range(0, 150, 25))
+@pytest.mark.parametrize("number", range(25, 125, 25))
 def test_multibody_follows_some_of_them_alike(number):
+    """Four; `python -m validation.engines.random_rigs` tries as many as it is told to."""
     rig, steps = list(random_rigs(number + 1, 24))[-1]
     chain, multibody = simulate_chain(rig, steps).angle_deg, simulate_multibody(rig, steps).angle_deg
     assert np.abs(chain - multibody).max() <= 0.01 * np.abs(multibody).max() + 0.1
