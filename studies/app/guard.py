@@ -27,7 +27,7 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "same-origin",
     "Cache-Control": "no-store",
-    # the page's own template is compiled in the browser, hence unsafe-eval; nothing is loaded from elsewhere
+    # the page's own template is compiled in the browser, hence unsafe-eval; nothing is loaded from another host
     "Content-Security-Policy": "default-src 'self' blob: data: 'unsafe-inline' 'unsafe-eval'; frame-ancestors 'none'",
 }
 OPEN_THE_ADDRESS = "Open the address that notchbend app printed: it ends in ?token= and letters that only it knows.\n"

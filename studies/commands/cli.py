@@ -152,7 +152,7 @@ PRACTICE_COMMANDS: dict[str, Entry] = {
 
 
 class OnDemand(Mapping[str, Any]):
-    """Commands by name: a command is imported when it is asked for, a group is there."""
+    """Commands by name: a command is imported when it is called, a group at once."""
 
     def __init__(self, entries: Mapping[str, Entry], groups: Mapping[str, Any]) -> None:
         self._entries, self._groups = entries, dict(groups)

@@ -105,7 +105,7 @@ def test_tokens_and_secrets_differ_from_run_to_run():
 
 
 def test_names_are_shown_as_they_are(served, tmp_path):
-    """Nothing of them is evaluated, no dialog opens, no image is asked for; in either style, wide and narrow."""
+    """Nothing of them is evaluated, no dialog opens, no image is loaded; in either style, wide and narrow."""
     with chromium() as running:
         for scheme, width in (("light", 1400), ("dark", 420)):
             page = running.new_context(color_scheme=scheme, viewport={"width": width, "height": 1000}).new_page()
@@ -125,7 +125,8 @@ def test_names_are_shown_as_they_are(served, tmp_path):
 
 
 def test_no_more_pages_than_the_limit(served):
-    aiohttp = pytest.importorskip("aiohttp")
+    import aiohttp
+
     port = urlsplit(served).port
 
     async def crowd() -> tuple[list[int], int]:
