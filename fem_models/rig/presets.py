@@ -16,9 +16,9 @@ DU2018 = "Hysteresis analysis of a notched continuum manipulator driven by tendo
 
 @dataclass(frozen=True)
 class Source:
-    """Source of a default: stated in the paper, taken from another source, or assumed."""
+    """Source of a default: stated in the paper, taken from another source, fitted to its numbers, or assumed."""
 
-    kind: Literal["stated", "taken", "assumed"]
+    kind: Literal["stated", "taken", "fitted", "assumed"]
     note: str
 
 
@@ -68,23 +68,21 @@ _DU2018 = Preset(
             f"tendon_{side}.{name}": source
             for side in "ab"
             for name, source in {
-                "EA_N": Source(
-                    "assumed", "fitted: full scale 45 deg at 2.2 mm; a stranded steel tendon of 0.36 mm, 83 % metal"
-                ),
+                "EA_N": Source("fitted", "full scale 45 deg at 2.2 mm; a stranded steel tendon of 0.36 mm, 83 % metal"),
                 "moment_arm_mm": Source(
                     "assumed", "below the paper's bound of 2.80 mm; its value and EA_N compensate each other"
                 ),
                 "free_length_mm": Source("assumed", "experimental set-up of the paper's Fig. 8, no dimension given"),
                 "toe_N": Source(
-                    "assumed",
-                    "fitted: ratio of loop widths at 10 and 20 N, 3.52 and 2.21 deg; docs/validation/calibration.md",
+                    "fitted",
+                    "ratio of loop widths at 10 and 20 N, 3.52 and 2.21 deg; docs/validation/calibration.md",
                 ),
             }.items()
         },
         "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
         "friction.capstan_coefficient": Source("assumed", "small: a larger one widens the loop with preload and bend"),
         "friction.guide_N": Source("assumed", "small compared with the sheath"),
-        "friction.sheath_N": Source("assumed", "fitted: loop width at 20 N, 2.21 deg; docs/validation/calibration.md"),
+        "friction.sheath_N": Source("fitted", "loop width at 20 N, 2.21 deg; docs/validation/calibration.md"),
         "friction.rest_wrap_deg": Source("assumed", "tendons run straight from wheel to base"),
         "friction.stick_compliance_mm_per_N": Source("assumed", "guides of metal: they do not give way"),
     },

@@ -104,7 +104,7 @@ class RunLoop:
 
 @dataclass(frozen=True)
 class RigNumber:
-    """A number of the rig and its source: stated in the paper, taken from elsewhere, or assumed."""
+    """A number of the rig and its source: stated in the paper, taken from another source, fitted, or assumed."""
 
     name: str
     value: float
