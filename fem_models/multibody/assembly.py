@@ -50,6 +50,9 @@ NITINOL_T_PER_MM3 = 6.45e-9
 SMOOTH_RATIO = 0.02
 """Spring of a guide without friction, over EA/pitch."""
 
+LEAD_mm = 100.0
+"""How far before a notch the connector of a tendon starts: slip of 0.1 mm then changes its stiffness by 1e-3."""
+
 MASSLESS = RingInertia(0.0, 0.0)
 
 
@@ -97,6 +100,22 @@ class Model:
     def joint_angles(self, q: Floats) -> Floats:
         """Angle of each flexure at coordinates q, shape (N,); or its speed, at velocities."""
         return np.asarray(q[self.rotation[1:]] - q[self.near_rotation])
+
+    def bent_to(self, angle_rad: float) -> Floats:
+        """Coordinates of the assembled, straight rig with every joint bent to an angle."""
+        data = self.mbs.systemData
+        q, reference = np.array(data.GetODE2Coordinates()), data.GetODE2Coordinates(exu.ConfigurationType.Reference)
+        near, far = self.near_rotation - 2, self.rings[1:]
+        nodes = np.stack([near, far], axis=1).ravel()  # base to tip
+        where = reference[nodes] + q[nodes]
+        turned = angle_rad * np.arange(far.size)
+        heading = np.stack([turned + 0.5 * angle_rad, turned + angle_rad], axis=1).ravel()[:-1]  # a chord, then a ring
+        step = np.diff(where)[:, None] * np.column_stack([np.cos(heading), np.sin(heading)])
+        place = np.array([where[0], 0.0]) + np.vstack([np.zeros(2), np.cumsum(step, axis=0)])
+        q[nodes], q[nodes + 1] = place[:, 0] - reference[nodes], place[:, 1] - reference[nodes + 1]
+        q[near + 2], q[far + 2] = turned, turned + angle_rad
+        q[self.bent] = angle_rad
+        return q
 
 
 def _scalar_node(mbs: Any) -> tuple[int, int]:
@@ -169,7 +188,7 @@ def _add_backbone(mbs: Any, rig: Rig, joint: JointMechanics, ground: int, inerti
     p, bend = rig.pitch_mm, joint.turning_length_mm
     length = p - bend
     axial, shear = flexure.axial_N_per_mm or ring.axial_N_per_mm, flexure.shear_N_per_mm or ring.shear_N_per_mm
-    thrust = rig.preload_N * sum(taut(rig, tendon) for tendon in rig.tendons)
+    thrust = rig.preload_N * len(rig.tendons)
     section, shorter = joint.section, thrust / axial
     if section is not None:  # the beam leaves bending and thrust to it
         axial, shorter = 0.0, shortening_mm(section, thrust)
@@ -241,41 +260,37 @@ def _add_material(
     return jenkins, flags, hardening, [_dashpot(mbs, m) for m in ends] if rig.drag else []
 
 
-def taut(rig: Rig, tendon: Tendon) -> float:
-    """Length of the preloaded tendon over its length at rest.
-
-    Slip at a guide counts stretched tendon, a segment's reference length unstretched tendon: without the factor a
-    tendon that only slides would change its tension by T0/EA of the slip. The segments' forces carry the factor too, so
-    that the tension itself acts on the slip (the rings feel T0/EA too much: 1e-3).
-    """
-    return 1 + rig.preload_N / tendon.EA_N
-
-
 def _add_segments(
     mbs: Any, rig: Rig, joint: JointMechanics, tendon: Tendon, y_mm: float, backbone: _Backbone, slip: list[int]
 ) -> list[int]:
     """Tendon from guide to guide: through the ring's hole, across the notch, into the next ring's hole.
 
+    Exudyn's connector divides by its present length at rest, which slip changes, so that its force would grow with the
+    square of the slip. Here it starts :data:`LEAD_mm` before the notch, on the line of the ring's hole. There it pulls
+    the ring as much forwards as back: the force on ring and tendon is the same, and linear.
+
     ``y_mm`` is where the tendon lies, from the neutral axis of the flexures, on which the ring nodes lie. ``slip`` are
     the markers of the tendon's slip at each guide towards the wheel, the anchor at the tip last.
     """
-    stretched, half_angle = taut(rig, tendon), 0.5 * joint.rest_angle_rad
+    half_angle = 0.5 * joint.rest_angle_rad
     half_gap = 0.5 * joint.rigid_gap_mm  # at either end of a notch
     half_hole = 0.5 * (rig.pitch_mm - joint.turning_length_mm) - half_gap
     shorter = 2 * (y_mm * math.sin(half_angle) + half_gap * (1 - math.cos(half_angle)))  # the path, at rest
+    stretch = rig.preload_N * rig.pitch_mm / tendon.EA_N
     out = []
     for i, (near, far) in enumerate(pairwise(backbone.rings)):
-        points = [(near, 0.0), (near, half_hole), (far, -half_hole), (far, 0.0)]
+        points = [(near, half_hole - LEAD_mm), (near, half_hole), (far, -half_hole)]
         path = [
             mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=ring.body, localPosition=[ring.centre_mm + x, y_mm, 0]))
             for ring, x in points
         ]
+        preloaded = LEAD_mm + rig.pitch_mm - backbone.shortening_mm[i] - shorter - 2 * half_hole
         segment = items.ObjectConnectorReevingSystemSprings(
             markerNumbers=[*path, slip[i], slip[i + 1]],
             hasCoordinateMarkers=True,
-            coordinateFactors=[-1 / stretched, 1 / stretched],
-            stiffnessPerLength=stretched * tendon.EA_N,
-            referenceLength=(rig.pitch_mm - backbone.shortening_mm[i] - shorter) / stretched,
+            coordinateFactors=[-1, 1],
+            stiffnessPerLength=(preloaded - stretch) * tendon.EA_N / rig.pitch_mm,
+            referenceLength=preloaded - stretch,
             regularizationForce=COMPRESSION * joint.force_scale_N,
             sheavesAxes=exu.Vector3DList([[0, 0, 1]] * len(path)),
             sheavesRadii=[0.0] * len(path),

@@ -28,7 +28,7 @@ from fem_models.load.stepping import (
     reach_after_success,
     too_short,
 )
-from fem_models.multibody.assembly import MASSLESS, RingInertia, assemble, taut
+from fem_models.multibody.assembly import MASSLESS, RingInertia, assemble
 from fem_models.multibody.dry_elements import Dashpots, Guides, Losses, Material, set_each
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
@@ -41,7 +41,8 @@ class MultibodySettings:
     """Numerical settings; the tests verify the defaults.
 
     ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch: at 20 close to its limit, no give at all.
-    ``friction_tolerance`` ends the fixed point between tensions and friction limits, over the force scale of
+    ``friction_tolerance`` ends the fixed point between tensions and friction limits, and
+    ``newton_absolute_tolerance`` Newton's method, over the force scale of
     :class:`fem_models.joint.mechanics.JointMechanics`. ``max_step_mm`` bounds a step of the drive whatever the
     sampling, ``max_force_step`` that of a force, over the same scale. ``max_halvings`` is how often a step that fails
     is halved. ``max_friction_iterations`` also bounds how often guides may change between sticking and sliding in a
@@ -55,7 +56,7 @@ class MultibodySettings:
     max_force_step: float = 0.25
     max_halvings: int = 12
     newton_relative_tolerance: float = 1e-6
-    newton_absolute_tolerance_N: float = 1e-7
+    newton_absolute_tolerance: float = 5e-5
     newton_iterations: int = 15
 
 
@@ -116,7 +117,6 @@ class Stepper:
         self.rig, self.joint, self.settings, self.load_control = rig, joint, settings, load_control
         self.control = _step_control(rig, joint, settings, load_control=load_control)
         self.model = assemble(rig, joint, settings.bristle_ratio, inertia, load_control=load_control)
-        self.taut = np.array([taut(rig, tendon) for tendon in rig.tendons])
         self.guides = Guides(self.model, rig, settings.bristle_ratio, joint.force_scale_N)
         self.material = Material(self.model, rig, joint)
         self.dashpots = Dashpots(self.model, rig)
@@ -137,8 +137,8 @@ class Stepper:
         """Shape (tendons, N+1), wheel to tip."""
         output, kind = self.model.mbs.GetObjectOutput, exu.OutputVariableType
         free = [self.load.drive] if self.load_control else [output(i, kind.Force) for i in self.model.free_spans]
-        segments = np.reshape([output(i, kind.ForceLocal) for i in self.model.segments], (self.taut.size, -1))
-        return np.column_stack([free, segments / self.taut[:, None]])
+        segments = np.reshape([output(i, kind.ForceLocal) for i in self.model.segments], (len(self.rig.tendons), -1))
+        return np.column_stack([free, segments])
 
     def tip_mm(self) -> Floats:
         """Centre of the last ring, shape (2,)."""
@@ -196,7 +196,7 @@ class Stepper:
 
     def _predicted(self, length: float) -> FrictionState:
         """Carry on the fronts of sliding guides and the limits of friction, for a step in the same direction."""
-        sliding = self.guides.sliding.reshape(self.taut.size, -1).copy()
+        sliding = self.guides.sliding.reshape(len(self.rig.tendons), -1).copy()
         for row, speed in zip(sliding, self.front_speed, strict=True):
             reached = front(row)
             row[reached : reached + int(length * speed)] = row[0]
@@ -240,7 +240,7 @@ class Stepper:
         if not self.dashpots.force.size:
             return 0.0
         force, tendon = np.abs(self.dashpots.force), self.rig.tendon_a
-        sides = self.taut.size
+        sides = len(self.rig.tendons)
         tension = np.maximum(self.tensions()[:, 0], 0.1 * self.joint.force_scale_N)
         stretch = force[:sides] * tendon.free_length_mm / tendon.EA_N * (1 + tendon.toe_N / tension)
         rotation = force[sides:].max() / self.joint.flexure.bending_Nmm_per_rad
@@ -255,13 +255,14 @@ class Stepper:
         return bool(jumped(rotation, slide, length, self.control))
 
     def settle(self) -> None:
-        """Find the equilibrium at rest, where unequal arms may bend the straight, preloaded rig.
+        """Find the equilibrium at rest, where unequal arms may bend the preloaded rig.
 
         A tendon without tension is taut and slack in turns on the way there. Where that takes more iterations than a
         step may, which can be halved, it is tried again with more.
         """
         newton, start = self.solver.staticSolver.newton, FrictionState(self.guides.sliding, self.guides.limit)
-        q = self.coordinates()
+        q = self.model.bent_to(self.joint.rest_angle_rad)
+        self._start_from(q)
         found = self._equilibrium(self.load, start)
         if found is None:
             self._start_from(q)
@@ -312,7 +313,7 @@ class Stepper:
 
     def _learn(self, found: FrictionState, change: Floats, length: float, direction: float) -> None:
         """Note what a step changed per length, for the next one to start from."""
-        before, after = (rows.reshape(self.taut.size, -1) for rows in (self.guides.sliding, found.sliding))
+        before, after = (rows.reshape(len(self.rig.tendons), -1) for rows in (self.guides.sliding, found.sliding))
         self.front_speed = np.array(
             [
                 front_speed(front(a), front(b), direction, self.direction, length)
@@ -353,7 +354,7 @@ def _static_solver(rig: Rig, joint: JointMechanics, settings: MultibodySettings)
     # Rounding of a coordinate times the stiffest spring is the least residual there can be; a ring has two ends.
     bristle = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
     stiffest = max(bristle, 2 * joint.ring.axial_N_per_mm)
-    static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance_N, 1e-12 * stiffest)
+    static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance * joint.force_scale_N, 1e-12 * stiffest)
     static.newton.maxIterations = settings.newton_iterations
     # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.
     static.newton.numericalDifferentiation.relativeEpsilon = 1e-9

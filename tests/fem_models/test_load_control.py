@@ -209,17 +209,15 @@ def test_both_engines_follow_a_flat_plateau(slope_GPa):
     np.testing.assert_allclose(multibody, chain, atol=0.1)
 
 
-def test_a_tube_that_snaps_is_one_line_with_a_way_out():
-    """Unloading of a flat plateau: the chain loses the equilibrium, the multibody model passes the steep part."""
+@pytest.mark.parametrize("engine", ["chain", "multibody"])
+def test_a_tube_that_snaps_is_one_line_with_a_way_out(engine):
+    """Unloading of a flat plateau: both engines lose the equilibrium, at the same force."""
     force = np.concatenate([np.linspace(0.0, 4.2, 43), np.linspace(4.1, 0.0, 42)])
     with pytest.raises(
         SolverError, match=r"sample 74 of 85: .* 1\.093.* N: a tube may snap .* a drive in mm"
     ) as caught:
-        run_load_control(flat(0.0), force, "chain")
+        run_load_control(flat(0.0), force, engine)
     assert "\n" not in str(caught.value)
-    angle = run_load_control(flat(0.0), force, "multibody").angle_deg
-    assert abs(angle[-1]) < 1e-3  # back at rest
-    assert (np.diff(angle[42:]) < 0).all()
 
 
 def test_a_tendon_without_tension_finds_its_rest():

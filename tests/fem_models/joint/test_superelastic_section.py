@@ -12,7 +12,6 @@ from fem_models.joint.flexure import beam
 from fem_models.joint.section import cut_height_mm
 from fem_models.joint.superelastic_section import elongation_under_mm, section_path
 from fem_models.load import LoadProgram
-from fem_models.multibody.assembly import taut
 from fem_models.multibody.quasi_static import solve_multibody, solve_multibody_by_force
 from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Superelastic
@@ -169,8 +168,7 @@ def test_engines_have_moment_loss_and_slope_of_dense_fibres_at_their_thrust(engi
     one = with_notch(PAIR, replace(PAIR.joint.notch, count=1))
     one = replace(one, friction=Friction(), preload_N=preload, tendon_a=tendon, tendon_b=tendon)
     steps = LoadProgram(0.15 * cycle(1.0, 100))
-    # rings of the multibody model feel the tension times 1 + T0/EA, see taut()
-    thrust = check_engine(one, engine(one, steps), taut(one, tendon) if engine is solve_multibody else 1.0)
+    thrust = check_engine(one, engine(one, steps))
     assert 2 * preload - 0.3 < thrust.min() < thrust.max() < 2 * preload + 5
 
 
@@ -183,7 +181,7 @@ def test_engines_have_moment_loss_slope_and_temperature_of_dense_fibres(engine, 
     one = replace(one, friction=Friction(), tendon_a=tendon, tendon_b=tendon)
     drive = 0.2 * cycle(1.0, 60)
     steps = LoadProgram(drive, time_s=np.arange(drive.size) / 60)  # a cycle of 4 s
-    check_engine(one, engine(one, steps), taut(one, tendon) if engine is solve_multibody else 1.0)
+    check_engine(one, engine(one, steps))
 
 
 @pytest.mark.parametrize("engine", [solve_chain_by_force, solve_multibody_by_force])
@@ -191,13 +189,13 @@ def test_engines_have_moment_loss_and_slope_of_dense_fibres_of_a_wrist(engine, m
     monkeypatch.setattr(superelastic_section, "SECTION_FIBRES", MANY)
     one = with_notch(WRIST, replace(WRIST.joint.notch, count=1))
     up = 1.7 * np.arange(201) / 200  # as a cycle, back to zero twice
-    check_engine(one, engine(one, np.concatenate([up, up[-2::-1], up[1:], up[-2::-1], up[1:]])), 1.0)
+    check_engine(one, engine(one, np.concatenate([up, up[-2::-1], up[1:], up[-2::-1], up[1:]])))
 
 
-def check_engine(rig: Rig, run, factor: float) -> np.ndarray:
-    """Compare a run of one joint with dense fibres along its angles and tensions times a factor; return the thrust."""
+def check_engine(rig: Rig, run) -> np.ndarray:
+    """Compare a run of one joint with dense fibres along its angles and tensions; return the thrust."""
     joint = joint_mechanics(rig)
-    theta, tension = np.radians(run.record.notches_deg[:, 0]), factor * run.segment_tensions_N[:, :, 1]
+    theta, tension = np.radians(run.record.notches_deg[:, 0]), run.segment_tensions_N[:, :, 1]
     gap, half = 0.5 * joint.rigid_gap_mm, 0.5 * theta
     levers = [gap * np.sin(half) + sign * arm * np.cos(half) for sign, arm in zip((1, -1), joint.arms_mm, strict=True)]
     moment, thrust = (tension * np.column_stack(levers)).sum(axis=1), tension.sum(axis=1)
