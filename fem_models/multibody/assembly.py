@@ -94,6 +94,8 @@ class Model:
     rings: Ints  # first coordinates (x, y, rotation) of the rings, base first
     rotation: Ints  # coordinates of ring rotations, base first
     near_rotation: Ints  # of the near end of each flexure
+    nodes: Ints  # first coordinates of the ends of all flexures, base to tip
+    reference_mm: Floats  # their places in the straight rig without preload, shape (2, 2 N)
     centre_mm: Floats  # of the rings, from their nodes along x
     tip: Ring
 
@@ -103,18 +105,35 @@ class Model:
 
     def bent_to(self, angle_rad: float) -> Floats:
         """Coordinates of the assembled, straight rig with every joint bent to an angle."""
-        data = self.mbs.systemData
-        q, reference = np.array(data.GetODE2Coordinates()), data.GetODE2Coordinates(exu.ConfigurationType.Reference)
-        near, far = self.near_rotation - 2, self.rings[1:]
-        nodes = np.stack([near, far], axis=1).ravel()  # base to tip
-        where = reference[nodes] + q[nodes]
-        turned = angle_rad * np.arange(far.size)
-        heading = np.stack([turned + 0.5 * angle_rad, turned + angle_rad], axis=1).ravel()[:-1]  # a chord, then a ring
-        step = np.diff(where)[:, None] * np.column_stack([np.cos(heading), np.sin(heading)])
-        place = np.array([where[0], 0.0]) + np.vstack([np.zeros(2), np.cumsum(step, axis=0)])
-        q[nodes], q[nodes + 1] = place[:, 0] - reference[nodes], place[:, 1] - reference[nodes + 1]
-        q[near + 2], q[far + 2] = turned, turned + angle_rad
+        q = self.with_chords(np.array(self.mbs.systemData.GetODE2Coordinates()))
+        turned = angle_rad * np.arange(self.near_rotation.size)
+        q[self.near_rotation], q[self.rotation[1:]] = turned, turned + angle_rad
         q[self.bent] = angle_rad
+        return self.with_places(q)
+
+    def with_chords(self, q: Floats) -> Floats:
+        """Coordinates in which each node but the first has its element's chord in place of its own place.
+
+        A chord is seen from half way between the rotations of its ends. Stiff rings keep it, however the rig turns:
+        what is carried on in these coordinates does not strain them.
+        """
+        nodes, q = self.nodes, q.copy()
+        dx, dy = np.diff(q[nodes] + self.reference_mm[0]), np.diff(q[nodes + 1] + self.reference_mm[1])
+        middle = 0.5 * (q[nodes[1:] + 2] + q[nodes[:-1] + 2])
+        cosine, sine = np.cos(middle), np.sin(middle)
+        q[nodes[1:]], q[nodes[1:] + 1] = cosine * dx + sine * dy, cosine * dy - sine * dx
+        return q
+
+    def with_places(self, q: Floats) -> Floats:
+        """Coordinates of the system from those of :meth:`with_chords`."""
+        nodes, q = self.nodes, q.copy()
+        along, across = q[nodes[1:]], q[nodes[1:] + 1]
+        middle = 0.5 * (q[nodes[1:] + 2] + q[nodes[:-1] + 2])
+        cosine, sine = np.cos(middle), np.sin(middle)
+        steps = cosine * along - sine * across, sine * along + cosine * across
+        for axis, (step, reference) in enumerate(zip(steps, self.reference_mm, strict=True)):
+            first = q[nodes[0] + axis] + reference[0]
+            q[nodes[1:] + axis] = first + np.cumsum(step) - reference[1:]
         return q
 
 
@@ -358,6 +377,9 @@ def assemble(
     mbs.Assemble()
     bent, longer = backbone.sections.coordinates(mbs)
     first = np.array([mbs.GetNodeODE2Index(ring.node) for ring in backbone.rings])
+    near = np.array([mbs.GetNodeODE2Index(n) for n in backbone.near_nodes])
+    nodes = np.stack([near, first[1:]], axis=1).ravel()
+    reference = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Reference))
     return Model(
         mbs=mbs,
         wheel=int(wheel),
@@ -378,7 +400,9 @@ def assemble(
         slip=np.array([mbs.GetNodeODE2Index(n) for n in slip_nodes]),
         rings=first,
         rotation=first + 2,
-        near_rotation=np.array([mbs.GetNodeODE2Index(n) + 2 for n in backbone.near_nodes]),
+        near_rotation=near + 2,
+        nodes=nodes,
+        reference_mm=reference[[nodes, nodes + 1]],
         centre_mm=np.array([ring.centre_mm for ring in backbone.rings]),
         tip=backbone.rings[-1],
     )

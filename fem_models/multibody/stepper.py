@@ -42,7 +42,7 @@ class MultibodySettings:
 
     ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch: at 20 close to its limit, no give at all.
     ``friction_tolerance`` ends the fixed point between tensions and friction limits, and
-    ``newton_absolute_tolerance`` Newton's method, over the force scale of
+    ``newton_tolerance`` Newton's method, over the force scale of
     :class:`fem_models.joint.mechanics.JointMechanics`. ``max_step_mm`` bounds a step of the drive whatever the
     sampling, ``max_force_step`` that of a force, over the same scale. ``max_halvings`` is how often a step that fails
     is halved. ``max_friction_iterations`` also bounds how often guides may change between sticking and sliding in a
@@ -55,8 +55,7 @@ class MultibodySettings:
     max_step_mm: float = 0.1
     max_force_step: float = 0.25
     max_halvings: int = 12
-    newton_relative_tolerance: float = 1e-6
-    newton_absolute_tolerance: float = 5e-5
+    newton_tolerance: float = 5e-5
     newton_iterations: int = 15
 
 
@@ -124,7 +123,7 @@ class Stepper:
         self.solver = _static_solver(rig, joint, settings)
         self.load, self.reach = at_rest(joint.rest_angle_rad), self.control.max_step
         self._set_rest_angle(joint.rest_angle_rad)
-        # of the last step: direction of the drive, and changes of coordinates, friction limits and fronts per length
+        # of the last step: direction of the drive, and changes of Model.with_chords, friction limits, fronts per length
         self.direction, self.increment = 0.0, 0.0 * self.coordinates()
         self.limit_slope, self.front_speed = 0.0 * self.guides.limit, np.zeros(len(rig.tendons))
         self.guides.limit = self.limits()
@@ -289,7 +288,8 @@ class Stepper:
             self.dashpots.damp_over(time_s)
             self.material.begin(time_s, before)
             if direction == self.direction:
-                self._start_from(before + step.length * self.increment)
+                carried_on = self.model.with_chords(before) + step.length * self.increment
+                self._start_from(self.model.with_places(carried_on))
                 guess = self._predicted(step.length)
             else:  # after a reversal or a failure: every guide sticks until its force says otherwise
                 self._start_from(before)
@@ -303,9 +303,9 @@ class Stepper:
                     raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {step.load.drive:.6g} {unit}")
                 continue
             after = self.coordinates()
-            change = after - before
-            self._learn(found, change, step.length, direction)
-            self.accept(after, change / time_s if time_s > 0 else 0.0 * after, found.limit)
+            self._learn(found, self.model.with_chords(after) - self.model.with_chords(before), step.length, direction)
+            velocities = (after - before) / time_s if time_s > 0 else 0.0 * after
+            self.accept(after, velocities, found.limit)
             last, force, last_wound, wound = force, wheel_force_N(self.found), wound, self._wound_mm()
             work += 0.5 * (last + force) * (wound - last_wound)
             done, self.reach = step.part, reach_after_success(self.reach, self.control)
@@ -350,11 +350,11 @@ def _static_solver(rig: Rig, joint: JointMechanics, settings: MultibodySettings)
     solver.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     static = solver.staticSolver
     static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
-    static.newton.relativeTolerance = settings.newton_relative_tolerance
+    static.newton.relativeTolerance = 1e-12  # a slack tendon may start far off: a part of that residual proves nothing
     # Rounding of a coordinate times the stiffest spring is the least residual there can be; a ring has two ends.
     bristle = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
     stiffest = max(bristle, 2 * joint.ring.axial_N_per_mm)
-    static.newton.absoluteTolerance = max(settings.newton_absolute_tolerance * joint.force_scale_N, 1e-12 * stiffest)
+    static.newton.absoluteTolerance = max(settings.newton_tolerance * joint.force_scale_N, 1e-12 * stiffest)
     static.newton.maxIterations = settings.newton_iterations
     # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.
     static.newton.numericalDifferentiation.relativeEpsilon = 1e-9
