@@ -143,11 +143,12 @@ def _scalar_node(mbs: Any) -> tuple[int, int]:
     return node, mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
 
 
-def _add_free_span(mbs: Any, tendon: Tendon, preload_N: float, base: int, wheel: int, radius_mm: float) -> int:
-    """Tendon between wheel and base; the toe region is an exponential spring in series with the linear tendon.
+def _add_free_span(mbs: Any, rig: Rig, side: int, base: int, wheel: int) -> int:
+    """Tendon a (side 1) or b (-1) between wheel and base; the toe region is an exponential spring in series with it.
 
     Integrating dT/ds = k T / (T + toe) gives s = [(T - T0) + toe ln(T/T0)] / k: two springs in series.
     """
+    tendon, preload_N, radius_mm = rig.tendons[0 if side > 0 else 1], rig.preload_N, side * rig.wheel.radius_mm
     k = tendon.EA_N / tendon.free_length_mm
     if tendon.toe_N == 0:
         span = Spring(markerNumbers=[base, wheel], factor1=radius_mm, stiffness=k, offset=-preload_N / k)
@@ -361,25 +362,20 @@ def assemble(
     wheel = mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, wheel_marker]))
     free_spans, forces, segments, guides, slip_nodes, dashpots = [], [], [], [], [], []
     for side, tendon, arm in zip((1, -1), rig.tendons, joint.arms_mm, strict=False):
-        slip = [_scalar_node(mbs) for _ in range(rig.joints)]
-        markers = [m for _, m in slip]
+        nodes, markers = map(list, zip(*(_scalar_node(mbs) for _ in range(rig.joints)), strict=True))
         if load_control:
             forces.append(int(mbs.AddLoad(items.LoadCoordinate(markerNumber=markers[0], load=rig.preload_N))))
         else:
-            radius = side * rig.wheel.radius_mm
-            free_spans.append(_add_free_span(mbs, tendon, rig.preload_N, markers[0], wheel_marker, radius))
+            free_spans.append(_add_free_span(mbs, rig, side, markers[0], wheel_marker))
         segments += _add_segments(mbs, rig, joint, tendon, side * arm, backbone, [*markers, ground])
-        bristles = bristle_N_per_mm(rig, tendon, bristle_ratio)
-        guides += [_add_guide(mbs, rig, tendon, one, [ground, m]) for m, one in zip(markers, bristles, strict=True)]
-        slip_nodes += [n for n, _ in slip]
+        guides += _add_guides(mbs, rig, tendon, bristle_ratio, ground, markers)
+        slip_nodes += nodes
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
     dead = _add_surroundings(mbs, rig, backbone.rings)
     mbs.Assemble()
     bent, longer = backbone.sections.coordinates(mbs)
-    first = np.array([mbs.GetNodeODE2Index(ring.node) for ring in backbone.rings])
-    near = np.array([mbs.GetNodeODE2Index(n) for n in backbone.near_nodes])
-    nodes = np.stack([near, first[1:]], axis=1).ravel()
-    reference = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Reference))
+    first, near = (_first_coordinates(mbs, n) for n in ([ring.node for ring in backbone.rings], backbone.near_nodes))
+    ends = np.stack([near, first[1:]], axis=1).ravel()
     return Model(
         mbs=mbs,
         wheel=int(wheel),
@@ -397,21 +393,30 @@ def assemble(
         bent=bent,
         longer=longer,
         dashpots=dashpots + backbone.dashpots,
-        slip=np.array([mbs.GetNodeODE2Index(n) for n in slip_nodes]),
+        slip=_first_coordinates(mbs, slip_nodes),
         rings=first,
         rotation=first + 2,
         near_rotation=near + 2,
-        nodes=nodes,
-        reference_mm=reference[[nodes, nodes + 1]],
+        nodes=ends,
+        reference_mm=np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Reference))[[ends, ends + 1]],
         centre_mm=np.array([ring.centre_mm for ring in backbone.rings]),
         tip=backbone.rings[-1],
     )
 
 
-def _add_guide(mbs: Any, rig: Rig, tendon: Tendon, bristle: float, markers: list[int]) -> int:
-    """Bristle between the ground and the slip of a tendon at a guide."""
-    guide = Spring(markerNumbers=markers, stiffness=bristle, damping=laws.OPEN_STIFFNESS * tendon.EA_N / rig.pitch_mm)
-    return laws.add_with_law(mbs, guide, laws.stick_slip)
+def _first_coordinates(mbs: Any, nodes: list[int]) -> Ints:
+    return np.array([mbs.GetNodeODE2Index(n) for n in nodes])
+
+
+def _add_guides(mbs: Any, rig: Rig, tendon: Tendon, bristle_ratio: float, ground: int, markers: list[int]) -> list[int]:
+    """Bristles between the ground and the slip of a tendon at its guides."""
+    open_stiffness = laws.OPEN_STIFFNESS * tendon.EA_N / rig.pitch_mm
+    bristles = bristle_N_per_mm(rig, tendon, bristle_ratio).tolist()
+    guides = [
+        Spring(markerNumbers=[ground, marker], stiffness=bristle, damping=open_stiffness)
+        for marker, bristle in zip(markers, bristles, strict=True)
+    ]
+    return [laws.add_with_law(mbs, guide, laws.stick_slip) for guide in guides]
 
 
 def bristle_N_per_mm(rig: Rig, tendon: Tendon, bristle_ratio: float) -> Floats:

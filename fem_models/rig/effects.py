@@ -64,6 +64,10 @@ class Eccentricity:
         require_numbers("eccentricity", self)
 
 
+LEAST_FIBRES, MOST_FIBRES = 8, 512
+"""Fibres on a side of a superelastic section: fewer miss its moment by a percent, more only take time."""
+
+
 @dataclass(frozen=True)
 class Superelastic:
     """Flag-shaped law of Nitinol, applied fibre by fibre through the section; without constants that of a common alloy.
@@ -98,6 +102,10 @@ class Superelastic:
         Time constant of the exchange of heat with the surroundings; the load program needs times.
     latent_heat_J_per_g, heat_capacity_J_per_gK
         Of the complete transformation, and of the metal.
+    fibres_per_side
+        Fibres on either side of the neutral axis, up to :data:`MOST_FIBRES`. In a cycle the error of the moment is
+        0.1 % of the largest with 16, that of the loss 0.5 %, that of the slope 2 % of the elastic one (rms); with 256
+        all three are below 0.1 %. The time of a run grows with their number.
     """
 
     plateau_MPa: float = 480.0
@@ -111,6 +119,7 @@ class Superelastic:
     heating_time_s: float | None = None
     latent_heat_J_per_g: float = 14.4
     heat_capacity_J_per_gK: float = 0.47
+    fibres_per_side: int = 16
 
     def __post_init__(self) -> None:
         require_numbers("superelastic", self)
@@ -127,6 +136,10 @@ class Superelastic:
         for name in ("plateau_modulus_GPa", "clausius_clapeyron_MPa_per_K", "latent_heat_J_per_g"):
             value = getattr(self, name)
             require(value >= 0, f"superelastic.{name}", value, "at least 0")
+        fibres = self.fibres_per_side
+        within = isinstance(fibres, int) and LEAST_FIBRES <= fibres <= MOST_FIBRES
+        expected = f"a whole number from {LEAST_FIBRES} to {MOST_FIBRES}"
+        require(within, "superelastic.fibres_per_side", fibres, expected)
         require(
             self.least_plateau_MPa > 0,
             "superelastic.temperature_C",

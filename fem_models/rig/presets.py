@@ -94,6 +94,7 @@ _SLOW_AND_ALIKE = {
         f"superelastic.{name}": Source("assumed", "the plateaus are those of the trials: no shift")
         for name in ("temperature_C", "reference_C", "clausius_clapeyron_MPa_per_K")
     },
+    "superelastic.fibres_per_side": Source("assumed", "a matter of accuracy, not of the tube"),
     **{
         f"superelastic.{name}": Source("assumed", "slow trials: no influence without heating_time_s")
         for name in ("latent_heat_J_per_g", "heat_capacity_J_per_gK")

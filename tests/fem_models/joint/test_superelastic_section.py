@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from fem_models.chain.solve import solve_chain, solve_chain_by_force
-from fem_models.joint import joint_mechanics, superelastic_section
+from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import beam
 from fem_models.joint.section import cut_height_mm
 from fem_models.joint.superelastic_section import elongation_under_mm, section_path
@@ -101,29 +101,32 @@ def cycle(largest: float, steps: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("thrust", [0.0, 10.0, 20.0, 40.0])
-def test_pair_under_thrust_is_that_of_dense_fibres_over_one_cycle(thrust, monkeypatch):
-    check_cycle(PAIR, np.radians(2.3) * cycle(1.0, 120), thrust, monkeypatch)
+def test_pair_under_thrust_is_that_of_dense_fibres_over_one_cycle(thrust):
+    check_cycle(PAIR, np.radians(2.3) * cycle(1.0, 120), thrust)
 
 
 @pytest.mark.parametrize("thrust", [0.0, 40.0])
-def test_pair_that_is_not_alike_on_both_sides_is_that_of_dense_fibres(thrust, monkeypatch):
-    check_cycle(replace(PAIR, superelastic=PRESSED), np.radians(2.6) * cycle(1.0, 120), thrust, monkeypatch)
+def test_pair_that_is_not_alike_on_both_sides_is_that_of_dense_fibres(thrust):
+    check_cycle(replace(PAIR, superelastic=PRESSED), np.radians(2.6) * cycle(1.0, 120), thrust)
 
 
 @pytest.mark.parametrize("thrust", [0.0, 1.0, 4.0])
-def test_one_sided_section_under_thrust_is_that_of_dense_fibres_over_one_cycle(thrust, monkeypatch):
+def test_one_sided_section_under_thrust_is_that_of_dense_fibres_over_one_cycle(thrust):
     elastic = with_notch(WRIST, replace(WRIST.joint.notch, rigid_roots=False))
-    check_cycle(elastic, np.radians(15.0) * cycle(1.0, 120), thrust, monkeypatch)
+    check_cycle(elastic, np.radians(15.0) * cycle(1.0, 120), thrust)
 
 
 MANY = 256
 """Fibres on a side, for checks of the equations: of the usual ones each makes a corner in the slope."""
 
 
-def check_cycle(rig: Rig, phi: np.ndarray, thrust: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def finely_cut(rig: Rig) -> Rig:
+    return replace(rig, superelastic=replace(rig.superelastic, fibres_per_side=MANY))
+
+
+def check_cycle(rig: Rig, phi: np.ndarray, thrust: float) -> None:
     usual, dense = joint_mechanics(rig).section, Fibres(rig)
-    monkeypatch.setattr(superelastic_section, "SECTION_FIBRES", MANY)
-    many = joint_mechanics(rig).section
+    many = joint_mechanics(finely_cut(rig)).section
     assert many.area_mm2.size == 2 * MANY
     moment, loss = np.array([(dense.bend(at, thrust), dense.loss) for at in phi]).T
     angle = phi + usual.root_compliance * moment  # so that both have the same bending of the section
@@ -162,10 +165,9 @@ def test_a_squeezed_section_follows_its_flag():
 
 @pytest.mark.parametrize("engine", [solve_chain, solve_multibody])
 @pytest.mark.parametrize("preload", [5.0, 10.0, 20.0])
-def test_engines_have_moment_loss_and_slope_of_dense_fibres_at_their_thrust(engine, preload, monkeypatch):
-    monkeypatch.setattr(superelastic_section, "SECTION_FIBRES", MANY)
+def test_engines_have_moment_loss_and_slope_of_dense_fibres_at_their_thrust(engine, preload):
     tendon = replace(PAIR.tendon_a, toe_N=0.0)
-    one = with_notch(PAIR, replace(PAIR.joint.notch, count=1))
+    one = finely_cut(with_notch(PAIR, replace(PAIR.joint.notch, count=1)))
     one = replace(one, friction=Friction(), preload_N=preload, tendon_a=tendon, tendon_b=tendon)
     steps = LoadProgram(0.15 * cycle(1.0, 100))
     thrust = check_engine(one, engine(one, steps))
@@ -174,10 +176,9 @@ def test_engines_have_moment_loss_and_slope_of_dense_fibres_at_their_thrust(engi
 
 @pytest.mark.parametrize("engine", [solve_chain, solve_multibody])
 @pytest.mark.parametrize("law", [PRESSED, HEATED], ids=["not alike", "heated"])
-def test_engines_have_moment_loss_slope_and_temperature_of_dense_fibres(engine, law, monkeypatch):
-    monkeypatch.setattr(superelastic_section, "SECTION_FIBRES", MANY)
+def test_engines_have_moment_loss_slope_and_temperature_of_dense_fibres(engine, law):
     tendon = replace(PAIR.tendon_a, toe_N=0.0)
-    one = with_notch(replace(PAIR, superelastic=law), replace(PAIR.joint.notch, count=1))
+    one = finely_cut(with_notch(replace(PAIR, superelastic=law), replace(PAIR.joint.notch, count=1)))
     one = replace(one, friction=Friction(), tendon_a=tendon, tendon_b=tendon)
     drive = 0.2 * cycle(1.0, 60)
     steps = LoadProgram(drive, time_s=np.arange(drive.size) / 60)  # a cycle of 4 s
@@ -185,9 +186,8 @@ def test_engines_have_moment_loss_slope_and_temperature_of_dense_fibres(engine, 
 
 
 @pytest.mark.parametrize("engine", [solve_chain_by_force, solve_multibody_by_force])
-def test_engines_have_moment_loss_and_slope_of_dense_fibres_of_a_wrist(engine, monkeypatch):
-    monkeypatch.setattr(superelastic_section, "SECTION_FIBRES", MANY)
-    one = with_notch(WRIST, replace(WRIST.joint.notch, count=1))
+def test_engines_have_moment_loss_and_slope_of_dense_fibres_of_a_wrist(engine):
+    one = finely_cut(with_notch(WRIST, replace(WRIST.joint.notch, count=1)))
     up = 1.7 * np.arange(201) / 200  # as a cycle, back to zero twice
     check_engine(one, engine(one, np.concatenate([up, up[-2::-1], up[1:], up[-2::-1], up[1:]])))
 
