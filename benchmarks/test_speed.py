@@ -25,9 +25,9 @@ from fem_models.rig.rig import Friction, notched_tube, with_notch
 
 JOINTS = 14
 SIZES = (7, 14, 28, 56, 112)
-LIMIT_CHAIN_S = 2e-3
-LIMIT_BATCH_S = 2.0
-LIMIT_MULTIBODY_S = 0.8
+LIMIT_CHAIN_S = 6e-4
+LIMIT_BATCH_S = 0.6
+LIMIT_MULTIBODY_S = 0.25
 EXPONENT_CHAIN = 1.2
 EXPONENT_MULTIBODY = 1.4
 

@@ -26,7 +26,7 @@ def _row(a: ChainAgreement) -> list[str]:
         f"{a.preload_N:g}",
         f"{a.max_difference_deg:.3f}",
         *widths,
-        "" if percent is None else f"{percent:.2f}",
+        "" if percent is None else f"{round(percent, 2) + 0.0:.2f}",  # without -0.00
     ]
 
 
