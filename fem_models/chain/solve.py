@@ -81,7 +81,7 @@ def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | No
         As :func:`solve_chain`.
     """
     run, _ = followed(rig, chain_case(rig, program, settings))
-    return np.degrees(np.cumsum(run.angles, axis=1)[:, -1])
+    return tip_angle_deg(run)
 
 
 def solve_chain_by_force(rig: Rig, force_N: Floats, settings: ChainSettings | None = None) -> ChainSolution:
@@ -190,7 +190,7 @@ def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, ru
         "chain",
         rig,
         program,
-        angle_deg=np.degrees(np.cumsum(run.angles, axis=1)[:, -1]),
+        angle_deg=tip_angle_deg(run),
         joint_angles_rad=run.angles,
         tension_N=run.tensions[:, :, 0],
         tip_mm=tip_mm(rig, joint, run),
@@ -199,6 +199,11 @@ def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, ru
     wheel, friction, material, drag = run.energies.T
     warming = run.warming if run.warming.size else None
     return ChainSolution(record, run.tensions, strain, wheel, friction, material, drag, warming)
+
+
+def tip_angle_deg(run: Run) -> Floats:
+    """Bending at the tip, shape (m,): the angles of the joints, added from the base."""
+    return np.degrees(np.cumsum(run.angles, axis=1)[:, -1])
 
 
 def tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:
@@ -240,10 +245,10 @@ def solve_batch(
 
     def one(rig: Rig) -> tuple[Floats, Floats, str]:
         try:
-            solution = solve_chain(rig, program, settings)
+            run, _ = followed(rig, chain_case(rig, program, settings))
         except (SolverError, RigError) as error:
             return np.full(m, np.nan), np.full((m, 2), np.nan), str(error)
-        return solution.record.angle_deg, solution.segment_tensions_N[:, :, 0], ""
+        return tip_angle_deg(run), run.tensions[:, :, 0], ""
 
     m = program.drive_mm.size
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from operator import attrgetter
 from typing import Literal
 
 from fem_models.rig.checks import RigError
@@ -188,12 +189,13 @@ def preset(name: str, *, preload_N: float | None = None) -> Rig:
     return rig if preload_N is None else replace(rig, preload_N=preload_N)
 
 
+_BUT_PRELOAD = attrgetter(*(f.name for f in fields(Rig) if f.name != "preload_N"))
+
+
 def sidecar_table(rig: Rig) -> dict[str, str | float]:
     """Return the ``[rig]`` table of a record made with this rig: the name of its preset, and its preload, if any."""
     table: dict[str, str | float] = {"preload_N": rig.preload_N} if rig.preload_N > 0 else {}
     known = PRESETS.get(rig.name)
-    if known is not None and all(
-        getattr(known.rig, f.name) == getattr(rig, f.name) for f in fields(rig) if f.name != "preload_N"
-    ):
+    if known is not None and _BUT_PRELOAD(known.rig) == _BUT_PRELOAD(rig):
         table = {"preset": rig.name, **table}
     return table

@@ -114,11 +114,14 @@ class Record:
         """Return a read-only copy of an array; raise if it violates the contract of the class."""
         array = np.array(getattr(self, name), dtype=float)
         fits = array.ndim == len(shape) and all(want in (None, n) for want, n in zip(shape, array.shape, strict=True))
-        expected = str(shape).replace("None", "any")
-        self._require(fits and array.size > 0, name, f"shape {array.shape}", f"shape {expected}")
-        largest, limit = float(np.abs(array).max()), MAX_COUNT if name in ("time_s", "cycle") else MAX_MAGNITUDE
-        self._require(math.isfinite(largest), name, "NaN or infinite", "finite numbers")
-        self._require(largest <= limit, name, f"magnitude {largest:g}", f"at most {limit:g}")
+        if not fits or array.size == 0:
+            expected = str(shape).replace("None", "any")
+            self._require(False, name, f"shape {array.shape}", f"shape {expected}")
+        largest = max(-float(array.min()), float(array.max()))
+        limit = MAX_COUNT if name in ("time_s", "cycle") else MAX_MAGNITUDE
+        if not largest <= limit:
+            self._require(math.isfinite(largest), name, "NaN or infinite", "finite numbers")
+            self._require(False, name, f"magnitude {largest:g}", f"at most {limit:g}")
         if name == "cycle":
             self._require(not bad_cycles(array).any(), name, "not a count", "whole numbers that never fall")
             array = array.astype(np.int64)
