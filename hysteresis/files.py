@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import os
 import re
@@ -180,7 +181,8 @@ def place(path: Path) -> str:
 def write_files(files: Mapping[Path, str | bytes]) -> None:
     """Write texts, as UTF-8, and bytes, all or none: all are staged in their folders before any is replaced.
 
-    Missing folders are created.
+    Missing folders are created. A process that is killed leaves each file as it was or as it is to be, and perhaps
+    staged ones beside them, whose names start with a dot: the next one that writes the files removes them.
 
     Raises
     ------
@@ -197,6 +199,7 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
         for path, content in files.items():
             part = path.with_name(f".{path.name}.{os.getpid()}.part")
             path.parent.mkdir(parents=True, exist_ok=True)
+            _remove_staged(path)
             staged[part] = path
             if isinstance(content, str):
                 part.write_text(content, encoding="utf-8", newline="\n")
@@ -210,6 +213,26 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     finally:
         for part in staged:
             part.unlink(missing_ok=True)
+
+
+def _remove_staged(path: Path) -> None:
+    """Remove what a process that is gone staged for a file."""
+    for staged in path.parent.glob(f".{glob.escape(path.name)}.*"):
+        number, _, kind = staged.name[len(path.name) + 2 :].partition(".")
+        if kind in ("part", "old") and number.isdecimal() and not _runs(int(number)):
+            staged.unlink(missing_ok=True)
+
+
+def _runs(process: int) -> bool:
+    if os.name == "nt":  # where signal 0 is Ctrl-C
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:  # it belongs to somebody else
+        pass
+    return True
 
 
 @contextmanager
