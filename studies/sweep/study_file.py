@@ -6,11 +6,13 @@ import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice, product
 from pathlib import Path
 from typing import Any, cast
 
 from fem_models.rig import RigError, preset, read_rig
 from fem_models.rig.ensemble import member_constants
+from fem_models.rig.rig_file import rig_of_tables
 from hysteresis.files import inside, read_bytes, read_text, read_toml
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.records.record import RecordError
@@ -24,6 +26,7 @@ from studies.sweep.quantities import ENGINE_GROUPS, GROUPS, quantity_names
 METHODS = ("sobol", "latin-hypercube")
 MAX_CASES = 1_000_000
 MAX_AXES = 64
+MOST_RIGS = 1_000  # rigs of a study that are made before the first case, to find one that can be
 MOST = 1e15
 """Largest magnitude of a number of a study file."""
 _TOP = ("schema", "title", "engine", "seed", "rig", "program", "vary", "sample", "quantities", "sensitivity", "pareto")
@@ -235,6 +238,7 @@ def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
     )  # fmt: skip
     _require_few(study)
     _require_programs(study)
+    _require_rig(study)
     return study
 
 
@@ -251,6 +255,19 @@ def _require_programs(study: Study) -> None:
             program_of_table(study.tables.program)
         except RigError as error:
             raise StudyError(f"program.{error}") from None
+
+
+def _require_rig(study: Study) -> None:
+    """Refuse a rig that no value of the axes makes possible; the message is that of the first case."""
+    spans = [axis.values or (axis.low, 0.5 * (axis.low + axis.high), axis.high) for axis in study.axes]
+    names, first = [axis.name for axis in study.axes], ""
+    for values in islice(product(*spans), MOST_RIGS):
+        try:
+            rig_of_tables(with_values(study.tables, dict(zip(names, values, strict=True))).rig, "rig")
+            return
+        except RigError as error:
+            first = first or str(error)
+    raise StudyError(f"{first}, in this and all other cases that were tried")
 
 
 def _require_different_names(inputs: Mapping[Path, str]) -> None:

@@ -22,6 +22,11 @@ BAD_FILES = {
     "step of 0 on an axis": (
         GRID.replace('"notch.depth_mm" = [2.8', '"program.step_mm" = [0.0'), ["vary.program.step_mm = 0", "above 0"]),
     "step beyond the amplitude": (GRID.replace("cycles = 2", "step_mm = 9"), ["program.step_mm = 9", "amplitude_mm"]),
+    "rig that is in no case": (
+        GRID.replace('preset = "du2018"', 'preset = "du2018"\nfriction.sheath_N = -1'),
+        ["friction.sheath_N = -1", "at least 0", "all other cases"]),
+    "notch that no case has": (
+        GRID.replace('preset = "du2018"', 'preset = "du2018"\nnotch.count = 0'), ["notch.count = 0", "at least 1"]),
     "rig outside": (GRID.replace('preset = "du2018"', 'file = "../rig.toml"'), ["rig.file = '../rig.toml'", "outside"]),
     "program outside": (
         GRID.replace(PROGRAM, '[program]\nfile = "/etc/passwd"\n'), ["program.file = '/etc/passwd'", "outside"]),
