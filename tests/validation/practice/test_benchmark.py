@@ -127,6 +127,31 @@ def test_command_scores_and_refuses_in_one_line(copy, capsys):
     assert f"expected {read_list(copy / FOLDER).answers_sha256[:12]}" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[" * 100_000 + "]" * 100_000, "nested too deep"),
+        (
+            '{"schema": 1, "verdict": "effect", "effects": [{"name": "a", "parameters": {"x": 1' + "0" * 400 + "}}]}",
+            "x = 1",
+        ),
+        ('{"schema": 1, "verdict": "a\\nb"}', "expected one of"),
+        ('{"schema": 1, "verdict": ' + '"x' * 1 + "x" * 5_000 + '"}', "expected one of"),
+        ('"two\\nlines"', "an answer"),
+    ],
+    ids=["deep", "a number of 400 digits", "two lines", "long", "no object"],
+)
+def test_a_malformed_answer_is_one_line(text, words, copy, capsys):
+    perfect(copy)
+    answer = next((copy / FOLDER / "answers").glob("*.json"))
+    answer.write_text(text)
+    assert call(["practice", "score", str(copy / FOLDER), str(copy / SEALED)]) == 2
+    error = capsys.readouterr().err
+    assert (error.count("\n"), len(error) < 300) == (1, True)
+    assert words in error
+    assert answer.name in error
+
+
 def test_export_keeps_answers_apart(tmp_path, capsys):
     inside = ["--answers", str(tmp_path / "new" / "a.json")]
     assert call(["practice", "export", "--out", str(tmp_path / "new"), *inside]) == 2
@@ -159,7 +184,7 @@ def test_trace_and_its_folder_are_answers():
         ({"schema": 1, "verdict": "effect", "effects": [{}]}, r"effects\[0\]: {}: expected an object with a name"),
         (
             {"schema": 1, "verdict": "effect", "effects": [{"name": "x", "parameters": {"a_mm": "1"}}]},
-            "a_mm = 1: expected a number",
+            "a_mm = '1': expected a number",
         ),
     ],
 )

@@ -7,20 +7,20 @@ a table with its ``value``. The held-out error may also stand where a trace.json
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hysteresis.files import read_text
+from hysteresis.files import read_json
+from hysteresis.messages import as_given, quoted
 from hysteresis.plain import to_plain
 from hysteresis.records.record import RecordError
 from validation.practice.outcome import CLAIMS
 
 UNANSWERED = "unanswered"
 VERDICTS = (*CLAIMS, "none", "unexplained", "error")
+MOST = 1e300
 EXPECTED = "an answer: a JSON object with schema, verdict and effects"
 
 
@@ -78,11 +78,7 @@ def read_answer(folder: Path, case: str) -> CaseAnswer:
     path = answer_file(folder, case)
     if path is None:
         return CaseAnswer(1, UNANSWERED)
-    try:
-        values = json.loads(read_text(path, EXPECTED))
-    except json.JSONDecodeError as error:
-        raise RecordError(f"{path}: not JSON, {error}: expected {EXPECTED}") from None
-    return answer_of(values, str(path))
+    return answer_of(read_json(path, EXPECTED), str(path))
 
 
 def answer_of(values: object, where: str) -> CaseAnswer:
@@ -94,14 +90,14 @@ def answer_of(values: object, where: str) -> CaseAnswer:
         One line with the field, its value and what was expected.
     """
     if not isinstance(values, dict):
-        raise RecordError(f"{where}: {str(values)[:40]}: expected {EXPECTED}")
+        raise RecordError(f"{where}: {quoted(values)}: expected {EXPECTED}")
     if values.get("schema") != 1:
-        raise RecordError(f"{where}: schema = {values.get('schema', 'missing')!r}: expected 1")
+        raise RecordError(f"{where}: schema = {quoted(values.get('schema', 'missing'))}: expected 1")
     verdict, effects = values.get("verdict", "missing"), values.get("effects", [])
     if verdict not in VERDICTS:
-        raise RecordError(f"{where}: verdict = {verdict!r}: expected one of {', '.join(VERDICTS)}")
+        raise RecordError(f"{where}: verdict = {quoted(verdict)}: expected one of {', '.join(VERDICTS)}")
     if not isinstance(effects, list):
-        raise RecordError(f"{where}: effects = {str(effects)[:40]}: expected a list")
+        raise RecordError(f"{where}: effects = {quoted(effects)}: expected a list")
     if verdict in CLAIMS and not effects:
         raise RecordError(f"{where}: effects: none with the verdict {verdict}: expected at least one")
     named = tuple(_effect(one, f"{where}: effects[{k}]") for k, one in enumerate(effects))
@@ -110,14 +106,14 @@ def answer_of(values: object, where: str) -> CaseAnswer:
 
 def _effect(values: object, where: str) -> NamedEffect:
     if not isinstance(values, dict) or not isinstance(values.get("name"), str):
-        raise RecordError(f"{where}: {str(values)[:40]}: expected an object with a name")
+        raise RecordError(f"{where}: {quoted(values)}: expected an object with a name")
     confusable = values.get("confusable_with", [])
     if not isinstance(confusable, list) or not all(isinstance(name, str) for name in confusable):
-        raise RecordError(f"{where}: confusable_with = {str(confusable)[:40]}: expected a list of names")
+        raise RecordError(f"{where}: confusable_with = {quoted(confusable)}: expected a list of names")
     parameters = values.get("parameters", {})
     if not isinstance(parameters, dict):
-        raise RecordError(f"{where}: parameters = {str(parameters)[:40]}: expected an object")
-    numbers = {key: _number(one, f"{where}: parameters: {key}") for key, one in parameters.items()}
+        raise RecordError(f"{where}: parameters = {quoted(parameters)}: expected an object")
+    numbers = {key: _number(one, f"{where}: parameters: {as_given(key)}") for key, one in parameters.items()}
     known = {key: value for key, value in numbers.items() if value is not None}
     return NamedEffect(values["name"], tuple(confusable), known)
 
@@ -127,8 +123,8 @@ def _number(value: object, where: str) -> float | None:
         value = value.get("value")
     if value is None:
         return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise RecordError(f"{where} = {str(value)[:40]}: expected a number")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
+        raise RecordError(f"{where} = {quoted(value)}: expected a number")
     return float(value)
 
 

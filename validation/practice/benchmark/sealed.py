@@ -15,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hysteresis.files import read_text, write_files
+from hysteresis.files import read_json, write_files
+from hysteresis.messages import quoted
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import write_record
@@ -200,10 +201,7 @@ def records_of(folder: Path, name: str) -> list[Path]:
 
 
 def _json(path: Path, expected: str) -> dict[str, object]:
-    try:
-        values = json.loads(read_text(path, expected))
-    except json.JSONDecodeError as error:
-        raise RecordError(f"{path}: not JSON, {error}: expected {expected}") from None
+    values = read_json(path, expected)
     if not isinstance(values, dict):
-        raise RecordError(f"{path}: {str(values)[:40]}: expected {expected}")
+        raise RecordError(f"{path}: {quoted(values)}: expected {expected}")
     return values

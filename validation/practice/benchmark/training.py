@@ -17,7 +17,7 @@ from pathlib import Path
 
 from rich.progress import track
 
-from hysteresis.files import read_text, write_files
+from hysteresis.files import read_json, write_files
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.records.record import RecordError
 from validation.practice.benchmark.features import NAMES, features
@@ -102,10 +102,7 @@ def read_training(path: Path) -> Training:
     RecordError
         A file that is missing or malformed, or that has other features than this version.
     """
-    try:
-        values = json.loads(read_text(path, "the examples that the training command writes"))
-    except json.JSONDecodeError as error:
-        raise RecordError(f"{path}: not JSON, {error}") from None
+    values = read_json(path, "the examples that the training command writes")
     training = from_plain(Training, values, str(path))
     if training.names != NAMES:
         raise RecordError(f"{path}: features of another version: expected examples drawn again")
