@@ -1,8 +1,8 @@
 """A fuzzer that is guided by coverage: ``python -m tests.malformed.guided KIND SECONDS CORPUS``.
 
 It needs atheris (Google's libFuzzer for Python), which is not among the tools of developers: install it beside them.
-KIND is a key of :func:`kinds`. What breaks the promise (a refusal that names the file, within 5 s) ends the run, and its
-file is kept as ``CORPUS/crash-...``. Findings become tests.
+KIND is a key of :func:`kinds`. What breaks the promise (a refusal that names the file, within 5 s) ends the run, and
+its file is kept as ``CORPUS/crash-...``. Findings become tests.
 """
 
 from __future__ import annotations
