@@ -8,7 +8,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= results/first-report
 
-.PHONY: study install dev test site lock clean
+.PHONY: study install dev test checks kernels site lock clean
 
 PIP     := $(BIN)/python -m pip
 INSTALL := $(PIP) install --quiet --disable-pip-version-check
@@ -33,12 +33,19 @@ $(VENV)/.dev-installed: $(VENV)/.installed requirements-dev.lock
 	$(INSTALL) -r requirements-dev.lock
 	touch $@
 
+# The checks keep one core busy: on the other one the kernels are compiled, which every worker of pytest would do.
 test: dev
+	$(MAKE) --no-print-directory --jobs=2 checks kernels
+	$(BIN)/pytest -n auto --dist worksteal
+
+checks:
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/pytest -n auto --dist worksteal
+
+kernels:
+	PYTHONPATH=. $(BIN)/python tests/compile_kernels.py
 
 site: dev
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

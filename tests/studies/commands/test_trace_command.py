@@ -3,7 +3,6 @@
 import json
 import sys
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -53,20 +52,33 @@ def bench_records(width_mm: float) -> list[Record]:
     return out
 
 
-@cache
-def traced(width_mm: float):
-    return trace_records(bench_records(width_mm), threads=1)
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The folder of records with backlash and of what the command writes, and the trace that it found."""
+    place, traces = tmp_path_factory.mktemp("trace"), []
+    for i, record in enumerate(bench_records(WIDTH_MM)):
+        write_record(record, place / f"r{i}.csv")
+
+    def noted(*records, **options):
+        traces.append(trace_records(*records, **options))
+        return traces[-1]
+
+    arguments = ["trace", *(str(place / f"r{i}.csv") for i in range(3)), "--out", str(place / "out")]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tracing, "trace_records", noted)
+        assert call([*arguments, "--quiet", "--threads", "1"]) == 0
+    (found,) = traces
+    return place, found
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """Records with backlash, and what the command writes."""
-    place = tmp_path_factory.mktemp("trace")
-    for i, record in enumerate(bench_records(WIDTH_MM)):
-        write_record(record, place / f"r{i}.csv")
-    arguments = ["trace", *(str(place / f"r{i}.csv") for i in range(3)), "--out", str(place / "out")]
-    assert call([*arguments, "--quiet", "--threads", "1"]) == 0
-    return place
+def folder(run):
+    return run[0]
+
+
+@pytest.fixture(scope="module")
+def found(run):
+    return run[1]
 
 
 def stored(folder):
@@ -170,8 +182,7 @@ def test_nothing_is_written_where_a_file_cannot_be(folder, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["trace.json"]
 
 
-def test_a_trace_prints_in_one_line_shows_itself_in_a_notebook_and_converts():
-    found = traced(WIDTH_MM)
+def test_a_trace_prints_in_one_line_shows_itself_in_a_notebook_and_converts(found):
     assert "\n" not in repr(found)
     assert repr(found).startswith("Trace(effect: backlash; held-out error 0.")
     assert repr(found).endswith("; rig)")
@@ -181,8 +192,7 @@ def test_a_trace_prints_in_one_line_shows_itself_in_a_notebook_and_converts():
     assert repr(clean).startswith(f"Trace(none; held-out error {found.baseline.heldout_rmse_deg:.3g} deg, noise 0.0")
 
 
-def test_an_unexplained_trace_names_no_effect_and_proposes_a_measurement():
-    found = traced(WIDTH_MM)
+def test_an_unexplained_trace_names_no_effect_and_proposes_a_measurement(found):
     words = ("the residual depends on the rate",)
     smooth = replace(found.smooth, names=("the rate",))
     lost = replace(found, verdict="unexplained", augmented=found.baseline, confusable=(), words=words, smooth=smooth)
@@ -201,8 +211,7 @@ def test_an_unexplained_trace_names_no_effect_and_proposes_a_measurement():
     assert "The residual depends on the rate." in in_words(result)
 
 
-def test_candidates_that_are_not_distinguished_are_named_together():
-    found = traced(WIDTH_MM)
+def test_candidates_that_are_not_distinguished_are_named_together(found):
     ranked = sorted((c for c in found.candidates if len(c.names) == 1), key=lambda c: -c.delta_bic)
     best, second = ranked[:2]
     near = replace(second, delta_bic=best.delta_bic - 1.0)
@@ -215,18 +224,17 @@ def test_candidates_that_are_not_distinguished_are_named_together():
     assert any(f"backlash or {second.names[0]}" in line for line in in_words(result))
 
 
-def test_the_record_that_is_proposed_tells_play_from_friction_at_the_base():
+def test_the_record_that_is_proposed_tells_play_from_friction_at_the_base(found):
     """At two preloads they are not distinguished, and the record that distinguishes them is below both."""
-    found = trace_records(bench_records(WIDTH_MM)[:2], threads=1)
-    named = {found.augmented.names[0], *found.confusable[0]}
+    of_two = trace_records(bench_records(WIDTH_MM)[:2], threads=1)
+    named = {of_two.augmented.names[0], *of_two.confusable[0]}
     assert named == {"backlash", "guide_friction", "preloaded_play"}
-    assert next_experiment(found).preload_N == 5.0
-    assert traced(WIDTH_MM).names == ("backlash",)  # with that record
+    assert next_experiment(of_two).preload_N == 5.0
+    assert found.names == ("backlash",)  # with that record
 
 
-def test_the_proposed_record_distinguishes_the_competitors():
+def test_the_proposed_record_distinguishes_the_competitors(found):
     """Simulated again here, by the chain model, for the two models that the sentence names."""
-    found = traced(WIDTH_MM)
     experiment = next_experiment(found)
     runner_up = max((c for c in found.candidates if "backlash" not in c.names), key=lambda c: c.delta_bic)
     problem, angles = found.baseline.model.problem, []
@@ -248,7 +256,8 @@ def test_competitors_of_unknown_geometry_are_simulated_on_the_record_s_own_path(
         )
         for r in bench_records(0.0)[:2]
     ]  # fmt: skip
-    found = trace_records(records, threads=1)
+    shown = {"time_delay", "viscous_drag", "backlash"}
+    found = trace_records(records, threads=1, effects=[effect for effect in catalogue() if effect.name in shown])
     assert not found.known
     best, second = sorted((c for c in found.candidates if len(c.names) == 1), key=lambda c: -c.delta_bic)[:2]
     named = replace(
@@ -263,9 +272,8 @@ def test_competitors_of_unknown_geometry_are_simulated_on_the_record_s_own_path(
     assert len(figures(named)) == 3
 
 
-def test_multibody_errors_are_those_of_the_same_runs():
+def test_multibody_errors_are_those_of_the_same_runs(found):
     """Both engines follow the same laws; measured joints have no shear and no soft rings."""
-    found = traced(WIDTH_MM)
     opinion = second_opinion(found)
     for errors, fitted in ((opinion.before, found.baseline), (opinion.after, found.augmented)):
         whole = np.sqrt(fitted.mean_square)
@@ -274,8 +282,7 @@ def test_multibody_errors_are_those_of_the_same_runs():
     assert "1 of 3 records" in second_opinion(found, cycles=2.0).words  # whole records, at least one
 
 
-def test_a_failed_multibody_run_is_reported_in_words(monkeypatch):
-    found = traced(WIDTH_MM)
+def test_a_failed_multibody_run_is_reported_in_words(found, monkeypatch):
 
     def fail(rig, program):
         raise SolverError("sample 3")
@@ -292,8 +299,7 @@ def test_a_failed_multibody_run_is_reported_in_words(monkeypatch):
     assert trace_report(found, opinion=opinion).multibody is None
 
 
-def test_a_report_alone_has_the_errors_of_the_trace():
-    found = traced(WIDTH_MM)
+def test_a_report_alone_has_the_errors_of_the_trace(found):
     result = trace_report(found)
     assert result.after == errors_of(found.augmented)
     assert result.multibody is None

@@ -37,6 +37,7 @@ TRUE = {
     "loop_1": 1.5,
     "reach_1": 0.9,
 }
+EXACT_DEG = 1e-4
 FORMS = [(effect, i) for effect in catalogue() for i in range(len(effect.curve_forms))]
 
 
@@ -196,7 +197,10 @@ def test_starts_lie_within_bounds_and_act(problem, effect, i):
 
 
 def recovered(problem, form):
-    """Parameters of a form, and the rms residual, deg, from fits of all parameters together; the best of all starts."""
+    """Parameters of a form, and the rms residual, deg, from fits of all parameters together; the best of all starts.
+
+    Records without noise: a fit that leaves as good as nothing is the best one.
+    """
     cs = (*problem.parameters, *form.parameters)
     low, high = np.array([[c.to_unit(c.low) for c in cs], [c.to_unit(c.high) for c in cs]])
 
@@ -210,6 +214,8 @@ def recovered(problem, form):
     for start in problem.starts(form):
         x0 = np.clip([c.to_unit(start[c.name]) for c in cs], low + 1e-9, high - 1e-9)
         fits.append(least_squares(errors, x0, bounds=(low, high), x_scale="jac", max_nfev=80))
+        if np.sqrt(np.mean(fits[-1].fun ** 2)) < EXACT_DEG:
+            break
     fit = min(fits, key=lambda one: one.cost)
     return {c.name: c.from_unit(v) for c, v in zip(cs, fit.x, strict=True)}, float(np.sqrt(np.mean(fit.fun**2)))
 

@@ -30,15 +30,21 @@ def measured(rig, seed, unit="deg", mm=MM_PER_DEG):
     )  # fmt: skip
 
 
-def test_gain_and_effect_are_found_together():
-    mm = -MM_PER_DEG  # a motor that turns in the other direction
+@pytest.fixture(scope="module")
+def slack_behind_a_motor():
+    """Records of slack tendons behind a motor that turns in the other direction."""
     rigs = [preset("du2018", preload_N=T) for T in (20.0, 10.0)]
-    records = [measured(replace(rig, slack=Slack(0.2, 0.2)), i, mm=mm) for i, rig in enumerate(rigs)]
-    trace = trace_records(records)
+    return trace_records(
+        [measured(replace(rig, slack=Slack(0.2, 0.2)), i, mm=-MM_PER_DEG) for i, rig in enumerate(rigs)]
+    )
+
+
+def test_gain_and_effect_are_found_together(slack_behind_a_motor):
+    trace = slack_behind_a_motor
     assert trace.known
     assert trace.augmented.names == ("tendon_slack",)
     baseline, (slack,) = trace.augmented.model.values(trace.augmented.x)
-    assert baseline["drive_mm_per_deg"] == pytest.approx(mm, rel=0.02)
+    assert baseline["drive_mm_per_deg"] == pytest.approx(-MM_PER_DEG, rel=0.02)
     assert slack["slack_mm"] == pytest.approx(0.2, rel=0.1)
     assert trace.augmented.heldout_rmse_deg < 1.3 * NOISE_DEG
     result = trace_report(trace, experiment=next_experiment(trace), opinion=(confirmed := second_opinion(trace)))
@@ -46,10 +52,8 @@ def test_gain_and_effect_are_found_together():
     assert confirmed.after.rmse_deg < min(1.3 * NOISE_DEG, 0.7 * confirmed.before.rmse_deg)
 
 
-def test_the_next_record_is_in_turns_of_the_motor():
-    rigs = [preset("du2018", preload_N=T) for T in (20.0, 10.0)]
-    trace = trace_records([measured(replace(rig, slack=Slack(0.35, 0.35)), i) for i, rig in enumerate(rigs)])
-    experiment = next_experiment(trace)
+def test_the_next_record_is_in_turns_of_the_motor(slack_behind_a_motor):
+    experiment = next_experiment(slack_behind_a_motor)
     assert experiment.csv().startswith("drive_deg,time_s\n")
     assert experiment.program is None  # which is in mm
     assert 0.2 < np.abs(experiment.trial.drive).max() * MM_PER_DEG / 2.2 < 1.5  # in mm it would be 0.035
