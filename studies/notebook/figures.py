@@ -16,17 +16,16 @@ from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from hysteresis import Fit, Record
 from hysteresis.arrays import Floats
-from studies.notebook.backbone import backbone_of, is_thin
+from hysteresis.records.backbone import backbone_of, is_thin
 from studies.notebook.results import Compensation, StudyResult
 from studies.report.charts import TONES, Bars, Chart, Line
-from studies.report.plots import ANGLE, Series, fit_plate, parts_plate
+from studies.report.plots import ANGLE, LESS, Series, fit_plate, parts_plate
 from studies.report.still import STYLE, draw_chart
 from studies.results.separation import Separation
 from validation.tracing.outcome import Trace
 
 _WIDTH_IN, _HEIGHT_IN = 4.7, 3.2  # of one chart
 _TITLE = 62  # characters that fit above one chart
-_LESS = "angle less backbone, deg"
 
 
 class NotebookFigure(Figure):
@@ -116,7 +115,7 @@ def _loops(records: Sequence[Record]) -> list[Chart]:
             for record, b, name, tone in zip(records, backbones, names, tones, strict=True)
             if b is not None
         )
-        charts.append(Chart("Less the backbone", drive, _LESS, opened, f"{title}, less the backbone"))
+        charts.append(Chart("Less the backbone", drive, LESS, opened, f"{title}, less the backbone"))
     return charts
 
 
@@ -132,7 +131,7 @@ def _fit(fit: Fit, i: int) -> tuple[Chart, ...]:
         Line(record.drive, record.angle_deg - base, "record", "grey", "points"),
         Line(record.drive, predicted - base, "f + Bouc-Wen", "blue"),
     )
-    opened = Chart("Less f alone", first.x_label, _LESS, lines, f"{fit.records[i]}: record and fit less f alone")
+    opened = Chart("Less f alone", first.x_label, LESS, lines, f"{fit.records[i]}: record and fit less f alone")
     of_layer = tuple(mark for mark in last.marks if isinstance(mark, Line) and mark.name != "f alone")
     return first, opened, replace(last, marks=of_layer)
 

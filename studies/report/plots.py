@@ -17,6 +17,7 @@ from studies.report.still import chart_svg
 from studies.results.separation import Separation
 
 ANGLE = "bending angle, deg"
+LESS = "angle less backbone, deg"
 _WIDTH_IN = {1: 9.4, 2: 4.7, 3: 3.4}  # width of a chart on paper, by the number of charts in a row
 _PRELOADS: tuple[Tone, ...] = ("orange", "blue", "green", "purple")
 
