@@ -14,14 +14,17 @@ import numpy as np
 from hysteresis.arrays import Floats
 
 Tone = Literal["blue", "orange", "green", "purple", "grey"]
-Style = Literal["solid", "dash", "dot", "points", "crosses"]
+Style = Literal["solid", "dash", "dot", "points", "dots", "crosses", "star"]
 TONES: tuple[Tone, ...] = ("blue", "orange", "green", "purple", "grey")
 """Colours that a colour-blind reader can distinguish, and by lightness on paper; ``style.css`` has them for screens."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A curve, or points; ``x``, ``y`` of shape (m,), and ``spread`` above and below each point."""
+    """A curve, or points; ``x``, ``y`` of shape (m,), and ``spread`` above and below each point.
+
+    Dots, crosses and stars have an edge in the colour of the paper, so that they stand out from a field.
+    """
 
     x: Floats
     y: Floats
@@ -100,11 +103,12 @@ class Chart:
 
 @dataclass(frozen=True)
 class Plate:
-    """Charts side by side under one caption."""
+    """Charts side by side under one caption, with a heading where they have one thing in common."""
 
     charts: tuple[Chart, ...]
     caption: str
     columns: int = 2
+    heading: str = ""
 
 
 def finite(values: Sequence[float | None]) -> Floats:

@@ -23,6 +23,7 @@ from studies.report.plotly import (
     packed,
 )
 
+_SYMBOLS = {"dots": ("circle", 9), "crosses": ("x", 8), "star": ("star", 16)}
 _DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
 
 
@@ -75,8 +76,10 @@ def _line(mark: Line) -> Scatter:
             return points
         wide = replace(points, marker=Marker(f"${mark.tone}", size=7))
         return replace(wide, error_y=Spread(packed(mark.spread), f"${mark.tone}"))
-    if mark.style == "crosses":
-        return Scatter(x, y, "markers", name=mark.name, marker=Marker(f"${mark.tone}", size=8, symbol="x-thin-open"))
+    if mark.style in _SYMBOLS:
+        symbol, size = _SYMBOLS[mark.style]
+        marker = Marker(f"${mark.tone}", size=size, symbol=symbol, line=Stroke(1.0, "$card"))
+        return Scatter(x, y, "markers", name=mark.name, marker=marker)
     return Scatter(x, y, "lines", name=mark.name, line=Stroke(1.8, f"${mark.tone}", _DASHES[mark.style]))
 
 

@@ -92,6 +92,7 @@ class Marker:
     color: str | Packed | Sequence[float] | Sequence[str]
     size: float | None = optional()
     symbol: str | None = optional()
+    line: Stroke | None = optional()
     cmin: float | None = optional()
     cmax: float | None = optional()
     colorscale: str | Sequence[tuple[float, str]] | None = optional()

@@ -50,13 +50,14 @@ class Drawn:
     charts: tuple[DrawnChart, ...]
     caption: str
     columns: int
+    heading: str
 
 
 def draw(plate: Plate) -> Drawn:
     """Draw a plate for paper and for the screen."""
     width = _WIDTH_IN[plate.columns]
     charts = (DrawnChart(chart.title, chart.alt, chart_svg(chart, width), chart_json(chart)) for chart in plate.charts)
-    return Drawn(tuple(charts), plate.caption, plate.columns)
+    return Drawn(tuple(charts), plate.caption, plate.columns, plate.heading)
 
 
 LOOPS_CAPTION = (

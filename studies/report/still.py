@@ -30,6 +30,7 @@ STYLE: dict[Any, Any] = {
     "svg.hashsalt": "notchbend",  # makes the text reproducible
     "svg.fonttype": "path",
 }
+_SYMBOLS = {"dots": ("o", 5), "crosses": ("X", 5), "star": ("*", 10)}
 _DASHES = {"solid": "-", "dash": "--", "dot": ":"}
 HEIGHT = 2.9
 _MOST_VECTORS = 800  # points of a line; more of them are drawn as pixels, which keeps the text short
@@ -74,10 +75,12 @@ def draw_chart(figure: Figure, axes: Axes, chart: Chart) -> None:
 def _line(axes: Axes, line: Line) -> None:
     if line.spread is not None:
         axes.errorbar(line.x, line.y, line.spread, fmt=".", ms=6, lw=1, color=INK[line.tone], label=line.name)
-    elif line.style in ("points", "crosses"):
-        form = "." if line.style == "points" else "x"
+    elif line.style == "points":
         many = line.x.size > _MOST_VECTORS
-        axes.plot(line.x, line.y, form, ms=3, color=INK[line.tone], label=line.name, rasterized=many)
+        axes.plot(line.x, line.y, ".", ms=3, color=INK[line.tone], label=line.name, rasterized=many)
+    elif line.style in _SYMBOLS:
+        form, size = _SYMBOLS[line.style]
+        axes.plot(line.x, line.y, form, ms=size, mec="white", mew=0.6, color=INK[line.tone], label=line.name)
     else:
         axes.plot(line.x, line.y, ls=_DASHES[line.style], color=INK[line.tone], label=line.name)
 

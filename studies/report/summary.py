@@ -262,7 +262,7 @@ def study_verdicts(study: StudySection, command: str) -> list[Verdict]:
 
 def _feasible(found: Feasible, command: str) -> Verdict:
     """Say how many designs keep all limits; a limit that any of them breaks asks for a decision."""
-    each = ", ".join(f"{limit.words}: {limit.kept}" for limit in found.limits)
+    each = "; ".join(f"{limit.words}: {limit.kept}" for limit in found.limits)
     state: State = "look" if found.kept < found.cases else "holds"
     value = f"{found.kept} of {found.cases}"
     return Verdict(state, "Designs within limits", value, f"kept of {found.cases} cases: {each}", "study", command)

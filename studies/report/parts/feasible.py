@@ -21,7 +21,7 @@ LIMITS: Mapping[str, tuple[str, float, str]] = {
     "slack_reached": ("at most", 0.0, "no tendon falls slack"),
 }
 """Quantities of a study that a design has to keep, with their bounds and what they say."""
-_ANGLE, _WIDTH = "full_scale_angle_deg", "loop_width_max_deg"
+ANGLE, WIDTH = "full_scale_angle_deg", "loop_width_max_deg"
 
 
 @dataclass(frozen=True)
@@ -83,9 +83,9 @@ def feasibility(data: xr.Dataset) -> Feasible | None:
 
 def _best(data: xr.Dataset, done: Mask, kept: Mask) -> Best | None:
     """Find the narrowest loop for its full scale among the cases that keep the limits, else among all."""
-    if _ANGLE not in data or _WIDTH not in data:
+    if ANGLE not in data or WIDTH not in data:
         return None
-    angle, width = (data[name].values.astype(float) for name in (_ANGLE, _WIDTH))
+    angle, width = (data[name].values.astype(float) for name in (ANGLE, WIDTH))
     share: Floats = np.where(angle > 0, 100 * width / np.where(angle > 0, angle, 1.0), np.nan)
     among = (kept if kept.any() else done) & np.isfinite(share)
     if not among.any():

@@ -157,6 +157,55 @@ def test_the_region_shows_every_case_once(tmp_path):
     assert counts == {"outside the limits": 2, "within all limits": 4, "narrowest loop": 1}
 
 
+def grid(tmp_path, sizes):
+    """A study over a grid; the fatigue margin and the width of the loop fall from the first value of each axis on."""
+    steps = np.meshgrid(*(np.linspace(0, 1, size) for size in sizes.values()), indexing="ij")
+    fall = sum(steps) / len(sizes)
+    texts = {
+        k: (tuple(sizes), np.full(fall.shape, v, np.dtypes.StringDType()))
+        for k, v in (("status", "ok"), ("message", ""))
+    }
+    numbers = {"full_scale_angle_deg": 40 + 0 * fall, "loop_width_max_deg": 4 - 2 * fall, "fatigue_margin": 1.5 - fall}
+    units = {"units": "deg", "long_name": "largest angle"}
+    values = {name: (tuple(sizes), column, units) for name, column in numbers.items()}
+    data = xr.Dataset({**values, **texts}, {name: np.arange(size) + 1.0 for name, size in sizes.items()})
+    data["fatigue_margin"].attrs = {"units": "1"}
+    data.to_zarr(tmp_path / "study.zarr", mode="w", zarr_format=3, consolidated=False)
+    return data
+
+
+def test_preload_depth_and_count_are_small_multiples_with_the_region(tmp_path):
+    data = grid(tmp_path, {"preload_N": 4, "notch.count": 3, "notch.depth_mm": 5})
+    width, angle = read_study(tmp_path).plates[:2]
+    assert (width.heading, angle.heading) == ("Width of the loop, % of the full scale", "Largest angle, deg")
+    assert [chart.title for chart in width.charts] == ["notch count 1", "notch count 2", "notch count 3"]
+    assert {(chart.x_label, chart.y_label) for chart in width.charts} == {("notch depth, mm", "preload, N")}
+    kept = 0
+    for place, chart in enumerate(width.charts):
+        heat, inside, outside, *best = chart.marks
+        layer = data.isel({"notch.count": place}).transpose("preload_N", "notch.depth_mm")
+        np.testing.assert_allclose(heat.z, 100 * layer["loop_width_max_deg"].values / 40)
+        assert heat.scale == pytest.approx((5.0, 10.0))  # one scale: 2 and 4 deg of 40
+        feasible = layer["fatigue_margin"].values >= 1
+        assert (inside.x.size, outside.x.size) == (feasible.sum(), (~feasible).sum())
+        assert {*zip(inside.y - 1, inside.x - 1, strict=True)} == {*zip(*np.nonzero(feasible), strict=True)}
+        kept += len(best)
+    assert kept == 1  # the best design of those within the limits is in one of the charts
+    assert f"{int((data['fatigue_margin'] >= 1).sum())} of the 60 designs drawn keep all limits" in width.caption
+    page(tmp_path)
+
+
+def test_two_axes_have_no_small_multiples_and_a_fourth_is_held(tmp_path):
+    (tmp_path / "two").mkdir()
+    grid(tmp_path / "two", {"preload_N": 4, "notch.depth_mm": 5, "notch.count": 1})
+    assert read_study(tmp_path / "two").plates[0].charts[0].title == "Designs within the limits"
+    grid(tmp_path, {"tube.wall_mm": 3, "notch.depth_mm": 30, "notch.angle_deg": 3, "notch.count": 9})
+    plate = read_study(tmp_path).plates[0]
+    assert len(plate.charts) == 6  # of nine counts
+    assert plate.charts[0].marks[0].z.shape == (3, 24)  # of 30 depths
+    assert plate.caption.startswith("One scale of colours for all charts; notch angle, deg at 2.")
+
+
 @pytest.mark.parametrize(("verdict", "said"), [("none", "the layer alone does not"), ("effect", "see its trace")])
 def test_advice_on_a_fit_knows_its_trace(verdict, said, tmp_path):
     write_identify(tmp_path, heldout=replace(SMALL, rmse_deg=0.15))
