@@ -22,9 +22,9 @@ from hysteresis.arrays import Floats
 from hysteresis.records.backbone import backbone_of, is_thin
 from studies.notebook.results import Compensation, StudyResult
 from studies.notebook.solid import NotebookFigure, shown_angles_deg, solid_figure
-from studies.report.charts import TONES, Bars, Chart, Line
+from studies.report.charts import TONES, Chart, Line
 from studies.report.plots import ANGLE, LESS, Series, fit_plate, parts_plate
-from studies.report.still import STYLE, draw_chart
+from studies.report.still import STYLE, draw_chart, has_legend_above
 from studies.results.separation import Separation
 from validation.tracing.outcome import Trace
 
@@ -90,9 +90,8 @@ def _drawn(charts: Sequence[Chart]) -> Figure:
         places = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, chart in zip(places, charts, strict=False):
             draw_chart(figure, axes, chart)
-            legend_above = sum(isinstance(mark, Bars) for mark in chart.marks) > 1
             title = shorten(chart.title, _TITLE, placeholder=" ...")
-            axes.set_title(title, loc="left", fontsize=9.5, pad=20 if legend_above else None)
+            axes.set_title(title, loc="left", fontsize=9.5, pad=20 if has_legend_above(chart) else None)
         for axes in places[len(charts) :]:
             axes.set_visible(False)
     return figure

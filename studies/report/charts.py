@@ -88,8 +88,8 @@ Mark = Line | Bars | Heat | Dots | Span
 class Chart:
     """One pair of axes. ``alt`` is the text in place of the picture; axis labels include the unit.
 
-    ``y_range`` has the ends of the vertical axis where charts share them; ``legend`` is False where another chart of
-    the plate has it.
+    ``x_range`` and ``y_range`` have the ends of an axis where these are given; ``legend`` is False where another
+    chart of the plate has it.
     """
 
     title: str
@@ -98,6 +98,7 @@ class Chart:
     marks: tuple[Mark, ...]
     alt: str
     y_range: tuple[float, float] | None = None
+    x_range: tuple[float, float] | None = None
     legend: bool = True
 
 

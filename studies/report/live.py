@@ -32,6 +32,8 @@ def chart_json(chart: Chart) -> str:
     has_bars = any(isinstance(mark, Bars) for mark in chart.marks)
     in_legend = [mark for mark in chart.marks if isinstance(mark, Line | Bars)]
     layout = Layout(_axis(chart.x_label), _axis(chart.y_label), showlegend=chart.legend and len(in_legend) > 1)
+    if chart.x_range is not None:
+        layout = replace(layout, xaxis=replace(layout.xaxis, range=chart.x_range))
     if chart.y_range is not None:
         layout = replace(layout, yaxis=replace(layout.yaxis, range=chart.y_range))
     spans = [mark for mark in chart.marks if isinstance(mark, Span)]

@@ -30,7 +30,7 @@ STYLE: dict[Any, Any] = {
     "svg.hashsalt": "notchbend",  # makes the text reproducible
     "svg.fonttype": "path",
 }
-_SYMBOLS = {"dots": ("o", 5), "crosses": ("X", 5), "star": ("*", 10)}
+_SYMBOLS = {"dots": ("o", 5.5), "crosses": ("X", 6.5), "star": ("*", 11)}
 _DASHES = {"solid": "-", "dash": "--", "dot": ":"}
 HEIGHT = 2.9
 _MOST_VECTORS = 800  # points of a line; more of them are drawn as pixels, which keeps the text short
@@ -60,16 +60,25 @@ def draw_chart(figure: Figure, axes: Axes, chart: Chart) -> None:
             figure.colorbar(shown, ax=axes, label=mark.label)
         elif isinstance(mark, Span):
             _span(axes, mark)
+    if chart.x_range is not None:
+        axes.set_xlim(*chart.x_range)
     if chart.y_range is not None:
         axes.set_ylim(*chart.y_range)
     axes.set_xlabel(chart.x_label)
     axes.set_ylabel(chart.y_label)
-    if not chart.legend:
+    if has_legend_above(chart):
+        count = len(bars) or len(lines)
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=count, fontsize=7.5, borderaxespad=0.2)
+    elif not chart.legend:
         return
-    if len(bars) > 1:  # bars fill the axes and leave no room for a legend
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(bars), fontsize=7.5, borderaxespad=0.2)
     elif len(lines) > 1:
         axes.legend(loc="best", fontsize=7.5)
+
+
+def has_legend_above(chart: Chart) -> bool:
+    """Tell whether the legend stands above the chart: bars and fields fill it and leave no room."""
+    lines, bars, fields = (sum(isinstance(mark, kind) for mark in chart.marks) for kind in (Line, Bars, Heat))
+    return chart.legend and (bars > 1 or (fields > 0 and lines > 1))
 
 
 def _line(axes: Axes, line: Line) -> None:
@@ -80,7 +89,7 @@ def _line(axes: Axes, line: Line) -> None:
         axes.plot(line.x, line.y, ".", ms=3, color=INK[line.tone], label=line.name, rasterized=many)
     elif line.style in _SYMBOLS:
         form, size = _SYMBOLS[line.style]
-        axes.plot(line.x, line.y, form, ms=size, mec="white", mew=0.6, color=INK[line.tone], label=line.name)
+        axes.plot(line.x, line.y, form, ms=size, mec="white", mew=0.4, color=INK[line.tone], label=line.name)
     else:
         axes.plot(line.x, line.y, ls=_DASHES[line.style], color=INK[line.tone], label=line.name)
 

@@ -215,9 +215,9 @@ def separation_verdict(result: Separation, label: str, command: str) -> Verdict:
     if not shares:
         return Verdict("note", title, "no loop", label, section, command)
     most = max(shares, key=lambda name: shares[name])
-    rest = ", ".join(f"{name.replace('_', ' ')} {100 * v:.0f} %" for name, v in shares.items() if name != most)
+    rest = ", ".join(f"{name.replace('_', ' ')} {round(100 * v)} %" for name, v in shares.items() if name != most)
     state: State = "note" if abs(result.energy.closure_percent) <= 1.0 else "look"
-    value = f"{most.replace('_', ' ')} {100 * shares[most]:.0f} %"
+    value = f"{most.replace('_', ' ')} {round(100 * shares[most])} %"
     return Verdict(state, title, value, f"of the width at {label}; {rest}", section, command)
 
 

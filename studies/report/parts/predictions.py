@@ -41,12 +41,13 @@ def _predicted(folder: Path, one: Prediction) -> PredictedRecord:
     backbone = backbone_of(predicted)
     if backbone is not None:
         less = tuple(Line(r.drive, r.angle_deg - backbone, name, tone, style) for name, r, tone, style in pairs)  # type: ignore[arg-type]
-        charts.append(Chart("Less the backbone of the rig file's loop", drive, LESS, less, f"{alt}, less one curve."))
+        charts.append(Chart("Less the backbone", drive, LESS, less, f"{alt}, less one curve."))
     off = Line(record.drive, record.angle_deg - predicted.angle_deg, "record - rig file", "blue", "points")
     largest = f"Difference, {one.max_abs_deg:.3g} deg at most."
     charts.append(Chart("Difference", drive, "record - rig file, deg", (off,), largest))
     caption = (
         f"{one.record}: the rig as its file says, along the drive of the record; only the record's zero is "
-        f"fitted. {one.rmse_deg:.3g} deg rms apart, noise {one.noise_floor_deg:.2g} deg."
+        f"fitted. {one.rmse_deg:.3g} deg rms apart, noise {one.noise_floor_deg:.2g} deg. The backbone is "
+        "that of the rig file's loop."
     )
     return PredictedRecord(one, draw(Plate(tuple(charts), caption, columns=3)))

@@ -180,7 +180,8 @@ def _candidates(result: StoredTrace) -> Plate:
     alt = f"The least held-out error is {np.nanmin(value):.3g} deg, of {best}."
     charts = [Chart("Error on held-out data", "held-out error, deg rms", "", (*noise, *marks), alt)]
     above = [row.bic_above_best for row in rows]
-    caption = "Blue: the model with the named effects; orange: the baseline. Dotted: noise floor. Bars: 95 % intervals"
+    named = "Blue: the model with the named effects; orange" if any(row.chosen for row in rows) else "Orange"
+    caption = f"{named}: the baseline. Dotted: noise floor. Whiskers: 95 % intervals"
     if any(one is None for one in above):
         caption += " of folds that each fit has not seen."
     else:

@@ -49,7 +49,7 @@ def ranked_models(trace: Trace) -> tuple[RankedModel, ...]:
     best = best_candidates(trace)
     if not best:
         return ()
-    own, top = len(trace.baseline.names), best[0].delta_bic
+    own, top = len(trace.baseline.names), max(0.0, *(float(c.delta_bic) for c in best))
     by_folds = trace.baseline.fold_errors is not None
 
     def row(name: str, fitted: Fitted, gain: float) -> RankedModel:
