@@ -32,7 +32,7 @@ from studies.report.parts.comparisons import (
 )
 from studies.report.parts.fits import FitSection, read_fit, run_fit
 from studies.report.parts.predictions import PredictedRecord, predicted_records
-from studies.report.parts.traced import trace_plates
+from studies.report.parts.traced import trace_command, trace_plates
 from studies.report.plots import LOOPS_CAPTION, TOE_CAPTION, Drawn, columns_plate, draw, loops_plate, parts_plate
 from studies.report.study import Front, StudySection, read_front, read_study
 from studies.report.summary import Verdict
@@ -318,6 +318,8 @@ def _traces(folder: Path) -> tuple[TraceSection, ...]:
     for path in sorted(folder.glob("trace*.json")):
         result = read_result(StoredTrace, path, trace.WHAT)
         records = " ".join(Path(record).name for record in result.records)
+        if result.reference:
+            records += f" against {' '.join(Path(record).name for record in result.reference)}"
         files = [inside(path, "figures[].file", item.file, [".png", ".csv"]) for item in result.figures]
         plates, figures = tuple[Drawn, ...](), tuple[FigureSection, ...]()
         if result.samples_file is None:
@@ -327,7 +329,7 @@ def _traces(folder: Path) -> tuple[TraceSection, ...]:
             samples = read_samples(file, len(result.records) + len(result.reference))
             plates = tuple(map(draw, trace_plates(result, samples)))
         pictures = tuple(file.name for file in files) if plates else ()
-        command = f"notchbend trace {' '.join(map(shlex.quote, result.records))} --out DIR"
+        command = trace_command(result.records, result.reference)
         sections.append(TraceSection(path.stem, records, result, plates, figures, pictures, command))
     return tuple(sections)
 

@@ -10,7 +10,7 @@ from plotly.offline import get_plotlyjs
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import from_plain
 from hysteresis.records.metrics import Errors
-from studies.report.parts.traced import trace_plates
+from studies.report.parts.traced import trace_command, trace_plates
 from studies.report.plots import draw
 from studies.report.templates import environment
 from studies.results.trace import WHAT, StoredTrace
@@ -57,6 +57,7 @@ def trace_page(report: TraceReport, samples: TraceSamples) -> str:
         style=_text("style.css"),
         plotly=get_plotlyjs(),
         script=_text("page.js"),
+        command=trace_command(report.records, report.reference),
         named=report.named,
         alike=f"{report.alike:.0f}",
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,6 +22,12 @@ MOST_LOOPS = 2
 _MARGIN = 1.15  # above the largest residual
 _ONE_TIME_AXIS = 3.0  # longest record over the shortest one, up to which they share an axis of time
 _JUMP = 0.5  # of the drive's range: the drive was reset between two cycles
+
+
+def trace_command(records: Sequence[str], reference: Sequence[str]) -> str:
+    """Give the command that traces records; it is run from their folder."""
+    old = "".join(f" --reference {shlex.quote(name)}" for name in reference)
+    return f"notchbend trace {' '.join(map(shlex.quote, records))}{old} --out DIR"
 
 
 @dataclass(frozen=True)
@@ -169,7 +176,7 @@ def _less(words: str) -> str:
 def _candidates(result: StoredTrace) -> Plate:
     """Chart the held-out error of the candidates with intervals, and their criterion above the best."""
     rows, floor = result.ranking, result.noise_floor_deg
-    names = tuple(row.name.replace("_", " ") or "baseline model alone" for row in rows)
+    names = _apart([row.name.replace("_", " ") or "baseline model alone" for row in rows])
     tones = tuple(map(_tone, rows))
     value, low, high = (
         finite([getattr(row, key) for row in rows]) for key in ("heldout_rmse_deg", "low_deg", "high_deg")
@@ -191,6 +198,12 @@ def _candidates(result: StoredTrace) -> Plate:
         charts.append(Chart("BIC above the best", "BIC above the best", "", (*alike, bars), words))
         caption += ". A lower BIC is better; models within the band of the best are not distinguished."
     return Plate(tuple(charts), caption, columns=len(charts))
+
+
+def _apart(names: Sequence[str]) -> tuple[str, ...]:
+    """Number names that stand for several fits: bars of one name would be added up."""
+    counts = [names[: i + 1].count(name) for i, name in enumerate(names)]
+    return tuple(name if count == 1 else f"{name} ({count})" for name, count in zip(names, counts, strict=True))
 
 
 def _tone(row: RankedModel) -> Tone:

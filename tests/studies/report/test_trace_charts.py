@@ -12,7 +12,7 @@ from studies.commands.cli import call
 from studies.report.charts import Bars, Line, Span
 from studies.report.live import chart_json
 from studies.report.page import page_of
-from studies.report.parts.traced import MOST_POINTS, trace_plates
+from studies.report.parts.traced import MOST_POINTS, trace_command, trace_plates
 from studies.results import write_result
 from studies.results.trace import FigureFile, FoldErrors, NamedEffect, StoredTrace
 from studies.results.trace_samples import TraceSamples, read_samples, samples_csv
@@ -92,6 +92,9 @@ def test_candidates_have_the_colours_of_their_models_and_the_noise():
     figure = json.loads(chart_json(candidates.charts[0]))
     assert figure["data"][0]["marker"]["color"] == ["$blue", "$grey", "$orange"]  # names of the theme
     assert figure["layout"]["shapes"][0]["xref"] == "x"
+    twice = replace(result(), ranking=(best := result().ranking[0], replace(best, chosen=False), *result().ranking[1:]))
+    names = trace_plates(twice, samples())[-1].charts[0].marks[-1].categories
+    assert names[:2] == ("backlash", "backlash (2)")  # bars of one name would be added up
     folds = replace(result(), ranking=tuple(replace(row, bic_above_best=None) for row in result().ranking))
     assert len(trace_plates(folds, samples())[-1].charts) == 1  # folds rank them, not the criterion
 
@@ -102,6 +105,11 @@ def test_of_long_and_of_many_records_a_part_is_drawn_in_one_colour():
     assert isinstance(line, Line)
     assert (line.tone, line.name) == ("grey", "7 records")
     assert line.x.size <= MOST_POINTS
+
+
+def test_the_command_names_every_reference():
+    said = trace_command(("new 1.csv",), ("a.csv", "b.csv"))
+    assert said == "notchbend trace 'new 1.csv' --reference a.csv --reference b.csv --out DIR"
 
 
 @pytest.fixture
