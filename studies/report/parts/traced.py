@@ -201,7 +201,7 @@ def _candidates(result: StoredTrace) -> Plate:
 
 
 def _apart(names: Sequence[str]) -> tuple[str, ...]:
-    """Number names that stand for several fits: bars of one name would be added up."""
+    """Add numbers to names that stand for several fits, whose bars would be added up."""
     counts = [names[: i + 1].count(name) for i, name in enumerate(names)]
     return tuple(name if count == 1 else f"{name} ({count})" for name, count in zip(names, counts, strict=True))
 
