@@ -1,7 +1,9 @@
 """Parts of the page: the folders of identify, validate and compensate, designs within limits, and what to do."""
 
+import json
 import re
 from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +12,13 @@ import xarray as xr
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.records.metrics import Errors
 from studies.commands.cli import call
+from studies.report.charts import Chart, Heat, Line
+from studies.report.live import chart_json
 from studies.report.page import write_report
 from studies.report.parts.advice import what_to_do
 from studies.report.parts.feasible import feasibility, region_plate
+from studies.report.plots import parts_plate
+from studies.report.still import has_legend_above
 from studies.report.study import read_study
 from studies.report.summary import study_verdicts
 from studies.results import write_result
@@ -155,6 +161,35 @@ def test_the_region_shows_every_case_once(tmp_path):
     (chart,) = region_plate(data, ("preload_N", "notch.depth_mm"), feasibility(data)).charts
     counts = {mark.name: mark.x.size for mark in chart.marks}
     assert counts == {"outside the limits": 2, "within all limits": 4, "narrowest loop": 1}
+
+
+def shares(interval):
+    """Friction makes all of a loop, with an interval; the material makes none, less a rounding error."""
+    rows = {"friction": (1.0, interval), "material": (-1e-14, None)}
+    parts = {
+        name: SimpleNamespace(share_of=lambda _, v=value: v, interval=lambda _, e=ends: e)
+        for name, (value, ends) in rows.items()
+    }
+    return SimpleNamespace(contributions=parts)
+
+
+def test_bars_are_seen_beside_intervals_that_are_far_wider():
+    (narrow,) = parts_plate(shares((0.8, 1.2))).charts
+    (wide,) = parts_plate(shares((-20.0, 22.0))).charts
+    assert narrow.x_range is None
+    assert wide.x_range == pytest.approx((-50.0, 150.0))  # half the bars' reach on either side
+    assert "in the table" in parts_plate(shares((-20.0, 22.0))).caption
+    assert json.loads(chart_json(wide))["layout"]["xaxis"]["range"] == pytest.approx([-50.0, 150.0])
+    assert "material 0 %" in wide.alt  # no minus before a zero
+
+
+def test_a_legend_stands_above_what_fills_a_chart():
+    x = np.array([0.0, 1.0])
+    lines = (Line(x, x, "a"), Line(x, x, "b"))
+    filled = Chart("", "x", "y", (Heat(x, x, np.eye(2), ""), *lines), "")
+    assert has_legend_above(filled)
+    assert not has_legend_above(replace(filled, legend=False))
+    assert not has_legend_above(Chart("", "x", "y", lines, ""))
 
 
 def grid(tmp_path, sizes):
