@@ -151,7 +151,7 @@ def parts_plate(result: Separation) -> Plate | None:
     if not bars:
         return None
     alt = "; ".join(
-        f"{name} " + ", ".join(f"{bar.values[i] + 0.0:.0f} % {bar.name}" for bar in bars)
+        f"{name} " + ", ".join(f"{np.round(bar.values[i]) + 0.0:.0f} % {bar.name}" for bar in bars)
         for i, name in enumerate(names)
     )
     ends = _shown(bars)
