@@ -216,7 +216,7 @@ def test_trace_shows_the_residual_of_each_record(record: nb.Record) -> None:
 def test_side_view_of_a_rig(name: str) -> None:
     """The outline has four corners a cut, and each end of the tube; the tendons are at their moment arms."""
     rig = nb.preset(name)
-    (axes,) = nb.plot(rig).axes
+    (axes,) = nb.plot(rig, view="side").axes
     outline, *tendons = axes.lines
     assert len(outline.get_xdata()) == 2 * (4 * rig.joints + 2) + 1
     assert outline.get_xdata().max() == pytest.approx(rig.joints * rig.pitch_mm)
@@ -235,7 +235,8 @@ def test_program_and_measured_joints() -> None:
         "pitch_mm": 2.6,
         "preload_N": 10.0,
     }
-    axis, joints, *tendons = nb.plot(rig_of(nb.Record([0, 1, 0], [0, 1, 0], rig=measured))).axes[0].lines
+    rig = rig_of(nb.Record([0, 1, 0], [0, 1, 0], rig=measured))
+    axis, joints, *tendons = nb.plot(rig, view="side").axes[0].lines
     assert len(joints.get_xdata()) == 10
     assert axis.get_xdata().tolist() == [0, 26]
     assert [line.get_ydata()[0] for line in tendons] == [2.6, -2.6]

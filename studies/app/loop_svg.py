@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from hysteresis.arrays import Floats
+from hysteresis.records.backbone import backbone_of
 from hysteresis.records.path import branches, cycle_index, cycle_slices
 from hysteresis.records.record import Record
 
@@ -30,32 +31,20 @@ class Curve:
 
 
 def less_backbone(record: Record) -> tuple[Floats, Floats] | None:
-    """Take the mean of its two branches from the last closed cycle of a record; None where there is no cycle.
+    """Take the backbone of a record from its last closed cycle; None where there is no cycle.
 
     Returns
     -------
     tuple of Floats
-        Drive and angle less the backbone, each of shape (m,), along the two branches.
+        Drive and angle less the backbone, each of shape (m,), along the two branches of the cycle.
     """
-    slices = [s for number, s in cycle_slices(record.drive, cycle_index(record)) if number != 0]
-    for part in reversed(slices):
-        x, y = record.drive[part], record.angle_deg[part]
-        pieces = branches(x)
-        if len(pieces) != 2:
-            continue
-        sides = [_rising(x[piece], y[piece]) for piece in pieces]
-        low, high = max(side[0][0] for side in sides), min(side[0][-1] for side in sides)
-        if not low < high:
-            continue
-        inside = (x >= low) & (x <= high)
-        middle = 0.5 * sum(np.interp(x[inside], *side) for side in sides)
-        return x[inside], y[inside] - middle
-    return None
-
-
-def _rising(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    order = np.argsort(x, kind="stable")
-    return x[order], y[order]
+    backbone = backbone_of(record)
+    if backbone is None:
+        return None
+    slices = [part for number, part in cycle_slices(record.drive, cycle_index(record)) if number != 0]
+    closed = (part for part in reversed(slices) if len(branches(record.drive[part])) == 2)
+    last = next(closed, None)
+    return None if last is None else (record.drive[last], (record.angle_deg - backbone)[last])
 
 
 def loop_svg(curves: Sequence[Curve], label: str) -> str:

@@ -31,6 +31,8 @@ from studies.engines import MissingError
 LIGHT, DARK = (1.0, 1.0, 1.0), (0.09, 0.11, 0.145)
 """Background of the tube, as ``--card`` in ``app.css``."""
 STYLE = Path(__file__).with_name("app.css")
+REFIT, REFIT_AFTER_S = 0.05, 0.4
+"""Change of the length of the tube, as a share, from which the view is fitted again, and how long after."""
 
 
 class ServeError(MissingError):
@@ -79,6 +81,11 @@ def serve(
     server.start(port=port, host=HOST, open_browser=False, show_connection_info=False, disable_logging=True, timeout=0)
 
 
+def _size_mm(found: Answer) -> float:
+    """Give the length of the straight tube."""
+    return found.rig.joints * found.rig.pitch_mm
+
+
 def _require_free(port: int) -> None:
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -96,6 +103,8 @@ class Page:
         self.server, self.state, self.rig, self.first, self.found = server, server.state, rig, first, first
         self.sliders = sliders(rig, amplitude_mm)
         self.start = {slider.name: slider.start for slider in self.sliders}
+        self.view: Any = None
+        self.size_mm = _size_mm(first)
         self.measured: Record | None = None
         self.wanted: dict[str, float] = {}
         self.task: asyncio.Task[None] | None = None
@@ -118,6 +127,10 @@ class Page:
             self.state.warnings = list(found.warnings)
             self.state.tube = to_plain(mesh_of(found.tube, found.tendons_mm, outer_mm(found.rig)))
             self._draw()
+        if self.view is not None and abs(_size_mm(found) / self.size_mm - 1.0) > REFIT:
+            self.size_mm = _size_mm(found)
+            # the browser has to have the new tube before it fits the view to it
+            asyncio.get_running_loop().call_later(REFIT_AFTER_S, self.view.reset_camera)
 
     def _draw(self) -> None:
         whole = [Curve("before", self.first.drive_mm, self.first.angle_deg)]
@@ -201,10 +214,10 @@ class Page:
                 self._words(html)
                 with html.Div(classes="views"):
                     with html.Div(classes="loops"):
+                        self._legend(html)
                         html.Div(v_html=("loop",), classes="loop")
                         html.Div(v_html=("bare_loop",), classes="loop bare")
-                        self._legend(html)
-                    self._tube(html, vtk, self.rig.tendons)
+                    self.view = self._tube(html, vtk, self.rig.tendons)
 
     @staticmethod
     def _words(html: Any) -> None:
@@ -251,11 +264,13 @@ class Page:
             html.P("{{ file_message }}", classes="message", v_show=("file_message !== ''",), raw_attrs=['role="alert"'])
 
     @staticmethod
-    def _tube(html: Any, vtk: Any, tendons: Sequence[Tendon]) -> None:
+    def _tube(html: Any, vtk: Any, tendons: Sequence[Tendon]) -> Any:
+        """Lay out the tube; give its view."""
         label = "The bent tube, coloured by strain, and its tendons"
         with html.Div(classes="tube", raw_attrs=['role="figure"', f'aria-label="{label}"']):
+            view = vtk.VtkView(v_if="backdrop", background=("backdrop",), style="width: 100%; height: 100%")
             with (
-                vtk.VtkView(v_if="backdrop", background=("backdrop",), style="width: 100%; height: 100%"),
+                view,
                 vtk.VtkGeometryRepresentation(
                     mapper=("{ colorByArrayName: 'colour', scalarMode: 3, colorMode: 0 }",),
                     property=("{ lighting: false }",),
@@ -270,6 +285,7 @@ class Page:
                     with html.Span(classes="tendon"):
                         html.I(classes=f"tendon-{name}")
                         html.Span(f"tendon {name}")
+        return view
 
     def _changed_when_served(self, **state: Any) -> None:
         if self.server.running:

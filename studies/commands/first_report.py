@@ -21,13 +21,11 @@ from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import numeric_fields
 from hysteresis.files import write_files
 from hysteresis.fitting.settings import IdentifySettings
-from hysteresis.own import marked_png
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_record, write_record
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
-from studies.commands.tracing import FILES as TRACE_FILES
-from studies.commands.tracing import trace_loaded
+from studies.commands.tracing import PICTURES, trace_loaded, with_ending
 from studies.own_rig.loops import draw_rig, joints_deg, write_loop
 from studies.progress import steps
 from studies.results import write_result
@@ -42,6 +40,7 @@ from studies.results.run import (
     TraceEntry,
     checksums,
 )
+from studies.results.trace_samples import SAMPLES
 from validation.engines import compare_engines
 from validation.practice.bench_record import SHIPPED
 
@@ -61,9 +60,8 @@ def files_of_run(out: Path) -> list[Path]:
     fits = [f"identify-{name}" for name in (*loops, SHIPPED.stem, f"{SHIPPED.stem}-unknown-geometry")]
     jsons = ["run", *fits, f"separate-{loops[-1]}", f"trace-{SHIPPED.stem}", "tube"]
     names = [*(f"{name}.json" for name in jsons), *(f"{name}.csv" for name in fits), "report.html", "tube.png"]
-    pictures = [name for name in TRACE_FILES if name.endswith(".png")]
     return [
-        *(out / name for name in (*names, *pictures)),
+        *(out / name for name in (*names, *PICTURES, SAMPLES)),
         *(out / "records" / f"{name}{end}" for name in records for end in (".csv", ".toml")),
     ]
 
@@ -93,8 +91,9 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
         separation = _separated(out, PRELOADS_N[-1], seed)
         step(f"tracing {SHIPPED.stem}")
         traced = trace_loaded([shipped], seed=seed)
-        write_result(out / f"trace-{SHIPPED.stem}.json", traced.report.to_dict())
-        write_files({out / name: marked_png(png) for name, png in traced.figures.items()})
+        report, files = with_ending(traced, "")
+        write_result(out / f"trace-{SHIPPED.stem}.json", report.to_dict())
+        write_files({out / name: content for name, content in files.items()})
         step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
         picture = draw_rig(preset(PRESET), last, out)

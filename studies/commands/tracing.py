@@ -17,6 +17,7 @@ from hysteresis.records.record_file import read_records
 from studies.commands.identification import STANDSTILL_DEG
 from studies.progress import stages
 from studies.report.trace_page import trace_page
+from studies.results.trace_samples import SAMPLES, TraceSamples, samples_csv, samples_of
 from validation.tracing import catalogue, trace_records
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import next_experiment
@@ -26,17 +27,19 @@ from validation.tracing.search.detection import detection_limits
 from validation.tracing.second_opinion import second_opinion
 
 NEXT = "next-experiment.csv"
-FILES = ("trace.json", "report.html", NEXT, "trace-residual.png", "trace-loops.png", "trace-candidates.png")
+PICTURES = ("trace-residual.png", "trace-loops.png", "trace-candidates.png")
+FILES = ("trace.json", "report.html", NEXT, SAMPLES, *PICTURES)
 """Names that a trace may write."""
 
 
 @dataclass(frozen=True, eq=False)
 class Traced:
-    """A trace as it is stored: the report in trace.json, figures as PNG by file, the next program as CSV."""
+    """A trace as it is stored: the report in trace.json, figures as PNG by file, samples and next program as CSV."""
 
     report: TraceReport
     figures: dict[str, bytes]
     program: str | None
+    samples: TraceSamples
 
 
 def require_kept(out: Path, records: Iterable[Path]) -> None:
@@ -113,8 +116,24 @@ def trace_loaded(
         found,
         next_program=None if program is None else NextProgram(NEXT, experiment.preload_N),
         figures=tuple(FigureFile(name, caption) for name, (_, caption) in drawn.items()),
+        samples_file=SAMPLES,
     )
-    return Traced(found, {name: png for name, (png, _) in drawn.items()}, program)
+    return Traced(found, {name: png for name, (png, _) in drawn.items()}, program, samples_of(trace))
+
+
+def with_ending(traced: Traced, ending: str) -> tuple[TraceReport, dict[str, str | bytes]]:
+    """Give the report and the files beside it for a trace stored as ``trace<ending>.json``; the next program is not.
+
+    Where a folder holds several traces, their files have different endings.
+    """
+
+    def named(name: str) -> str:
+        return name.replace("trace", f"trace{ending}", 1)
+
+    figures = tuple(replace(figure, file=named(figure.file)) for figure in traced.report.figures)
+    files: dict[str, str | bytes] = {named(name): marked_png(png) for name, png in traced.figures.items()}
+    files[named(SAMPLES)] = samples_csv(traced.samples)
+    return replace(traced.report, figures=figures, samples_file=named(SAMPLES)), files
 
 
 def limits_of(trace: Trace) -> list[DetectionLimit]:
@@ -132,9 +151,8 @@ def write_trace(traced: Traced, out: Path) -> None:
     RecordError
         A folder that cannot be written to.
     """
-    files: dict[str, str | bytes] = {
-        **{name: marked_png(png) for name, png in traced.figures.items()},
-        "report.html": marked_page(trace_page(traced.report, traced.figures)),
+    files = with_ending(traced, "")[1] | {
+        "report.html": marked_page(trace_page(traced.report, traced.samples)),
         "trace.json": json.dumps(marked_values(traced.report.to_dict()), indent=2, allow_nan=False) + "\n",
     }
     if traced.program is not None:

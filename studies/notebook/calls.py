@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from studies.engines import EngineName
     from studies.export import Simulator
+    from studies.notebook.figures import View
     from studies.results.separation import Separation
     from validation.tracing.outcome import Trace
 
@@ -232,15 +233,21 @@ def export(rig: Rig, out: Path | str, *, to: Simulator = "mujoco", amplitude_mm:
     return write_model(rig, Path(out), to=to, amplitude_mm=amplitude_mm)
 
 
-def plot(what: object) -> Figure:
-    """Draw a record, a list of records, or a result.
+def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | None = None) -> Figure:
+    """Draw a record, a list of records, a rig, or a result.
 
     Parameters
     ----------
     what
         A record or records (loops), a fit (record, model and residual), a trace (residual before and after), a
-        separation (shares), a compensation (drive), a study, a load program, or a rig (side view). Where a loop is a
-        thin line beside its angle, a second chart shows it less its backbone.
+        separation (shares), a compensation (drive), a study, a load program, or a rig (in three dimensions). Where a
+        loop is a thin line beside its angle, a second chart shows it less its backbone.
+    view
+        Of a rig: ``"solid"`` draws the bent tube and its tendons, coloured by bending strain; ``"side"`` the straight
+        tube with its notches in the bending plane, to scale.
+    joint_angles_deg
+        Of a rig in three dimensions: shape (joints,), base to tip, such as a sample of ``record.notches_deg``. By
+        default all joints bend alike, the tip to 60 deg or to where the notches almost close.
 
     Returns
     -------
@@ -251,10 +258,15 @@ def plot(what: object) -> Figure:
     ------
     TypeError
         Something else.
+    ValueError
+        An unknown view.
+    SceneError
+        Joint angles that do not fit the rig. Where this machine has no OpenGL, a warning says so, and the side view is
+        drawn; with joint angles this is an error.
     """
     from studies.notebook.figures import figure_of
 
-    return figure_of(what)
+    return figure_of(what, view, joint_angles_deg)
 
 
 def _listed(records: Record | Sequence[Record]) -> list[Record]:

@@ -2,51 +2,54 @@
 
 from __future__ import annotations
 
-import io
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from textwrap import shorten
+from typing import Literal, get_args
 
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
+from fem_models.view import SceneError
 from hysteresis import Fit, Record
 from hysteresis.arrays import Floats
-from studies.notebook.backbone import backbone_of, is_thin
+from hysteresis.records.backbone import backbone_of, is_thin
 from studies.notebook.results import Compensation, StudyResult
-from studies.report.charts import TONES, Bars, Chart, Line
-from studies.report.plots import ANGLE, Series, fit_plate, parts_plate
-from studies.report.still import STYLE, draw_chart
+from studies.notebook.solid import NotebookFigure, shown_angles_deg, solid_figure
+from studies.report.charts import TONES, Chart, Line
+from studies.report.plots import ANGLE, LESS, Series, fit_plate, parts_plate
+from studies.report.still import STYLE, draw_chart, has_legend_above
 from studies.results.separation import Separation
 from validation.tracing.outcome import Trace
 
+View = Literal["solid", "side"]
 _WIDTH_IN, _HEIGHT_IN = 4.7, 3.2  # of one chart
 _TITLE = 62  # characters that fit above one chart
-_LESS = "angle less backbone, deg"
 
 
-class NotebookFigure(Figure):
-    """A figure that shows itself in a notebook without pyplot, which would show it a second time."""
-
-    def _repr_png_(self) -> bytes:
-        stream = io.BytesIO()
-        self.savefig(stream, format="png", dpi=110)
-        return stream.getvalue()
-
-
-def figure_of(what: object) -> Figure:
+def figure_of(what: object, view: View = "solid", joint_angles_deg: ArrayLike | None = None) -> Figure:
     """Draw a record, records, a rig, a load program or a result; see :func:`studies.notebook.calls.plot`.
 
     Raises
     ------
     TypeError
         Something else.
+    ValueError
+        An unknown view.
+    SceneError
+        Joint angles that do not fit the rig.
     """
+    if view not in get_args(View):
+        raise ValueError(f"view = {view!r}: expected one of {', '.join(get_args(View))}")
     match what:
+        case Rig() if view == "solid":
+            return _solid_view(what, joint_angles_deg)
         case Rig():
             return _side_view(what)
         case Record():
@@ -87,9 +90,8 @@ def _drawn(charts: Sequence[Chart]) -> Figure:
         places = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, chart in zip(places, charts, strict=False):
             draw_chart(figure, axes, chart)
-            legend_above = sum(isinstance(mark, Bars) for mark in chart.marks) > 1
             title = shorten(chart.title, _TITLE, placeholder=" ...")
-            axes.set_title(title, loc="left", fontsize=9.5, pad=20 if legend_above else None)
+            axes.set_title(title, loc="left", fontsize=9.5, pad=20 if has_legend_above(chart) else None)
         for axes in places[len(charts) :]:
             axes.set_visible(False)
     return figure
@@ -116,7 +118,7 @@ def _loops(records: Sequence[Record]) -> list[Chart]:
             for record, b, name, tone in zip(records, backbones, names, tones, strict=True)
             if b is not None
         )
-        charts.append(Chart("Less the backbone", drive, _LESS, opened, f"{title}, less the backbone"))
+        charts.append(Chart("Less the backbone", drive, LESS, opened, f"{title}, less the backbone"))
     return charts
 
 
@@ -132,7 +134,7 @@ def _fit(fit: Fit, i: int) -> tuple[Chart, ...]:
         Line(record.drive, record.angle_deg - base, "record", "grey", "points"),
         Line(record.drive, predicted - base, "f + Bouc-Wen", "blue"),
     )
-    opened = Chart("Less f alone", first.x_label, _LESS, lines, f"{fit.records[i]}: record and fit less f alone")
+    opened = Chart("Less f alone", first.x_label, LESS, lines, f"{fit.records[i]}: record and fit less f alone")
     of_layer = tuple(mark for mark in last.marks if isinstance(mark, Line) and mark.name != "f alone")
     return first, opened, replace(last, marks=of_layer)
 
@@ -181,10 +183,26 @@ def _study(result: StudyResult) -> list[Chart]:
     from studies.report.study import read_study  # xarray takes a second
 
     section = read_study(result.folder)
-    charts = [chart for plate in section.plates for chart in plate.charts] if section else []
+    plates = section.plates if section else ()
+    charts = [
+        replace(chart, title=f"{chart.title}: {plate.heading}") if plate.heading else chart
+        for plate in plates
+        for chart in plate.charts
+    ]
     if not charts:
         raise TypeError(f"study {result.folder}: no case has a result: expected one to draw")
     return charts
+
+
+def _solid_view(rig: Rig, joint_angles_deg: ArrayLike | None) -> Figure:
+    """Draw the bent manipulator; from the side where no angles are asked for and this machine has no OpenGL."""
+    if joint_angles_deg is not None:
+        return solid_figure(rig, joint_angles_deg)
+    try:
+        return solid_figure(rig, shown_angles_deg(rig))
+    except SceneError as error:
+        warnings.warn(f"side view in place of three dimensions: {error}", stacklevel=4)
+        return _side_view(rig)
 
 
 def _side_view(rig: Rig) -> Figure:

@@ -23,7 +23,7 @@ from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import EFFECT_TABLES, numeric_fields
 from hysteresis.files import write_files
 from hysteresis.fitting.settings import IdentifySettings
-from hysteresis.own import is_own, marked_png
+from hysteresis.own import is_own
 from hysteresis.records.metrics import errors, loop_width, noise_floor
 from hysteresis.records.path import cycle_index
 from hysteresis.records.record import Record, RecordError
@@ -31,7 +31,7 @@ from hysteresis.records.record_file import write_record
 from studies.commands.first_report import CYCLES, PACKAGES, rig_numbers
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_records, separate_rig
-from studies.commands.tracing import NEXT, trace_loaded
+from studies.commands.tracing import NEXT, trace_loaded, with_ending
 from studies.ensemble import run_ensemble
 from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.new_record import without_geometry
@@ -109,6 +109,7 @@ def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> lis
         "separate*.json",
         "trace*.json",
         "trace*.png",
+        "trace*-samples.csv",
         NEXT,
     )
     found = [path for pattern in patterns for path in sorted(out.glob(pattern))]
@@ -360,11 +361,12 @@ def _traces(named: dict[str, Record], out: Path, found: _Found, seed: int, step:
         except _REFUSED as error:
             found.notes.append(f"no trace: {error}")
             continue
-        figures = {name.replace("trace", f"trace{ending}", 1): png for name, png in traced.figures.items()}
-        files = tuple(replace(f, file=f.file.replace("trace", f"trace{ending}", 1)) for f in traced.report.figures)
-        program = {} if traced.program is None or ending else {out / NEXT: traced.program}
-        write_files({**{out / name: marked_png(png) for name, png in figures.items()}, **program})
-        report = replace(traced.report, figures=files, next_program=None if ending else traced.report.next_program)
+        report, files = with_ending(traced, ending)
+        if traced.program is None or ending:
+            report = replace(report, next_program=None)
+        else:
+            files[NEXT] = traced.program
+        write_files({out / name: content for name, content in files.items()})
         write_result(out / f"trace{ending}.json", report.to_dict())
         entries.append(TraceEntry(traced.report.verdict, tuple(effect.name for effect in traced.report.effects)))
     return entries[0] if entries else None

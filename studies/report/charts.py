@@ -14,25 +14,32 @@ import numpy as np
 from hysteresis.arrays import Floats
 
 Tone = Literal["blue", "orange", "green", "purple", "grey"]
-Style = Literal["solid", "dash", "dot", "points"]
+Style = Literal["solid", "dash", "dot", "points", "dots", "crosses", "star"]
 TONES: tuple[Tone, ...] = ("blue", "orange", "green", "purple", "grey")
 """Colours that a colour-blind reader can distinguish, and by lightness on paper; ``style.css`` has them for screens."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A curve, or points; ``x``, ``y`` of shape (m,)."""
+    """A curve, or points; ``x``, ``y`` of shape (m,), and ``spread`` above and below each point.
+
+    Dots, crosses and stars have an edge in the colour of the paper, so that they stand out from a field.
+    """
 
     x: Floats
     y: Floats
     name: str
     tone: Tone = "blue"
     style: Style = "solid"
+    spread: Floats | None = None
 
 
 @dataclass(frozen=True)
 class Bars:
-    """Horizontal bars, one for each category; ``low`` and ``high`` are ends of intervals, NaN without one."""
+    """Horizontal bars, one for each category; ``low`` and ``high`` are ends of intervals, NaN without one.
+
+    ``tones`` are the colours of the bars where they differ.
+    """
 
     categories: tuple[str, ...]
     values: Floats
@@ -40,16 +47,27 @@ class Bars:
     tone: Tone = "blue"
     low: Floats | None = None
     high: Floats | None = None
+    tones: tuple[Tone, ...] = ()
+
+
+@dataclass(frozen=True)
+class Span:
+    """A band across the chart from ``low`` to ``high`` on one of its axes; a line where both are the same."""
+
+    along: Literal["x", "y"]
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
 class Heat:
-    """A field over two axes: ``z`` of shape (y, x), NaN without a result."""
+    """A field over two axes: ``z`` of shape (y, x), NaN without a result; ``scale`` has the ends of its colours."""
 
     x: Floats
     y: Floats
     z: Floats
     label: str
+    scale: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -63,27 +81,35 @@ class Dots:
     notes: tuple[str, ...] = ()
 
 
-Mark = Line | Bars | Heat | Dots
+Mark = Line | Bars | Heat | Dots | Span
 
 
 @dataclass(frozen=True)
 class Chart:
-    """One pair of axes. ``alt`` is the text in place of the picture; axis labels include the unit."""
+    """One pair of axes. ``alt`` is the text in place of the picture; axis labels include the unit.
+
+    ``x_range`` and ``y_range`` have the ends of an axis where these are given; ``legend`` is False where another
+    chart of the plate has it.
+    """
 
     title: str
     x_label: str
     y_label: str
     marks: tuple[Mark, ...]
     alt: str
+    y_range: tuple[float, float] | None = None
+    x_range: tuple[float, float] | None = None
+    legend: bool = True
 
 
 @dataclass(frozen=True)
 class Plate:
-    """Charts side by side under one caption."""
+    """Charts side by side under one caption, with a heading where they have one thing in common."""
 
     charts: tuple[Chart, ...]
     caption: str
     columns: int = 2
+    heading: str = ""
 
 
 def finite(values: Sequence[float | None]) -> Floats:

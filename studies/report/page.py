@@ -32,6 +32,7 @@ from studies.report.parts.comparisons import (
 )
 from studies.report.parts.fits import FitSection, read_fit, run_fit
 from studies.report.parts.predictions import PredictedRecord, predicted_records
+from studies.report.parts.traced import trace_command, trace_plates
 from studies.report.plots import LOOPS_CAPTION, TOE_CAPTION, Drawn, columns_plate, draw, loops_plate, parts_plate
 from studies.report.study import Front, StudySection, read_front, read_study
 from studies.report.summary import Verdict
@@ -42,6 +43,7 @@ from studies.results.compensation import ENDING
 from studies.results.run import Made, Picture, RunLoop, RunSummary, read_run, record_of_run
 from studies.results.separation import Separation
 from studies.results.trace import FigureFile, StoredTrace
+from studies.results.trace_samples import read_samples
 
 TEMPLATES = Path(__file__).parent / "template"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -85,7 +87,7 @@ class SeparationSection:
 
 @dataclass(frozen=True)
 class FigureSection:
-    """A figure of a trace: an image as base64 text, or a chart."""
+    """A figure of a trace of which no samples are stored: an image as base64 text, or a chart."""
 
     caption: str
     image: str | None
@@ -94,12 +96,14 @@ class FigureSection:
 
 @dataclass(frozen=True)
 class TraceSection:
-    """A trace with its figures; ``records`` are their file names."""
+    """A trace with its charts, or its figures; ``records`` are their file names, ``pictures`` those of figures."""
 
     name: str
     records: str
     result: StoredTrace
+    plates: tuple[Drawn, ...]
     figures: tuple[FigureSection, ...]
+    pictures: tuple[str, ...]
     command: str
 
 
@@ -314,15 +318,24 @@ def _traces(folder: Path) -> tuple[TraceSection, ...]:
     for path in sorted(folder.glob("trace*.json")):
         result = read_result(StoredTrace, path, trace.WHAT)
         records = " ".join(Path(record).name for record in result.records)
-        figures = tuple(_figure(path, item) for item in result.figures)
-        command = f"notchbend trace {' '.join(map(shlex.quote, result.records))} --out DIR"
-        sections.append(TraceSection(path.stem, records, result, figures, command))
+        if result.reference:
+            records += f" against {' '.join(Path(record).name for record in result.reference)}"
+        files = [inside(path, "figures[].file", item.file, [".png", ".csv"]) for item in result.figures]
+        plates, figures = tuple[Drawn, ...](), tuple[FigureSection, ...]()
+        if result.samples_file is None:
+            figures = tuple(map(_figure, files, result.figures))
+        else:
+            file = inside(path, "samples_file", result.samples_file, [".csv"])
+            samples = read_samples(file, len(result.records) + len(result.reference))
+            plates = tuple(map(draw, trace_plates(result, samples)))
+        pictures = tuple(file.name for file in files) if plates else ()
+        command = trace_command(result.records, result.reference)
+        sections.append(TraceSection(path.stem, records, result, plates, figures, pictures, command))
     return tuple(sections)
 
 
-def _figure(source: Path, item: FigureFile) -> FigureSection:
+def _figure(file: Path, item: FigureFile) -> FigureSection:
     """Read an image (PNG), or a CSV whose first column is drawn against the others."""
-    file = inside(source, "figures[].file", item.file, [".png", ".csv"])
     if file.suffix.lower() == ".png":
         return FigureSection(item.caption, _image(file), None)
     return FigureSection(item.caption, None, _columns(file, item.caption))

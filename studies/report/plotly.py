@@ -42,6 +42,24 @@ class Axis:
     autorange: str | None = optional()
     type: str | None = optional()
     ticklabelstandoff: int | None = optional()
+    range: tuple[float, float] | None = optional()
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A band, or a line, across a plane chart; of the references one is the axis, the other the whole chart."""
+
+    type: str
+    xref: str
+    yref: str
+    x0: float
+    x1: float
+    y0: float
+    y1: float
+    line: Stroke
+    fillcolor: str = "$line"
+    opacity: float = 1.0
+    layer: str = "below"
 
 
 @dataclass(frozen=True)
@@ -54,6 +72,7 @@ class Layout:
     hovermode: str = "closest"
     barmode: str | None = optional()
     bargap: float | None = optional()
+    shapes: tuple[Shape, ...] | None = optional()
 
 
 @dataclass(frozen=True)
@@ -70,8 +89,10 @@ class ColorBar:
 class Marker:
     """Points: one colour, or numbers with a scale."""
 
-    color: str | Packed | Sequence[float]
+    color: str | Packed | Sequence[float] | Sequence[str]
     size: float | None = optional()
+    symbol: str | None = optional()
+    line: Stroke | None = optional()
     cmin: float | None = optional()
     cmax: float | None = optional()
     colorscale: str | Sequence[tuple[float, str]] | None = optional()
@@ -100,7 +121,19 @@ class Scatter:
     line: Stroke | None = optional()
     text: tuple[str, ...] | None = optional()
     hovertemplate: str | None = optional()
+    error_y: Spread | None = optional()
     type: str = "scatter"
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Lengths above and below points, the same on both sides."""
+
+    array: Packed
+    color: str
+    type: str = "data"
+    thickness: int = 1
+    width: int = 0
 
 
 @dataclass(frozen=True)
@@ -111,6 +144,8 @@ class HeatMap:
     y: Packed
     z: Packed
     colorbar: ColorBar
+    zmin: float | None = optional()
+    zmax: float | None = optional()
     colorscale: str = "Cividis"
     type: str = "heatmap"
 

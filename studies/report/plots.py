@@ -17,6 +17,7 @@ from studies.report.still import chart_svg
 from studies.results.separation import Separation
 
 ANGLE = "bending angle, deg"
+LESS = "angle less backbone, deg"
 _WIDTH_IN = {1: 9.4, 2: 4.7, 3: 3.4}  # width of a chart on paper, by the number of charts in a row
 _PRELOADS: tuple[Tone, ...] = ("orange", "blue", "green", "purple")
 
@@ -49,13 +50,14 @@ class Drawn:
     charts: tuple[DrawnChart, ...]
     caption: str
     columns: int
+    heading: str
 
 
 def draw(plate: Plate) -> Drawn:
     """Draw a plate for paper and for the screen."""
     width = _WIDTH_IN[plate.columns]
     charts = (DrawnChart(chart.title, chart.alt, chart_svg(chart, width), chart_json(chart)) for chart in plate.charts)
-    return Drawn(tuple(charts), plate.caption, plate.columns)
+    return Drawn(tuple(charts), plate.caption, plate.columns, plate.heading)
 
 
 LOOPS_CAPTION = (
@@ -149,14 +151,29 @@ def parts_plate(result: Separation) -> Plate | None:
     if not bars:
         return None
     alt = "; ".join(
-        f"{name} " + ", ".join(f"{bar.values[i]:.0f} % {bar.name}" for bar in bars) for i, name in enumerate(names)
+        f"{name} " + ", ".join(f"{np.round(bar.values[i]) + 0.0:.0f} % {bar.name}" for bar in bars)
+        for i, name in enumerate(names)
     )
+    ends = _shown(bars)
+    beyond = " Intervals that leave the chart are in the table: these records do not fix them." if ends else ""
+    chart = Chart("Shares of the loop", "share of the whole loop, %", "", tuple(bars), f"{alt}.", x_range=ends)
     return Plate(
-        (Chart("Shares of the loop", "share of the whole loop, %", "", tuple(bars), f"{alt}."),),
+        (chart,),
         "Each source is switched on and off in the model. Energy is the loss of a cycle; width is the largest vertical "
-        "width of the loop of the angle. Shares add up to 100 %; the interaction belongs to no single source.",
+        f"width of the loop of the angle. Shares add up to 100 %; the interaction belongs to no single source.{beyond}",
         columns=1,
     )
+
+
+def _shown(bars: Sequence[Bars]) -> tuple[float, float] | None:
+    """Give the ends of the axis where intervals are so wide that bars could not be seen; None where they are not."""
+    values = np.concatenate([bar.values for bar in bars])
+    low, high = min(0.0, float(np.nanmin(values))), max(100.0, float(np.nanmax(values)))
+    reach = 0.5 * (high - low)
+    intervals = [ends for bar in bars for ends in (bar.low, bar.high) if ends is not None]
+    widest = np.concatenate([*intervals, values])
+    fits = np.nanmin(widest) >= low - reach and np.nanmax(widest) <= high + reach
+    return None if fits else (low - reach, high + reach)
 
 
 def columns_plate(table: Floats, names: Sequence[str], caption: str) -> Plate:

@@ -17,6 +17,7 @@ from hysteresis.messages import as_given
 from hysteresis.records.record import RecordError
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
 from studies.report.parts.feasible import Feasible, feasibility, region_plate
+from studies.report.parts.multiples import multiples
 from studies.report.plotly import (
     Camera,
     Figure,
@@ -147,8 +148,13 @@ def _section(whole: xr.Dataset, drawn: xr.Dataset, facts: StudyFacts, sensitivit
     plates = _samples(drawn, quantities, _inputs(whole, facts)) if sampled else _grids(drawn, quantities)
     if any(whole.sizes[axis] > drawn.sizes[axis] for axis in axes[:2]):
         plates = [replace(plate, caption=f"{plate.caption} {_FEW}") for plate in plates]
+    small = () if sampled else multiples(whole, quantities)
     judged, inputs = feasibility(drawn), (_inputs(whole, facts) if sampled else axes)
-    if judged is not None and len(inputs) > 1:
+    if small and judged is not None:  # they show the region
+        plates = [*small, *plates]
+    elif small:
+        plates = [*plates, *small]
+    elif judged is not None and len(inputs) > 1:
         plates = [region_plate(drawn, (inputs[0], inputs[1]), judged), *plates]
     has_surface = len(axes) > 1 and min(drawn.sizes[axis] for axis in axes[:2]) > 1
     names = quantities if has_surface else []

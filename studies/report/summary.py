@@ -215,9 +215,9 @@ def separation_verdict(result: Separation, label: str, command: str) -> Verdict:
     if not shares:
         return Verdict("note", title, "no loop", label, section, command)
     most = max(shares, key=lambda name: shares[name])
-    rest = ", ".join(f"{name.replace('_', ' ')} {100 * v:.0f} %" for name, v in shares.items() if name != most)
+    rest = ", ".join(f"{name.replace('_', ' ')} {round(100 * v)} %" for name, v in shares.items() if name != most)
     state: State = "note" if abs(result.energy.closure_percent) <= 1.0 else "look"
-    value = f"{most.replace('_', ' ')} {100 * shares[most]:.0f} %"
+    value = f"{most.replace('_', ' ')} {round(100 * shares[most])} %"
     return Verdict(state, title, value, f"of the width at {label}; {rest}", section, command)
 
 
@@ -262,7 +262,7 @@ def study_verdicts(study: StudySection, command: str) -> list[Verdict]:
 
 def _feasible(found: Feasible, command: str) -> Verdict:
     """Say how many designs keep all limits; a limit that any of them breaks asks for a decision."""
-    each = ", ".join(f"{limit.words}: {limit.kept}" for limit in found.limits)
+    each = "; ".join(f"{limit.words}: {limit.kept}" for limit in found.limits)
     state: State = "look" if found.kept < found.cases else "holds"
     value = f"{found.kept} of {found.cases}"
     return Verdict(state, "Designs within limits", value, f"kept of {found.cases} cases: {each}", "study", command)

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from plotly.offline import get_plotlyjs
+
 from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.plain import from_plain
 from hysteresis.records.metrics import Errors
+from studies.report.parts.traced import trace_command, trace_plates
+from studies.report.plots import draw
 from studies.report.templates import environment
+from studies.results.trace import WHAT, StoredTrace
+from studies.results.trace_samples import TraceSamples
 from validation.tracing import catalogue
 from validation.tracing.result import TraceReport, in_words, share_words
 
+HERE = Path(__file__).parent
 TEMPLATE = "trace.html"
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure in the page: PNG as base64 text, caption, and alternative text."""
-
-    data: str
-    caption: str
-    alt: str
 
 
 @dataclass(frozen=True)
@@ -43,34 +40,31 @@ class ParameterRow:
     parameter: Parameter
 
 
-def trace_page(report: TraceReport, figures: Mapping[str, bytes]) -> str:
-    """HTML page of a trace.
-
-    Parameters
-    ----------
-    figures
-        PNG of each file in ``report.figures``.
-    """
+def trace_page(report: TraceReport, samples: TraceSamples) -> str:
+    """HTML page of a trace; its charts are drawn from the samples of its records and references."""
     names = {name for effect in report.effects for name in (effect.name, *effect.confusable_with)}
-    pictures = [
-        Picture(base64.b64encode(figures[item.file]).decode(), item.caption, item.caption.split(".")[0])
-        for item in report.figures
-    ]
-    return (
-        environment(Path(__file__).parent)
-        .get_template(TEMPLATE)
-        .render(
-            t=report,
-            words=in_words(report),
-            share=share_words(report.explained_share),
-            errors=_error_rows(report),
-            parameters=_parameter_rows(report),
-            effects=[effect for effect in catalogue() if effect.name in names],
-            figures=pictures,
-            named=report.named,
-            alike=f"{report.alike:.0f}",
-        )
+    stored = from_plain(StoredTrace, report.to_dict(), WHAT)
+    templates = environment(HERE)
+    templates.filters["here"] = str
+    return templates.get_template(TEMPLATE).render(
+        t=report,
+        words=in_words(report),
+        share=share_words(report.explained_share),
+        errors=_error_rows(report),
+        parameters=_parameter_rows(report),
+        effects=[effect for effect in catalogue() if effect.name in names],
+        plates=[draw(plate) for plate in trace_plates(stored, samples)],
+        style=_text("style.css"),
+        plotly=get_plotlyjs(),
+        script=_text("page.js"),
+        command=trace_command(report.records, report.reference),
+        named=report.named,
+        alike=f"{report.alike:.0f}",
     )
+
+
+def _text(name: str) -> str:
+    return (HERE / "template" / name).read_text(encoding="utf-8")
 
 
 def _error_rows(report: TraceReport) -> list[ErrorRow]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.records.metrics import Errors
+from validation.tracing.fitting.ranking import RankedModel
 
 WHAT = "the result of `notchbend trace`"
 
@@ -55,7 +56,7 @@ class FigureFile:
 
 @dataclass(frozen=True)
 class StoredTrace:
-    """A trace as the report shows it."""
+    """A trace as the report shows it; ``samples_file`` has what its charts show, ``figures`` are without one."""
 
     verdict: str
     records: tuple[str, ...] = ()
@@ -67,3 +68,8 @@ class StoredTrace:
     candidates: tuple[TriedModel, ...] = ()
     next_experiment: str = ""
     figures: tuple[FigureFile, ...] = ()
+    reference: tuple[str, ...] = ()
+    alike: float | None = None
+    samples_file: str | None = None
+    held_out: tuple[bool, ...] = ()
+    ranking: tuple[RankedModel, ...] = ()

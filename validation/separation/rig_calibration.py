@@ -246,7 +246,8 @@ def _inseparable(parameters: dict[str, Parameter], pairs: dict[str, float]) -> t
         assert c.low is not None
         assert c.high is not None
         if c.high - c.low > 2 * abs(c.value):
-            sentences.append(f"{name}: interval {c.low:.3g} to {c.high:.3g} {c.unit}, wider than its value")
+            unit = "" if c.unit == "-" else f" {c.unit}"
+            sentences.append(f"{name}: interval {c.low:.3g} to {c.high:.3g}{unit}, wider than its value")
     return tuple(sentences)
 
 

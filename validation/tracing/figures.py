@@ -15,10 +15,10 @@ from matplotlib.ticker import MaxNLocator
 
 from hysteresis.records.record import Record
 from validation.tracing.effect import SampleInputs
-from validation.tracing.fitting.criterion import independent_samples, lag_one_correlation
 from validation.tracing.fitting.fitted import Fitted, rms
+from validation.tracing.fitting.ranking import best_candidates, with_interval
 from validation.tracing.outcome import Candidate, Trace
-from validation.tracing.result import UNNAMED, ranked, record_name
+from validation.tracing.result import UNNAMED, record_name
 
 BEFORE, AFTER, MEASURED, BAND = "#d55e00", "#0072b2", "#7a7f87", "#e9ebee"
 RECORDS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
@@ -38,9 +38,8 @@ STYLE: dict[Any, Any] = {
 _DPI = 150
 _WIDTH_IN = 11.0
 _MOST_POINTS = 600  # of a record in a panel
-_MOST_BARS, _MOST_LOOPS = 10, 2
+_MOST_LOOPS = 2
 _MARGIN = 1.15  # above the largest residual
-_Z = 1.96
 _ONE_TIME_AXIS = 3.0  # longest record over the shortest one, up to which they share an axis of time
 
 
@@ -61,7 +60,7 @@ def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
             "to show small differences.",
         ),
     }
-    if any(map(_followed, trace.candidates)):
+    if best_candidates(trace):
         out["trace-candidates.png"] = (
             candidates_figure(trace),
             "Error on held-out data, with a 95 % interval"
@@ -189,18 +188,10 @@ def _loop_row(whole: Axes, less: Axes, trace: Trace, i: int) -> None:
     less.set_ylabel(f"angle less a {_curve(trace)[1]}, deg")
 
 
-def _followed(candidate: Candidate) -> bool:
-    """Tell whether a candidate has a held-out error: it may find no equilibrium on the held-out samples."""
-    return math.isfinite(candidate.fitted.heldout_rmse_deg)
-
-
 def candidates_figure(trace: Trace) -> bytes:
     """Candidates ranked: held-out error with its interval, and BIC above the best one."""
     by_folds = trace.baseline.fold_errors is not None
-    best = ranked([c for c in trace.candidates if _followed(c)])
-    if by_folds:
-        best.sort(key=lambda c: c.fitted.heldout_rmse_deg)
-    best = best[:_MOST_BARS]
+    best = best_candidates(trace)
     names = [" + ".join(c.names[len(trace.baseline.names) :]) for c in best]
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH_IN, 1.3 + 0.34 * (len(best) + 1)), layout="constrained")
@@ -208,7 +199,7 @@ def candidates_figure(trace: Trace) -> bytes:
         left = panels[0]
         places = np.arange(len(best) + 1)
         for at, fitted in zip(places, [*(c.fitted for c in best), trace.baseline], strict=True):
-            value, half = _with_interval(fitted)
+            value, half = with_interval(fitted)
             chosen = bool(trace.names) and fitted.names == trace.augmented.names and fitted is not trace.baseline
             colour = AFTER if chosen else BEFORE if fitted is trace.baseline else MEASURED
             left.errorbar(value, at, xerr=half, fmt="o", ms=6 if chosen else 5, color=colour, lw=1.6, capsize=3)
@@ -239,13 +230,6 @@ def _bic_above_best(axis: Axes, trace: Trace, best: Sequence[Candidate], places:
     axis.set_xlabel("BIC above the best")
     axis.grid(axis="y", visible=False)
     axis.tick_params(axis="y", length=0)
-
-
-def _with_interval(fitted: Fitted) -> tuple[float, float]:
-    """Held-out error and half its 95 % interval, for as many samples as are independent."""
-    out = [error for error in fitted.heldout_errors if error.size]
-    count = max(2.0, independent_samples(fitted.heldout_error_deg.size, lag_one_correlation(out), len(out)))
-    return fitted.heldout_rmse_deg, _Z * fitted.heldout_rmse_deg / math.sqrt(2 * count)
 
 
 def _label(record: Record, i: int) -> str:

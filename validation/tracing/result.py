@@ -19,6 +19,7 @@ from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.fitting.noise import NOT_KNOWN
+from validation.tracing.fitting.ranking import RankedModel, ranked_models
 from validation.tracing.fitting.uncertainty import covariance
 from validation.tracing.sensors.readings import LEAPT
 
@@ -155,7 +156,8 @@ class TraceReport:
     or that the nearest candidate would take where none is named. ``detection_limits`` has the smallest size of each
     effect that the records would have shown. ``reference`` are the records that were compared with.
     ``declared`` has the parameters of the baseline as fitted together with the effects. ``alike`` is the difference of
-    the criterion below which candidates are not distinguished. ``words`` are reasons for the verdict.
+    the criterion below which candidates are not distinguished. ``words`` are reasons for the verdict. ``samples_file``
+    has the records and models sample by sample; ``held_out`` says which records, then references, are held out.
     """
 
     schema: int
@@ -188,6 +190,9 @@ class TraceReport:
     figures: tuple[FigureFile, ...] = ()
     channels: ChannelTable = field(default_factory=dict)
     leaps: tuple[LeapReport, ...] = ()
+    samples_file: str | None = None
+    held_out: tuple[bool, ...] = ()
+    ranking: tuple[RankedModel, ...] = ()
 
     @property
     def named(self) -> str:
@@ -260,6 +265,8 @@ def trace_report(
             channel_table(trace.baseline, trace.augmented if named else trace.baseline), trace.channel_fits
         ),
         leaps=tuple(_leaps(trace, names[:count])),
+        held_out=tuple(trace.baseline.holdout.is_held_out(i) for i in range(len(names))),
+        ranking=ranked_models(trace),
     )
 
 

@@ -21,7 +21,8 @@ LIMITS: Mapping[str, tuple[str, float, str]] = {
     "slack_reached": ("at most", 0.0, "no tendon falls slack"),
 }
 """Quantities of a study that a design has to keep, with their bounds and what they say."""
-_ANGLE, _WIDTH = "full_scale_angle_deg", "loop_width_max_deg"
+_MOST_LARGE = 300  # cases up to which their marks do not hide each other
+ANGLE, WIDTH = "full_scale_angle_deg", "loop_width_max_deg"
 
 
 @dataclass(frozen=True)
@@ -83,9 +84,9 @@ def feasibility(data: xr.Dataset) -> Feasible | None:
 
 def _best(data: xr.Dataset, done: Mask, kept: Mask) -> Best | None:
     """Find the narrowest loop for its full scale among the cases that keep the limits, else among all."""
-    if _ANGLE not in data or _WIDTH not in data:
+    if ANGLE not in data or WIDTH not in data:
         return None
-    angle, width = (data[name].values.astype(float) for name in (_ANGLE, _WIDTH))
+    angle, width = (data[name].values.astype(float) for name in (ANGLE, WIDTH))
     share: Floats = np.where(angle > 0, 100 * width / np.where(angle > 0, angle, 1.0), np.nan)
     among = (kept if kept.any() else done) & np.isfinite(share)
     if not among.any():
@@ -117,13 +118,17 @@ def region_plate(data: xr.Dataset, inputs: tuple[str, str], found: Feasible) -> 
     """
     x, y = (_over_cases(data, name) for name in inputs)
     done = data["status"].values == "ok"
-    groups = (("outside the limits", done & ~found.mask, "grey"), ("within all limits", found.mask, "green"))
-    marks = [Line(x[mask], y[mask], name, tone, "points") for name, mask, tone in groups]  # type: ignore[arg-type]
+    inside, outside = ("dots", "crosses") if x.size <= _MOST_LARGE else ("points", "points")
+    groups = (
+        ("outside the limits", done & ~found.mask, "orange", outside),
+        ("within all limits", found.mask, "green", inside),
+    )
+    marks = [Line(x[mask], y[mask], name, tone, style) for name, mask, tone, style in groups]  # type: ignore[arg-type]
     best = found.best
     if best is not None and all(name in best.at for name in inputs):
         name = "narrowest loop" if best.feasible else "narrowest loop, outside the limits"
         place = [np.array([best.at[axis]]) for axis in inputs]
-        marks.append(Line(place[0], place[1], name, "orange", "points"))
+        marks.append(Line(place[0], place[1], name, "purple", "star"))
     alt = f"{found.kept} of {found.cases} cases keep all limits."
     chart = Chart("Designs within the limits", label_of(inputs[0]), label_of(inputs[1]), tuple(marks), alt)
     limits = "; ".join(limit.words for limit in found.limits)

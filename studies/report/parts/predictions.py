@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from hysteresis.arrays import Floats
-from hysteresis.records.path import branches
+from hysteresis.records.backbone import backbone_of
 from hysteresis.records.record_file import read_record
 from studies.report.charts import Chart, Line, Plate
-from studies.report.plots import ANGLE, Drawn, draw
+from studies.report.plots import ANGLE, LESS, Drawn, draw
 from studies.results.run import Prediction, RunSummary
 
 
@@ -37,26 +34,20 @@ def predicted_records(folder: Path, run: RunSummary) -> tuple[PredictedRecord, .
 def _predicted(folder: Path, one: Prediction) -> PredictedRecord:
     record, predicted = (read_record(folder / "records" / f"{name}.csv") for name in (one.record, one.predicted))
     drive = f"drive, {record.drive_unit}"
-    middle = _middle(predicted.drive, predicted.angle_deg)
     pairs = (("record", record, "grey", "points"), ("rig file", predicted, "orange", "solid"))
-    whole = tuple(Line(r.drive, r.angle_deg, name, tone, style) for name, r, tone, style in pairs)  # type: ignore[arg-type]
-    less = tuple(Line(r.drive, r.angle_deg - middle, name, tone, style) for name, r, tone, style in pairs)  # type: ignore[arg-type]
-    off = Line(record.drive, record.angle_deg - predicted.angle_deg, "record - rig file", "blue", "points")
     alt = f"{one.record} and the loop that the rig file predicts, {one.rmse_deg:.3g} deg rms apart"
-    charts = (
-        Chart("Record and rig file", drive, ANGLE, whole, f"{alt}."),
-        Chart("Less the middle of the loop", drive, "angle - middle, deg", less, f"{alt}, less one curve."),
-        Chart("Difference", drive, "record - rig file, deg", (off,), f"Difference, {one.max_abs_deg:.3g} deg at most."),
-    )
+    whole = tuple(Line(r.drive, r.angle_deg, name, tone, style) for name, r, tone, style in pairs)  # type: ignore[arg-type]
+    charts = [Chart("Record and rig file", drive, ANGLE, whole, f"{alt}.")]
+    backbone = backbone_of(predicted)
+    if backbone is not None:
+        less = tuple(Line(r.drive, r.angle_deg - backbone, name, tone, style) for name, r, tone, style in pairs)  # type: ignore[arg-type]
+        charts.append(Chart("Less the backbone", drive, LESS, less, f"{alt}, less one curve."))
+    off = Line(record.drive, record.angle_deg - predicted.angle_deg, "record - rig file", "blue", "points")
+    largest = f"Difference, {one.max_abs_deg:.3g} deg at most."
+    charts.append(Chart("Difference", drive, "record - rig file, deg", (off,), largest))
     caption = (
         f"{one.record}: the rig as its file says, along the drive of the record; only the record's zero is "
-        f"fitted. {one.rmse_deg:.3g} deg rms apart, noise {one.noise_floor_deg:.2g} deg."
+        f"fitted. {one.rmse_deg:.3g} deg rms apart, noise {one.noise_floor_deg:.2g} deg. The backbone is "
+        "that of the rig file's loop."
     )
-    return PredictedRecord(one, draw(Plate(charts, caption, columns=3)))
-
-
-def _middle(drive: Floats, angle: Floats) -> Floats:
-    """Give the mean of the last two branches of a loop at every sample, shape (m,): its backbone."""
-    pair = [(drive[part], angle[part]) for part in branches(drive)[-2:]]
-    order = [np.argsort(x, kind="stable") for x, _ in pair]
-    return np.asarray(np.mean([np.interp(drive, x[k], y[k]) for (x, y), k in zip(pair, order, strict=True)], axis=0))
+    return PredictedRecord(one, draw(Plate(tuple(charts), caption, columns=3)))

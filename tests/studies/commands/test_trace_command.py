@@ -1,6 +1,7 @@
 """``notchbend trace`` and ``effects``: trace.json, the page, the figures and the next program, all or none of them."""
 
 import json
+import re
 import sys
 from dataclasses import replace
 
@@ -23,11 +24,12 @@ from studies.commands import tracing
 from studies.commands.cli import call
 from studies.engines import program_of_file
 from studies.report.trace_page import trace_page
+from studies.results.trace_samples import read_samples, samples_of
 from validation.tracing import trace_records
 from validation.tracing.effect import catalogue
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import Experiment, Trial, next_experiment
-from validation.tracing.result import FigureFile, TraceReport, errors_of, in_words, trace_report
+from validation.tracing.result import TraceReport, errors_of, in_words, trace_report
 from validation.tracing.second_opinion import second_opinion
 
 NOISE_DEG, WIDTH_MM = 0.01, 0.06
@@ -113,14 +115,30 @@ def test_backlash_is_traced_and_the_file_has_the_documented_fields(folder):
     assert "whose protocol differs" in result["heldout_by"]
 
 
-def test_the_page_contains_its_figures(folder):
+def test_the_page_draws_its_charts_and_the_pictures_are_files(folder):
     html = (folder / "out" / "report.html").read_text()
     result = stored(folder)
     assert "The residual is traced to backlash." in html
-    assert html.count("data:image/png;base64,") == len(result["figures"]) == 3
+    assert html.count('<div class="chart">') == 8 + 4 + 2  # residuals, loops, candidates
+    assert "<img" not in re.sub(r"<script\b.*?</script>", "", html, flags=re.S)
     assert 'src="http' not in html
+    assert len(result["figures"]) == 3
     for item in result["figures"]:
         assert (folder / "out" / item["file"]).read_bytes().startswith(PNG)
+
+
+def test_the_samples_of_the_charts_are_those_of_the_trace(folder):
+    """The file has what the trace found: residuals, held-out record, and the error of the best model."""
+    found, report = traced(WIDTH_MM), TraceReport.from_dict(stored(folder))
+    samples = read_samples(folder / "out" / report.samples_file, records=3)
+    for name, fitted in (("baseline_deg", found.baseline), ("augmented_deg", found.augmented)):
+        residual = samples.angle_deg - getattr(samples, name)
+        np.testing.assert_allclose(residual, np.concatenate(fitted.residuals), atol=2e-5)
+    assert report.held_out == (False, False, True)
+    best, baseline = report.ranking[0], report.ranking[-1]
+    assert (best.name, best.chosen, best.bic_above_best) == ("backlash", True, 0.0)
+    assert best.low_deg < report.after.heldout.rmse_deg < best.high_deg < baseline.low_deg
+    assert baseline.heldout_rmse_deg == pytest.approx(report.before.heldout.rmse_deg, rel=1e-9)
 
 
 def test_simulate_accepts_the_next_program(folder):
@@ -144,7 +162,8 @@ def test_clean_records_have_no_effect_and_files_of_an_older_trace_are_removed(fo
     assert result["before"]["heldout"]["rmse_deg"] < 1.3 * NOISE_DEG
     assert result["next_program"] is None
     kept = {path.name for path in out.iterdir()}
-    assert kept == {"trace.json", "report.html", "trace-residual.png", "trace-loops.png", "mine.txt"}
+    pictures = {"trace-residual.png", "trace-loops.png"}
+    assert kept == {"trace.json", "report.html", "trace-samples.csv", "mine.txt"} | pictures
 
 
 @pytest.mark.parametrize(
@@ -176,9 +195,10 @@ def test_a_record_is_not_replaced_by_the_next_program(tmp_path, capsys):
 def test_nothing_is_written_where_a_file_cannot_be(folder, tmp_path):
     report = TraceReport.from_dict(stored(folder))
     pictures = {item.file: (folder / "out" / item.file).read_bytes() for item in report.figures}
+    samples = read_samples(folder / "out" / report.samples_file, records=3)
     (tmp_path / "trace.json").mkdir()  # a folder in the place of the last file
     with pytest.raises(RecordError, match=r"trace\.json"):
-        tracing.write_trace(tracing.Traced(report, pictures, None), tmp_path)
+        tracing.write_trace(tracing.Traced(report, pictures, None, samples), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["trace.json"]
 
 
@@ -202,11 +222,9 @@ def test_an_unexplained_trace_names_no_effect_and_proposes_a_measurement(found):
     result = trace_report(lost, experiment=experiment)
     assert result.effects == ()
     assert result.after == result.before
-    drawn = figures(lost)
-    html = trace_page(
-        replace(result, figures=tuple(FigureFile(name, text) for name, (_, text) in drawn.items())),
-        {name: png for name, (png, _) in drawn.items()},
-    )
+    html = trace_page(result, samples_of(lost))
+    assert "Baseline model, over the drive" in html
+    assert "With backlash, over the drive" not in html
     assert "no effect of the catalogue explains" in html
     assert "The residual depends on the rate." in in_words(result)
 

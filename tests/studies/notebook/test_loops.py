@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import notchbend as nb
+from hysteresis.records.backbone import backbone_of, is_thin
 from hysteresis.records.metrics import loop_width
-from studies.notebook.backbone import backbone_of, is_thin
 
 WIDTH_DEG = 2.0
 TITLE = "A title of a measured record that is much longer than one chart of a figure in a notebook is wide, in a file"

@@ -1,7 +1,9 @@
 """Parts of the page: the folders of identify, validate and compensate, designs within limits, and what to do."""
 
+import json
 import re
 from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +12,13 @@ import xarray as xr
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.records.metrics import Errors
 from studies.commands.cli import call
+from studies.report.charts import Chart, Heat, Line
+from studies.report.live import chart_json
 from studies.report.page import write_report
 from studies.report.parts.advice import what_to_do
 from studies.report.parts.feasible import feasibility, region_plate
+from studies.report.plots import parts_plate
+from studies.report.still import has_legend_above
 from studies.report.study import read_study
 from studies.report.summary import study_verdicts
 from studies.results import write_result
@@ -155,6 +161,84 @@ def test_the_region_shows_every_case_once(tmp_path):
     (chart,) = region_plate(data, ("preload_N", "notch.depth_mm"), feasibility(data)).charts
     counts = {mark.name: mark.x.size for mark in chart.marks}
     assert counts == {"outside the limits": 2, "within all limits": 4, "narrowest loop": 1}
+
+
+def shares(interval):
+    """Friction makes all of a loop, with an interval; the material makes none, less a rounding error."""
+    rows = {"friction": (1.0, interval), "material": (-1e-14, None)}
+    parts = {
+        name: SimpleNamespace(share_of=lambda _, v=value: v, interval=lambda _, e=ends: e)
+        for name, (value, ends) in rows.items()
+    }
+    return SimpleNamespace(contributions=parts)
+
+
+def test_bars_are_seen_beside_intervals_that_are_far_wider():
+    (narrow,) = parts_plate(shares((0.8, 1.2))).charts
+    (wide,) = parts_plate(shares((-20.0, 22.0))).charts
+    assert narrow.x_range is None
+    assert wide.x_range == pytest.approx((-50.0, 150.0))  # half the bars' reach on either side
+    assert "in the table" in parts_plate(shares((-20.0, 22.0))).caption
+    assert json.loads(chart_json(wide))["layout"]["xaxis"]["range"] == pytest.approx([-50.0, 150.0])
+    assert "material 0 %" in wide.alt  # no minus before a zero
+
+
+def test_a_legend_stands_above_what_fills_a_chart():
+    x = np.array([0.0, 1.0])
+    lines = (Line(x, x, "a"), Line(x, x, "b"))
+    filled = Chart("", "x", "y", (Heat(x, x, np.eye(2), ""), *lines), "")
+    assert has_legend_above(filled)
+    assert not has_legend_above(replace(filled, legend=False))
+    assert not has_legend_above(Chart("", "x", "y", lines, ""))
+
+
+def grid(tmp_path, sizes):
+    """A study over a grid; the fatigue margin and the width of the loop fall from the first value of each axis on."""
+    steps = np.meshgrid(*(np.linspace(0, 1, size) for size in sizes.values()), indexing="ij")
+    fall = sum(steps) / len(sizes)
+    texts = {
+        k: (tuple(sizes), np.full(fall.shape, v, np.dtypes.StringDType()))
+        for k, v in (("status", "ok"), ("message", ""))
+    }
+    numbers = {"full_scale_angle_deg": 40 + 0 * fall, "loop_width_max_deg": 4 - 2 * fall, "fatigue_margin": 1.5 - fall}
+    units = {"units": "deg", "long_name": "largest angle"}
+    values = {name: (tuple(sizes), column, units) for name, column in numbers.items()}
+    data = xr.Dataset({**values, **texts}, {name: np.arange(size) + 1.0 for name, size in sizes.items()})
+    data["fatigue_margin"].attrs = {"units": "1"}
+    data.to_zarr(tmp_path / "study.zarr", mode="w", zarr_format=3, consolidated=False)
+    return data
+
+
+def test_preload_depth_and_count_are_small_multiples_with_the_region(tmp_path):
+    data = grid(tmp_path, {"preload_N": 4, "notch.count": 3, "notch.depth_mm": 5})
+    width, angle = read_study(tmp_path).plates[:2]
+    assert (width.heading, angle.heading) == ("Width of the loop, % of the full scale", "Largest angle, deg")
+    assert [chart.title for chart in width.charts] == ["notch count 1", "notch count 2", "notch count 3"]
+    assert {(chart.x_label, chart.y_label) for chart in width.charts} == {("notch depth, mm", "preload, N")}
+    kept = 0
+    for place, chart in enumerate(width.charts):
+        heat, inside, outside, *best = chart.marks
+        layer = data.isel({"notch.count": place}).transpose("preload_N", "notch.depth_mm")
+        np.testing.assert_allclose(heat.z, 100 * layer["loop_width_max_deg"].values / 40)
+        assert heat.scale == pytest.approx((5.0, 10.0))  # one scale: 2 and 4 deg of 40
+        feasible = layer["fatigue_margin"].values >= 1
+        assert (inside.x.size, outside.x.size) == (feasible.sum(), (~feasible).sum())
+        assert {*zip(inside.y - 1, inside.x - 1, strict=True)} == {*zip(*np.nonzero(feasible), strict=True)}
+        kept += len(best)
+    assert kept == 1  # the best design of those within the limits is in one of the charts
+    assert f"{int((data['fatigue_margin'] >= 1).sum())} of the 60 designs drawn keep all limits" in width.caption
+    page(tmp_path)
+
+
+def test_two_axes_have_no_small_multiples_and_a_fourth_is_held(tmp_path):
+    (tmp_path / "two").mkdir()
+    grid(tmp_path / "two", {"preload_N": 4, "notch.depth_mm": 5, "notch.count": 1})
+    assert read_study(tmp_path / "two").plates[0].charts[0].title == "Designs within the limits"
+    grid(tmp_path, {"tube.wall_mm": 3, "notch.depth_mm": 30, "notch.angle_deg": 3, "notch.count": 9})
+    plate = read_study(tmp_path).plates[0]
+    assert len(plate.charts) == 6  # of nine counts
+    assert plate.charts[0].marks[0].z.shape == (3, 24)  # of 30 depths
+    assert plate.caption.startswith("One scale of colours for all charts; notch angle, deg at 2.")
 
 
 @pytest.mark.parametrize(("verdict", "said"), [("none", "the layer alone does not"), ("effect", "see its trace")])

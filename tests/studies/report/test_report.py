@@ -42,8 +42,9 @@ def test_page_is_self_contained(folder):
     html = (folder / "report.html").read_text()
     assert not re.search(r'(src|href)="(?!data:|#)', re.sub(r"<script\b.*?</script>", "", html, flags=re.S))
     assert not re.search(r"<script [^>]*src", html)
-    # three charts of the loops, one of the parts, three a fit; plotly.js has "<svg" of its own
-    assert re.sub(r"<script\b.*?</script>", "", html, flags=re.S).count("<svg") == 3 + 1 + 3 * 4
+    # three charts of the loops, one of the parts, three a fit, and of the trace eight of residuals, two
+    # of the loop and two of candidates; plotly.js has "<svg" of its own
+    assert re.sub(r"<script\b.*?</script>", "", html, flags=re.S).count("<svg") == 3 + 1 + 3 * 4 + 8 + 2 + 2
     assert "data:image/png;base64," in html
     assert "stated" in html
     assert "assumed" in html

@@ -1,4 +1,7 @@
-"""The curve that a loop lies around: a thin loop is seen when this curve is taken from its angle."""
+"""The curve that the loop of a record lies around: a thin loop is seen when this curve is taken from its angle.
+
+Of the samples alone; :mod:`hysteresis.laws.backbone` has the curve f of a model, which is fitted together with a law.
+"""
 
 from __future__ import annotations
 
