@@ -19,6 +19,7 @@ from fem_models.rig import Rig, RigError
 from hysteresis.arrays import Floats
 from hysteresis.extras import MissingError as MissingError
 from hysteresis.extras import require_extra
+from hysteresis.messages import listed
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import column_names, read_columns
 
@@ -124,6 +125,9 @@ def program_of_file(path: Path) -> LoadProgram:
     RecordError, RigError
         One line with file, line, column, value and what was expected.
     """
+    if "drive_mm" not in (names := column_names(path)):
+        found = f"column {names[0]!r}" if len(names) == 1 else f"columns {listed(names)}"
+        raise RecordError(f"{path}: {found}: expected 'drive_mm', and 'time_s' beside it, or {FORCE!r} alone")
     columns = read_columns(path, ["drive_mm"], optional=["time_s"])
     try:
         return LoadProgram(columns["drive_mm"], columns.get("time_s"))

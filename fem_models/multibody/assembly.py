@@ -50,8 +50,9 @@ NITINOL_T_PER_MM3 = 6.45e-9
 SMOOTH_RATIO = 0.02
 """Spring of a guide without friction, over EA/pitch."""
 
-LEAD_mm = 100.0
-"""How far before a notch the connector of a tendon starts: slip of 0.1 mm then changes its stiffness by 1e-3."""
+LEAD_PITCHES = 10
+"""How far before a notch the connector of a tendon starts, over the pitch. What slides into a segment, at most some 5 %
+of a pitch, changes its stiffness by 0.5 %. With a longer one Newton's method finds the end of slack less often."""
 
 MASSLESS = RingInertia(0.0, 0.0)
 
@@ -286,8 +287,8 @@ def _add_segments(
     """Tendon from guide to guide: through the ring's hole, across the notch, into the next ring's hole.
 
     Exudyn's connector divides by its present length at rest, which slip changes, so that its force would grow with the
-    square of the slip. Here it starts :data:`LEAD_mm` before the notch, on the line of the ring's hole. There it pulls
-    the ring as much forwards as back: the force on ring and tendon is the same, and linear.
+    square of the slip. Here it starts :data:`LEAD_PITCHES` before the notch, on the line of the ring's hole. There it
+    pulls the ring as much forwards as back: the force on ring and tendon is the same, and nearly linear.
 
     ``y_mm`` is where the tendon lies, from the neutral axis of the flexures, on which the ring nodes lie. ``slip`` are
     the markers of the tendon's slip at each guide towards the wheel, the anchor at the tip last.
@@ -296,15 +297,15 @@ def _add_segments(
     half_gap = 0.5 * joint.rigid_gap_mm  # at either end of a notch
     half_hole = 0.5 * (rig.pitch_mm - joint.turning_length_mm) - half_gap
     shorter = 2 * (y_mm * math.sin(half_angle) + half_gap * (1 - math.cos(half_angle)))  # the path, at rest
-    stretch = rig.preload_N * rig.pitch_mm / tendon.EA_N
+    stretch, lead = rig.preload_N * rig.pitch_mm / tendon.EA_N, LEAD_PITCHES * rig.pitch_mm
     out = []
     for i, (near, far) in enumerate(pairwise(backbone.rings)):
-        points = [(near, half_hole - LEAD_mm), (near, half_hole), (far, -half_hole)]
+        points = [(near, half_hole - lead), (near, half_hole), (far, -half_hole)]
         path = [
             mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=ring.body, localPosition=[ring.centre_mm + x, y_mm, 0]))
             for ring, x in points
         ]
-        preloaded = LEAD_mm + rig.pitch_mm - backbone.shortening_mm[i] - shorter - 2 * half_hole
+        preloaded = lead + rig.pitch_mm - backbone.shortening_mm[i] - shorter - 2 * half_hole
         segment = items.ObjectConnectorReevingSystemSprings(
             markerNumbers=[*path, slip[i], slip[i + 1]],
             hasCoordinateMarkers=True,

@@ -65,6 +65,10 @@ PLAIN, KEPT = 2, 6
 
 AT_REST = 20
 """Iterations of Newton's method at rest over those of a step."""
+MOST_SLID_PITCHES = 1.0
+"""Most tendon that enters or leaves a segment, over the pitch: a joint that bends by 1 rad takes in half of that."""
+LEAST_PART = 1e-3
+"""Smallest step of the way to the equilibrium at rest."""
 ALL_AT_ONCE = 20
 """Solves of a step in which all guides may change their state; beyond them they could take turns for ever."""
 
@@ -185,9 +189,19 @@ class Stepper:
         self.set_load(load)
         try:
             with quiet():
-                return bool(self.model.mbs.SolveStatic(self.solver, updateInitialValues=True))
+                solved = self.model.mbs.SolveStatic(self.solver, updateInitialValues=True)
         except (RuntimeError, ValueError):
             return False
+        return bool(solved) and self._slid_mm() < MOST_SLID_PITCHES * self.rig.pitch_mm
+
+    def _slid_mm(self) -> float:
+        """Most tendon that has left or entered a segment.
+
+        While a tendon is slack nothing holds its slip: Newton's method may end where more than all of a segment has
+        left it, and Exudyn's connector takes what is stretched there for slack.
+        """
+        slip = self.coordinates()[self.model.slip].reshape(len(self.rig.tendons), -1)
+        return float(np.abs(np.diff(slip, append=0.0)).max())
 
     def _start_from(self, q: Floats) -> None:
         self.model.mbs.systemData.SetODE2Coordinates(q)
@@ -256,11 +270,15 @@ class Stepper:
     def settle(self) -> None:
         """Find the equilibrium at rest, where unequal arms may bend the preloaded rig.
 
-        A tendon without tension is taut and slack in turns on the way there. Where that takes more iterations than a
-        step may, which can be halved, it is tried again with more.
+        A single tendon bends it far, and a tendon without tension is taut and slack in turns on the way there. What
+        takes more iterations than a step may is tried again with more, and then on a way of small steps.
         """
         newton, start = self.solver.staticSolver.newton, FrictionState(self.guides.sliding, self.guides.limit)
         q = self.model.bent_to(self.joint.rest_angle_rad)
+        if self.load_control:  # no force at rest: what preload has stretched has slid towards the tip
+            stretch = self.rig.preload_N * self.rig.pitch_mm / self.rig.tendon_a.EA_N
+            q[self.model.slip] = -stretch * np.arange(self.rig.joints, 0, -1)
+            start = FrictionState(np.sign(q[self.model.slip]), 0.0 * start.limit)
         self._start_from(q)
         found = self._equilibrium(self.load, start)
         if found is None:
@@ -269,9 +287,32 @@ class Stepper:
             found = self._equilibrium(self.load, start)
             newton.maxIterations = self.settings.newton_iterations
         if found is None:
+            self._start_from(q)
+            found = self._released(start)
+        if found is None:
             raise SolverError("no equilibrium at rest")
         q = self.coordinates()
         self.accept(q, 0.0 * q, found.limit)
+
+    def _released(self, state: FrictionState) -> FrictionState | None:
+        """Find the equilibrium at rest from the shape at rest under preload, where joints bent the other way hold it.
+
+        They are let go step by step, with all tendons taut. Friction acts as in a single step: nothing is accepted.
+        """
+        rest, done, part = self.load.rest_angle, 0.0, 0.25
+        moment = self.rig.preload_N * (self.joint.arms_mm.a - (self.joint.arms_mm.b if self.rig.tendon_b else 0.0))
+        held = moment / self.joint.flexure.bending_Nmm_per_rad
+        while done < 1.0:
+            q, goal = self.coordinates(), min(done + part, 1.0)
+            found = self._equilibrium(self.load._replace(rest_angle=rest - (1.0 - goal) * held), state)
+            if found is not None:
+                state, done, part = found, goal, 2.0 * part
+                continue
+            self._start_from(q)
+            part *= 0.5
+            if part < LEAST_PART:
+                return None
+        return state
 
     def move(self, end: Load) -> float:
         """Go to a load in bounded steps; return the work of the wheel, mJ (N mm).
@@ -354,7 +395,9 @@ def _static_solver(rig: Rig, joint: JointMechanics, settings: MultibodySettings)
     # Rounding of a coordinate times the stiffest spring is the least residual there can be; a ring has two ends.
     bristle = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
     stiffest = max(bristle, 2 * joint.ring.axial_N_per_mm)
-    static.newton.absoluteTolerance = max(settings.newton_tolerance * joint.force_scale_N, 1e-12 * stiffest)
+    # The force scale of a single tendon has no bound where joints are stiff: not beyond 0.1 % of strain.
+    scale = min(joint.force_scale_N, *(1e-3 * tendon.EA_N for tendon in rig.tendons))
+    static.newton.absoluteTolerance = max(settings.newton_tolerance * scale, 1e-12 * stiffest)
     static.newton.maxIterations = settings.newton_iterations
     # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.
     static.newton.numericalDifferentiation.relativeEpsilon = 1e-9

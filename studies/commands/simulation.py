@@ -82,11 +82,14 @@ def run(
     common.show(summary, *shown, f"report: {report}")
 
 
+RecordOut = Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")]
+
+
 def simulate(
     *,
-    out: Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")],
     rig: RigChoice,
     program: ProgramChoice,
+    out: RecordOut = Path("results/simulated.csv"),
     engine: Annotated[
         EngineName, typer.Option("--engine", help="Model; multibody is the most complete, chain the fastest.")
     ] = "multibody",

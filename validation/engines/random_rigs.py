@@ -17,7 +17,7 @@ from fem_models.multibody.quasi_static import simulate_multibody
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash, Closure, Stribeck, Superelastic, TipLoad, TipMass
-from fem_models.rig.joints import Notch, NotchedTube, NotchShape, Tube
+from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, NotchShape, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
@@ -66,6 +66,27 @@ def random_rigs(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:
         )
 
 
+def random_wrists(count: int, seed: int) -> Iterator[tuple[Rig, LoadProgram]]:
+    """Chains of measured joints, some soft, some with friction, which the preload of a single tendon bends at rest."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        arm = rng.uniform(0.5, 3.0)
+        joint = MeasuredJoint(int(rng.choice([5, 8, 10, 14])), 2 * arm, 10 ** rng.uniform(0.5, 2.7) * arm)
+        yield (
+            Rig(
+                name="random wrist",
+                joint=joint,
+                material=Material(),
+                tendon_a=Tendon(10 ** rng.uniform(3.3, 4.3), arm, rng.uniform(50, 300)),
+                tendon_b=None,
+                wheel=Wheel(10.0),
+                preload_N=float(rng.choice([1, 2, 5, 10, 20])),
+                friction=Friction(capstan_coefficient=float(rng.choice([0.0, 0.1, 0.3]))),
+            ),
+            triangle(0.2 * arm, step_mm=0.1 * arm),
+        )
+
+
 def angles(rig: Rig, steps: LoadProgram, simulate: Callable[[Rig, LoadProgram], Record]) -> Floats | str:
     """Angle of the tip, or what the engine says."""
     try:
@@ -75,13 +96,13 @@ def angles(rig: Rig, steps: LoadProgram, simulate: Callable[[Rig, LoadProgram], 
 
 
 def main() -> None:
-    """Run as many rigs in the chain, and some of them in the multibody model; print what fails."""
+    """Run as many rigs in the chain, and some of them in the multibody model, all with one tendon; print what fails."""
     many, few = (int(text) for text in sys.argv[1:3])
-    for k, (rig, steps) in enumerate(random_rigs(many, 24)):
+    for k, (rig, steps) in enumerate([*random_rigs(many, 24), *random_wrists(few, 24)]):
         chain = angles(rig, steps, simulate_chain)
         if isinstance(chain, str):
             sys.stdout.write(f"{k} chain: {chain}\n")
-        if k % max(1, many // few) == 0:
+        if k >= many or k % max(1, many // few) == 0:
             multibody = angles(rig, steps, simulate_multibody)
             if isinstance(multibody, str):
                 sys.stdout.write(f"{k} multibody: {multibody}\n")

@@ -127,9 +127,9 @@ def test_the_page_draws_its_charts_and_the_pictures_are_files(folder):
         assert (folder / "out" / item["file"]).read_bytes().startswith(PNG)
 
 
-def test_the_samples_of_the_charts_are_those_of_the_trace(folder):
+def test_the_samples_of_the_charts_are_those_of_the_trace(folder, found):
     """The file has what the trace found: residuals, held-out record, and the error of the best model."""
-    found, report = traced(WIDTH_MM), TraceReport.from_dict(stored(folder))
+    report = TraceReport.from_dict(stored(folder))
     samples = read_samples(folder / "out" / report.samples_file, records=3)
     for name, fitted in (("baseline_deg", found.baseline), ("augmented_deg", found.augmented)):
         residual = samples.angle_deg - getattr(samples, name)
