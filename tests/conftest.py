@@ -10,6 +10,11 @@ settings.register_profile("machine", deadline=None)  # the first call compiles, 
 settings.load_profile("machine")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run long tests first: at the end one worker would wait for the other's."""
+    items.sort(key=lambda item: "validation/tracing" not in item.nodeid and item.get_closest_marker("slow") is None)
+
+
 @pytest.fixture(scope="session")
 def measured() -> Path:
     """Folder of the real measured records, which are not part of the project."""

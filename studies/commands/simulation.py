@@ -87,9 +87,9 @@ RecordOut = Annotated[Path, typer.Option("--out", help="The record to write, CSV
 
 def simulate(
     *,
+    out: RecordOut = Path("results/simulated.csv"),
     rig: RigChoice,
     program: ProgramChoice,
-    out: RecordOut = Path("results/simulated.csv"),
     engine: Annotated[
         EngineName, typer.Option("--engine", help="Model; multibody is the most complete, chain the fastest.")
     ] = "multibody",
