@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields
+from functools import cache
 
 from hysteresis.messages import as_given, quoted
 
@@ -58,23 +59,37 @@ def require(condition: bool, name: str, value: object, expected: str) -> None:
 
 
 def require_numbers(owner: str, item: object) -> None:
-    """Raise a RigError where a field of a dataclass is neither None nor a finite number."""
-    for f in fields(item):  # type: ignore[arg-type]
-        value = getattr(item, f.name)
-        if value is None or f.name in ("shape", "rigid_roots"):  # fields of a notch: a word and a switch
+    """Raise a RigError where a field of a dataclass is neither None nor a finite number within its range."""
+    for field, name, low, high in _fields_within(owner, type(item)):  # type: ignore[arg-type]
+        value = getattr(item, field)
+        if value is None or (type(value) is float and low <= value <= high):
             continue
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise RigError(f"{owner}.{f.name} = {quoted(value)}: expected a number")
-        require_in_range(f"{owner}.{f.name}", value)
+            raise RigError(f"{name} = {quoted(value)}: expected a number")
+        require_in_range(name, value)
+
+
+@cache
+def _fields_within(owner: str, kind: type) -> tuple[tuple[str, str, float, float], ...]:
+    """Give the fields of a dataclass that hold numbers, their names with the owner, and their ends.
+
+    Searches make rigs by the thousand.
+    """
+    names = [f.name for f in fields(kind) if f.name not in ("shape", "rigid_roots")]  # of a notch: a word and a switch
+    return tuple((name, f"{owner}.{name}", *_range_of(f"{owner}.{name}")) for name in names)
+
+
+@cache
+def _range_of(name: str) -> tuple[float, float]:
+    return next(ends for unit, ends in RANGES.items() if name.endswith(unit))
 
 
 def require_in_range(name: str, value: float) -> None:
     """Raise a RigError where a number is not finite or beyond :data:`RANGES`; ``name`` ends in its unit."""
-    require(math.isfinite(value), name, value, "a finite number")
-    for unit, (low, high) in RANGES.items():
-        if name.endswith(unit):
-            require(low <= value <= high, name, value, f"from {low:g} to {high:g}")
-            return
+    low, high = _range_of(name)
+    if not low <= value <= high:
+        require(math.isfinite(value), name, value, "a finite number")
+        require(False, name, value, f"from {low:g} to {high:g}")
 
 
 def require_length(name: str, value_mm: float) -> None:
