@@ -113,11 +113,13 @@ class Record:
     def _checked(self, name: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
         """Return a read-only copy of an array; raise if it violates the contract of the class."""
         array = np.array(getattr(self, name), dtype=float)
-        fits = array.ndim == len(shape) and all(want in (None, n) for want, n in zip(shape, array.shape, strict=True))
+        fits = array.shape == shape or (
+            array.ndim == len(shape) and all(want in (None, n) for want, n in zip(shape, array.shape, strict=True))
+        )
         if not fits or array.size == 0:
             expected = str(shape).replace("None", "any")
             self._require(False, name, f"shape {array.shape}", f"shape {expected}")
-        largest = max(-float(array.min()), float(array.max()))
+        largest = float(np.abs(array).max())
         limit = MAX_COUNT if name in ("time_s", "cycle") else MAX_MAGNITUDE
         if not largest <= limit:
             self._require(math.isfinite(largest), name, "NaN or infinite", "finite numbers")
