@@ -5,13 +5,14 @@ See :mod:`fem_models.chain.moved`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
 from fem_models.chain.follow import Run, Tape
 from fem_models.chain.moved import Line, follow_moved, linearise
-from fem_models.chain.parameters import ChainSettings, Memory, Parameters, memory_at_rest
+from fem_models.chain.parameters import ChainSettings, Memory, memory_at_rest
 from fem_models.chain.solve import ChainCase, chain_case, followed, run_space, tip_mm
 from fem_models.joint import JointMechanics
 from fem_models.load import LoadProgram
@@ -22,6 +23,14 @@ from hysteresis.arrays import Floats
 LARGEST_MOVE_RAD = 0.02
 """Difference of a joint's angle from that of the rig up to which a moved rig is near it: the largest step of Newton's
 method, too."""
+
+_NOT_SCHEDULED = {
+    "name", "material", "tendon_a", "tendon_b", "friction", "joint", "closure", "gravity", "tip_stop", "tip_load",
+    "tip_mass",
+}  # fmt: skip
+_SCHEDULED = tuple(f.name for f in fields(Rig) if f.name not in _NOT_SCHEDULED)
+"""Parts of a rig that :func:`fem_models.load.schedule.schedule` may read; of the others only a lost preload does."""
+_Kind = tuple[object, ...]
 
 NO_CHANGE_RAD, NO_CHANGE_N = 1e-9, 1e-7
 """Differences that are not told from the residual at which Newton's method ends."""
@@ -73,12 +82,18 @@ class ChainSeries:
 
 @dataclass(frozen=True, eq=False)
 class TapedRun:
-    """A run of a rig with the steps that it took."""
+    """A run of a rig through a load with the steps that it took."""
 
     rig: Rig
+    load: LoadProgram | Floats
     case: ChainCase
     series: ChainSeries
     tape: Tape
+
+    @cached_property
+    def kind(self) -> _Kind:
+        """Parts of the rig that a rig moved along its steps has, too."""
+        return _kind(self.case, memory_at_rest(self.rig, self.case.joint))
 
 
 def taped_run(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | None = None) -> TapedRun:
@@ -91,7 +106,7 @@ def taped_run(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | No
     """
     case = chain_case(rig, load, settings)
     run, tape = followed(rig, case, taped=True)
-    return TapedRun(rig, case, ChainSeries(rig, case.joint, run), tape)
+    return TapedRun(rig, load, case, ChainSeries(rig, case.joint, run), tape)
 
 
 def line_along(base: TapedRun) -> Line:
@@ -120,14 +135,23 @@ def moved_series(base: TapedRun, line: Line, rig: Rig, load: LoadProgram | Float
     SolverError, RigError
         A rig that cannot be, or that does not follow the load when it is run by itself.
     """
-    case = chain_case(rig, load)
+    path = base.case.path if load is base.load and _same_schedule(rig, base.rig) else None
+    case = chain_case(rig, load, path=path)
     memory = memory_at_rest(rig, case.joint)
-    if _of_one_kind(base, case, memory):
+    if base.kind == _kind(case, memory):
         run = run_space(case, rig.joints)
         if follow_moved(line, case.path, case.parameters, memory, run) <= LARGEST_MOVE_RAD:
             series = ChainSeries(rig, case.joint, run)
             return base.series if _same(series, base.series) else series
+    case = chain_case(rig, load)  # a moved arm has other steps
     return ChainSeries(rig, case.joint, followed(rig, case)[0])
+
+
+def _same_schedule(one: Rig, other: Rig) -> bool:
+    """Whether two rigs have the same inputs in every sample of one load."""
+    if one.preload_loss is not None:  # which depends on the tendons' stretch
+        return False
+    return all(getattr(one, name) == getattr(other, name) for name in _SCHEDULED)
 
 
 def _same(one: ChainSeries, other: ChainSeries) -> bool:
@@ -137,21 +161,12 @@ def _same(one: ChainSeries, other: ChainSeries) -> bool:
     )
 
 
-def _of_one_kind(base: TapedRun, case: ChainCase, memory: Memory) -> bool:
-    """Whether a rig has the parts of the rig that was run, and its samples."""
-    own = memory_at_rest(base.rig, base.case.joint)
-    shapes = [(a.shape, b.shape) for a, b in zip(own, memory, strict=True)]
-    return (
-        all(a == b for a, b in shapes)
-        and base.case.path.drive.shape == case.path.drive.shape
-        and _kind(base.case.parameters) == _kind(case.parameters)
-    )
-
-
-def _kind(rig: Parameters) -> tuple[bool, ...]:
-    """Parts that a rig has or has not: guides with friction, tendons, toe regions, contacts, a tip stop."""
+def _kind(case: ChainCase, memory: Memory) -> _Kind:
+    """Parts that a rig has or has not: guides with friction, tendons, toe regions, contacts, a tip stop, elements."""
+    rig = case.parameters
     rough = rig.capstan > 0.0, rig.guide > 0.0, rig.sheath > 0.0
     guides = rough[0] or rough[1], rough[0] or rough[1] or rough[2]
     tendons = [value > 0.0 for pair in (rig.toe, rig.segment, rig.free) for value in pair]
     contacts = rig.contact_both, rig.stop_stiffness > 0.0, rig.load_control
-    return (*guides, *tendons, *contacts)
+    shapes = [array.shape for array in memory]
+    return (case.path.drive.size, *shapes, *guides, *tendons, *contacts)

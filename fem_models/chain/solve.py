@@ -30,8 +30,8 @@ from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
 from fem_models.load import LoadProgram
 from fem_models.load.run_record import simulated_record
-from fem_models.load.schedule import Schedule, force_schedule, schedule, snap_hint
-from fem_models.load.stepping import StepControl, drive_control, force_control
+from fem_models.load.schedule import force_schedule, schedule, snap_hint
+from fem_models.load.stepping import drive_control, force_control
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
@@ -109,8 +109,15 @@ class ChainCase:
     parameters: Parameters
 
 
-def chain_case(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | None = None) -> ChainCase:
+def chain_case(
+    rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | None = None, path: Path | None = None
+) -> ChainCase:
     """Derive what the kernels take of a rig and a load program, or of a rig and tendon forces in N, shape (m,).
+
+    Parameters
+    ----------
+    path
+        The path of that load, where it is known.
 
     Raises
     ------
@@ -118,17 +125,17 @@ def chain_case(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | N
         From :mod:`fem_models.load.schedule`.
     """
     settings, joint = settings or ChainSettings(), joint_mechanics(rig)
+    parameters = chain_parameters(rig, joint, settings, load_control=not isinstance(load, LoadProgram))
+    return ChainCase(joint, path or _path(rig, load, joint, settings), parameters)
+
+
+def _path(rig: Rig, load: LoadProgram | Floats, joint: JointMechanics, settings: ChainSettings) -> Path:
     if isinstance(load, LoadProgram):
         plan, control = schedule(rig, load), drive_control(rig, settings.max_step_mm, settings.max_halvings)
     else:
         plan, arm, bending = force_schedule(rig, load), joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad
         longest = settings.max_force_step * joint.force_scale_N
         control = force_control(rig, arm, bending, longest, settings.max_halvings)
-    parameters = chain_parameters(rig, joint, settings, load_control=not isinstance(load, LoadProgram))
-    return ChainCase(joint, _path(plan, control, settings), parameters)
-
-
-def _path(plan: Schedule, control: StepControl, settings: ChainSettings) -> Path:
     return Path(
         drive=_own(plan.drive_mm),
         slack=_own(plan.slack_mm),

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -46,6 +47,8 @@ _ARM_MM, _PITCH_MM, _FREE_MM, _WHEEL_MM = 2.5, 6.0, 150.0, 10.0
 _FREE_BOUNDS_MM = (36.0, 600.0)
 """1 to 17 times the length that bends: a longer dry tendon stands still after a reversal, as play does."""
 _PRELOAD_N, _EA_N, _STIFFNESS = 20.0, 10_000.0, 120.0
+_tendon, _friction, _material = lru_cache(256)(Tendon), lru_cache(256)(Friction), lru_cache(256)(Material)
+"""Parts of the rigs of one Jacobian are mostly the same: one parameter moves, in every run."""
 _GAP = FreeParameter("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / REFINED_PARTS**2, 0.05)
 _ROOTS_SHARE = 1 / 3
 """Of the refined problem alone: the part of a notch that does not bend, which shortens the paths of both tendons in a
@@ -89,21 +92,23 @@ class EquivalentRigProblem(RigProblem):
 
     def baseline_rig(self, rig: Rig, values: Values) -> Rig:
         """Give a rig the parameters of the baseline."""
-        tendon = replace(
-            rig.tendon_a,
-            EA_N=values["EA_at_preload_N"],
-            toe_N=values.get("toe_N", 0.0),
-            moment_arm_mm=values["moment_arm_mm"],
-            free_length_mm=values["free_length_mm"],
+        tendon = _tendon(
+            values["EA_at_preload_N"],
+            values["moment_arm_mm"],
+            values["free_length_mm"],
+            values.get("toe_N", 0.0),
         )
-        friction = replace(
-            rig.friction,
-            sheath_N=values["sheath_N"],
-            capstan_coefficient=values["capstan_coefficient"],
-            guide_N=values["guide_N"],
-            stick_compliance_mm_per_N=values["stick_compliance_mm_per_N"],
+        friction = _friction(
+            values["capstan_coefficient"],
+            values["guide_N"],
+            values["sheath_N"],
+            rig.friction.rest_wrap_deg,
+            values["stick_compliance_mm_per_N"],
         )
-        material = replace(rig.material, loop_share=values["loop_share"], loop_angle_deg=values["loop_angle_deg"])
+        declared = rig.material
+        material = _material(
+            declared.youngs_modulus_GPa, declared.poissons_ratio, values["loop_share"], values["loop_angle_deg"]
+        )
         assert isinstance(rig.joint, MeasuredJoint)
         joint = replace(
             rig.joint,
@@ -123,21 +128,18 @@ class EquivalentRigProblem(RigProblem):
         rig = super().rig(run, {**values, **dict.fromkeys(theirs, 0.0)}, added)
         a, b = rig.tendon_a, rig.tendon_b
         assert b is not None
-        by_a, by_b = 1.0 + a.toe_N / self.preload_N, 1.0 + b.toe_N / self.preload_N
-        rig = replace(rig, tendon_a=replace(a, EA_N=a.EA_N * by_a), tendon_b=replace(b, EA_N=b.EA_N * by_b))
+        if a.toe_N or b.toe_N:
+            rig = replace(rig, tendon_a=self._as_stiff(a), tendon_b=self._as_stiff(b))
         return divided(rig, self.parts)
+
+    def _as_stiff(self, tendon: Tendon) -> Tendon:
+        """Make a tendon with a toe region as stiff at the largest preload as it is without."""
+        stiff = tendon.EA_N * (1.0 + tendon.toe_N / self.preload_N)
+        return _tendon(stiff, tendon.moment_arm_mm, tendon.free_length_mm, tendon.toe_N)
 
     def driven(self, run: Run, values: Values) -> Run:
         """Run behind the cubic, whose slope is u + even u^2 / 2 + odd u^3 / 3 of the drive over its range."""
-
-        def bent(program: LoadProgram) -> LoadProgram:
-            u = program.drive_mm / self.half_mm
-            return replace(
-                program, drive_mm=program.drive_mm * (1.0 + u * (0.5 * values["even"] + values["odd"] / 3.0 * u))
-            )
-
-        assert isinstance(run.program, LoadProgram)
-        return replace(run, program=bent(run.program), short=None if run.short is None else bent(run.short))
+        return _driven(run, self.half_mm, values["even"], values["odd"])
 
     def tendon_mm(self, drive: Floats) -> Floats:
         """Tendon that the wheel winds in, from the drive; shapes (m,)."""
@@ -187,6 +189,18 @@ def equivalent_rig_problem(records: Sequence[Record], samples: int = EQUIVALENT_
         preload_N=largest,
         preload_stated=stated,
     )
+
+
+@lru_cache(maxsize=128)
+def _driven(run: Run, half_mm: float, even: float, odd: float) -> Run:
+    """Run behind a cubic; remembered, because most parameters of a fit do not change the drive."""
+
+    def bent(program: LoadProgram) -> LoadProgram:
+        u = program.drive_mm / half_mm
+        return replace(program, drive_mm=program.drive_mm * (1.0 + u * (0.5 * even + odd / 3.0 * u)))
+
+    assert isinstance(run.program, LoadProgram)
+    return replace(run, program=bent(run.program), short=None if run.short is None else bent(run.short))
 
 
 def _with_roots(rig: Rig) -> Rig:

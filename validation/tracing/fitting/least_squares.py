@@ -38,14 +38,24 @@ class _Evaluations:
     def errors(self, x: Floats) -> Floats:
         """Errors of all samples, shape (m,); large where there is no solution."""
         if (key := x.tobytes()) not in self.visited:
-            self.calls += 1
             try:
-                errors, followed = self.model.followed(x)
-                self.visited[key], self.at = self.holdout.stacked(errors), (key, followed)
+                self.begin(x)
             except (SolverError, RigError):
                 series = 1 + len(self.model.problem.channels)
                 self.visited[key] = np.full(series * self.holdout.train_mask.size, INFEASIBLE_DEG)
         return self.visited[key]
+
+    def begin(self, x: Floats) -> None:
+        """Evaluate the errors at a point that may have no solution.
+
+        Raises
+        ------
+        SolverError, RigError
+            As :meth:`validation.tracing.fitting.model.Model.errors`.
+        """
+        self.calls += 1
+        errors, followed = self.model.followed(x)
+        self.visited[x.tobytes()], self.at = self.holdout.stacked(errors), (x.tobytes(), followed)
 
     def jacobian(self, x: Floats) -> Floats:
         """Differentiate all errors, shape (m, p)."""
@@ -90,11 +100,11 @@ def fit(
     """
     low, high = model.bounds()
     start = np.clip(start, low + INSIDE_BOUNDS, high - INSIDE_BOUNDS)
-    model.errors(start)  # raises where there is no solution; later points count as far off
     own, weight = model.baseline_size, model.problem.prior_weight_deg
     train = np.tile(holdout.train_mask, 1 + len(model.problem.channels))
     mean = start[:own] if prior_mean is None else prior_mean
     at = _Evaluations(model, holdout, threads, known)
+    at.begin(start)  # raises where there is no solution; later points count as far off
 
     def residual(x: Floats) -> Floats:
         errors = at.errors(x)[train]
