@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from fem_models.chain.along import line_along, moved_series, taped_run
+from fem_models.chain.along import line_along, moved_along, moved_run, taped_run
 from fem_models.load import sine
 from fem_models.rig import preset
 from fem_models.rig.effects import Superelastic
@@ -17,7 +17,7 @@ def compile_chain() -> None:
     for section in SECTIONS:
         rig = replace(preset("du2018"), superelastic=section)
         run = taped_run(rig, program)
-        moved_series(run, line_along(run), replace(rig, preload_N=1.0001 * rig.preload_N), program)
+        moved_along(line_along(run), moved_run(run, replace(rig, preload_N=1.0001 * rig.preload_N), program))
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ See :mod:`fem_models.chain.moved`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -110,7 +111,7 @@ def taped_run(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | No
 
 
 def line_along(base: TapedRun) -> Line:
-    """Linearise a run: the equations at each of its steps, for :func:`moved_series`.
+    """Linearise a run: the equations at each of its steps, for :func:`moved_along`.
 
     Raises
     ------
@@ -124,8 +125,47 @@ def line_along(base: TapedRun) -> Line:
         raise SolverError(f"rig {rig.name}: a tangent without stiffness") from None
 
 
-def moved_series(base: TapedRun, line: Line, rig: Rig, load: LoadProgram | Floats) -> ChainSeries:
-    """Run a rig that differs from that of a run by little, along its steps: to first order in the difference.
+@dataclass(frozen=True, eq=False)
+class MovedRun:
+    """A rig that differs by little from one that was run, ready for the kernel; ``run`` is room for its results.
+
+    ``of_one_kind`` is whether it has the parts of the rig that was run, and its samples.
+    """
+
+    rig: Rig
+    load: LoadProgram | Floats
+    case: ChainCase
+    memory: Memory
+    run: Run
+    of_one_kind: bool
+
+
+def moved_run(base: TapedRun, rig: Rig, load: LoadProgram | Floats) -> MovedRun:
+    """Derive what the kernel takes of a rig that differs by little from the one that was run.
+
+    Raises
+    ------
+    RigError
+        A rig that cannot be.
+    """
+    path = base.case.path if load is base.load and _same_schedule(rig, base.rig) else None
+    case = chain_case(rig, load, path=path)
+    memory = memory_at_rest(rig, case.joint)
+    return MovedRun(rig, load, case, memory, run_space(case, rig.joints), base.kind == _kind(case, memory))
+
+
+def moved_along(line: Line, moved: MovedRun) -> float:
+    """Take a moved rig along the steps of the rig; give the largest difference of a joint's angle, rad.
+
+    Hardly more than the kernel, which releases the interpreter's lock.
+    """
+    if not moved.of_one_kind:
+        return math.inf
+    return float(follow_moved(line, moved.case.path, moved.case.parameters, moved.memory, moved.run))
+
+
+def moved_series(base: TapedRun, moved: MovedRun, difference_rad: float) -> ChainSeries:
+    """Give what sensors read of a moved rig, from the difference by :func:`moved_along`.
 
     A rig that differs in kind, or by much, is run by itself. One that differs by no more than the tolerance of Newton's
     method does not differ.
@@ -133,18 +173,13 @@ def moved_series(base: TapedRun, line: Line, rig: Rig, load: LoadProgram | Float
     Raises
     ------
     SolverError, RigError
-        A rig that cannot be, or that does not follow the load when it is run by itself.
+        A rig that does not follow the load when it is run by itself.
     """
-    path = base.case.path if load is base.load and _same_schedule(rig, base.rig) else None
-    case = chain_case(rig, load, path=path)
-    memory = memory_at_rest(rig, case.joint)
-    if base.kind == _kind(case, memory):
-        run = run_space(case, rig.joints)
-        if follow_moved(line, case.path, case.parameters, memory, run) <= LARGEST_MOVE_RAD:
-            series = ChainSeries(rig, case.joint, run)
-            return base.series if _same(series, base.series) else series
-    case = chain_case(rig, load)  # a moved arm has other steps
-    return ChainSeries(rig, case.joint, followed(rig, case)[0])
+    if difference_rad <= LARGEST_MOVE_RAD:
+        series = ChainSeries(moved.rig, moved.case.joint, moved.run)
+        return base.series if _same(series, base.series) else series
+    case = chain_case(moved.rig, moved.load)  # a moved arm has other steps
+    return ChainSeries(moved.rig, case.joint, followed(moved.rig, case)[0])
 
 
 def _same_schedule(one: Rig, other: Rig) -> bool:

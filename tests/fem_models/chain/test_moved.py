@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem_models.chain import along
-from fem_models.chain.along import line_along, moved_series, taped_run
+from fem_models.chain.along import line_along, moved_along, moved_run, moved_series, taped_run
 from fem_models.chain.solve import chain_angle_deg, solve_chain
 from fem_models.load import LoadProgram, sine
 from fem_models.rig import Rig, RigError, preset
@@ -26,6 +26,11 @@ def frictionless(stiffness: float) -> Rig:
     )  # fmt: skip
 
 
+def series_of(base, line, rig, load):
+    moved = moved_run(base, rig, load)
+    return moved_series(base, moved, moved_along(line, moved))
+
+
 def test_derivatives_by_stiffness_and_load_have_their_closed_form():
     """Joints in balance, k theta = T r cos(theta/2), without friction."""
     k, r = 100.0, 2.5
@@ -33,8 +38,8 @@ def test_derivatives_by_stiffness_and_load_have_their_closed_form():
     line, theta = line_along(base), base.series.joint_angles_rad[:, 0]
     assert np.abs(k * theta - FORCE * r * np.cos(theta / 2)).max() < 1e-3 * k * theta.max()
     slope = k + FORCE * r / 2 * np.sin(theta / 2)
-    softer = moved_series(base, line, frictionless(k * (1 + STEP)), FORCE).angle_deg - base.series.angle_deg
-    more = moved_series(base, line, frictionless(k), FORCE * (1 + STEP)).angle_deg - base.series.angle_deg
+    softer = series_of(base, line, frictionless(k * (1 + STEP)), FORCE).angle_deg - base.series.angle_deg
+    more = series_of(base, line, frictionless(k), FORCE * (1 + STEP)).angle_deg - base.series.angle_deg
     by_stiffness, by_load = -k * theta / slope, FORCE * r * np.cos(theta / 2) / slope
     for found, expected in ((softer, by_stiffness), (more, by_load)):
         assert found / STEP == pytest.approx(6 * np.degrees(expected), rel=1e-3, abs=1e-6)
@@ -65,7 +70,7 @@ def test_moved_rigs_follow_their_own_runs(parts):
             for way in (1, -1)
         )
         central = (chain_angle_deg(ahead, program) - chain_angle_deg(behind, program)) / 2
-        found = moved_series(base, line, ahead, program)
+        found = series_of(base, line, ahead, program)
         assert np.linalg.norm(found.angle_deg - base.series.angle_deg - central) < 0.02 * np.linalg.norm(central)
         tension = solve_chain(ahead, program).record.tension_a_N - solve_chain(behind, program).record.tension_a_N
         of_tension = found.tension_a_N - base.series.tension_a_N
@@ -94,7 +99,7 @@ def test_a_moved_law_of_the_section_is_followed(law, name):
     ahead, behind = (
         replace(rig, superelastic=replace(law, **{name: getattr(law, name) + way * step})) for way in (1, -1)
     )
-    found = moved_series(base, line_along(base), ahead, program)
+    found = series_of(base, line_along(base), ahead, program)
     runs = [taped_run(other, program).series for other in (ahead, behind)]
     for quantity in ("angle_deg", "tip_mm"):
         central = (getattr(runs[0], quantity) - getattr(runs[1], quantity)) / 2
@@ -107,7 +112,7 @@ def test_a_rig_of_another_kind_is_run_by_itself(monkeypatch):
     base = taped_run(rig, program)
     line, calls = line_along(base), []
     monkeypatch.setattr(along, "followed", lambda *a: calls.append(a) or (_ for _ in ()).throw(RigError("by itself")))
-    assert moved_series(base, line, rig, program) is base.series
+    assert series_of(base, line, rig, program) is base.series
     others = [
         replace(rig, material=replace(rig.material, loop_share=0.0)),
         replace(rig, friction=Friction()),
@@ -115,8 +120,8 @@ def test_a_rig_of_another_kind_is_run_by_itself(monkeypatch):
     ]
     for other in others:
         with pytest.raises(RigError, match="by itself"):
-            moved_series(base, line, other, program)
+            series_of(base, line, other, program)
     for drive in (program.drive_mm[:-1], 3 * program.drive_mm):  # of another length, and far off
         with pytest.raises(RigError, match="by itself"):
-            moved_series(base, line, rig, LoadProgram(drive))
+            series_of(base, line, rig, LoadProgram(drive))
     assert len(calls) == 5

@@ -88,8 +88,8 @@ def test_a_column_of_the_reading_alone_needs_no_run_and_threads_change_nothing(m
     errors = holdout.stacked(model.errors(x))
     one, two = (differentiate(model, holdout, x, errors, threads) for threads in (1, 2))
     assert (one == two).all()
-    runs, real = [], rig_problem.moved_series
-    monkeypatch.setattr(rig_problem, "moved_series", lambda *of: runs.append(of) or real(*of))
+    runs, real = [], rig_problem.moved_run
+    monkeypatch.setattr(rig_problem, "moved_run", lambda *of: runs.append(of) or real(*of))
     again = differentiate(model, holdout, x, errors, 1)
     assert (again == one).all()
     assert len(runs) == len(problem.parameters)

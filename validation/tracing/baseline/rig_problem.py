@@ -5,11 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from fem_models.chain.along import TapedRun, line_along, moved_series
-from fem_models.chain.moved import Line
+from fem_models.chain.along import MovedRun, TapedRun, line_along, moved_along, moved_run, moved_series
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
@@ -39,6 +39,15 @@ class Followed:
 
     series: list[Floats]
     runs: tuple[FollowedRun, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Moved:
+    """A run of a moved rig, as it is driven; "same" where the rig does not differ, "none" where it cannot be."""
+
+    of: FollowedRun
+    driven: Run
+    run: MovedRun | Literal["same", "none"]
 
 
 Added = Sequence[tuple[RigForm, Values]]
@@ -125,30 +134,49 @@ class RigProblem(RecordSet, ABC):
     ) -> list[list[Floats] | None]:
         """Predict near parameters that were run, to first order in the difference; None where there is no such rig.
 
-        A rig is not run where only what is read of it differs.
+        A rig is not run where only what is read of it differs. Threads do no more than the kernels, which release the
+        interpreter's lock.
         """
 
-        def of_run(one: FollowedRun) -> list[Floats | None]:
-            line = line_along(one.base)
-            return [self._moved_rows(one, line, values, added) for values, added in points]
+        def along(one: Sequence[_Moved]) -> list[float]:
+            line = line_along(one[0].of.base)
+            return [moved_along(line, moved.run) if isinstance(moved.run, MovedRun) else 0.0 for moved in one]
 
-        by_run = in_threads(of_run, followed.runs, threads)
+        if not points:
+            return []
+        by_run = [[self._moved(one, values, added) for values, added in points] for one in followed.runs]
+        differences = in_threads(along, by_run, threads)
         out = list[list[Floats] | None]()
         for point, (_, added) in enumerate(points):
-            rows = [of_points[point] for of_points in by_run]
+            rows = [
+                self._moved_rows(one[point], difference[point])
+                for one, difference in zip(by_run, differences, strict=True)
+            ]
             given = [one for one in rows if one is not None]
             out.append(self._series(given, added) if len(given) == len(rows) else None)
         return out
 
-    def _moved_rows(self, one: FollowedRun, line: Line, values: Values, added: Added) -> Floats | None:
+    def _moved(self, one: FollowedRun, values: Values, added: Added) -> _Moved:
         try:
             rig, run = self.rig(one.run, values, added), self.driven(one.run, values)
             load = run.load(rig)
             if rig == one.base.rig and _same_load(load, one.driven.load(rig)):
-                return one.rows(self.channels)
-            return run.rows(moved_series(one.base, line, rig, load), self.channels)
-        except (SolverError, RigError):
-            return None
+                return _Moved(one, one.driven, "same")
+            return _Moved(one, run, moved_run(one.base, rig, load))
+        except RigError:
+            return _Moved(one, one.driven, "none")
+
+    def _moved_rows(self, moved: _Moved, difference_rad: float) -> Floats | None:
+        match moved.run:
+            case "same":
+                return moved.of.rows(self.channels)
+            case "none":
+                return None
+            case run:
+                try:
+                    return moved.driven.rows(moved_series(moved.of.base, run, difference_rad), self.channels)
+                except (SolverError, RigError):
+                    return None
 
     def _series(self, rows: Sequence[Floats], added: Added) -> list[Floats]:
         """Put the rows of all runs, as of :meth:`Run.rows`, together: angles as they are read, and channels."""
