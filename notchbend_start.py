@@ -6,6 +6,7 @@ finds first, and what follows is an error that names neither.
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -34,6 +35,15 @@ def require_own_packages() -> None:
             )
 
 
+def use_one_blas_thread() -> None:
+    """Let numpy and scipy factorise matrices in one thread, unless the user says otherwise; before they are imported.
+
+    Matrices are small here: threads wait for each other longer than they compute, on busy cores hundreds of times as
+    long. And sums do not depend on the number of cores then.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 def main() -> None:
     """Run the command line, or print one line where other packages stand before those of notchbend."""
     try:
@@ -41,6 +51,7 @@ def main() -> None:
     except ImportError as error:
         print(f"notchbend: {error}", file=sys.stderr)  # noqa: T201
         sys.exit(2)
+    use_one_blas_thread()
     from studies.commands.cli import main as run
 
     run()

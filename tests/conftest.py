@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from notchbend_start import use_one_blas_thread
+
+use_one_blas_thread()  # as the command does, and before any test imports numpy
 settings.register_profile("machine", deadline=None)  # the first call compiles, and a loaded machine takes its time
 settings.load_profile("machine")
 

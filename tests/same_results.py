@@ -238,12 +238,14 @@ def compare(old: Path, new: Path) -> Differences:
     for path in sorted(files[0] & files[1]):
         if path.suffix in suffixes:
             suffixes[path.suffix](str(path), (old / path).read_text(), (new / path).read_text())
-    if not all((top / "study" / "study.zarr").exists() for top in (old, new)):
-        return out
-    a, b = (xarray.open_zarr(top / "study" / "study.zarr").load() for top in (old, new))
-    out.values("study.zarr", sorted(map(str, a.variables)), sorted(map(str, b.variables)))
-    for name in a.variables.keys() & b.variables.keys() - LEFT_OUT:
-        out.values(f"study.zarr {name}", a[name].values.tolist(), b[name].values.tolist())
+    for store in sorted(path.relative_to(old) for path in old.rglob("study.zarr")):
+        if not (new / store).exists():
+            out.structure.append(f"{store}: in one folder only")
+            continue
+        a, b = (xarray.open_zarr(top / store).load() for top in (old, new))
+        out.values(str(store), sorted(map(str, a.variables)), sorted(map(str, b.variables)))
+        for name in a.variables.keys() & b.variables.keys() - LEFT_OUT:
+            out.values(f"{store} {name}", a[name].values.tolist(), b[name].values.tolist())
     return out
 
 

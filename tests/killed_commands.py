@@ -1,0 +1,138 @@
+"""Kill commands with SIGKILL at random moments and look at what they leave; then run them again, to the same results.
+
+    python tests/killed_commands.py --kills 6 --out killed
+    python tests/killed_commands.py --kills 0 --out twice        # twice and with other threads: the same bytes
+
+Each command is run once in peace. In each trial it is killed with all its children after a random part of that time.
+Every file that is there then must be whole: JSON, CSV and HTML are read to their end. The same command in the same
+folder must then write what the one in peace wrote, times aside. This takes minutes; it is no part of the test command.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from same_results import STUDY, compare
+
+from hysteresis.records.record_file import read_columns
+
+COMMANDS = {
+    "simulate": ["simulate", "--amplitude", "2.2", "--cycles", "40", "--out", "results/loop.csv"],
+    "identify": ["identify", "20N.csv", "--out", "results"],
+    "trace": ["trace", "20N.csv", "10N.csv", "--out", "results"],
+    "separate": ["separate", "--preset", "du2018", "--preload", "20", "--out", "results"],
+    "study": ["study", "study.toml", "--out", "results"],
+    "export": ["export", "--to", "mujoco", "--preset", "du2018", "--out", "results/du2018.xml"],
+    "report": ["report", "results"],
+    "run": ["run", "--out", "results"],
+}
+"""Command lines after ``notchbend``, in the folder of a trial."""
+OTHER_THREADS = {"trace": ["--threads", "1"], "study": ["--workers", "1"]}
+"""Options of the second run; other commands have no threads of their own, and get one processor."""
+
+
+def prepare(folder: Path, name: str) -> None:
+    """Fill the folder of a trial with the inputs of its command."""
+    folder.mkdir(parents=True)
+    (folder / "study.toml").write_text(STUDY)
+    for preload in ("20", "10"):
+        given = ["--preload", preload, "--amplitude", "2.2", "--cycles", "2", "--out", f"{preload}N.csv"]
+        notchbend(folder, ["simulate", *given])
+    if name == "report":
+        notchbend(folder, ["identify", "20N.csv", "--out", "results"])
+
+
+def notchbend(folder: Path, arguments: list[str], **environment: str) -> None:
+    """Run a command in peace."""
+    done = subprocess.run(
+        [sys.executable, "-m", "notchbend_start", *arguments, "--quiet"],
+        cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, **environment},
+    )  # fmt: skip
+    if done.returncode:
+        raise SystemExit(f"{' '.join(arguments)}: exit {done.returncode}: {done.stderr}")
+
+
+def kill_after(folder: Path, arguments: list[str], seconds: float) -> bool:
+    """Start a command and kill it with its children; tell whether it was still at work."""
+    child = subprocess.Popen(
+        [sys.executable, "-m", "notchbend_start", *arguments, "--quiet"],
+        cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+    )  # fmt: skip
+    try:
+        child.wait(seconds)
+        return False
+    except subprocess.TimeoutExpired:
+        os.killpg(child.pid, signal.SIGKILL)
+        child.wait()
+        return True
+
+
+def broken_files(folder: Path) -> list[str]:
+    """Name the files that are not whole; staged ones, which the next run removes, are not looked at."""
+    broken = []
+    for path in sorted(folder.rglob("*")):
+        if not path.is_file() or path.name.startswith(".") or ".zarr" in str(path):
+            continue
+        try:
+            if path.suffix == ".json":
+                json.loads(path.read_text())
+            elif path.suffix == ".csv":
+                read_columns(path)
+            elif path.suffix == ".html" and not path.read_text().rstrip().endswith("</html>"):
+                raise ValueError("no end")
+        except ValueError as error:
+            broken.append(f"{path.relative_to(folder)}: {error}")
+    return broken
+
+
+def differences(peace: Path, again: Path) -> list[str]:
+    """List what differs between the results of two folders, times aside."""
+    found = compare(peace, again)
+    return [*found.structure, *(where for _, where in found.numbers), *found.texts]
+
+
+def main() -> int:
+    """Run all; 1 where a file is broken, lost or different."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kills", type=int, default=6)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--only", nargs="*", default=list(COMMANDS), choices=COMMANDS)
+    options = parser.parse_args()
+    drawn, failed = random.Random(options.seed), 0
+    for name in options.only:
+        command, top = COMMANDS[name], options.out.absolute() / name
+        prepare(top / "inputs", name)
+        shutil.copytree(top / "inputs", top / "peace")
+        start = time.perf_counter()
+        notchbend(top / "peace", command)
+        seconds = time.perf_counter() - start
+        shutil.copytree(top / "inputs", top / "again")
+        notchbend(top / "again", [*command, *OTHER_THREADS.get(name, [])], NUMBA_NUM_THREADS="1", OMP_NUM_THREADS="1")
+        found, killed = differences(top / "peace", top / "again"), 0
+        for trial in range(options.kills):
+            folder = top / f"killed-{trial}"
+            shutil.copytree(top / "inputs", folder)
+            killed += kill_after(folder, command, drawn.uniform(0.1, 1.0) * seconds)
+            found += broken_files(folder)
+            notchbend(folder, command)
+            found += [f"killed-{trial}: {one}" for one in differences(top / "peace", folder)]
+        failed += bool(found)
+        print(
+            f"{name}: {seconds:.1f} s, killed {killed} of {options.kills} times: {len(found)} differences", flush=True
+        )
+        print(*(f"  {one}" for one in found[:10]), sep="\n", end="\n" if found else "")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
