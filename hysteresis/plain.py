@@ -79,7 +79,8 @@ def from_plain(kind: type[Result], values: object, where: str = "") -> Result:
     Raises
     ------
     RecordError
-        One line with the field that is missing, or that has not the form of its type, and what was expected.
+        One line with the field that is missing, or that has not the form of its type or that its dataclass refuses
+        with a ValueError, and what was expected.
     """
     if not isinstance(values, Mapping):
         raise RecordError(f"{where or kind.__name__}: {quoted(values, 40)}: expected a table")
@@ -91,7 +92,10 @@ def from_plain(kind: type[Result], values: object, where: str = "") -> Result:
             given[one.name] = _read(hints[one.name], values[key], place)
         elif one.default is MISSING and one.default_factory is MISSING:
             raise RecordError(f"{place}: missing")
-    return kind(**given)
+    try:
+        return kind(**given)
+    except ValueError as error:  # of a dataclass that checks its values
+        raise RecordError(f"{where}: {error}" if where else str(error)) from None
 
 
 def _key(one: Field[Any]) -> str:

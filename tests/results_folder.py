@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from how_made import MADE
 
 from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import solve_chain
@@ -116,6 +117,7 @@ def write_trace(folder: Path) -> None:
         candidates=(TriedModel("backlash", 0.06, 512.0),),
         next_experiment="a second preload",
         figures=(FigureFile("trace-residual.csv", "Residual over the drive"),),
+        made=MADE,
     )
     (folder / "trace-residual.csv").write_text("drive_mm,before_deg,after_deg\n-1,0.3,0.05\n0,0.1,0.02\n1,0.2,0.01\n")
     write_result(folder / "trace.json", trace)

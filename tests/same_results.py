@@ -4,8 +4,8 @@
     python tests/same_results.py run --python NEW/.venv/bin/python --out new
     python tests/same_results.py compare old new
 
-A change of the structure must leave every number alone. What may differ is left out: times, versions, checksums of the
-code, and the files of a figure. Texts that differ are listed apart, for a reader to judge.
+A change of the structure must leave every number alone. What may differ is left out: times, dates, versions, commits,
+checksums of the code, and the files of a figure. Texts that differ are listed apart, for a reader to judge.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ preload_N = [10, 15, 20, 30]
 groups = ["loop", "strain", "contributions"]
 """
 TRACED = {"known": ("backlash", "guide_friction"), "unknown": ("tendon_slack", "time_delay")}
-LEFT_OUT = {"seconds", "wall_s", "versions", "sha256", "code", "version", "figures", "computed"}
+LEFT_OUT = {"seconds", "wall_s", "versions", "sha256", "code", "version", "figures", "computed", "date", "commit"}
 """Keys of what no two runs, or no two versions, have in common."""
 PATHS = ("file", "record", "records", "source", "reference")
 

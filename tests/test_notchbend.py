@@ -8,14 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from how_made import printed
 from matplotlib.figure import Figure
 
 import notchbend as nb
 from fem_models.rig import Rig
 from fem_models.rig.of_record import rig_of
 from hysteresis.own import marked_values
+from studies.commands import separation
 from studies.commands.cli import call
 from studies.engines import ENGINES
+from studies.report import write_report
 from validation.practice.bench_record import SHIPPED
 
 ROOT = Path(__file__).parents[1]
@@ -94,8 +97,8 @@ def test_an_unknown_engine_is_named() -> None:
 
 
 def without_time(values: Mapping[str, object]) -> dict[str, object]:
-    """Values of a fit; a file carries the mark of its maker, too."""
-    return {key: value for key, value in values.items() if key not in ("seconds", "maker")}
+    """Values of a fit; a file carries the mark of its maker, and how it was made, too."""
+    return {key: value for key, value in values.items() if key not in ("seconds", "maker", "made")}
 
 
 def test_identify_gives_the_numbers_of_the_command(record: nb.Record, tmp_path: Path) -> None:
@@ -142,10 +145,18 @@ def test_compensate_gives_the_drive_of_the_command(record: nb.Record, fit: nb.Fi
         nb.compensate(fit, [90.0, 0.0])
 
 
-def test_separate_gives_the_result_of_the_command(tmp_path: Path) -> None:
+def test_separate_gives_the_result_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert call(["separate", "--preset", "du2018", "--amplitude", "1", "--out", str(tmp_path), "--quiet"]) == 0
     found = nb.separate(nb.preset("du2018"), amplitude_mm=1.0)
     stored = json.loads((tmp_path / "separate.json").read_text())
+    words = ["separate", "--preset", "du2018", "--amplitude", "1", "--out", tmp_path]
+    again = printed(tmp_path / "separate.json", write_report(tmp_path).read_text(), words)
+    divided = []
+    monkeypatch.setattr(separation, "separate_rig", lambda *given, **_: divided.append(given) or found)
+    assert call([*again, "--quiet"]) == 0  # as printed; found above, which takes seconds
+    assert divided == [(nb.preset("du2018"), 1.0)]
+    assert json.loads((tmp_path / "separate.json").read_text()) | {"made": stored["made"]} == stored
+    del stored["made"]
     assert json.loads(json.dumps(marked_values(found.to_dict()))) == stored
     assert len(repr(found)) < 250
     assert "tendon elasticity" in found._repr_html_()

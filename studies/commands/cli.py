@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import functools
+import inspect
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,6 +24,8 @@ if TYPE_CHECKING:  # its name for the base of a command is private
 
 BAD_INPUT = 2
 """Exit code of bad input and wrong usage."""
+NOT_OF_RESULTS = {"quiet": "--quiet", "json": "--json", "force": "--force"}
+"""Options that change no result: a page does not show them in the command that made it."""
 
 
 @dataclass(frozen=True)
@@ -224,19 +228,32 @@ class PracticeCommands(Commands):
 
 def command_of(name: str, entry: Entry) -> TyperCommand:
     """Import a command, and make its options and its help."""
-    from studies.commands.options import with_option_groups
+    from studies.commands.options import COMMAND, with_option_groups
 
     command = with_option_groups(entry.load())
 
     @functools.wraps(command)
-    def run(**given: Any) -> None:
+    def run(*, context: typer.Context, **given: Any) -> None:
         with stoppable():
-            command(**given)
+            command(**given, **{COMMAND: _command_line(context.obj or (), given)})
 
+    own = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
+    run.__signature__ = inspect.Signature([own, *inspect.signature(command).parameters.values()])  # type: ignore[attr-defined]
+    run.__annotations__ = {**run.__annotations__, "context": typer.Context}
     alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     examples = "\n".join(["\b", "Examples:", *(f"  {line}" for line in entry.examples)])
     alone.command(name, epilog=examples)(run)
     return typer.main.get_command(alone)  # type: ignore[return-value]
+
+
+def _command_line(arguments: Sequence[str], given: Mapping[str, Any]) -> str:
+    """Give a command line for a shell, without the options that change no result; empty where there are no arguments.
+
+    Bytes of a name that are not UTF-8 are shown as escapes: no page can hold them.
+    """
+    dropped = {option for name, option in NOT_OF_RESULTS.items() if given.get(name)}
+    words = [one.encode("utf-8", "backslashreplace").decode() for one in arguments if one not in dropped]
+    return shlex.join(["notchbend", *words]) if arguments else ""
 
 
 app = typer.Typer(cls=Commands, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -300,7 +317,8 @@ def call(arguments: Sequence[str]) -> int:
         call([*arguments, "--help"])
         return BAD_INPUT
     try:
-        found = app(args=repeated(arguments, "trace", "--reference"), standalone_mode=False, prog_name="notchbend")
+        words = repeated(arguments, "trace", "--reference")
+        found = app(args=words, standalone_mode=False, prog_name="notchbend", obj=tuple(arguments))
     except StoppedError as stop:
         return _complain(str(stop), stop.code)
     except Exception as error:

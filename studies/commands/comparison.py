@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from fem_models.rig import Rig
 from hysteresis.plain import optional
 from studies.progress import steps
+from studies.results.made import Made
 from validation.engines import EngineAgreement, compare_engines
 from validation.joints import compare_models
 from validation.joints.models import REFERENCE, ModelRow
@@ -38,6 +39,7 @@ class Validation:
     rigs: tuple[EngineAgreement, ...]
     models: Models
     options: str | None = optional()
+    made: Made | None = optional()
 
 
 def validate_rig(

@@ -29,10 +29,10 @@ from studies.commands.tracing import PICTURES, trace_loaded, with_ending
 from studies.own_rig.loops import draw_rig, joints_deg, write_loop
 from studies.progress import steps
 from studies.results import write_result
+from studies.results.made import Made
 from studies.results.run import (
     CrossCheckRow,
     FitEntry,
-    Made,
     RigNumber,
     RunLoop,
     RunSummary,

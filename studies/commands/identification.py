@@ -21,6 +21,7 @@ from hysteresis.records.holdout import hold_out
 from hysteresis.records.path import require_reversal
 from hysteresis.records.record import Record, RecordError
 from studies.progress import bar
+from studies.results.made import Made, made_entry
 
 STANDSTILL_DEG = 1e-9  # below the resolution of any sensor
 
@@ -89,12 +90,12 @@ def files_of_fit(out: Path, stem: str, records: int) -> list[Path]:
     return [out / f"{stem}.json", *(out / f"{stem}{f'-{i + 1}' if i else ''}.csv" for i in range(records))]
 
 
-def write_fit(fit: Fit, records: Sequence[Record], out: Path, stem: str) -> None:
+def write_fit(fit: Fit, records: Sequence[Record], out: Path, stem: str, *, made: Made | None = None) -> None:
     """Write the JSON file of a fit, and for each record a CSV with f alone and with h at every sample.
 
     ``predicted_deg`` is by the Bouc-Wen layer. If the fit has another law, ``predicted_by_law_deg`` is by that law.
     """
-    texts = [json.dumps(marked_values(fit.to_dict()), indent=2) + "\n"]
+    texts = [json.dumps(marked_values(fit.to_dict() | made_entry(made)), indent=2) + "\n"]
     layer = fit.bouc_wen or fit
     for i, record in enumerate(records):
         columns = {

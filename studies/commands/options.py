@@ -16,7 +16,7 @@ import functools
 import inspect
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -35,13 +35,16 @@ from studies.engines import forces_of_file, program_of_file
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if it does not exist.")]
 Records = Annotated[list[Path], typer.Argument(help="The records, CSV.")]
+COMMAND = "command"
+"""Field of a group that is no option: the command as it was given."""
 
 
 def with_option_groups(command: Callable[..., None]) -> Callable[..., None]:
     """Replace each parameter whose type is a dataclass by an option for each of its fields.
 
     Typer reads the signature that this sets. The fields' annotations say what the options are, and their defaults what
-    the options' defaults are. The command is called with the dataclasses, made of what the user gave.
+    the options' defaults are. The command is called with the dataclasses, made of what the user gave. Groups with a
+    field :data:`COMMAND` get what is passed under this name, an empty text by default.
 
     Raises
     ------
@@ -64,10 +67,11 @@ def with_option_groups(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def run(**given: Any) -> None:
-        made = {
-            name: group(**{field.name: given.pop(field.name) for field in fields(group)})
-            for name, group in groups.items()
-        }
+        line = given.pop(COMMAND, "")
+        made = {}
+        for name, group in groups.items():
+            values = {one.name: given.pop(one.name) for one in _option_fields(group)}
+            made[name] = group(**values, **({COMMAND: line} if COMMAND in group.__dataclass_fields__ else {}))
         command(**made, **given)
 
     run.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]
@@ -75,17 +79,21 @@ def with_option_groups(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
+def _option_fields(group: type) -> list[Field[Any]]:
+    return [one for one in fields(group) if one.name != COMMAND]
+
+
 def _options_of(group: type) -> list[inspect.Parameter]:
     """Give a parameter for each field of a group; a field without a default is a required option."""
     hints = get_type_hints(group, include_extras=True)
     return [
         inspect.Parameter(
-            field.name,
+            one.name,
             inspect.Parameter.KEYWORD_ONLY,
-            default=inspect.Parameter.empty if field.default is MISSING else field.default,
-            annotation=hints[field.name],
+            default=inspect.Parameter.empty if one.default is MISSING else one.default,
+            annotation=hints[one.name],
         )
-        for field in fields(group)
+        for one in _option_fields(group)
     ]
 
 
@@ -98,10 +106,11 @@ class Seed:
 
 @dataclass(frozen=True)
 class Output:
-    """What is printed."""
+    """What is printed; ``command`` is the command as it was given, empty in a call from Python."""
 
     quiet: Annotated[bool, typer.Option("--quiet", help="Print no progress and no summary.")] = False
     json: Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output.")] = False
+    command: str = field(default="", compare=False)
 
     @property
     def shows_progress(self) -> bool:

@@ -29,6 +29,7 @@ from studies.own_rig.new_record import without_geometry
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.compensation import ENDING
+from studies.results.made import made_entry, made_now
 
 LAW = "Law of the hysteresis; auto chooses by folds within the training data."
 ELEMENTS = "Number of Bouc-Wen elements, 1 or 2; 0 chooses by validation within the training data."
@@ -76,13 +77,16 @@ def identify(
         seeds=search.seeds,
         delay=search.delay,
     )
+    made = made_now(common.command)
     fit = identify_records(loaded, settings=settings, progress=common.shows_progress)
-    write_fit(fit, loaded, out, "identify")
+    write_fit(fit, loaded, out, "identify", made=made)
     from studies.report.parts.fits import figure_of_fit  # Matplotlib
 
     write_files({figure: marked_png(figure_of_fit(fit))})
     _warn_of_geometry(loaded, common)
-    common.show(fit.to_dict(), str(fit), f"wrote {out / 'identify.json'} and {figure}", _page_of(out))
+    common.show(
+        fit.to_dict() | made_entry(made), str(fit), f"wrote {out / 'identify.json'} and {figure}", _page_of(out)
+    )
 
 
 def _warn_of_geometry(records: Sequence[Record], common: Common) -> None:
@@ -123,6 +127,7 @@ def separate(
 
     target = out / "separate.json"
     replacing.allow([target])
+    made = made_now(common.command)
     with steps(common.shows_progress, STEPS_OF_RECORDS if records else STEPS_OF_RIG) as step:
         if records:
             _require_records_alone(rig, amplitude, engine)
@@ -133,6 +138,7 @@ def separate(
             require(size > 0, "--amplitude", size, "above 0")
             members = over.members(rig)
             result = separate_rig(rig.read(), size, engine=engine, seed=common.seed, members=members, report=step)
+    result = replace(result, made=made)
     write_result(target, result)
     common.show(result, contributions_table(result), *summary(result), f"wrote {target}", _page_of(out))
 
@@ -166,10 +172,12 @@ def trace(
     old = reference or []
     require_kept(out, [*records, *old])
     replacing.allow(out / name for name in FILES)
+    made = made_now(common.command)
     found = trace_files(records, reference=old, seed=common.seed, threads=threads, progress=common.shows_progress)
-    write_trace(found, out)
+    write_trace(found, out, made=made)
     _warn_of_geometry(read_records(records), common)
-    common.show(found.report.to_dict(), *summary(found.report), f"report: {out / 'report.html'}")
+    values = found.report.to_dict() | made_entry(made)
+    common.show(values, *summary(found.report), f"report: {out / 'report.html'}")
 
 
 def effects(*, common: Common) -> None:
@@ -204,11 +212,11 @@ def compensate(
     check_target(out, [record, reference])
     target = out.with_name(out.stem + ENDING)
     replacing.allow([*files_of_record(out), target])
-    wanted = read_reference(reference)
+    wanted, made = read_reference(reference), made_now(common.command)
     settings = _settings(elements if law in ("auto", "bouc-wen") else elements or 1, law, seed=common.seed)
     layer = known_layer(record, settings=settings, progress=common.shows_progress)
     columns, found = compensated(layer, wanted, str(reference))
     write_columns(columns, out)
-    summary = replace(found, record=str(record), reference=str(reference), drive=out.name)
+    summary = replace(found, record=str(record), reference=str(reference), drive=out.name, made=made)
     write_result(target, summary)
     common.show(summary, values_table(summary), f"drive: {out}")

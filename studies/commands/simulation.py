@@ -30,11 +30,12 @@ from studies.engines import (
     simulate_in_time,
     solver_of,
 )
-from studies.own_rig.choice import OwnRigChoice, design_lines, made_now
+from studies.own_rig.choice import OwnRigChoice, design_lines
 from studies.own_rig.new_record import without_geometry
 from studies.own_rig.strain import Strain, drive_to_angle_mm, strain_lines, strain_of, strain_of_record
 from studies.progress import Count, counted, status
 from studies.results import write_result
+from studies.results.made import made_now
 from studies.results.run import loop_summary
 
 PRESET = "du2018"
@@ -60,12 +61,12 @@ def run(
     from studies.report.page import page_of
     from studies.report.parts.advice import what_to_do
 
+    made = made_now(common.command)
     if own.is_given(records or []):
         from studies.own_rig.design_report import design_report, files_of_design
 
         design, loaded = own.design(records or [])
         replacing.allow(files_of_design(out, design, loaded))
-        made = made_now(own.command(records or [], out, common.seed))
         for words in () if common.quiet else without_geometry(loaded, beside_rig=True):
             typer.echo(f"notchbend: {words}", err=True)
         summary = design_report(design, loaded, out, made=made, seed=common.seed, progress=common.shows_progress)
@@ -75,7 +76,6 @@ def run(
         from studies.commands.first_report import files_of_run, first_report
 
         replacing.allow(files_of_run(out))
-        made = made_now(f"notchbend run --out {shlex.quote(str(out))} --seed {common.seed}")
         summary = first_report(out, seed=common.seed, progress=common.shows_progress, made=made)
         shown = [*verdict_lines(page_of(out).verdicts)]
     report = write_report(out)
@@ -228,13 +228,14 @@ def validate(
     require_gmsh()
     from studies.commands.comparison import PRELOADS_N, validate_rig
 
+    made = made_now(common.command)
     preloads = PRELOADS_N if rig.rig is None and rig.preload is None else (chosen.preload_N,)
     if amplitude is None and rig.rig is not None:
         amplitude = drive_to_angle_mm(chosen)
     result = validate_rig(chosen, preloads_N=preloads, amplitude_mm=amplitude, progress=common.shows_progress)
     given = {"preset": rig.preset, "rig": rig.rig, "preload": rig.preload, "amplitude": amplitude}
     options = " ".join(f"--{name} {shlex.quote(str(value))}" for name, value in given.items() if value is not None)
-    result = replace(result, options=options or f"--preset {PRESET}")
+    result = replace(result, options=options or f"--preset {PRESET}", made=made)
     write_result(target, result)
     common.show(
         result,

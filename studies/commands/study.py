@@ -15,6 +15,7 @@ from hysteresis.extras import require_extra
 from studies.commands.options import Common, EnsembleChoice, Out, Output, Overwrite, RigChoice
 from studies.commands.tables import study_table
 from studies.progress import status
+from studies.results.made import made_now
 from studies.results.run import require_unchanged
 
 PRESET = "du2018"
@@ -63,6 +64,7 @@ def study(
         scheduler=where.scheduler,
         retry=where.retry,
         progress=output.shows_progress,
+        made=made_now(output.command),
     )
     from studies.report import write_report
 

@@ -17,6 +17,7 @@ from hysteresis.records.record_file import read_records
 from studies.commands.identification import STANDSTILL_DEG
 from studies.progress import stages
 from studies.report.trace_page import trace_page
+from studies.results.made import Made, made_entry
 from studies.results.trace_samples import SAMPLES, TraceSamples, samples_csv, samples_of
 from validation.tracing import catalogue, trace_records
 from validation.tracing.figures import figures
@@ -143,7 +144,7 @@ def limits_of(trace: Trace) -> list[DetectionLimit]:
     return detection_limits(trace.augmented, catalogue(), trace.floor.deg)
 
 
-def write_trace(traced: Traced, out: Path) -> None:
+def write_trace(traced: Traced, out: Path, *, made: Made | None = None) -> None:
     """Write trace.json, report.html, the figures and the next program, all or none; remove files of an older trace.
 
     Raises
@@ -151,9 +152,10 @@ def write_trace(traced: Traced, out: Path) -> None:
     RecordError
         A folder that cannot be written to.
     """
+    values = marked_values(traced.report.to_dict() | made_entry(made))
     files = with_ending(traced, "")[1] | {
-        "report.html": marked_page(trace_page(traced.report, traced.samples)),
-        "trace.json": json.dumps(marked_values(traced.report.to_dict()), indent=2, allow_nan=False) + "\n",
+        "report.html": marked_page(trace_page(traced.report, traced.samples, made)),
+        "trace.json": json.dumps(values, indent=2, allow_nan=False) + "\n",
     }
     if traced.program is not None:
         files[NEXT] = traced.program

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import shlex
-import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,7 +16,7 @@ from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_records
-from studies.results.run import Made, RunSummary
+from studies.results.run import RunSummary
 
 if TYPE_CHECKING:
     from studies.own_rig.design_report import Design
@@ -97,13 +95,6 @@ class OwnRigChoice:
         """Name the rig on a command line."""
         return f"--preset {self.preset}" if self.rig is None else f"--rig {shlex.quote(str(self.rig))}"
 
-    def command(self, records: Sequence[Path], out: Path, seed: int) -> str:
-        """Give the command line that makes the report again."""
-        words = ["notchbend run", self.option(), *(f"--preload {value:g}" for value in self.preload or ())]
-        words += [] if self.amplitude is None else [f"--amplitude {self.amplitude:g}"]
-        words += ["--ensemble"] * self.ensemble + [shlex.quote(str(path)) for path in records]
-        return " ".join([*words, *([f"--seed {seed}"] * (seed != 0)), f"--out {shlex.quote(str(out))}"])
-
 
 def _preloads(rig: Rig, records: Sequence[Record]) -> list[float]:
     """Give the preloads of the records in rising order, else that of the rig."""
@@ -118,19 +109,6 @@ def _require_same_rig(rig: Rig, records: Sequence[Record], option: str) -> None:
         known = rig_of(record)
         if known is not None and any(getattr(known, name) != getattr(rig, name) for name in names):
             raise RigError(f"{record.source}: its sidecar names another rig, {known.name}: expected that of {option}")
-
-
-def made_now(command: str) -> Made:
-    """Say with which command, when, and by which commit of a checkout results are made."""
-    root = Path(__file__).resolve().parents[2]
-    commit = ""
-    if (root / ".git").exists():
-        try:
-            asked = ["git", "-C", str(root), "rev-parse", "--short", "HEAD"]
-            commit = subprocess.run(asked, capture_output=True, text=True, timeout=5, check=False).stdout.strip()
-        except (OSError, subprocess.TimeoutExpired):
-            commit = ""
-    return Made(command, datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"), commit)
 
 
 def design_lines(summary: RunSummary) -> list[str]:

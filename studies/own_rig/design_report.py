@@ -39,10 +39,10 @@ from studies.own_rig.strain import drive_to_angle_mm
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.ensemble import EnsembleRanges
+from studies.results.made import Made
 from studies.results.run import (
     CrossCheckRow,
     FitEntry,
-    Made,
     OwnRig,
     Prediction,
     RigNumber,
@@ -121,7 +121,7 @@ def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> lis
 
 
 def design_report(
-    design: Design, records: Sequence[Record], out: Path, *, made: Made, seed: int = 0, progress: bool = True
+    design: Design, records: Sequence[Record], out: Path, *, made: Made | None, seed: int = 0, progress: bool = True
 ) -> RunSummary:
     """Write the results of a report into ``out`` and return the summary that is stored as ``run.json``.
 

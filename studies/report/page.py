@@ -40,7 +40,8 @@ from studies.report.templates import environment
 from studies.report.tube import VIEWS, read_tube
 from studies.results import read_result, trace
 from studies.results.compensation import ENDING
-from studies.results.run import Made, Picture, RunLoop, RunSummary, read_run, record_of_run
+from studies.results.made import Made
+from studies.results.run import Picture, RunLoop, RunSummary, read_run, record_of_run
 from studies.results.separation import Separation
 from studies.results.trace import FigureFile, StoredTrace
 from studies.results.trace_samples import read_samples
@@ -109,10 +110,15 @@ class TraceSection:
 
 @dataclass(frozen=True)
 class Page:
-    """What the template takes; a part is None or empty if the folder has no results of it."""
+    """What the template takes; a part is None or empty if the folder has no results of it.
+
+    ``made`` says how the results came about, one entry a command, in the order of the parts. ``above`` is the command
+    of the page's head that verdicts do not repeat, empty where it is not clear which of them it made.
+    """
 
     title: str
-    made: Made | None
+    made: tuple[Made, ...]
+    above: str
     advice: tuple[str, ...]
     legend: Mapping[str, str]
     verdicts: tuple[Verdict, ...]
@@ -157,9 +163,12 @@ def write_report(folder: Path) -> Path:
         raise RecordError(f"{folder}: none of {names}: expected results of a notchbend command")
     path = folder / "report.html"
     templates = environment(TEMPLATES)
-    here = shlex.quote(str(folder))
-    templates.filters["here"] = lambda command: re.sub(r"\bDIR\b", lambda _: here, command)
-    page = templates.get_template("page.html").render(**vars(page_of(folder)))
+    found = page_of(folder)
+    here, given = shlex.quote(str(folder)), {one.command for one in found.made}
+    templates.filters["here"] = lambda command: (
+        command if command in given else re.sub(r"\bDIR\b", lambda _: here, command)
+    )
+    page = templates.get_template("page.html").render(**vars(found))
     write_files({path: marked_page(page)})
     return path
 
@@ -173,7 +182,7 @@ def page_of(folder: Path) -> Page:
         One line with the file that is missing or cannot be read.
     """
     run = _run(folder) if present(folder / "run.json") else None
-    separations, traces, fits = _separations(folder, run), _traces(folder), _fits(folder, run)
+    separations, traces, fits = _separations(folder, run), _traces(folder, run), _fits(folder, run)
     validation, compensations = read_validation(folder), read_compensations(folder)
     study, front = read_study(folder), read_front(folder / "pareto.json")
     study_command = study.command if study is not None else "notchbend study STUDY.toml --out DIR"
@@ -191,9 +200,15 @@ def page_of(folder: Path) -> Page:
         verdicts += summary.study_verdicts(study, study_command)
     if front is not None:
         verdicts.append(summary.front_verdict(len(front.rows), front.objectives, study_command))
+    made: list[Made | None] = [] if run is None else [run.result.made]
+    made += [one.result.made for one in separations] + [one.fit.made for one in fits]
+    made += [one.result.made for one in traces] + ([] if validation is None else [validation.result.made])
+    made += [one.result.made for one in compensations] + ([] if study is None else [study.made])
+    known = tuple(one for one in made if one is not None)
     return Page(
         title=_title(folder, run, study),
-        made=run.result.made if run else None,
+        made=known,
+        above=known[0].command if len(known) == 1 and made[0] is not None else "",
         advice=what_to_do(folder, study.feasible if study else None),
         legend=summary.LEGEND,
         verdicts=tuple(verdicts),
@@ -312,8 +327,9 @@ def _label_and_command(result: Separation) -> tuple[str, str]:
     )
 
 
-def _traces(folder: Path) -> tuple[TraceSection, ...]:
+def _traces(folder: Path, run: RunSection | None) -> tuple[TraceSection, ...]:
     """Read every stored trace with its figures."""
+    own = set() if run is None else {f"{name}.csv" for name in run.result.sha256}
     sections = []
     for path in sorted(folder.glob("trace*.json")):
         result = read_result(StoredTrace, path, trace.WHAT)
@@ -330,6 +346,10 @@ def _traces(folder: Path) -> tuple[TraceSection, ...]:
             plates = tuple(map(draw, trace_plates(result, samples)))
         pictures = tuple(file.name for file in files) if plates else ()
         command = trace_command(result.records, result.reference)
+        if result.made is not None:
+            command = result.made.command
+        elif own.issuperset(result.records):  # a run has them beside its results, and keeps its own page
+            command = trace_command([f"DIR/records/{name}" for name in result.records], (), "DIR/again")
         sections.append(TraceSection(path.stem, records, result, plates, figures, pictures, command))
     return tuple(sections)
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hysteresis.arrays import Floats
 from hysteresis.files import present
 from hysteresis.messages import as_given
+from hysteresis.plain import optional
 from hysteresis.records.record import RecordError
 from studies.report.charts import Bars, Chart, Dots, Heat, Line, Plate, Tone, finite
 from studies.report.parts.feasible import Feasible, feasibility, region_plate
@@ -31,6 +32,7 @@ from studies.report.plotly import (
     packed,
 )
 from studies.results import read_result
+from studies.results.made import Made
 from studies.results.manifest import require_complete
 from studies.results.study import AxisIndices, Index, ParetoFront, Sensitivities
 from studies.units import label_of, unit_of, words_of
@@ -68,6 +70,7 @@ class StudyFacts:
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     axes: Mapping[str, Any] = field(default_factory=dict)
     state: str = ""
+    made: Made | None = optional()
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,7 @@ class StudySection:
     engine: str
     command: str
     feasible: Feasible | None
+    made: Made | None
 
 
 def read_study(folder: Path) -> StudySection | None:
@@ -175,6 +179,7 @@ def _section(whole: xr.Dataset, drawn: xr.Dataset, facts: StudyFacts, sensitivit
         engine=str(whole.attrs.get("engine", "")),
         command=_command(facts),
         feasible=feasibility(whole),
+        made=facts.made,
     )
 
 
@@ -186,7 +191,9 @@ def _reasons(messages: NDArray[Any]) -> tuple[str, ...]:
 
 
 def _command(facts: StudyFacts) -> str:
-    """Give the command; the study file is the first of the inputs."""
+    """Give the command that made the study, or one that makes it again; the study file is the first of the inputs."""
+    if facts.made is not None:
+        return facts.made.command
     file = next(iter(facts.inputs_sha256), "STUDY.toml")
     return f"notchbend study DIR/inputs/{file} --out DIR"
 

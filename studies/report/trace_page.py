@@ -13,6 +13,7 @@ from hysteresis.records.metrics import Errors
 from studies.report.parts.traced import trace_command, trace_plates
 from studies.report.plots import draw
 from studies.report.templates import environment
+from studies.results.made import Made
 from studies.results.trace import WHAT, StoredTrace
 from studies.results.trace_samples import TraceSamples
 from validation.tracing import catalogue
@@ -40,8 +41,11 @@ class ParameterRow:
     parameter: Parameter
 
 
-def trace_page(report: TraceReport, samples: TraceSamples) -> str:
-    """HTML page of a trace; its charts are drawn from the samples of its records and references."""
+def trace_page(report: TraceReport, samples: TraceSamples, made: Made | None = None) -> str:
+    """HTML page of a trace; its charts are drawn from the samples of its records and references.
+
+    ``made`` says how the trace came about, and stands at the top of the page.
+    """
     names = {name for effect in report.effects for name in (effect.name, *effect.confusable_with)}
     stored = from_plain(StoredTrace, report.to_dict(), WHAT)
     templates = environment(HERE)
@@ -57,7 +61,8 @@ def trace_page(report: TraceReport, samples: TraceSamples) -> str:
         style=_text("style.css"),
         plotly=get_plotlyjs(),
         script=_text("page.js"),
-        command=trace_command(report.records, report.reference),
+        made=made,
+        command=trace_command(report.records, report.reference) if made is None else made.command,
         named=report.named,
         alike=f"{report.alike:.0f}",
     )

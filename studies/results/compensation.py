@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hysteresis.plain import optional
+from studies.results.made import Made
 
 WHAT = "the summary of `notchbend compensate`"
 ENDING = "-compensate.json"
@@ -30,3 +31,4 @@ class CompensationSummary:
     record: str | None = optional()
     reference: str | None = optional()
     drive: str | None = optional()
+    made: Made | None = optional()

@@ -11,6 +11,7 @@ from hysteresis.laws.elements import LawName
 from hysteresis.plain import optional
 from hysteresis.records.metrics import Errors
 from hysteresis.records.record import DriveUnit
+from studies.results.made import Made
 
 WHAT = "the identify.json of `notchbend identify`"
 
@@ -48,6 +49,7 @@ class StoredFit:
     notes: tuple[str, ...] = ()
     drive_unit: str = "mm"
     seed: int = 0
+    made: Made | None = optional()
 
 
 @dataclass(frozen=True)

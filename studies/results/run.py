@@ -15,6 +15,7 @@ from hysteresis.records.metrics import dissipated_area, loop_width
 from hysteresis.records.record import Record, RecordError
 from studies.results.ensemble import EnsembleRanges
 from studies.results.files import read_result
+from studies.results.made import Made
 
 WHAT = "the summary of `notchbend run`"
 
@@ -198,15 +199,6 @@ class OwnRig:
     predictions: tuple[Prediction, ...] = ()
     ranges: Mapping[str, EnsembleRanges] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Made:
-    """How results were made: the command as it was given, the date, and the commit, empty outside a checkout."""
-
-    command: str
-    date: str
-    commit: str
 
 
 @dataclass(frozen=True, kw_only=True)

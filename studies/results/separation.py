@@ -10,6 +10,7 @@ from hysteresis.display import html_table
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import named, optional, to_plain
 from hysteresis.records.metrics import Errors
+from studies.results.made import Made
 
 Interval = tuple[float, float]
 
@@ -162,6 +163,7 @@ class Separation:
     inseparable: str | None = optional()
     ensemble: OverEnsemble | None = optional()
     records: tuple[str, ...] = ()
+    made: Made | None = optional()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, as in separate.json."""

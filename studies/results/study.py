@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hysteresis.plain import named, optional
+from studies.results.made import Made
 
 Goal = Literal["min", "max"]
 
@@ -82,6 +83,7 @@ class StudySummary:
     pareto: str | None = optional()
     state: str
     seconds: float
+    made: Made | None = optional()
 
 
 @dataclass(frozen=True)

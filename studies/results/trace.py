@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.plain import optional
 from hysteresis.records.metrics import Errors
+from studies.results.made import Made
 from validation.tracing.fitting.ranking import RankedModel
 
 WHAT = "the result of `notchbend trace`"
@@ -73,3 +75,4 @@ class StoredTrace:
     samples_file: str | None = None
     held_out: tuple[bool, ...] = ()
     ranking: tuple[RankedModel, ...] = ()
+    made: Made | None = optional()

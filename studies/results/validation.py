@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from studies.results.made import Made
 from studies.results.run import CrossCheckRow
 
 WHAT = "the result of `notchbend validate`"
@@ -46,3 +47,4 @@ class StoredValidation:
     rigs: tuple[CrossCheckRow, ...]
     models: StoredModels
     options: str | None = None
+    made: Made | None = None

@@ -18,6 +18,7 @@ from hysteresis.records.record import RecordError
 from studies.engines import require_exudyn, require_gmsh
 from studies.progress import bar
 from studies.results import write_result
+from studies.results.made import Made
 from studies.results.study import AxisRange, Failures, StudySummary
 from studies.sweep.cases import Outcome, evaluate_all
 from studies.sweep.code import code_version, versions
@@ -168,10 +169,11 @@ def _died(case: Case) -> Outcome:
 
 
 def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler: str | None = None,
-              retry: bool = False, progress: bool = False) -> StudySummary:  # fmt: skip
+              retry: bool = False, progress: bool = False, made: Made | None = None) -> StudySummary:  # fmt: skip
     """Run a study and write its folder: store, dataset, summary, and its sensitivities and Pareto front.
 
-    On Ctrl-C or a full disk, the dataset and the summary of what is there are written first.
+    On Ctrl-C or a full disk, the dataset and the summary of what is there are written first. ``made`` says how the
+    summary came about.
 
     Raises
     ------
@@ -186,7 +188,7 @@ def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler:
         def write() -> StudySummary:
             """Write dataset and summary; the state is "interrupted" until everything of the study is there."""
             overview = write_dataset(study, plan, store, out)
-            return _write_summary(out, _summary(study, tally, overview), start)
+            return _write_summary(out, replace(_summary(study, tally, overview), made=made), start)
 
         try:
             _keep_inputs(study, out)

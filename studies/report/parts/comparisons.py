@@ -56,7 +56,8 @@ def read_validation(folder: Path) -> ValidationSection | None:
         raise RecordError(f"{path}: models: models: empty: expected {validation.WHAT}")
     forces = tuple(bent.tendon_N for bent in result.models.models[0].bent)
     options = result.options or f"--preset {result.models.rig}"
-    return ValidationSection(result, forces, f"notchbend validate {options} --out DIR")
+    command = f"notchbend validate {options} --out DIR" if result.made is None else result.made.command
+    return ValidationSection(result, forces, command)
 
 
 def read_compensations(folder: Path) -> tuple[CompensationSection, ...]:
@@ -86,12 +87,13 @@ def _compensation(path: Path) -> CompensationSection:
     caption = "The drive that makes the angle follow the reference; beside it the angle over this drive."
     before, after = found.without_hysteresis_rmse_deg, found.heldout_rmse_deg
     given = f"{shlex.quote(found.record or 'RECORD')} --reference {shlex.quote(found.reference or 'REFERENCE.csv')}"
+    again = f"notchbend compensate {given} --out DIR/{shlex.quote(file.name)}"
     return CompensationSection(
         name=file.name,
         result=found,
         plate=draw(Plate(charts, caption)),
         gain=before / after if after > 0 else None,
-        command=f"notchbend compensate {given} --out DIR/{shlex.quote(file.name)}",
+        command=found.made.command if found.made is not None else again,
     )
 
 

@@ -86,7 +86,8 @@ def read_fit(folder: Path) -> FitSection | None:
     records = " ".join(map(shlex.quote, found.records)) or "RECORD"
     title = "one fit, its law shared by all records" if len(names) > 1 else ""
     name = " + ".join(names)
-    command = f"notchbend identify {records} --out DIR --seed {found.seed}"
+    again = f"notchbend identify {records} --out DIR --seed {found.seed}"
+    command = again if found.made is None else found.made.command
     return _section(FitEntry(name, name, title), found, plates, command)
 
 

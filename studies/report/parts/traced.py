@@ -24,10 +24,10 @@ _ONE_TIME_AXIS = 3.0  # longest record over the shortest one, up to which they s
 _JUMP = 0.5  # of the drive's range: the drive was reset between two cycles
 
 
-def trace_command(records: Sequence[str], reference: Sequence[str]) -> str:
-    """Give the command that traces records; it is run from their folder."""
+def trace_command(records: Sequence[str], reference: Sequence[str], out: str = "DIR") -> str:
+    """Give the command that traces records; names without a folder are those of the folder where it is run."""
     old = "".join(f" --reference {shlex.quote(name)}" for name in reference)
-    return f"notchbend trace {' '.join(map(shlex.quote, records))}{old} --out DIR"
+    return f"notchbend trace {' '.join(map(shlex.quote, records))}{old} --out {out}"
 
 
 @dataclass(frozen=True)

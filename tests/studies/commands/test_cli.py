@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from how_made import printed
 from rich.console import Console
 
 from fem_models.rig import preset
@@ -21,6 +22,7 @@ from studies import engines
 from studies.commands import comparison, tables
 from studies.commands.cli import call
 from studies.fetch import CATALOGUE
+from studies.report import write_report
 from validation.joints import models
 
 SIDE = 'schema = 1\ntitle = "t"\nkind = "measured"\n[columns]\ndrive = "x"\nangle = "a"\n'
@@ -247,6 +249,9 @@ def test_identify_writes_the_contract(tmp_path, capsys):
     assert {"records", "parameters", "train", "heldout", "evaluations", "seconds", "warnings"} <= set(stored)
     assert set(stored["heldout"]) == {"rmse_deg", "max_abs_deg", "max_rel_percent", "normalised"}
     assert set(stored["parameters"]["A"]) == {"value", "low", "high", "unit"}
+    page = write_report(tmp_path / "fit").read_text()
+    given = ["identify", tmp_path / "loop.csv", "--out", tmp_path / "fit"]
+    printed(tmp_path / "fit" / "identify.json", page, given)
 
 
 def test_identify_takes_several_records(tmp_path, capsys):
@@ -267,6 +272,18 @@ def test_identify_takes_several_records(tmp_path, capsys):
     (tmp_path / "identify-2.csv").write_text((tmp_path / "b.csv").read_text())
     error = complaint(capsys, "identify", files[0], tmp_path / "identify-2.csv", "--out", tmp_path)
     assert "would replace it" in error
+
+
+def test_identify_runs_as_its_page_prints_it(tmp_path):
+    (tmp_path / "my loop.csv").write_text(LOOP.replace("x,a", "drive_mm,angle_deg"))
+    out = tmp_path / "fit"
+    given = ["identify", tmp_path / "my loop.csv", "--law", "bouc-wen", "--method", "least-squares", "--out", out]
+    assert call([*map(str, given), "--quiet"]) == 0
+    stored = json.loads((out / "identify.json").read_text())
+    words = printed(out / "identify.json", write_report(out).read_text(), given)
+    assert call([*words, "--quiet"]) == 0
+    again = json.loads((out / "identify.json").read_text())
+    assert {**again, "seconds": 0, "made": 0} == {**stored, "seconds": 0, "made": 0}
 
 
 def test_fetching_an_unknown_record_is_named(tmp_path, capsys):
@@ -383,6 +400,9 @@ def test_validate_puts_models_side_by_side(tmp_path, capsys, monkeypatch):
     for row in shown["models"]["models"]:
         assert [bent["angle_deg"] > 0 for bent in row["bent"]] == [True, True]
         assert row["seconds"] > 0
+    printed(
+        tmp_path / "validate.json", write_report(tmp_path).read_text(), ["validate", "--out", tmp_path, "--seed", 1]
+    )
     text = capture_table(shown["models"])
     assert all(name in text for name in names)
 

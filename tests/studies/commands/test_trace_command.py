@@ -2,11 +2,13 @@
 
 import json
 import re
+import shutil
 import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from how_made import printed
 from rich.console import Console
 
 from docs.make.effects import PAGE, page
@@ -23,6 +25,7 @@ from studies import progress
 from studies.commands import tracing
 from studies.commands.cli import call
 from studies.engines import program_of_file
+from studies.report import write_report
 from studies.report.trace_page import trace_page
 from studies.results.trace_samples import read_samples, samples_of
 from validation.tracing import trace_records
@@ -192,6 +195,29 @@ def test_a_record_is_not_replaced_by_the_next_program(tmp_path, capsys):
     assert record.read_bytes() == before
 
 
+def test_both_pages_print_the_command_and_it_runs_as_printed(folder, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    shutil.copytree(folder / "out", out)
+    page = (out / "report.html").read_text()
+    report = write_report(out).read_text()
+    given = ["trace", *(folder / f"r{i}.csv" for i in range(3)), "--out", folder / "out", "--threads", 1]
+    for one in (page, report):
+        words = printed(out / "trace.json", one, given)
+    before, traced = stored(folder), []
+
+    def same(records, **options):
+        traced.append(([record.source for record in records], options["threads"]))
+        report = TraceReport.from_dict(before)
+        pictures = {item.file: (out / item.file).read_bytes() for item in report.figures}
+        program = (out / tracing.NEXT).read_text() if report.next_program else None
+        return tracing.Traced(report, pictures, program, read_samples(out / report.samples_file, records=3))
+
+    monkeypatch.setattr(tracing, "trace_loaded", same)  # the trace itself takes long
+    assert call(words) == 0
+    assert traced == [([str(path) for path in given[1:4]], 1)]
+    assert {**stored(folder), "made": 0} == {**before, "made": 0}
+
+
 def test_nothing_is_written_where_a_file_cannot_be(folder, tmp_path):
     report = TraceReport.from_dict(stored(folder))
     pictures = {item.file: (folder / "out" / item.file).read_bytes() for item in report.figures}
@@ -328,7 +354,8 @@ def test_a_stored_report_is_read_as_it_was_written(folder):
     """Against the file: the same keys in the same order, the same values."""
     text = (folder / "out" / "trace.json").read_text()
     report = TraceReport.from_dict(json.loads(text))
-    assert json.dumps({"maker": "notchbend", **report.to_dict()}, indent=2) + "\n" == text
+    made = {"made": json.loads(text)["made"]}  # by the command, which the report does not know
+    assert json.dumps({"maker": "notchbend", **report.to_dict(), **made}, indent=2) + "\n" == text
     values = json.loads(text)
     del values["noise_floor_deg"]
     with pytest.raises(RecordError, match=r"trace\.json: noise_floor_deg: missing"):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from how_made import printed
 
 from fem_models.chain import simulate_chain
 from fem_models.load import triangle
@@ -20,6 +21,7 @@ from hysteresis.records.record_file import read_record
 from studies.commands import tracing
 from studies.commands.cli import call
 from studies.own_rig import design_report
+from studies.report import write_report
 from validation.tracing import catalogue, trace_records
 
 PAGE = (Path(__file__).parents[3] / "docs" / "guide" / "first-steps.md").read_text()
@@ -135,6 +137,17 @@ def test_the_design_report_has_both_preloads_both_records_and_what_to_do(day):
     command = next(command for command in printed if command.startswith("run"))
     assert f"notchbend {command}" in html
     assert "\nreport: design/report.html\n" in printed[command]
+
+
+def test_every_page_says_how_it_was_made(day):
+    """The commands are those of the guide, which have run as they are printed."""
+    folder, _ = day
+    write_report(folder / "parts")
+    files = {"run": "design/run", "identify": "fit/identify", "trace": "missing/trace", "separate": "parts/separate"}
+    for words in COMMANDS:
+        if words[0] in files:
+            file = folder / f"{files[words[0]]}.json"
+            printed(file, (file.parent / "report.html").read_text(), words)
 
 
 def test_the_records_say_the_friction_of_the_bench(day):

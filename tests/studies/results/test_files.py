@@ -77,9 +77,9 @@ KEYS = {
     RunSummary: "schema seed versions rig peak_strain_percent loops crosscheck fits separations trace picture sha256 "
     "own made",
     Separation: "schema rig engine drive_mm total contributions shapley energy rigid_rope_residual_percent "
-    "combinations bouc_wen calibration measured warnings sensitivity inseparable ensemble records",
+    "combinations bouc_wen calibration measured warnings sensitivity inseparable ensemble records made",
     StudySummary: "schema title engine cases status computed from_store axes sample seed versions code_sha256 "
-    "inputs_sha256 dataset failures quantities sensitivity pareto state seconds",
+    "inputs_sha256 dataset failures quantities sensitivity pareto state seconds made",
     Sensitivities: "schema engine count cases seed confidence resamples ranges quantities without_indices computed "
     "from_store",
     ParetoFront: "schema engine objectives limits variables fixed population generations seed designs_tried "

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from how_made import MADE, printed
 
 from studies.commands import call
 from studies.results.study import Sample
@@ -148,13 +149,18 @@ def test_pareto_search_of_the_rig(tmp_path, capsys):
     file = tmp_path / "s.toml"
     file.write_text(PARETO.replace("min = 0.2", "min = 44.0").replace("generations = 12", "generations = 3"))
     assert call(["study", str(file), "--out", str(tmp_path / "out"), "--workers", "1", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["pareto"] == "pareto.json"
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["pareto"] == "pareto.json"
+    summary, page = tmp_path / "out" / "study.json", (tmp_path / "out" / "report.html").read_text()
+    printed(summary, page, ["study", file, "--out", tmp_path / "out", "--workers", 1])
+    assert shown["made"] == json.loads(summary.read_text())["made"]
     text = (tmp_path / "out" / "pareto.json").read_text()
     designs = json.loads(text)["front"]
     goals = np.array([[d["tension_max_N"], d["loop_width_max_deg"]] for d in designs])
     assert front(goals).tolist() == list(range(len(goals)))
     assert all(d["full_scale_angle_deg"] >= 44.0 for d in designs)
-    assert run_study(read_study(file), tmp_path / "out", workers=1).computed == 0
+    assert run_study(read_study(file), tmp_path / "out", workers=1, made=MADE).computed == 0
+    assert json.loads(summary.read_text())["made"]["command"] == MADE.command  # of the latest call
     assert (tmp_path / "out" / "pareto.json").read_text() == text
     # more tension, less width: the trade that the paper shows
     order = np.argsort(goals[:, 0])

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from how_made import printed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,6 +16,7 @@ from hysteresis.laws.inverse import compensating_drive, inverse_curve, inverse_h
 from hysteresis.records.record_file import read_columns, write_record
 from studies.commands.cli import call
 from studies.commands.identification import write_fit
+from studies.report import write_report
 from validation.layer import track
 from validation.layer.compensation import Disturbance, identify_layer, noisy, references, shrinking_loops
 
@@ -80,7 +82,11 @@ def test_command_writes_the_drive(loops, tmp_path, capsys):
     rows = (f"{t},{a}" for t, a in zip(np.arange(60.0).tolist(), wanted.tolist(), strict=True))
     reference.write_text("time_s,angle_deg\n" + "\n".join(rows) + "\n")
     assert call(["compensate", str(loops), "--reference", str(reference), "--out", str(out), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["samples"] == 60
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["samples"] == 60
+    stored = tmp_path / "drive-compensate.json"
+    assert shown == json.loads(stored.read_text())
+    printed(stored, write_report(tmp_path).read_text(), ["compensate", loops, "--reference", reference, "--out", out])
     columns = read_columns(out, ["drive_mm", "angle_deg", "time_s"])
     assert columns["angle_deg"] == pytest.approx(wanted)
     angle = simulate_chain(RIG, shrinking_loops()).angle_deg  # the drive must stay within the record's range
