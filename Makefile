@@ -8,7 +8,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= results/first-report
 
-.PHONY: study install dev test checks kernels site lock clean
+.PHONY: study install dev test checks tests kernels site lock clean
 
 PIP     := $(BIN)/python -m pip
 INSTALL := $(PIP) install --quiet --disable-pip-version-check
@@ -33,9 +33,11 @@ $(VENV)/.dev-installed: $(VENV)/.installed requirements-dev.lock
 	$(INSTALL) -r requirements-dev.lock
 	touch $@
 
-# The checks keep one core busy: on the other one the kernels are compiled, which every worker of pytest would do.
+# The kernels are compiled first, because every worker of pytest would do it; meanwhile the checks keep a core busy.
 test: dev
-	$(MAKE) --no-print-directory --jobs=2 checks kernels
+	$(MAKE) --no-print-directory --jobs=2 checks tests
+
+tests: kernels
 	$(BIN)/pytest -n auto --dist worksteal
 
 checks:

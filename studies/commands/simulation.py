@@ -57,9 +57,7 @@ def run(
     records, contributions to the loop, and what to do next.
     """
     require_exudyn()
-    from studies.report import write_report
-    from studies.report.page import page_of
-    from studies.report.parts.advice import what_to_do
+    from studies.report.page import page_of, write_page
 
     made = made_now(common.command)
     if own.is_given(records or []):
@@ -70,15 +68,17 @@ def run(
         for words in () if common.quiet else without_geometry(loaded, beside_rig=True):
             typer.echo(f"notchbend: {words}", err=True)
         summary = design_report(design, loaded, out, made=made, seed=common.seed, progress=common.shows_progress)
-        todo = [f"{i}. {words}" for i, words in enumerate(what_to_do(out), start=1)]
+        page = page_of(out)
+        todo = [f"{i}. {words}" for i, words in enumerate(page.advice, start=1)]
         shown: list[str | Table] = [*design_lines(summary), "What to do next:", *todo]
     else:
         from studies.commands.first_report import files_of_run, first_report
 
         replacing.allow(files_of_run(out))
         summary = first_report(out, seed=common.seed, progress=common.shows_progress, made=made)
-        shown = [*verdict_lines(page_of(out).verdicts)]
-    report = write_report(out)
+        page = page_of(out)
+        shown = [*verdict_lines(page.verdicts)]
+    report = write_page(out, page)
     common.show(summary, *shown, f"report: {report}")
 
 

@@ -158,12 +158,19 @@ def write_report(folder: Path) -> Path:
     RecordError
         One line with the file that is missing or cannot be read.
     """
-    if not _has_results(folder):
-        names = ", ".join((*PARTS, f"*{ENDING}"))
-        raise RecordError(f"{folder}: none of {names}: expected results of a notchbend command")
+    return write_page(folder, page_of(folder))
+
+
+def write_page(folder: Path, found: Page) -> Path:
+    """Write ``report.html`` of what was read from a folder; return its path.
+
+    Raises
+    ------
+    RecordError
+        A folder that cannot be written to.
+    """
     path = folder / "report.html"
     templates = environment(TEMPLATES)
-    found = page_of(folder)
     here, given = shlex.quote(str(folder)), {one.command for one in found.made}
     templates.filters["here"] = lambda command: (
         command if command in given else re.sub(r"\bDIR\b", lambda _: here, command)
@@ -181,6 +188,9 @@ def page_of(folder: Path) -> Page:
     RecordError
         One line with the file that is missing or cannot be read.
     """
+    if not _has_results(folder):
+        names = ", ".join((*PARTS, f"*{ENDING}"))
+        raise RecordError(f"{folder}: none of {names}: expected results of a notchbend command")
     run = _run(folder) if present(folder / "run.json") else None
     separations, traces, fits = _separations(folder, run), _traces(folder, run), _fits(folder, run)
     validation, compensations = read_validation(folder), read_compensations(folder)
