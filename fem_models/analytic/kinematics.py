@@ -206,7 +206,7 @@ class _EqualJoints:
         match self.rig.joint:
             case MeasuredJoint(rigid_gap_mm=gap):
                 return arm_mm * theta + 2 * n * gap * np.sin(half / 2) ** 2
-            case NotchedTube(notch=notch):
+            case NotchedTube(cut=notch):
                 return 2 * n * (arm_mm * np.sin(half) + notch.width_mm * np.sin(half / 2) ** 2)
 
     def path_arm_mm(self, theta: Floats, arm_mm: float) -> Floats:
@@ -215,7 +215,7 @@ class _EqualJoints:
         match self.rig.joint:
             case MeasuredJoint(rigid_gap_mm=gap):
                 return arm_mm + gap / 2 * np.sin(half)
-            case NotchedTube(notch=notch):
+            case NotchedTube(cut=notch):
                 return arm_mm * np.cos(half) + notch.width_mm / 2 * np.sin(half)
 
     def require_open(self, theta: Floats) -> None:

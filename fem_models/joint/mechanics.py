@@ -175,7 +175,7 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
 
 @lru_cache(maxsize=1024)
 def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
-    tube, notch = joint.tube, joint.notch
+    tube, notch = joint.tube, joint.cut
     flexure, between, root = flexure_of_notch(joint, metal), beam_of_notch(joint, metal), section(joint, 0.0)
     rigidity, offset = metal.young * float(root.second_moment_mm4), float(root.neutral_offset_mm)
     v_shaped, lever = notch.shape == "v_pair", tube.outer_diameter_mm / 2 + offset

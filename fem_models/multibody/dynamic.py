@@ -84,7 +84,7 @@ def ring_inertia(rig: Rig) -> RingInertia:
     """
     mass = 1e-6 * rig.gravity.ring_mass_g if rig.gravity else 0.0
     if isinstance(rig.joint, NotchedTube):
-        tube, notch = rig.joint.tube, rig.joint.notch
+        tube, notch = rig.joint.tube, rig.joint.cut
         outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
         middles = (np.arange(200) + 0.5) / 200 * notch.width_mm / 2
         volume = math.pi * (outer**2 - inner**2) * notch.spacing_mm

@@ -116,7 +116,7 @@ def _outline(rig: Rig) -> _Outline:
     if isinstance(rig.joint, MeasuredJoint):
         outer = 1.15 * max(tendon.moment_arm_mm for tendon in rig.tendons)
         return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0)
-    tube, notch = rig.joint.tube, rig.joint.notch
+    tube, notch = rig.joint.tube, rig.joint.cut
     outer = tube.outer_diameter_mm / 2
     neutral = -joint_mechanics(rig).flexure.neutral_offset_mm
     return _Outline(notch.shape, outer, tube.inner_diameter_mm / 2, notch.width_mm, outer - notch.depth_mm, neutral)
@@ -138,8 +138,8 @@ def _local_stations(rig: Rig, outline: _Outline, detail: float) -> Floats:
     half, edge, outer, cut = rig.pitch_mm / 2, outline.opening / 2, outline.outer, outline.cut
     ring = edge + (half - edge) * (np.array([0.0, 0.08, 0.3, 0.65, 1.0]) if detail > 0.5 else np.array([0.0, 1.0]))
     opening = np.linspace(0.0, edge, count(9))
-    if isinstance(rig.joint, NotchedTube) and rig.joint.notch.root_width_mm is not None:
-        root = rig.joint.notch.root_width_mm / 2
+    if isinstance(rig.joint, NotchedTube) and rig.joint.cut.root_width_mm is not None:
+        root = rig.joint.cut.root_width_mm / 2
         # Even steps of the angle at which the flank meets the outer surface keep the V smooth where it runs out.
         c = outer * np.cos(np.linspace(np.arccos(cut / outer), 0.0, count(15)))
         if outline.inner > cut:

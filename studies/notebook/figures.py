@@ -229,7 +229,7 @@ def _side_view(rig: Rig) -> Figure:
 
 def _outline(joint: NotchedTube, joints: int) -> tuple[Floats, Floats]:
     """Outline of a notched tube in the bending plane, one closed polygon: x along the tube, y across, mm."""
-    tube, notch = joint.tube, joint.notch
+    tube, notch = joint.tube, joint.cut
     radius, half = 0.5 * tube.outer_diameter_mm, 0.5 * notch.width_mm
     root = half if notch.root_width_mm is None else 0.5 * notch.root_width_mm
     bottom = radius - notch.depth_mm
