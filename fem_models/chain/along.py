@@ -13,7 +13,7 @@ from fem_models.chain.follow import Run, Tape
 from fem_models.chain.moved import Line, follow_moved, linearise
 from fem_models.chain.parameters import ChainSettings, Memory, Parameters, memory_at_rest
 from fem_models.chain.solve import ChainCase, chain_case, followed, run_space, tip_mm
-from fem_models.joint import JointMechanics
+from fem_models.joint import JointRow
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
@@ -32,7 +32,7 @@ class ChainSeries:
     """What a run gives that sensors read, shapes (m,)."""
 
     rig: Rig
-    joint: JointMechanics
+    joints: JointRow
     run: Run
 
     @property
@@ -68,7 +68,7 @@ class ChainSeries:
     @property
     def tip_mm(self) -> Floats:
         """Centre of the last ring along the straight tube and across it, shape (m, 2)."""
-        return tip_mm(self.rig, self.joint, self.run)
+        return tip_mm(self.rig, self.joints, self.run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ def taped_run(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | No
     """
     case = chain_case(rig, load, settings)
     run, tape = followed(rig, case, taped=True)
-    return TapedRun(rig, case, ChainSeries(rig, case.joint, run), tape)
+    return TapedRun(rig, case, ChainSeries(rig, case.joints, run), tape)
 
 
 def line_along(base: TapedRun) -> Line:
@@ -104,7 +104,7 @@ def line_along(base: TapedRun) -> Line:
     """
     case, rig = base.case, base.rig
     try:
-        return linearise(base.tape, case.path, case.parameters, memory_at_rest(rig, case.joint))
+        return linearise(base.tape, case.path, case.parameters, memory_at_rest(rig, case.joints))
     except ZeroDivisionError:
         raise SolverError(f"rig {rig.name}: a tangent without stiffness") from None
 
@@ -121,13 +121,13 @@ def moved_series(base: TapedRun, line: Line, rig: Rig, load: LoadProgram | Float
         A rig that cannot be, or that does not follow the load when it is run by itself.
     """
     case = chain_case(rig, load)
-    memory = memory_at_rest(rig, case.joint)
+    memory = memory_at_rest(rig, case.joints)
     if _of_one_kind(base, case, memory):
         run = run_space(case, rig.joints)
         if follow_moved(line, case.path, case.parameters, memory, run) <= LARGEST_MOVE_RAD:
-            series = ChainSeries(rig, case.joint, run)
+            series = ChainSeries(rig, case.joints, run)
             return base.series if _same(series, base.series) else series
-    return ChainSeries(rig, case.joint, followed(rig, case)[0])
+    return ChainSeries(rig, case.joints, followed(rig, case)[0])
 
 
 def _same(one: ChainSeries, other: ChainSeries) -> bool:
@@ -139,7 +139,7 @@ def _same(one: ChainSeries, other: ChainSeries) -> bool:
 
 def _of_one_kind(base: TapedRun, case: ChainCase, memory: Memory) -> bool:
     """Whether a rig has the parts of the rig that was run, and its samples."""
-    own = memory_at_rest(base.rig, base.case.joint)
+    own = memory_at_rest(base.rig, base.case.joints)
     shapes = [(a.shape, b.shape) for a, b in zip(own, memory, strict=True)]
     return (
         all(a == b for a, b in shapes)

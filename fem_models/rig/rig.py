@@ -241,6 +241,11 @@ class Rig:
         """Length from base to tip, mm."""
         return self.joint.length_mm
 
+    @property
+    def mean_pitch_mm(self) -> float:
+        """Length over the number of joints, mm; the pitch where all joints are alike."""
+        return self.pitch_mm if self.joint.alike else self.length_mm / self.joints
+
     def parts(self) -> dict[str, str | float | DataclassInstance | None]:
         """Values of a rig by their names in a rig file, where ``joint`` is [tube] and [notch], or [bench]."""
         out: dict[str, str | float | DataclassInstance | None] = {}

@@ -31,7 +31,7 @@ from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, listed, quoted
-from hysteresis.records.rows import table_of_rows
+from hysteresis.records.rows import Value, table_of_rows
 
 _TABLES: dict[str, type] = {
     "tube": Tube,
@@ -95,7 +95,7 @@ def build(table_name: str, table: object, where: str) -> Any:
         raise RigError(f"{where}: {error}") from None
 
 
-def notch_of_rows(rows: Sequence[object], where: str) -> dict[str, Any]:
+def notch_of_rows(rows: Sequence[object], where: str) -> Mapping[str, Value]:
     """Make the table of ``[[notch]]`` rows, lists where the notches differ.
 
     Raises

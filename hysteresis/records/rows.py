@@ -11,6 +11,8 @@ from typing import Any
 from hysteresis.files import RecordError
 from hysteresis.messages import as_given, quoted
 
+Value = str | bool | float | list[float]
+"""What a table of rows holds: one for all notches, or a list of one for each."""
 MOST_ROWS = 1_000
 """Most notches of a tube."""
 
@@ -20,7 +22,7 @@ def is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= float_info.max
 
 
-def table_of_rows(where: Path | str, name: str, rows: Sequence[object]) -> dict[str, Any]:
+def table_of_rows(where: Path | str, name: str, rows: Sequence[object]) -> Mapping[str, Value]:
     """Make one table of rows: a number for all where the rows have the same, else a list of one for each notch.
 
     A row stands for ``count`` notches, 1 by default. Texts and switches must be the same in all rows.
@@ -45,7 +47,7 @@ def table_of_rows(where: Path | str, name: str, rows: Sequence[object]) -> dict[
         tables.append({key: value for key, value in row.items() if key != "count"})
     for number, table in enumerate(tables[1:], start=2):
         _require_like(f"{where}: [[{name}]] row {number}", table, tables[0])
-    out: dict[str, Any] = {"count": last}
+    out: dict[str, Value] = {"count": last}
     for key, first in tables[0].items():
         values = [table[key] for table in tables]
         if not isinstance(first, str | bool) and not all(map(is_number, values)):
