@@ -23,8 +23,9 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.tendon_law import tendon_stiffness_N_per_mm, tendon_tension_N
 from hysteresis.arrays import Floats
 
-_ITERATIONS, _HALVINGS = 200, 30
+_ITERATIONS, _HALVINGS = 100, 12
 _LARGEST_RAD = 0.1
+_UPHILL = 0.5  # slope of the energy at the end of a step, over that at its start, at most
 _TOLERANCE = 1e-12
 """Largest moment that the joints leave over, over the stiffest joint times a radian."""
 
@@ -134,9 +135,11 @@ def _solved(rig: Rig, drive: Floats, theta: Floats | None) -> Bending:
         turn, wind = _step(left, slope, by_drive, bordered=theta is not None)
         largest = np.maximum(np.abs(turn).max(axis=1), 1e-300)
         part = np.minimum(1.0, _LARGEST_RAD / largest)
+        downhill = (left * turn).sum(axis=1)  # the slope of the energy along the step, its sign turned
         for _ in range(_HALVINGS):
             trial = joints.balance(angles + part[:, None] * turn, drive + part * wind)
-            worse = (np.abs(trial[0]).max(axis=1) > size) & (size > _TOLERANCE * scale)
+            worse = (trial[0] * turn).sum(axis=1) < -_UPHILL * np.abs(downhill)
+            worse &= size > _TOLERANCE * scale
             if not worse.any():
                 break
             part = np.where(worse, 0.5 * part, part)

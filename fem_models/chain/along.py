@@ -112,8 +112,10 @@ def line_along(base: TapedRun) -> Line:
 def moved_series(base: TapedRun, line: Line, rig: Rig, load: LoadProgram | Floats) -> ChainSeries:
     """Run a rig that differs from that of a run by little, along its steps: to first order in the difference.
 
-    A rig that differs in kind, or by much, is run by itself. One that differs by no more than the tolerance of Newton's
-    method does not differ.
+    A rig that differs in kind, or by much, is run by itself. So is one whose superelastic sections differ from joint to
+    joint: the softest takes most of the bending, and just after a reversal a fibre of the moved rig may still be on the
+    plateau where that of the rig unloads. One that differs by no more than the tolerance of Newton's method does not
+    differ.
 
     Raises
     ------
@@ -122,7 +124,8 @@ def moved_series(base: TapedRun, line: Line, rig: Rig, load: LoadProgram | Float
     """
     case = chain_case(rig, load)
     memory = memory_at_rest(rig, case.joints)
-    if _of_one_kind(base, case, memory):
+    sections_differ = case.joints.first.section is not None and not case.joints.alike
+    if not sections_differ and _of_one_kind(base, case, memory):
         run = run_space(case, rig.joints)
         if follow_moved(line, case.path, case.parameters, memory, run) <= LARGEST_MOVE_RAD:
             series = ChainSeries(rig, case.joints, run)
