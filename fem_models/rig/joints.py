@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate
 from typing import Literal, NamedTuple
 
@@ -149,9 +150,9 @@ class Notch:
             return [(f"notch.{name} of notch {k}", value) for k, value in enumerate(values, start=1)]
         return [(f"notch.{name}", values)]
 
-    @property
+    @cached_property
     def alike(self) -> bool:
-        """Whether all notches are alike."""
+        """Whether all notches are alike; found once, because searches look by the ten thousand."""
         return not any(isinstance(getattr(self, name), tuple) for name in OF_EACH)
 
     def at(self, number: int) -> Cut:

@@ -35,5 +35,6 @@ def test_the_plateau_of_a_tip_first_wrist_is_found(tmp_path: Path):
     )
     write_record(record, tmp_path / "wrist.csv")
     trace = nb.trace([nb.read_record(tmp_path / "wrist.csv")])
-    assert [effect.name for effect in trace.effects] == ["superelastic_plateau"]
-    assert trace.after.heldout.rmse_deg < 1.5 * trace.noise_floor_deg  # that of the readings, 0.1 deg
+    found = trace.to_dict()
+    assert [effect["name"] for effect in found["effects"]] == ["superelastic_plateau"]
+    assert found["after"]["heldout"]["rmse_deg"] < 1.5 * found["noise_floor_deg"]  # that of the readings, 0.1 deg
