@@ -79,7 +79,7 @@ def frictionless() -> Task:
         rig=rig,
         joints=rig.joints,
         pitch=rig.pitch_mm,
-        half_ring=notched_tube(rig).notch.spacing_mm / 2,
+        half_ring=notched_tube(rig).cut.spacing_mm / 2,
         arm=joint_mechanics(rig).arms_mm.a,
         hinge_stiffness=flexure(rig).bending_Nmm_per_rad,
         tendon_stiffness=tendon.EA_N / (tendon.free_length_mm + rig.joints * rig.pitch_mm),

@@ -59,7 +59,7 @@ def _summary(results: Sequence[CaseResult]) -> str:
 
 
 def _case(result: CaseResult) -> str:
-    notch, curve = notched_tube(result.case.rig).notch, result.curve
+    notch, curve = notched_tube(result.case.rig).cut, result.curve
     rows = []
     for i in _SHOWN:
         moment = curve.moment_Nmm[i]

@@ -29,7 +29,7 @@ def tendon_arm_mm(rig: Rig, joint: Flexure, angle_rad: float) -> float:
     RigError
         Measured joints: their notch is not known.
     """
-    notch = notched_tube(rig).notch
+    notch = notched_tube(rig).cut
     arm = rig.tendon_a.moment_arm_mm + joint.neutral_offset_mm
     gap = (notch.width_mm - joint_mechanics(rig).bending_length_mm) / 2
     return arm * math.cos(angle_rad / 2) + gap * math.sin(angle_rad / 2)

@@ -16,6 +16,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 
+from fem_models.analytic.unequal_joints import Bending, bend_at_drive, bend_to_angle
 from fem_models.joint import JointMechanics, joint_mechanics
 from fem_models.joint.hardening import beyond_linear_rad
 from fem_models.load import LoadProgram
@@ -77,7 +78,8 @@ def _joint_angles(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
 def tip_pose(rig: Rig, joint_angles_rad: ArrayLike) -> TipPose:
     """Tip of the chain of links and joints, eq. 2 in the plane.
 
-    Half a pitch lies between base and first joint and between last joint and tip, one pitch between joints.
+    Half a pitch lies between base and first joint and between last joint and tip, one pitch between joints; of notches
+    that differ joints are in the middle of theirs.
 
     Parameters
     ----------
@@ -90,10 +92,19 @@ def tip_pose(rig: Rig, joint_angles_rad: ArrayLike) -> TipPose:
         If the last axis does not have one angle a joint.
     """
     heading = np.cumsum(_joint_angles(rig, joint_angles_rad), axis=-1)
-    links = np.full(rig.joints, rig.pitch_mm)
-    links[-1] /= 2
-    tip = rig.pitch_mm / 2 + np.exp(1j * heading) @ links
+    first, links = _links(rig)
+    tip = first + np.exp(1j * heading) @ links
     return TipPose(tip.real, tip.imag, heading[..., -1])
+
+
+def _links(rig: Rig) -> tuple[float, Floats]:
+    """Lengths from base to first joint, and from each joint to the next one, at the last to the tip, shape (N,)."""
+    if rig.joint.alike:
+        links = np.full(rig.joints, rig.pitch_mm)
+        links[-1] /= 2
+        return rig.pitch_mm / 2, links
+    middles, centres = rig.joint.places()
+    return middles[0], np.diff(middles, append=centres[-1])
 
 
 def chain_transforms(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
@@ -114,12 +125,12 @@ def chain_transforms(rig: Rig, joint_angles_rad: ArrayLike) -> Floats:
         If the last axis does not have one angle a joint.
     """
     angles = _joint_angles(rig, joint_angles_rad)
-    half = _link(np.zeros(angles.shape[:-1]), rig.pitch_mm / 2)
-    frames = [half]
+    (first, links), straight = _links(rig), np.zeros(angles.shape[:-1])
+    frames = [_link(straight, first)]
     for i in range(rig.joints):
-        length = rig.pitch_mm if i < rig.joints - 1 else 0.0
+        length = links[i] if i < rig.joints - 1 else 0.0
         frames.append(frames[-1] @ _link(angles[..., i], length))
-    frames.append(frames[-1] @ half)
+    frames.append(frames[-1] @ _link(straight, links[-1]))
     return np.stack(frames, axis=-3)
 
 
@@ -131,7 +142,15 @@ def _link(angle: Floats, length: float) -> Floats:
 
 
 def equal_joints(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
-    """Joint angles, shape (..., N), that share the bending ``theta_sum_rad`` (shape (...)) equally."""
+    """Joint angles, shape (..., N), that share the bending ``theta_sum_rad`` (shape (...)) equally.
+
+    Raises
+    ------
+    RigError
+        Notches that differ.
+    """
+    if not rig.joint.alike:
+        raise RigError(f"rig {rig.name}: joints that differ do not bend alike: expected equal notches")
     theta = np.asarray(theta_sum_rad, dtype=float)
     return np.repeat(theta[..., None] / rig.joints, rig.joints, axis=-1)
 
@@ -206,7 +225,7 @@ class _EqualJoints:
         match self.rig.joint:
             case MeasuredJoint(rigid_gap_mm=gap):
                 return arm_mm * theta + 2 * n * gap * np.sin(half / 2) ** 2
-            case NotchedTube(notch=notch):
+            case NotchedTube(cut=notch):
                 return 2 * n * (arm_mm * np.sin(half) + notch.width_mm * np.sin(half / 2) ** 2)
 
     def path_arm_mm(self, theta: Floats, arm_mm: float) -> Floats:
@@ -215,7 +234,7 @@ class _EqualJoints:
         match self.rig.joint:
             case MeasuredJoint(rigid_gap_mm=gap):
                 return arm_mm + gap / 2 * np.sin(half)
-            case NotchedTube(notch=notch):
+            case NotchedTube(cut=notch):
                 return arm_mm * np.cos(half) + notch.width_mm / 2 * np.sin(half)
 
     def require_open(self, theta: Floats) -> None:
@@ -231,7 +250,7 @@ class _EqualJoints:
     def tensions(self, drive: Floats, theta: Floats) -> tuple[Floats, Floats]:
         """Tensions of tendons a and b, N, at a drive and a bending."""
         rig, rest = self.rig, np.asarray(self.rest_rad)
-        inside = rig.joints * rig.pitch_mm
+        inside = rig.length_mm
         found = [
             tendon_tension_N(
                 tendon,
@@ -282,7 +301,8 @@ def path_shortening_mm(rig: Rig, theta_sum_rad: ArrayLike, moment_arm_mm: float)
 def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
     """Drive that bends the manipulator by ``theta_sum_rad``, x = xi(theta_sum) of eq. 3, without friction.
 
-    Path of the tendons plus their stretch, in static equilibrium with flexures that all bend alike.
+    Path of the tendons plus their stretch, in static equilibrium with the flexures: all bend alike, or each its own way
+    where notches differ (:mod:`fem_models.analytic.unequal_joints`).
 
     Parameters
     ----------
@@ -299,9 +319,11 @@ def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
     """
     if rig.tendon_b is None:
         raise RigError(f"rig {rig.name}: one tendon: expected two, or there is no drive for every angle")
+    if not rig.joint.alike:
+        return _in_shape(theta_sum_rad, bend_to_angle(rig, np.ravel(theta_sum_rad)).drive_mm)
     theta, equal = np.asarray(theta_sum_rad, dtype=float), _EqualJoints(rig, joint_mechanics(rig))
     equal.require_open(theta)
-    inside, preload, arms = rig.joints * rig.pitch_mm, rig.preload_N, equal.joint.arms_mm
+    inside, preload, arms = rig.length_mm, rig.preload_N, equal.joint.arms_mm
     rest = np.asarray(equal.rest_rad)
     path_a = equal.path_mm(theta, arms.a) - equal.path_mm(rest, arms.a)
     path_b = equal.path_mm(-theta, arms.b) - equal.path_mm(-rest, arms.b)
@@ -340,6 +362,8 @@ def angle_for_drive_rad(rig: Rig, drive_mm: ArrayLike) -> Floats:
     ValueError
         A drive that would close the notches.
     """
+    if not rig.joint.alike:
+        return _in_shape(drive_mm, bend_at_drive(rig, np.ravel(drive_mm)).angles_rad.sum(axis=-1))
     drive, equal = np.asarray(drive_mm, dtype=float), _EqualJoints(rig, joint_mechanics(rig))
     limit = equal.limit_rad
     bracket = (np.full_like(drive, -limit), np.full_like(drive, limit))
@@ -361,8 +385,20 @@ def theory_curve(rig: Rig, drive_mm: ArrayLike) -> TheoryCurve:
         As :func:`angle_for_drive_rad`.
     """
     drive = np.asarray(drive_mm, dtype=float)
+    if not rig.joint.alike:
+        return _theory_of(drive, bend_at_drive(rig, drive.ravel()))
     theta = angle_for_drive_rad(rig, drive)
     return TheoryCurve(np.degrees(theta), *_EqualJoints(rig, joint_mechanics(rig)).tensions(drive, theta))
+
+
+def _in_shape(given: ArrayLike, values: Floats) -> Floats:
+    return values.reshape(np.shape(given))
+
+
+def _theory_of(drive: Floats, bending: Bending) -> TheoryCurve:
+    theta = bending.angles_rad.sum(axis=-1)
+    rows = (np.degrees(theta), bending.tension_a_N, bending.tension_b_N)
+    return TheoryCurve(*(_in_shape(drive, row) for row in rows))
 
 
 def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:
@@ -382,8 +418,12 @@ def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:
             f"rig {rig.name}: [{beyond[0]}]: not part of the analytic model: expected a rig without it, or the "
             "engine chain or multibody"
         )
-    curve = theory_curve(rig, program.drive_mm)
-    joints = equal_joints(rig, np.radians(curve.angle_deg))
+    if rig.joint.alike:
+        curve = theory_curve(rig, program.drive_mm)
+        joints = equal_joints(rig, np.radians(curve.angle_deg))
+    else:
+        bending = bend_at_drive(rig, program.drive_mm)
+        curve, joints = _theory_of(program.drive_mm, bending), bending.angles_rad
     tip = tip_pose(rig, joints)
     return simulated_record(
         "analytic",

@@ -15,7 +15,7 @@ from fem_models.chain.follow import Run, Tape
 from fem_models.chain.moved import Line, follow_moved, linearise
 from fem_models.chain.parameters import ChainSettings, Memory, memory_at_rest
 from fem_models.chain.solve import ChainCase, chain_case, followed, run_space, tip_mm
-from fem_models.joint import JointMechanics
+from fem_models.joint import JointRow
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
@@ -42,7 +42,7 @@ class ChainSeries:
     """What a run gives that sensors read, shapes (m,)."""
 
     rig: Rig
-    joint: JointMechanics
+    joints: JointRow
     run: Run
 
     @property
@@ -78,7 +78,7 @@ class ChainSeries:
     @property
     def tip_mm(self) -> Floats:
         """Centre of the last ring along the straight tube and across it, shape (m, 2)."""
-        return tip_mm(self.rig, self.joint, self.run)
+        return tip_mm(self.rig, self.joints, self.run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ class TapedRun:
     @cached_property
     def kind(self) -> _Kind:
         """Parts of the rig that a rig moved along its steps has, too."""
-        return _kind(self.case, memory_at_rest(self.rig, self.case.joint))
+        return _kind(self.case, memory_at_rest(self.rig, self.case.joints))
 
 
 def taped_run(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | None = None) -> TapedRun:
@@ -107,7 +107,7 @@ def taped_run(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | No
     """
     case = chain_case(rig, load, settings)
     run, tape = followed(rig, case, taped=True)
-    return TapedRun(rig, load, case, ChainSeries(rig, case.joint, run), tape)
+    return TapedRun(rig, load, case, ChainSeries(rig, case.joints, run), tape)
 
 
 def line_along(base: TapedRun) -> Line:
@@ -120,7 +120,7 @@ def line_along(base: TapedRun) -> Line:
     """
     case, rig = base.case, base.rig
     try:
-        return linearise(base.tape, case.path, case.parameters, memory_at_rest(rig, case.joint))
+        return linearise(base.tape, case.path, case.parameters, memory_at_rest(rig, case.joints))
     except ZeroDivisionError:
         raise SolverError(f"rig {rig.name}: a tangent without stiffness") from None
 
@@ -129,7 +129,9 @@ def line_along(base: TapedRun) -> Line:
 class MovedRun:
     """A rig that differs by little from one that was run, ready for the kernel; ``run`` is room for its results.
 
-    ``of_one_kind`` is whether it has the parts of the rig that was run, and its samples.
+    ``of_one_kind`` is whether it has the parts of the rig that was run, and its samples. A rig whose superelastic
+    sections differ from joint to joint never is: the softest takes most of the bending, and just after a reversal a
+    fibre of the moved rig may still be on the plateau where that of the rig unloads.
     """
 
     rig: Rig
@@ -150,8 +152,10 @@ def moved_run(base: TapedRun, rig: Rig, load: LoadProgram | Floats) -> MovedRun:
     """
     path = base.case.path if load is base.load and _same_schedule(rig, base.rig) else None
     case = chain_case(rig, load, path=path)
-    memory = memory_at_rest(rig, case.joint)
-    return MovedRun(rig, load, case, memory, run_space(case, rig.joints), base.kind == _kind(case, memory))
+    memory = memory_at_rest(rig, case.joints)
+    sections_differ = case.joints.first.section is not None and not case.joints.alike
+    of_one_kind = not sections_differ and base.kind == _kind(case, memory)
+    return MovedRun(rig, load, case, memory, run_space(case, rig.joints), of_one_kind)
 
 
 def moved_along(line: Line, moved: MovedRun) -> float:
@@ -176,10 +180,10 @@ def moved_series(base: TapedRun, moved: MovedRun, difference_rad: float) -> Chai
         A rig that does not follow the load when it is run by itself.
     """
     if difference_rad <= LARGEST_MOVE_RAD:
-        series = ChainSeries(moved.rig, moved.case.joint, moved.run)
+        series = ChainSeries(moved.rig, moved.case.joints, moved.run)
         return base.series if _same(series, base.series) else series
     case = chain_case(moved.rig, moved.load)  # a moved arm has other steps
-    return ChainSeries(moved.rig, case.joint, followed(moved.rig, case)[0])
+    return ChainSeries(moved.rig, case.joints, followed(moved.rig, case)[0])
 
 
 def _same_schedule(one: Rig, other: Rig) -> bool:
@@ -204,4 +208,4 @@ def _kind(case: ChainCase, memory: Memory) -> _Kind:
     tendons = [value > 0.0 for pair in (rig.toe, rig.segment, rig.free) for value in pair]
     contacts = rig.contact_both, rig.stop_stiffness > 0.0, rig.load_control
     shapes = [array.shape for array in memory]
-    return (case.path.drive.size, *shapes, *guides, *tendons, *contacts)
+    return (type(rig.each), case.path.drive.size, *shapes, *guides, *tendons, *contacts)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.chain.compiled import chain_njit
+from fem_models.chain.each import beyond, joint_at, loop_part, rest_path, ring_lever
 from fem_models.chain.laws import (
     BY_TENSION,
     Guide,
@@ -134,9 +135,9 @@ def loaded(rig: Parameters) -> bool:
 def external_moments(x: Floats, rig: Parameters, load: Load, work: Work, touched: int) -> float:
     """Fill the moments of weight, tip load and tip stop on every joint, their slopes and the tip's levers.
 
-    Returns the stiffness of the stop, N/mm, where the tip touches it. Ring i hangs at its centre, half a pitch beyond
-    joint i, and carries the joints of those beyond. What a joint has more than the next one depends on the heading of
-    its own ring alone, and on the push of the stop. A dead force on the tip acts on the same levers as the stop.
+    Returns the stiffness of the stop, N/mm, where the tip touches it. Ring i hangs at its centre beyond joint i, and
+    carries the joints of those beyond. What a joint has more than the next one depends on the heading of its own ring
+    alone, and on the push of the stop. A dead force on the tip acts on the same levers as the stop.
     ``touched`` is 1 or 0 where it is given whether the tip touches, else :data:`BY_DEPTH`.
     """
     n = work.external.size
@@ -146,7 +147,7 @@ def external_moments(x: Floats, rig: Parameters, load: Load, work: Work, touched
     heading, tip_y = 0.0, 0.0
     for i in range(n):
         heading += x[3 * i + 3]
-        tip_y += (rig.pitch if i < n - 1 else 0.5 * rig.pitch) * math.sin(heading)
+        tip_y += beyond(rig, i, n) * math.sin(heading)
     side = 1.0 if rig.stop_y >= 0.0 else -1.0
     depth = side * (tip_y - rig.stop_y)
     touches = depth > 0.0 if touched == BY_DEPTH else touched == 1
@@ -156,8 +157,7 @@ def external_moments(x: Floats, rig: Parameters, load: Load, work: Work, touched
     moment = 0.0
     for i in range(n - 1, -1, -1):
         cs, sn = math.cos(heading), math.sin(heading)
-        length = rig.pitch if i < n - 1 else 0.5 * rig.pitch
-        rings = (n - 0.5 - i) * rig.pitch
+        length, rings = beyond(rig, i, n), ring_lever(rig, i, n)
         moment += rings * (weight_y * cs - weight_x * sn) - push * length * cs
         moment += length * (tip_load * cs - tip_x * sn)
         work.external[i] = moment
@@ -215,14 +215,16 @@ def bend_joints(x: Floats, rig: Parameters, memory: Memory, load: Load, rows: Fl
     half_turns(rows[ANGLE], steepest, rows[SINE], rows[COSINE])
     if rig.hardening[0] == 0.0 and rig.hardening[1] == 0.0:
         for i in range(n):
-            rows[MOMENT, i], rows[STIFF, i] = rig.elastic * (rows[ANGLE, i] - load.rest_angle), rig.elastic
+            elastic = joint_at(rig, i).elastic
+            rows[MOMENT, i], rows[STIFF, i] = elastic * (rows[ANGLE, i] - load.rest_angle), elastic
     else:
         for i in range(n):
             rows[MOMENT, i], rows[STIFF, i] = spring(rows[ANGLE, i] - load.rest_angle, rig)
     jenkins = memory.jenkins
     for j in range(memory.slip_moment.size):
-        stiffness, limit = memory.jenkins_stiffness[j], load.loop_scale * memory.slip_moment[j]
+        first, most = memory.jenkins_stiffness[j], load.loop_scale * memory.slip_moment[j]
         for i in range(n):
+            stiffness, limit = loop_part(rig, i) * first, loop_part(rig, i) * most
             part = stiffness * (rows[ANGLE, i] - jenkins[j, i])
             rows[MOMENT, i] += min(max(part, -limit), limit)
             rows[STIFF, i] += stiffness if abs(part) <= limit else 0.0
@@ -234,10 +236,10 @@ def bend_joints(x: Floats, rig: Parameters, memory: Memory, load: Load, rows: Fl
             rows[STIFF, i] += tangent
     if steepest > rig.contact_angle:
         for i in range(n):
-            theta = rows[ANGLE, i]
-            if closed(theta, rig):
-                rows[MOMENT, i] += math.copysign(rig.contact_stiffness * (abs(theta) - rig.contact_angle), theta)
-                rows[STIFF, i] += rig.contact_stiffness
+            theta, own = rows[ANGLE, i], joint_at(rig, i)
+            if closed(theta, own):
+                rows[MOMENT, i] += math.copysign(own.contact_stiffness * (abs(theta) - own.contact_angle), theta)
+                rows[STIFF, i] += own.contact_stiffness
     friction_ratios(rows[ANGLE], steepest, load.friction_scale * rig.capstan, rig.rest_wrap, rows[RATIO])
 
 
@@ -289,21 +291,25 @@ def balance_at(
     last = max(tension[0, 0], 0.01 * work.guess[0]), max(tension[1, 0], 0.01 * work.guess[1])
     near = free = free_span(x, load, rig, last, BY_TENSION)
     tension[0, 0], tension[1, 0] = near.tension
-    rest, drag, largest = crossing(rig.rest, rig).length, rate * rig.drag_joint, 0.0  # where tendons have their lengths
-    by_arm = 1.0 / rig.arm[0]
+    alike, drag, largest = (
+        crossing(rig.rest, rig).length,
+        rate * rig.drag_joint,
+        0.0,
+    )  # where tendons have their lengths
     for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
+        own, rest = joint_at(rig, i), rest_path(rig, i, alike)
         u = 3 * i + 1  # slips at this guide are at u and u + 1, at the next one at v and v + 1; the joint is at row
         v, row = u + 3, u + 2
         theta, moment = rows[ANGLE, i], rows[MOMENT, i]
-        path = crossing_at(rows[SINE, i], rows[COSINE, i], rig)
+        path = crossing_at(rows[SINE, i], rows[COSINE, i], own)
         stretch = x[u] - x[v] - path.length[0] + rest[0], x[u + 1] - x[v + 1] - path.length[1] + rest[1]
         if memory.fibre_area.size > 0:
             bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION, rate)
-            far, bent, stiff = with_section(i, bend, rig, memory, work.sections[i])
+            far, bent, stiff = with_section(i, bend, own, memory, work.sections[i])
             moment += bent
             rows[STIFF, i] += stiff
         else:
-            far = segment(stretch[0], stretch[1], path.lever, rig, BY_TENSION)
+            far = segment(stretch[0], stretch[1], path.lever, own, BY_TENSION)
         ta, tb = far.tension
         tension[0, i + 1], tension[1, i + 1] = ta, tb
         off = moment - ta * path.lever[0] - tb * path.lever[1]
@@ -312,7 +318,7 @@ def balance_at(
         if outside:
             off -= work.external[i]
         b[row] = off
-        largest = max(largest, abs(off) * by_arm)
+        largest = max(largest, abs(off) * (1.0 / own.arm[0]))
         rows[STIFF, i] += drag - ta * path.bow[0] - tb * path.bow[1]
         rows[STIFF, i] -= path.lever[0] * far.by_angle[0] + path.lever[1] * far.by_angle[1]
         rows[OWN, i], rows[OWN + 1, i] = far.own

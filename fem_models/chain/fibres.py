@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from numba.extending import overload
 
 from fem_models.chain.compiled import chain_njit
+from fem_models.chain.each import fibre_row
 from fem_models.chain.laws import ELASTIC, LOWER, UPPER, Flag, flag_along, flag_branch, flag_moment
 from fem_models.chain.parameters import Memory, NitinolParameters, Parameters, SectionParameters
 from hysteresis.arrays import Floats
@@ -72,14 +73,15 @@ def fibre_sums(
 def _transform_alike(i: int, bent: float, longer: float, section: SectionParameters, memory: Memory) -> float:
     """:func:`transform` of a section that is alike in tension and compression."""
     law, rests, loss = stress_law(section), memory.fibres[i], 0.0
+    heights, areas = memory.fibre_height[fibre_row(memory, i)], memory.fibre_area[fibre_row(memory, i)]
     climb = law.climb / (1.0 - law.climb / law.stiffness)
     for j in range(rests.size):
-        strain = (longer + memory.fibre_height[j] * bent) / section.length
+        strain = (longer + heights[j] * bent) / section.length
         if rests[j] != 0.0 or abs(strain) * law.stiffness > law.upper:
             stress, _ = flag_moment(strain, rests[j], law)
             rest = strain - stress / law.stiffness
             moved = rest - rests[j]
-            loss += memory.fibre_area[j] * (stress - 0.5 * climb * moved) * moved
+            loss += areas[j] * (stress - 0.5 * climb * moved) * moved
             rests[j] = rest
     return loss * section.length
 
@@ -170,7 +172,8 @@ def _transform_heated(
     i: int, bent: float, longer: float, section: NitinolParameters, memory: Memory, rate: float
 ) -> float:
     """:func:`transform` of a section that heats itself."""
-    heights, areas, rests, loss = memory.fibre_height, memory.fibre_area, memory.fibres[i], 0.0
+    heights, areas = memory.fibre_height[fibre_row(memory, i)], memory.fibre_area[fibre_row(memory, i)]
+    rests, loss = memory.fibres[i], 0.0
     last, (_, warming) = rests[-1], heated_sums(bent, longer, section, heights, areas, rests, rate)
     shift, climb = shift_of(warming, section), section.climb / (1.0 - section.climb / section.young)
     risen = shift - shift_of(last, section)
@@ -228,6 +231,7 @@ def _choose_moved(i: Any, bent: Any, longer: Any, section: Any, memory: Any, rat
 def transform(i: int, bent: float, longer: float, rig: Parameters, memory: Memory, rate: float) -> float:
     """Move the rest strains of joint i's fibres, and its temperature, to where they are at a solution; return the loss.
 
-    In mJ; see :func:`fem_models.joint.superelastic_section.transformation_loss_mJ`. ``rate`` is 1/s of the step.
+    In mJ; see :func:`fem_models.joint.superelastic_section.transformation_loss_mJ`. ``rig`` are the parameters of the
+    joint, ``rate`` is 1/s of the step.
     """
     return _transform(i, bent, longer, rig.section, memory, rate)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.chain.compiled import chain_njit
+from fem_models.chain.each import joint_at, loop_part
 from fem_models.chain.equations import Work, copy, copy_both, work_space
 from fem_models.chain.fibres import transform
 from fem_models.chain.laws import flag_element, flag_moment
@@ -131,7 +132,8 @@ def released_mm(rig: Parameters, work: Work, drag: Floats) -> float:
     """Tendon that may come free without the drive when the dashpots relax."""
     by_joints = by_tendons = 0.0
     for i in range(3, drag.size, 3):
-        by_joints = max(by_joints, abs(drag[i]) / rig.bending * max(rig.arm[0], -rig.arm[1]))
+        own = joint_at(rig, i // 3 - 1)
+        by_joints = max(by_joints, abs(drag[i]) / own.bending * max(own.arm[0], -own.arm[1]))
     for side in range(2):
         if rig.free[side] > 0.0:
             softer = 1.0 + rig.toe[side] / max(work.guess[side], 0.1 * rig.scale)
@@ -162,7 +164,8 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
         theta = x[3 * i + 3]
         viscous += drag_loss(3 * i + 3, rate * rig.drag_joint, x, work, drag)
         for j in range(memory.slip_moment.size):
-            stiffness, limit = memory.jenkins_stiffness[j], load.loop_scale * memory.slip_moment[j]
+            stiffness = loop_part(rig, i) * memory.jenkins_stiffness[j]
+            limit = loop_part(rig, i) * (load.loop_scale * memory.slip_moment[j])
             moment = stiffness * (theta - memory.jenkins[j, i])
             if abs(moment) > limit:
                 slid = math.copysign((abs(moment) - limit) / stiffness, moment)
@@ -175,7 +178,7 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
             material += moment * (rest - memory.flags[j, i])
             memory.flags[j, i] = rest
         if memory.fibre_area.size > 0:
-            material += transform(i, work.sections[i, BENT], work.sections[i, LONGER], rig, memory, rate)
+            material += transform(i, work.sections[i, BENT], work.sections[i, LONGER], joint_at(rig, i), memory, rate)
     motion.energy[FRICTION] += lost
     motion.energy[MATERIAL] += material
     motion.energy[DRAG] += viscous

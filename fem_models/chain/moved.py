@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.chain.compiled import chain_njit
+from fem_models.chain.each import joint_at, loop_part, rest_path
 from fem_models.chain.equations import (
     BAND,
     BAND_OF_JOINTS,
@@ -152,10 +153,10 @@ def note_step(s: int, line: Line, rig: Parameters, memory: Memory, work: Work, l
         theta = x[3 * i + 3]
         line.half_sine[s, i], line.half_cosine[s, i] = math.sin(0.5 * theta), math.cos(0.5 * theta)
         line.ratio[s, i] = math.tanh(0.5 * line.capstan[s] * wrap(i, x[3 * i], theta, rig))
-        line.closed[s, i] = closed(theta, rig)
+        line.closed[s, i] = closed(theta, joint_at(rig, i))
         for j in range(memory.slip_moment.size):
-            part = memory.jenkins_stiffness[j] * (theta - memory.jenkins[j, i])
-            if abs(part) > load.loop_scale * memory.slip_moment[j]:
+            part = loop_part(rig, i) * memory.jenkins_stiffness[j] * (theta - memory.jenkins[j, i])
+            if abs(part) > loop_part(rig, i) * (load.loop_scale * memory.slip_moment[j]):
                 line.slips[s, j, i] = math.copysign(1.0, part)
         for j in range(memory.flag_stiffness.size):
             line.branch[s, j, i] = flag_branch(theta - load.rest_angle, memory.flags[j, i], flag_element(j, memory))
@@ -212,15 +213,15 @@ def held_moments(s: int, line: Line, rig: Parameters, memory: Memory, load: Load
     x, slips, shut = line.tape.x[s], line.slips[s], line.closed[s]
     jenkins, jenkins_stiffness, slip_moment = memory.jenkins, memory.jenkins_stiffness, memory.slip_moment
     for i in range(shut.size):
-        theta = x[3 * i + 3]
-        moment = spring(theta - load.rest_angle, rig)[0]
+        theta, own = x[3 * i + 3], joint_at(rig, i)
+        moment = spring(theta - load.rest_angle, own)[0]
         if shut[i]:
-            moment += math.copysign(rig.contact_stiffness * (abs(theta) - rig.contact_angle), theta)
+            moment += math.copysign(own.contact_stiffness * (abs(theta) - own.contact_angle), theta)
         b[BAND + 3 * i + 3] = moment
     for j in range(slip_moment.size):
-        stiffness, limit = jenkins_stiffness[j], load.loop_scale * slip_moment[j]
+        first, most = jenkins_stiffness[j], load.loop_scale * slip_moment[j]
         for i in range(shut.size):
-            slip = slips[j, i]
+            slip, stiffness, limit = slips[j, i], loop_part(rig, i) * first, loop_part(rig, i) * most
             sticks = stiffness * (x[3 * i + 3] - jenkins[j, i])
             b[BAND + 3 * i + 3] += sticks if slip == 0.0 else slip * limit
     for j in range(memory.flag_stiffness.size):
@@ -247,21 +248,22 @@ def imbalance(
     b[:] = 0.0
     external_moments(x, rig, load, work, 1 if line.stop[s] > 0.0 else 0)
     held_moments(s, line, rig, memory, load, b)
-    near, rest = free_span(x, load, rig, (work.guess[0], work.guess[1]), taut[0]), crossing(rig.rest, rig).length
+    near, alike = free_span(x, load, rig, (work.guess[0], work.guess[1]), taut[0]), crossing(rig.rest, rig).length
     note_span(0, near, spans)
     same = capstan == line.capstan[s] and rig.rest_wrap == line.rest_wrap
     for i in range(n):
         u = 3 * i + 1
         v, row = u + 3, u + 2
-        path = crossing_at(sine[i], cosine[i], rig)
+        own, rest = joint_at(rig, i), rest_path(rig, i, alike)
+        path = crossing_at(sine[i], cosine[i], own)
         stretch_a = x[u] - x[v] - path.length[0] + rest[0]
         stretch_b = x[u + 1] - x[v + 1] - path.length[1] + rest[1]
         if memory.fibre_area.size > 0:
             bend = Bend(x[row] - load.rest_angle, (stretch_a, stretch_b), path.lever, taut[i + 1], rate)
-            far, bent, _ = with_section(i, bend, rig, memory, work.sections[i])
+            far, bent, _ = with_section(i, bend, own, memory, work.sections[i])
             b[BAND + row] += bent
         else:
-            far = segment(stretch_a, stretch_b, path.lever, rig, taut[i + 1])
+            far = segment(stretch_a, stretch_b, path.lever, own, taut[i + 1])
         note_span(i + 1, far, spans)
         pull = far.tension[0] * path.lever[0] + far.tension[1] * path.lever[1]
         b[BAND + row] += rate * rig.drag_joint * (x[row] - before[row]) - pull - external[i]
@@ -370,11 +372,12 @@ def bend_along(s: int, line: Line, rig: Parameters, memory: Memory, rate: float,
     for i in range(memory.fibres.shape[0]):
         u = 3 * i + 1
         v, bent, row = u + 3, change[u + 2], work.sections[i]
-        lever = crossing_at(line.half_sine[s, i], line.half_cosine[s, i], rig).lever
+        own = joint_at(rig, i)
+        lever = crossing_at(line.half_sine[s, i], line.half_cosine[s, i], own).lever
         before = row[BENT], row[LONGER]
         bend_on(row, bent, (change[u] - change[v] - lever[0] * bent, change[u + 1] - change[v + 1] - lever[1] * bent))
         moved.longer[i] = row[LONGER]
-        transform(i, row[BENT], row[LONGER], rig, memory, rate)
+        transform(i, row[BENT], row[LONGER], own, memory, rate)
         row[BENT], row[LONGER] = before  # of the rig's own place, where the next step starts
 
 

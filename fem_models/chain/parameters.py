@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem_models.joint import JointMechanics
+from fem_models.joint import JointMechanics, JointRow
 from fem_models.joint.contact import ring_weight_N, tip_force_N
 from fem_models.joint.hardening import Hardening
 from fem_models.joint.superelastic_section import Heating, SuperelasticSection, elongation_under_mm
@@ -77,7 +77,10 @@ NO_SECTION = SectionParameters(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Parameters(NamedTuple):
-    """A rig as the kernels see it; N, mm, rad, s."""
+    """A rig as the kernels see it; N, mm, rad, s.
+
+    Of joints that differ, what is a joint's own is here that of the first one, and in ``each`` that of all.
+    """
 
     preload: Pair
     arm: Pair  # negative of tendon b
@@ -113,12 +116,15 @@ class Parameters(NamedTuple):
     drag_joint: float  # Nmm s/rad
     tolerance: float  # of the residual, N
     section: SectionParameters | NitinolParameters  # of a rig whose memory has fibres
+    each: Floats | tuple[()] = ()  # (N, COLUMNS) of joints that differ, else empty: see fem_models.chain.each
 
 
 class Memory(NamedTuple):
     """Dry elements: rest points of guides (2, N), Jenkins (j, N), flags (k, N), fibres (N, f); and their parameters.
 
     With :class:`NitinolParameters` the fibres of a joint have one more column: its temperature above the surroundings.
+    The parameters are those of all joints, of Jenkins elements those of the first. Fibres have one row of heights and
+    areas for each joint, or one for all that are alike.
     """
 
     guides: Floats
@@ -132,8 +138,8 @@ class Memory(NamedTuple):
     flag_span: Floats  # (k,)
     flag_climb: Floats  # (k,)
     fibres: Floats
-    fibre_height: Floats  # (f,)
-    fibre_area: Floats  # (f,)
+    fibre_height: Floats  # (1, f) or (N, f)
+    fibre_area: Floats
 
 
 def _pair(values: list[float]) -> Pair:
@@ -142,16 +148,13 @@ def _pair(values: list[float]) -> Pair:
     return a, b
 
 
-def chain_parameters(
-    rig: Rig, joint: JointMechanics, settings: ChainSettings, *, load_control: bool = False
-) -> Parameters:
-    """Reduce a rig to what the kernels need."""
+def chain_parameters(rig: Rig, joints: JointRow, settings: ChainSettings, *, load_control: bool = False) -> Parameters:
+    """Reduce a rig to what the kernels need, but for ``each`` (:func:`fem_models.chain.each.with_each`)."""
+    joint, pitch = joints.first, rig.mean_pitch_mm
     flexure, arms, dry, tendons = joint.flexure, joint.arms_mm, rig.friction, rig.tendons
-    elastic, scale = joint.jenkins.elastic_Nmm_per_rad, joint.force_scale_N
-    stop, weight, ring = rig.tip_stop, ring_weight_N(rig), joint.ring.bending_Nmm_per_rad  # the ring is in series
-    tip, spring = tip_force_N(rig), float(elastic * ring / (ring + elastic))
-    contact = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0
-    segment = _pair([tendon.EA_N / rig.pitch_mm for tendon in tendons])
+    scale, spring = joints.force_scale_N, elastic_spring(joint)
+    stop, weight, tip = rig.tip_stop, ring_weight_N(rig), tip_force_N(rig)
+    segment = _pair([tendon.EA_N / pitch for tendon in tendons])
     creep = rig.creep.fraction if rig.creep else 0.0
     stiffest = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in tendons)
     return Parameters(
@@ -180,8 +183,8 @@ def chain_parameters(
         guide=float(dry.guide_N),
         sheath=float(dry.sheath_N),
         rest_wrap=math.radians(dry.rest_wrap_deg),
-        contact_angle=float(joint.contact_angle_rad),
-        contact_stiffness=ring * contact / (ring + contact),
+        contact_angle=min(float(one.contact_angle_rad) for one in joints.each[: None if not joints.alike else 1]),
+        contact_stiffness=contact_spring(rig, joint),
         contact_both=not joint.one_sided,
         weight_x=weight[0],
         weight_y=weight[1],
@@ -189,13 +192,25 @@ def chain_parameters(
         tip_y=tip[1],
         stop_y=float(stop.y_mm) if stop else math.inf,
         stop_stiffness=float(stop.stiffness_N_per_mm) if stop else 0.0,
-        pitch=float(rig.pitch_mm),
+        pitch=float(pitch),
         drag_sheath=float(rig.drag.sheath_N_s_per_mm) if rig.drag else 0.0,
         drag_joint=float(rig.drag.joint_Nmm_s_per_rad) if rig.drag else 0.0,
         # rounding of a slip times the stiffest spring is the least residual there can be
         tolerance=max(settings.tolerance * scale, 1e-14 * stiffest),
-        section=_section_parameters(rig, joint),
+        section=section_parameters(rig, joint),
     )
+
+
+def elastic_spring(joint: JointMechanics) -> float:
+    """Stiffness of a joint's spring part, with the ring in series, Nmm/rad."""
+    elastic, ring = joint.jenkins.elastic_Nmm_per_rad, joint.ring.bending_Nmm_per_rad
+    return float(elastic * ring / (ring + elastic))
+
+
+def contact_spring(rig: Rig, joint: JointMechanics) -> float:
+    """Stiffness of the edges of a notch that touch, with the ring in series, Nmm/rad; 0 without closure."""
+    contact, ring = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0, joint.ring.bending_Nmm_per_rad
+    return ring * contact / (ring + contact)
 
 
 def is_nitinol(section: SuperelasticSection) -> bool:
@@ -203,7 +218,8 @@ def is_nitinol(section: SuperelasticSection) -> bool:
     return section.heating is not None or section.upper_pressed != section.upper
 
 
-def _section_parameters(rig: Rig, joint: JointMechanics) -> SectionParameters | NitinolParameters:
+def section_parameters(rig: Rig, joint: JointMechanics) -> SectionParameters | NitinolParameters:
+    """Scalars of a joint's superelastic section; :data:`NO_SECTION` without one."""
     if (section := joint.section) is None:
         return NO_SECTION
     alike = (  # in the order of the fields; a kernel is compiled anew for integers
@@ -223,11 +239,13 @@ def _section_parameters(rig: Rig, joint: JointMechanics) -> SectionParameters | 
     return NitinolParameters(*map(float, (*alike, section.upper_pressed, section.lower_pressed, *heating)))
 
 
-def memory_at_rest(rig: Rig, joint: JointMechanics) -> Memory:
+def memory_at_rest(rig: Rig, joints: JointRow) -> Memory:
     """Dry elements of a rig that has not moved yet."""
-    n, jenkins = rig.joints, joint.jenkins
+    n, joint = rig.joints, joints.first
+    jenkins = joint.jenkins
     fibres, share = joint.fibres, 1 - rig.material.loop_share  # the share that the Jenkins elements leave
-    height, area = (joint.section.height_mm, joint.section.area_mm2) if joint.section else (np.empty(0), np.empty(0))
+    sections = [one.section for one in (joints.each[:1] if joints.alike else joints.each) if one.section is not None]
+    count = sections[0].area_mm2.size if sections else 0
     return Memory(
         guides=np.zeros((2, n)),
         jenkins=np.full((jenkins.stiffness.size, n), joint.rest_angle_rad),
@@ -239,7 +257,7 @@ def memory_at_rest(rig: Rig, joint: JointMechanics) -> Memory:
         flag_lower=share * fibres.lower_Nmm,
         flag_span=fibres.span_rad,
         flag_climb=share * fibres.slope,
-        fibres=np.zeros((n, area.size + (joint.section is not None and is_nitinol(joint.section)))),
-        fibre_height=height,
-        fibre_area=area,
+        fibres=np.zeros((n, count + (joint.section is not None and is_nitinol(joint.section)))),
+        fibre_height=np.array([section.height_mm for section in sections]).reshape(len(sections), count),
+        fibre_area=np.array([section.area_mm2 for section in sections]).reshape(len(sections), count),
     )

@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 from fem_models.chain.compiled import chain_njit
+from fem_models.chain.each import fibre_row
 from fem_models.chain.fibres import sums_of
 from fem_models.chain.laws import Span, segment
 from fem_models.chain.parameters import Memory, Pair, Parameters
@@ -49,7 +50,7 @@ def bend_on(row: Floats, angle: float, stretch: Pair) -> None:
 
 @chain_njit(error_model="python")
 def with_section(i: int, bend: Bend, rig: Parameters, memory: Memory, row: Floats) -> tuple[Span, float, float]:
-    """Tensions over joint i, its moment, and the slope of the moment by the angle, slips held.
+    """Tensions over joint i of parameters ``rig``, its moment, and the slope of the moment by the angle, slips held.
 
     The last solution in ``row``, carried on to first order, is where Newton's method starts: laws are linear between
     events, and without one it lands on the solution. The potential is convex. A step that leads beyond its least value
@@ -60,7 +61,8 @@ def with_section(i: int, bend: Bend, rig: Parameters, memory: Memory, row: Float
     angle, stretch, lever = bend.angle - row[2], (bend.stretch[0] - row[3], bend.stretch[1] - row[4]), bend.lever
     bend_on(row, angle, stretch)
     bent, longer = row[BENT] if root > 0.0 else bend.angle, row[LONGER]
-    to_force, heights, areas, rests = rig.bending / rig.arm[0], memory.fibre_height, memory.fibre_area, memory.fibres[i]
+    to_force, rests = rig.bending / rig.arm[0], memory.fibres[i]
+    heights, areas = memory.fibre_height[fibre_row(memory, i)], memory.fibre_area[fibre_row(memory, i)]
     start_bent, start_longer, turn, reach, downhill, part = bent, longer, 0.0, 0.0, 0.0, 1.0
     found = False
     for _ in range(_ITERATIONS):

@@ -21,10 +21,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_models.chain.each import with_each
 from fem_models.chain.follow import Path, Run, Tape, follow, tape_of
 from fem_models.chain.parameters import ChainSettings, Parameters, chain_parameters, memory_at_rest
 from fem_models.chain.turns import tip_reach
-from fem_models.joint import JointMechanics, joint_mechanics
+from fem_models.joint import JointRow, joint_row
 from fem_models.joint.contact import require_open
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
@@ -69,7 +70,7 @@ def solve_chain(rig: Rig, program: LoadProgram, settings: ChainSettings | None =
         From :func:`fem_models.load.schedule.schedule`.
     """
     case = chain_case(rig, program, settings)
-    return _solution(rig, case.joint, program, followed(rig, case)[0])
+    return _solution(rig, case.joints, program, followed(rig, case)[0])
 
 
 def chain_angle_deg(rig: Rig, program: LoadProgram, settings: ChainSettings | None = None) -> Floats:
@@ -97,14 +98,14 @@ def solve_chain_by_force(rig: Rig, force_N: Floats, settings: ChainSettings | No
         From :func:`fem_models.load.schedule.force_schedule`.
     """
     case = chain_case(rig, force_N, settings)
-    return _solution(rig, case.joint, case.path.drive, followed(rig, case)[0])
+    return _solution(rig, case.joints, case.path.drive, followed(rig, case)[0])
 
 
 @dataclass(frozen=True, eq=False)
 class ChainCase:
     """A rig and the path that it is to follow, as the kernels take them."""
 
-    joint: JointMechanics
+    joints: JointRow
     path: Path
     parameters: Parameters
 
@@ -124,17 +125,17 @@ def chain_case(
     RigError
         From :mod:`fem_models.load.schedule`.
     """
-    settings, joint = settings or ChainSettings(), joint_mechanics(rig)
-    parameters = chain_parameters(rig, joint, settings, load_control=not isinstance(load, LoadProgram))
-    return ChainCase(joint, path or _path(rig, load, joint, settings), parameters)
+    settings, joints = settings or ChainSettings(), joint_row(rig)
+    parameters = chain_parameters(rig, joints, settings, load_control=not isinstance(load, LoadProgram))
+    return ChainCase(joints, path or _path(rig, load, joints, settings), with_each(parameters, rig, joints))
 
 
-def _path(rig: Rig, load: LoadProgram | Floats, joint: JointMechanics, settings: ChainSettings) -> Path:
+def _path(rig: Rig, load: LoadProgram | Floats, joints: JointRow, settings: ChainSettings) -> Path:
     if isinstance(load, LoadProgram):
         plan, control = schedule(rig, load), drive_control(rig, settings.max_step_mm, settings.max_halvings)
     else:
-        plan, arm, bending = force_schedule(rig, load), joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad
-        longest = settings.max_force_step * joint.force_scale_N
+        plan, soft, longest = force_schedule(rig, load), joints.softest, settings.max_force_step * joints.force_scale_N
+        arm, bending = soft.arms_mm.a, soft.flexure.bending_Nmm_per_rad
         control = force_control(rig, arm, bending, longest, settings.max_halvings)
     return Path(
         drive=_own(plan.drive_mm),
@@ -156,8 +157,9 @@ def _own(values: Floats) -> Floats:
 
 def run_space(case: ChainCase, joints: int) -> Run:
     """Arrays for the results of a run."""
-    m, sections = case.path.drive.size, joints if case.joint.section else 0
-    heated = joints if case.joint.section and case.joint.section.heating else 0
+    section = case.joints.first.section
+    m, sections = case.path.drive.size, joints if section else 0
+    heated = joints if section and section.heating else 0
     return Run(
         angles=np.empty((m, joints)),
         tensions=np.empty((m, 2, joints + 1)),
@@ -176,23 +178,23 @@ def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Ta
     SolverError, RigError
         As :func:`solve_chain`.
     """
-    joint, path, parameters = case.joint, case.path, case.parameters
+    joints, path, parameters = case.joints, case.path, case.parameters
     n, m, unit = rig.joints, path.drive.size, "N" if parameters.load_control else "mm"
     run, tape = run_space(case, n), tape_of(2 * m + 1 if taped else 0, n)
     try:
-        failed, tape = follow(path, parameters, memory_at_rest(rig, joint), run, tape)
+        failed, tape = follow(path, parameters, memory_at_rest(rig, joints), run, tape)
     except ZeroDivisionError:
         raise SolverError(f"rig {rig.name}: a tangent without stiffness in the path of {m} samples") from None
     if failed.sample >= 0:
         between = f"between drives {failed.start:.6g} and {failed.end:.6g} {unit}"
         hint = snap_hint(rig, load_control=parameters.load_control)
         raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}{hint}")
-    require_open(rig, joint, run.angles)
-    require_warm(rig, joint.section, run.coldest[None])
+    require_open(rig, joints, run.angles)
+    require_warm(rig, joints.first.section, run.coldest[None])
     return run, tape
 
 
-def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, run: Run) -> ChainSolution:
+def _solution(rig: Rig, joints: JointRow, program: LoadProgram | Floats, run: Run) -> ChainSolution:
     record = simulated_record(
         "chain",
         rig,
@@ -200,9 +202,9 @@ def _solution(rig: Rig, joint: JointMechanics, program: LoadProgram | Floats, ru
         angle_deg=tip_angle_deg(run),
         joint_angles_rad=run.angles,
         tension_N=run.tensions[:, :, 0],
-        tip_mm=tip_mm(rig, joint, run),
+        tip_mm=tip_mm(rig, joints, run),
     )
-    strain = peak_strain(joint, run.angles, run.longer if joint.section else None)
+    strain = peak_strain(joints, run.angles, run.longer if joints.first.section else None)
     wheel, friction, material, drag = run.energies.T
     warming = run.warming if run.warming.size else None
     return ChainSolution(record, run.tensions, strain, wheel, friction, material, drag, warming)
@@ -213,19 +215,25 @@ def tip_angle_deg(run: Run) -> Floats:
     return np.degrees(np.cumsum(run.angles, axis=1)[:, -1])
 
 
-def tip_mm(rig: Rig, joint: JointMechanics, run: Run) -> Floats:
+def tip_mm(rig: Rig, joints: JointRow, run: Run) -> Floats:
     """Centre of the last ring, shape (m, 2).
 
     The turning length of a notch lies along the mean of the headings before and beyond it, the rest along the rings.
     """
-    n, turning = rig.joints, joint.turning_length_mm
+    lengths, turning = joints.lengths, joints.of("turning_length_mm")
     tip = np.empty((len(run.angles), 2))
-    tip_reach(run.angles, rig.pitch_mm - turning, turning, tip)
+    tip_reach(run.angles, lengths.stiff, turning, tip)
     thrust = len(rig.tendons) * rig.preload_N
-    shortening = joint.axial_compliance * (run.tensions[:, :, 1:].sum(axis=(1, 2)) - n * thrust)
-    if joint.section is not None:
-        shortening += (elongation_under_mm(joint.section, thrust) - run.longer).sum(axis=1)
-    tip[:, 0] += 0.5 * (rig.pitch_mm - turning) - shortening
+    if joints.alike:
+        compliance, n = joints.first.axial_compliance, rig.joints
+        shortening = compliance * (run.tensions[:, :, 1:].sum(axis=(1, 2)) - n * thrust)
+    else:
+        shortening = (run.tensions[:, :, 1:].sum(axis=1) - thrust) @ joints.of("axial_compliance")
+    if joints.first.section is not None:
+        each = joints.each[:1] if joints.alike else joints.each
+        rest = np.array([elongation_under_mm(joint.section, thrust) for joint in each if joint.section])
+        shortening += (rest - run.longer).sum(axis=1)
+    tip[:, 0] += lengths.base - shortening
     return tip
 
 

@@ -71,11 +71,11 @@ def friction_ratios(angle: Floats, steepest: float, capstan: float, rest_wrap: f
 
 
 @chain_njit(allocates=True)  # called from Python
-def tip_reach(angles: Floats, ring: float, turning: float, tip: Floats) -> None:
+def tip_reach(angles: Floats, rings: Floats, turning: Floats, tip: Floats) -> None:
     """Fill how far rings and notches reach from joint 1 to the middle of the last ring, shape (m, 2).
 
-    ``angles`` has shape (m, N). A notch, ``turning`` long, lies along the mean of the headings before and beyond it,
-    a ring along its own; headings are turned on from joint to joint.
+    ``angles`` has shape (m, N). A notch, as long as ``turning``, shape (N,), lies along the mean of the headings before
+    and beyond it, a ring of the length in ``rings`` along its own; headings are turned on from joint to joint.
     """
     samples, joints = angles.shape
     for k in range(samples):
@@ -87,8 +87,7 @@ def tip_reach(angles: Floats, ring: float, turning: float, tip: Floats) -> None:
             else:
                 cs, sn = math.cos(half), math.sin(half)
             along, across = along * cs - across * sn, along * sn + across * cs
-            x, y = x + turning * along, y + turning * across
+            x, y = x + turning[i] * along, y + turning[i] * across
             along, across = along * cs - across * sn, along * sn + across * cs
-            length = ring if i < joints - 1 else 0.5 * ring
-            x, y = x + length * along, y + length * across
+            x, y = x + rings[i] * along, y + rings[i] * across
         tip[k, 0], tip[k, 1] = x, y

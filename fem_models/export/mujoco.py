@@ -22,7 +22,7 @@ from fem_models.export.loop import GuideLoop
 from fem_models.export.mujoco_notes import notes
 from fem_models.export.springs import Springs, springs
 from fem_models.export.weights import dead_weights
-from fem_models.joint import JointMechanics, joint_mechanics
+from fem_models.joint import JointMechanics, JointRow, joint_row
 from fem_models.rig import Rig
 from fem_models.rig.joints import NotchedTube
 from hysteresis.arrays import Floats
@@ -52,8 +52,8 @@ class _Model:
     """What the parts of the file share; m, N, rad, kg, s. Arrays of shape (t, N) are of tendons and guides."""
 
     rig: Rig
-    joint: JointMechanics
-    arms: tuple[float, ...]  # signed: y of the tendons
+    joints: JointRow
+    arms: Floats  # (t, N), signed: y of the tendons from each joint
     springs: tuple[Springs, ...]
     friction: Floats  # (t, N), N
     hold: float  # of the wheel in its play
@@ -90,7 +90,7 @@ def mujoco_model(rig: Rig, loop: GuideLoop) -> str:
     model = _derive(rig, loop)
     rig = replace(rig, name="".join(one if one.isprintable() else " " for one in rig.name))  # XML has no others
     root = Element("mujoco", model=rig.name)
-    for note in notes(rig, model.joint, loop, SPEED_MM_PER_S):
+    for note in notes(rig, model.joints, loop, SPEED_MM_PER_S):
         root.append(ElementTree.Comment(f" {note} ".replace("--", "- -")))
     _settings(root, model)
     world, tendons = _add(root, "worldbody"), Element("tendon")
@@ -108,33 +108,36 @@ def mujoco_model(rig: Rig, loop: GuideLoop) -> str:
 
 
 def _derive(rig: Rig, loop: GuideLoop) -> _Model:
-    joint = joint_mechanics(rig)
-    arms, wheel = (joint.arms_mm.a, -joint.arms_mm.b)[: len(rig.tendons)], loop.before_N[:, :, 0]
+    joints = joint_row(rig)
+    arms = (joints.of("arms_mm") * [1.0, -1.0]).T[: len(rig.tendons)]
+    wheel = loop.before_N[:, :, 0]
     free = tuple(
         springs(tendon, rig.preload_N, float(wheel[:, side].min()), float(wheel[:, side].max()))
         for side, tendon in enumerate(rig.tendons)
     )
-    slip = 2 * float(np.abs(loop.drive_mm).max()) + rig.joints * max(abs(arm) for arm in arms) * 0.5
+    slip = 2 * float(np.abs(loop.drive_mm).max()) + rig.joints * float(np.abs(arms).max()) * 0.5
     return _Model(
         rig=rig,
-        joint=joint,
-        arms=tuple(MM * arm for arm in arms),
+        joints=joints,
+        arms=MM * arms,
         springs=free,
         friction=loop.limit_N.mean(axis=0),
         hold=HOLD * float(np.abs(wheel[:, 0] - wheel[:, -1] if len(arms) == 2 else wheel[:, 0]).max()),
         track=MM * slip,
-        inertia=_inertia(rig, joint),
+        inertia=_inertia(rig, joints),
     )
 
 
-def _inertia(rig: Rig, joint: JointMechanics) -> _Inertia:
+def _inertia(rig: Rig, joints: JointRow) -> _Inertia:
     """Inertia that leaves every mode slower than :data:`FASTEST`, and damping by the softest mode.
 
     A row of the stiffness, over what its joint is given here, sums up to at most 4 (Gershgorin): 4 / per_stiffness
     bounds the squares of the frequencies.
     """
     per_stiffness = 4 * (TIME_STEP_S / FASTEST) ** 2
-    softest = MM * joint.flexure.bending_Nmm_per_rad / (per_stiffness * _hinge_stiffness(rig, joint))
+    softest = min(
+        MM * joint.flexure.bending_Nmm_per_rad / (per_stiffness * _hinge_stiffness(rig, joint)) for joint in joints.each
+    )
     return _Inertia(per_stiffness, 2 * DAMPING * math.sqrt(softest))
 
 
@@ -160,10 +163,10 @@ def _settings(root: Element, model: _Model) -> None:
     )
     _add(option, "flag", contact="disable")
     default = _add(root, "default")
-    _add(default, "site", size=_number(0.1 * model.arms[0]), rgba="0.1 0.1 0.1 1")
+    _add(default, "site", size=_number(0.1 * model.arms[0, 0]), rgba="0.1 0.1 0.1 1")
     _add(default, "geom", contype="0", conaffinity="0", rgba="0.7 0.7 0.75 0.5")
     _add(default, "joint", **FRICTION)
-    _add(default, "tendon", width=_number(0.05 * model.arms[0]), rgba="0.8 0.3 0.1 1")
+    _add(default, "tendon", width=_number(0.05 * model.arms[0, 0]), rgba="0.8 0.3 0.1 1")
 
 
 def _inertial(body: Element, at: float = 0.0, mass: float = 0.0) -> None:
@@ -221,30 +224,35 @@ def _free_tendons(tendons: Element, model: _Model, wheel: str, radius: float) ->
 
 def _rings(world: Element, model: _Model) -> None:
     """Add the base and the rings, one in the other, with the guides in each."""
-    rig, joint = model.rig, model.joint
-    pitch, gap, n = MM * rig.pitch_mm, MM * joint.rigid_gap_mm / 2, rig.joints
-    outer = MM * rig.joint.tube.outer_diameter_mm / 2 if isinstance(rig.joint, NotchedTube) else model.arms[0]
-    spring = _spring_Nm(rig, joint)
+    rig, joints, lengths, n = model.rig, model.joints, model.joints.lengths, model.rig.joints
+    gaps, first = (MM * joints.of("rigid_gap_mm") / 2).tolist(), MM * joints.places.middles[0]
+    beyond, to_ring = (MM * lengths.beyond).tolist(), (MM * lengths.to_ring).tolist()
+    neutral = (-MM * joints.of("flexure.neutral_offset_mm")).tolist()
+    outer = MM * rig.joint.tube.outer_diameter_mm / 2 if isinstance(rig.joint, NotchedTube) else float(model.arms[0, 0])
     weights = dead_weights(rig)
-    parent, at = world, 0.0
+    parent, at, step = world, 0.0, 0.0
     for i in range(n + 1):
-        start, end = (gap, pitch - gap) if i else (-pitch / 2, pitch / 2 - gap)
-        body = _add(parent, "body", name=f"ring{i}", pos=_numbers(at, 0, 0)) if i else world
+        joint = joints.each[max(i - 1, 0)]
+        start, end = -first, first - gaps[0]  # of the base
+        if i:
+            start, end = gaps[i - 1], to_ring[i - 1] if i == n else beyond[i - 1] - gaps[i]
+        body = _add(parent, "body", name=f"ring{i}", pos=_numbers(at, step, 0)) if i else world
         if i:
             if joint.rest_angle_rad:
                 body.set("euler", _numbers(0, 0, joint.rest_angle_rad))
-            _inertial(body, pitch / 2, weights.ring_kg + (weights.tip_kg if i == n else 0.0))
+            _inertial(body, to_ring[i - 1], weights.ring_kg + (weights.tip_kg if i == n else 0.0))
             rest = _number(joint.rest_angle_rad)
             hinge = model.inertia.of(_hinge_stiffness(rig, joint))
-            hinge |= {"stiffness": _number(spring), "springref": rest, "ref": rest}
+            hinge |= {"stiffness": _number(_spring_Nm(rig, joint)), "springref": rest, "ref": rest}
             _add(body, "joint", name=f"joint{i}", type="hinge", axis="0 0 1", **hinge)
-        last = end if i < n else pitch / 2
-        _add(body, "geom", type="cylinder", fromto=_numbers(start, 0, 0, last, 0, 0), size=_number(outer), mass="0")
-        for side, y in enumerate(model.arms):
-            _guide(body, model, side, i, (start, end if i < n else pitch / 2, y))
+        _add(body, "geom", type="cylinder", fromto=_numbers(start, 0, 0, end, 0, 0), size=_number(outer), mass="0")
+        for side, y in enumerate(model.arms[:, max(i - 1, 0)].tolist()):
+            _guide(body, model, side, i, (start, end, y))
         if i == n:
-            _add(body, "site", name="tip", pos=_numbers(pitch / 2, 0, 0))
-        parent, at = body, (pitch if i else pitch / 2)
+            _add(body, "site", name="tip", pos=_numbers(end, 0, 0))
+        else:  # the neutral axis of the next notch may lie higher or lower
+            parent, at = body, beyond[i - 1] if i else first
+            step = neutral[i] - neutral[i - 1] if i else 0.0
 
 
 def _guide(body: Element, model: _Model, side: int, i: int, place: tuple[float, float, float]) -> None:
@@ -272,7 +280,7 @@ def _guide(body: Element, model: _Model, side: int, i: int, place: tuple[float, 
 
 
 def _in_tube_N_per_mm(rig: Rig, side: int) -> float:
-    return rig.tendons[side].EA_N / (rig.joints * rig.pitch_mm)
+    return rig.tendons[side].EA_N / rig.length_mm
 
 
 def _tendons(tendons: Element, model: _Model) -> None:
@@ -280,12 +288,13 @@ def _tendons(tendons: Element, model: _Model) -> None:
 
     What slides past a guide is the change of the path beyond it, so its friction is that of a tendon from there on.
     """
-    rig = model.rig
-    pitch, gap, rest = MM * rig.pitch_mm, MM * model.joint.rigid_gap_mm / 2, model.joint.rest_angle_rad
+    rig, rest, lengths = model.rig, model.joints.first.rest_angle_rad, model.joints.lengths
+    gap = MM * model.joints.of("rigid_gap_mm") / 2
+    in_holes = float((MM * lengths.beyond[:-1] - gap[:-1] - gap[1:]).sum())
     for side, y in enumerate(model.arms):
         name, n = "ab"[side], rig.joints
-        chord = 2 * (gap * math.cos(rest / 2) - y * math.sin(rest / 2))
-        length = n * chord + (n - 1) * (pitch - 2 * gap) + model.track
+        chords = 2 * (gap * math.cos(rest / 2) - y * math.sin(rest / 2))
+        length = float(chords.sum()) + in_holes + model.track
         stiffness = _in_tube_N_per_mm(rig, side) / MM
         spring = {"springlength": f"0 {_number(length - rig.preload_N / stiffness)}", "stiffness": _number(stiffness)}
         holes = [f"{name}0out"] + [f"{name}{i}{end}" for i in range(1, n) for end in ("in", "out")] + [f"{name}{n}in"]
@@ -313,8 +322,8 @@ def _spring_Nm(rig: Rig, joint: JointMechanics) -> float:
 
 def _material(world: Element, tendons: Element, model: _Model) -> None:
     """Add Jenkins elements: wheels that dry friction holds, each on a spring to its joint; and notches that close."""
-    rig, joint = model.rig, model.joint
-    for i in range(1, rig.joints + 1):
+    rig = model.rig
+    for i, joint in enumerate(model.joints.each, start=1):
         for j, (stiffness, slip) in enumerate(zip(joint.jenkins.stiffness, joint.jenkins.slip_moment_Nmm, strict=True)):
             body = _add(world, "body", name=f"metal{i}_{j}")
             _inertial(body)

@@ -6,7 +6,7 @@ import numpy as np
 
 from fem_models.export.loop import GuideLoop
 from fem_models.export.weights import dead_weights
-from fem_models.joint import JointMechanics
+from fem_models.joint import JointRow
 from fem_models.rig import Rig
 from fem_models.rig.rig import EFFECT_TABLES
 
@@ -14,7 +14,7 @@ KEPT = ("slack", "backlash", "closure", "gravity", "tip_mass", "tip_load", "driv
 """Effects that the file has; the others of :data:`fem_models.rig.rig.EFFECT_TABLES` are lost."""
 
 
-def notes(rig: Rig, joint: JointMechanics, loop: GuideLoop, speed_mm_per_s: float) -> list[str]:
+def notes(rig: Rig, joints: JointRow, loop: GuideLoop, speed_mm_per_s: float) -> list[str]:
     """Lines for the head of the file."""
     widest = float(np.abs(loop.drive_mm).max())
     return [
@@ -30,18 +30,16 @@ def notes(rig: Rig, joint: JointMechanics, loop: GuideLoop, speed_mm_per_s: floa
         "in parallel (free_*); friction at the base (slip_*) and at every guide (guide_*)"
         + "".join(f"; {name}" for name in KEPT if getattr(rig, name) is not None)
         + ".",
-        *(f"Lost: {line}" for line in lost(rig, joint)),
+        *(f"Lost: {line}" for line in lost(rig, joints)),
     ]
 
 
-def lost(rig: Rig, joint: JointMechanics) -> list[str]:
+def lost(rig: Rig, joints: JointRow) -> list[str]:
     """Say what the file does not have of a rig, one line each."""
-    dry = rig.friction
+    dry, axial = rig.friction, max(joint.axial_compliance for joint in joints.each)
     lines = ["shear of flexures and rings, out of plane motion, collisions."]
-    if joint.axial_compliance > 0:
-        lines.append(
-            f"flexures shorten under thrust, {joint.axial_compliance:.3g} mm/N a joint: rigid along the tube here."
-        )
+    if axial > 0:
+        lines.append(f"flexures shorten under thrust, {axial:.3g} mm/N a joint: rigid along the tube here.")
     lines.append("stretch of the tendon in the tube lies between base and first ring, not from guide to guide.")
     if dry.capstan_coefficient > 0:
         lines.append(
@@ -50,7 +48,7 @@ def lost(rig: Rig, joint: JointMechanics) -> list[str]:
         )
     if dry.stick_compliance_mm_per_N > 0:
         lines.append(f"compliance of guides that stick, {dry.stick_compliance_mm_per_N:g} mm/N.")
-    if not joint.hardening.is_linear:
+    if not joints.first.hardening.is_linear:
         lines.append("stiffness that varies along the bend: the one at rest counts.")
     if load := dead_weights(rig).lost_tip_N:
         lines.append(f"load on the tip, {load:.3g} N, in another direction than the weight of the rings.")

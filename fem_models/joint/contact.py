@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fem_models.joint.mechanics import JointMechanics
+from fem_models.joint.row import JointRow
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
@@ -42,7 +42,7 @@ def _parts(force_N: float, direction_deg: float) -> tuple[float, float]:
     return force_N * math.cos(direction), force_N * math.sin(direction)
 
 
-def require_open(rig: Rig, joint: JointMechanics, joint_angles_rad: Floats) -> None:
+def require_open(rig: Rig, joints: JointRow, joint_angles_rad: Floats) -> None:
     """Refuse angles past the closure of a notch, shape (m, N), on a rig without contact of the edges.
 
     Raises
@@ -50,15 +50,16 @@ def require_open(rig: Rig, joint: JointMechanics, joint_angles_rad: Floats) -> N
     SolverError
         With the first sample, the joint and the angle at which the notch closes.
     """
-    limit = joint.closure_angle_rad
-    if rig.closure is not None or limit == math.inf:
+    if rig.closure is not None or joints.first.closure_angle_rad == math.inf:  # of measured joints
         return
-    closing = joint_angles_rad if joint.one_sided else np.abs(joint_angles_rad)
+    limit = joints.of("closure_angle_rad")
+    closing = joint_angles_rad if joints.first.one_sided else np.abs(joint_angles_rad)
     past = np.argwhere(closing > limit)
     if past.size:
         sample, number = past[0]
+        at, closes = math.degrees(closing[sample, number]), math.degrees(limit[number])
         raise SolverError(
             f"rig {rig.name}, sample {sample} of {len(closing)}: joint {number + 1} at "
-            f"{math.degrees(closing[sample, number]):.1f} deg, but its notch closes at {math.degrees(limit):.1f} deg: "
+            f"{at:.1f} deg, but its notch closes at {closes:.1f} deg: "
             "expected a smaller drive, or a rig with [closure]"
         )

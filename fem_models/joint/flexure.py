@@ -62,7 +62,7 @@ def elasticity(material: Material) -> Elasticity:
 
 def _kinks(joint: NotchedTube) -> list[float]:
     """Positions z > 0 at which the section changes abruptly: the edge of a V's root, and where it leaves the bore."""
-    tube, notch = joint.tube, joint.notch
+    tube, notch = joint.tube, joint.cut
     if notch.shape != "v_pair":
         return []
     half, root = notch.width_mm / 2, (notch.root_width_mm or 0.0) / 2
@@ -95,7 +95,7 @@ def root_length_mm(joint: NotchedTube) -> float:
     """
     wall = (joint.tube.outer_diameter_mm - joint.tube.inner_diameter_mm) / 2
     arc = float(section(joint, 0.0).area_mm2) / wall / (1 if joint.one_sided else 2)
-    return arc * float(root_length(joint.notch.spacing_mm / 2 / arc))
+    return arc * float(root_length(joint.cut.spacing_mm / 2 / arc))
 
 
 def flexure(rig: Rig) -> Flexure:
@@ -140,7 +140,7 @@ def flexure_of_notch(joint: NotchedTube, metal: Elasticity) -> Flexure:
 @lru_cache(maxsize=1024)
 def beam_of_notch(joint: NotchedTube, metal: Elasticity) -> Flexure:
     """Stiffness of one notch as :func:`beam` has it."""
-    z, weights = _graded_gauss([0.0, *_kinks(joint), joint.notch.width_mm / 2])
+    z, weights = _graded_gauss([0.0, *_kinks(joint), joint.cut.width_mm / 2])
     s = section(joint, z)
     bend = 1 / (metal.young * s.second_moment_mm4)
     shear = 1 / (s.shear_coefficient * metal.shear * s.area_mm2)

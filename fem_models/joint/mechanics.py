@@ -175,7 +175,7 @@ def joint_mechanics(rig: Rig) -> JointMechanics:
 
 @lru_cache(maxsize=1024)
 def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
-    tube, notch = joint.tube, joint.notch
+    tube, notch = joint.tube, joint.cut
     flexure, between, root = flexure_of_notch(joint, metal), beam_of_notch(joint, metal), section(joint, 0.0)
     rigidity, offset = metal.young * float(root.second_moment_mm4), float(root.neutral_offset_mm)
     v_shaped, lever = notch.shape == "v_pair", tube.outer_diameter_mm / 2 + offset
@@ -187,7 +187,7 @@ def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
     return _Elastic(
         flexure=flexure,
         hardening=Hardening(),
-        ring=_ring_stiffness(joint, metal, joint.pitch_mm - bending_length),
+        ring=ring_stiffness(joint, metal, joint.pitch_mm - bending_length),
         bending_length_mm=bending_length,
         turning_length_mm=turning_length,
         rigid_gap_mm=notch.width_mm - turning_length,
@@ -201,7 +201,8 @@ def _of_notch(joint: NotchedTube, metal: Elasticity) -> _Elastic:
     )
 
 
-def _ring_stiffness(joint: NotchedTube, metal: Elasticity, length_mm: float) -> RingStiffness:
+def ring_stiffness(joint: NotchedTube, metal: Elasticity, length_mm: float) -> RingStiffness:
+    """Stiffness of the uncut tube over a length between two flexures."""
     outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
     area, second = math.pi * (outer**2 - inner**2), math.pi / 4 * (outer**4 - inner**4)
     # kappa = 1/2 of a thin round tube (Cowper 1966, doi 10.1115/1.3625046, for zero Poisson's ratio)

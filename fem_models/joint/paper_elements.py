@@ -65,7 +65,7 @@ def element_rotations(rig: Rig, moment_Nmm: float, shear_N: float = 0.0, n_eleme
     """
     if n_elements < 2 or n_elements % 2:
         raise ValueError(f"n_elements = {n_elements}: expected an even number of at least 2")
-    half = notched_tube(rig).notch.width_mm / 2
+    half = notched_tube(rig).cut.width_mm / 2
     nodes = np.linspace(-half, half, 2 * n_elements + 1)
     stiffness = _beam_stiffness(rig, nodes)
     load = np.zeros(stiffness.shape[0])

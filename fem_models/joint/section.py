@@ -41,7 +41,7 @@ def cut_height_mm(joint: NotchedTube, z_mm: ArrayLike) -> Floats:
     A V has its flat root over ``root_width_mm`` and rises linearly to the outer surface at ``width_mm``; a slot is
     constant. A pair of notches leaves |x| <= c, a one-sided notch x <= c (c is negative for a cut beyond the axis).
     """
-    tube, notch = joint.tube, joint.notch
+    tube, notch = joint.tube, joint.cut
     z = np.abs(np.asarray(z_mm, dtype=float))
     outer = tube.outer_diameter_mm / 2
     if notch.shape != "v_pair":

@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fem_models.joint.mechanics import JointMechanics, joint_mechanics
+from fem_models.joint.mechanics import JointMechanics
+from fem_models.joint.row import JointRow, joint_row
 from fem_models.rig import Rig, RigError
 from fem_models.rig.joints import MeasuredJoint
 from hysteresis.arrays import Floats
@@ -67,8 +68,12 @@ def strain_limits(rig: Rig) -> tuple[StrainLimit, ...]:
     return FATIGUE, start, SUPERELASTIC
 
 
-def peak_strain(joint: JointMechanics, joint_angles_rad: ArrayLike, elongation_mm: Floats | None = None) -> Floats:
+def peak_strain(
+    joint: JointMechanics | JointRow, joint_angles_rad: ArrayLike, elongation_mm: Floats | None = None
+) -> Floats:
     """Strain of the outermost fibre at the root of every notch, the shape of the angles.
+
+    Of a row of joints the last axis of the angles has one a joint.
 
     Plane sections: the distance from the neutral axis times the angle from rest over the bending length, whatever the
     law of the stress (:attr:`fem_models.joint.mechanics.JointMechanics.peak_strain_per_rad`). The sign is that of the
@@ -78,22 +83,26 @@ def peak_strain(joint: JointMechanics, joint_angles_rad: ArrayLike, elongation_m
     fibres of a joint it is then the one that the whole run strains more, on the side of tendon a if both are equal,
     and keeps the sign of the bending.
     """
-    turned = np.asarray(joint_angles_rad, dtype=float) - joint.rest_angle_rad
-    if elongation_mm is None or joint.section is None:
-        return turned * joint.peak_strain_per_rad
-    mean = elongation_mm / joint.section.length_mm
-    near, far = (side * turned + sign * mean for side, sign in zip(joint.outer_fibres_per_rad, (-1, 1), strict=True))
+    row = joint if isinstance(joint, JointRow) and not joint.alike else None
+    one = joint.first if isinstance(joint, JointRow) else joint
+    turned = np.asarray(joint_angles_rad, dtype=float) - one.rest_angle_rad
+    if elongation_mm is None or one.section is None:
+        return turned * (one.peak_strain_per_rad if row is None else row.of("peak_strain_per_rad"))
+    mean = elongation_mm / (one.section.length_mm if row is None else row.of("section.length_mm"))
+    sides = one.outer_fibres_per_rad if row is None else row.of("outer_fibres_per_rad").T
+    near, far = (side * turned + sign * mean for side, sign in zip(sides, (-1, 1), strict=True))
     return np.where((1 + EQUAL) * np.abs(near).max(axis=0) >= np.abs(far).max(axis=0), near, far)
 
 
 def strain_per_rad(rig: Rig) -> float:
     """Strain of the outermost fibre per radian of one joint, linear elastic.
 
-    Of measured joints it is that of the strip whose fibres :func:`fem_models.joint.superelastic.flag_fibres` assumes.
+    Of measured joints it is that of the strip whose fibres :func:`fem_models.joint.superelastic.flag_fibres` assumes;
+    of notches that differ it is the largest.
     """
     if isinstance(rig.joint, MeasuredJoint):
         return 0.5 * rig.tendon_a.moment_arm_mm / rig.pitch_mm
-    return joint_mechanics(rig).peak_strain_per_rad
+    return max(joint.peak_strain_per_rad for joint in joint_row(rig).each)
 
 
 def limits_passed(drive: ArrayLike, strain: ArrayLike, limits: tuple[StrainLimit, ...]) -> tuple[Passed, ...]:

@@ -246,15 +246,23 @@ def fibre_stress(section: SuperelasticSection, strain: Floats, rest: Floats, shi
 
 
 def transformation_loss_mJ(
-    section: SuperelasticSection, stress: Floats, after: Floats, before: Floats, risen_MPa: ArrayLike = 0.0
+    section: SuperelasticSection,
+    stress: Floats,
+    after: Floats,
+    before: Floats,
+    risen_MPa: ArrayLike = 0.0,
+    volume_mm3: Floats | None = None,
 ) -> float:
     """Work of moving rest strains to where the fibres have a stress; shapes (k,) or (k, N).
 
     Rest strains move on plateaus only, along which the stress rises in proportion to them, and by ``risen_MPa``, shape
-    () or (N,), with the temperature: the mean counts.
+    () or (N,), with the temperature: the mean counts. ``volume_mm3``, shape (k, N), is that of the fibres of joints
+    that differ.
     """
     climb = section.climb / (1 - section.climb / section.young)
     work = (stress - 0.5 * (climb * (after - before) + np.sign(stress) * risen_MPa)) * (after - before)
+    if volume_mm3 is not None:
+        return float((volume_mm3 * work).sum())
     return section.length_mm * float((section.area_mm2 @ work).sum())
 
 

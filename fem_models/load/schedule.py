@@ -75,7 +75,7 @@ def schedule(rig: Rig, program: LoadProgram) -> Schedule:
         slack += [rig.slack.tendon_a_mm, rig.slack.tendon_b_mm]
     if rig.preload_loss is not None:
         tension = _preload_N(rig, program)
-        length = rig.joints * rig.pitch_mm
+        length = rig.length_mm
         for side, tendon in enumerate(rig.tendons):
             slack[:, side] -= tendon_stretch_mm(tendon, tension, rig.preload_N, length)
     loop_scale, residual = np.ones(m), np.full(m, math.radians(rig.precurvature_deg))

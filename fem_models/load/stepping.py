@@ -86,7 +86,7 @@ def force_control(
         max_halvings=max_halvings,
         rotation_per_length=rotation,
         least_rotation=0.05,
-        slide_per_length=rig.joints * rotation * arm_mm + 100 * rig.joints * rig.pitch_mm / rig.tendon_a.EA_N,
+        slide_per_length=rig.joints * rotation * arm_mm + 100 * rig.length_mm / rig.tendon_a.EA_N,
         least_slide=0.1,
     )
 

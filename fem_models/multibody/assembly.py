@@ -15,7 +15,7 @@ import exudyn.itemInterface as items
 import numpy as np
 
 import fem_models.multibody.connector_laws as laws
-from fem_models.joint import JointMechanics
+from fem_models.joint import JointRow
 from fem_models.joint.contact import ring_weight_N, tip_force_N
 from fem_models.multibody.section import Sections, add_sections, shortening_mm
 from fem_models.rig import Rig
@@ -204,52 +204,80 @@ def _dashpot(mbs: Any, markers: list[int]) -> int:
     return int(mbs.AddObject(items.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers)))
 
 
-def _add_backbone(mbs: Any, rig: Rig, joint: JointMechanics, ground: int, inertia: RingInertia) -> _Backbone:
-    flexure, ring = joint.flexure, joint.ring
-    p, bend = rig.pitch_mm, joint.turning_length_mm
-    length = p - bend
-    axial, shear = flexure.axial_N_per_mm or ring.axial_N_per_mm, flexure.shear_N_per_mm or ring.shear_N_per_mm
-    thrust = rig.preload_N * len(rig.tendons)
-    section, shorter = joint.section, thrust / axial
-    if section is not None:  # the beam leaves bending and thrust to it
-        axial, shorter = 0.0, shortening_mm(section, thrust)
-    rings = [_ring(mbs, length / 2, 0.0, -length / 2, MASSLESS)]
+class _Line(NamedTuple):
+    """Where the ends of rings stand in the straight tube without load, mm; rings base first.
+
+    ``far`` are the ends beyond the notches, where the nodes of rings are, of the base too; ``near`` those before the
+    second notch and all further ones; ``centres`` lead from the nodes to the middles of the rings. ``between`` are the
+    lengths of the rings between two notches.
+    """
+
+    far: list[float]
+    near: list[float]
+    centres: list[float]
+    between: list[float]
+
+
+def _line(rig: Rig, joints: JointRow) -> _Line:
+    n, bend = rig.joints, joints.of("turning_length_mm").tolist()
+    if joints.alike:
+        p, length = rig.pitch_mm, rig.pitch_mm - bend[0]
+        far = [length / 2] + [i * p - length / 2 for i in range(1, n + 1)]
+        near = [i * p + length / 2 for i in range(1, n)]
+        return _Line(far, near, [-length / 2] + [length / 2] * n, [length] * (n - 1))
+    middles, centres = joints.places
+    ends = [(middle - turn / 2, middle + turn / 2) for middle, turn in zip(middles, bend, strict=True)]
+    far = [ends[0][0], *(after for _, after in ends)]
+    to_middle = [-far[0], *(centre - x for centre, x in zip(centres, far[1:], strict=True))]
+    near = [before for before, _ in ends[1:]]
+    return _Line(far, near, to_middle, [end - start for start, end in zip(far[1:], near, strict=False)])
+
+
+def _add_backbone(mbs: Any, rig: Rig, joints: JointRow, ground: int, inertia: RingInertia) -> _Backbone:
+    line, thrust = _line(rig, joints), rig.preload_N * len(rig.tendons)
+    rings = [_ring(mbs, line.far[0], 0.0, line.centres[0], MASSLESS)]
     for axis in range(3):
         fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=rings[0].node, coordinate=axis))
         mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, fixed]))
-    near, beams, moved = [rings[0].node], [], 0.0
-    bending = 0.0 if rig.superelastic else joint.jenkins.elastic_Nmm_per_rad  # flags take the place of the spring
-    for i in range(1, rig.joints + 1):
+    near, beams, shortening, moved, pressed = [rings[0].node], [], [], 0.0, 0.0
+    for i, joint in enumerate(joints.each, start=1):
+        flexure, ring = joint.flexure, joint.ring
+        bending = 0.0 if rig.superelastic else joint.jenkins.elastic_Nmm_per_rad  # flags take the place of the spring
+        axial, shear = flexure.axial_N_per_mm or ring.axial_N_per_mm, flexure.shear_N_per_mm or ring.shear_N_per_mm
+        shorter = thrust / axial
+        if joint.section is not None:  # the beam leaves bending and thrust to it
+            axial, shorter = 0.0, shortening_mm(joint.section, thrust)
         moved -= shorter
+        shortening.append(shorter + pressed)
         mass = inertia if i < rig.joints else tip_inertia(rig, inertia)
-        rings.append(_ring(mbs, i * p - length / 2, moved, length / 2, mass))
-        beams.append(_add_beam(mbs, [near[-1], rings[-1].node], bend, bending, axial, shear))
+        rings.append(_ring(mbs, line.far[i], moved, line.centres[i], mass))
+        beams.append(_add_beam(mbs, [near[-1], rings[-1].node], joint.turning_length_mm, bending, axial, shear))
         if i == rig.joints:
             break
-        moved -= thrust / ring.axial_N_per_mm
-        end = items.NodeRigidBody2D(referenceCoordinates=[i * p + length / 2, 0, 0], initialCoordinates=[moved, 0, 0])
+        ring = joints.ring_beyond(i - 1)
+        pressed = thrust / ring.axial_N_per_mm
+        moved -= pressed
+        end = items.NodeRigidBody2D(referenceCoordinates=[line.near[i - 1], 0, 0], initialCoordinates=[moved, 0, 0])
         near.append(mbs.AddNode(end))
-        _add_beam(mbs, [rings[-1].node, near[-1]], length, *ring)
-    jenkins, flags, hardening, dashpots = _add_material(mbs, rig, joint, near, rings)
-    sections = Sections([], [], [], [])
-    if section is not None:
-        ends = [(a, ring.node) for a, ring in zip(near, rings[1:], strict=True)]
-        sections = add_sections(mbs, section, ends, bend, thrust, ground)
+        _add_beam(mbs, [rings[-1].node, near[-1]], line.between[i - 1], *ring)
+    jenkins, flags, hardening, dashpots = _add_material(mbs, rig, joints, near, rings)
     return _Backbone(
         rings=rings,
         near_nodes=near,
-        shortening_mm=[shorter] + [shorter + thrust / ring.axial_N_per_mm] * (rig.joints - 1),
+        shortening_mm=shortening,
         beams=beams,
         jenkins=jenkins,
         flags=flags,
         hardening=hardening,
-        sections=sections,
+        sections=add_sections(
+            mbs, joints, [(a, ring.node) for a, ring in zip(near, rings[1:], strict=True)], thrust, ground
+        ),
         dashpots=dashpots,
     )
 
 
 def _add_material(
-    mbs: Any, rig: Rig, joint: JointMechanics, near: list[int], rings: list[Ring]
+    mbs: Any, rig: Rig, joints: JointRow, near: list[int], rings: list[Ring]
 ) -> tuple[list[int], list[int], list[int], list[int]]:
     """Add what acts by the angle of a flexure beside its beam: contact of the edges, material, hardening, drag."""
     ends = [
@@ -257,62 +285,67 @@ def _add_material(
         for a, ring in zip(near, rings[1:], strict=True)
     ]
     if rig.closure is not None:
-        law = laws.closed_in_one_direction if joint.one_sided else laws.closed_in_both_directions
-        for m in ends:
+        law = laws.closed_in_one_direction if joints.first.one_sided else laws.closed_in_both_directions
+        for m, joint in zip(ends, joints.each, strict=True):
             contact = Spring(
                 markerNumbers=m, stiffness=rig.closure.stiffness_Nmm_per_rad, offset=joint.contact_angle_rad
             )
             laws.add_with_law(mbs, contact, law)
-    share = 1 - rig.material.loop_share
+    share, first = 1 - rig.material.loop_share, joints.first
     jenkins = [
         laws.add_with_law(mbs, Spring(markerNumbers=m, stiffness=k), laws.stick_slip)
-        for k in joint.jenkins.stiffness
-        for m in ends
+        for element in joints.of("jenkins.stiffness").T.tolist()
+        for m, k in zip(ends, element, strict=True)
     ]
     flags = [
         laws.add_with_law(mbs, Spring(markerNumbers=m, stiffness=share * k), laws.flag)
-        for k in joint.fibres.stiffness
+        for k in first.fibres.stiffness
         for m in ends
     ]
     hardening = [
-        laws.add_with_law(mbs, Spring(markerNumbers=m, stiffness=joint.jenkins.elastic_Nmm_per_rad), laws.hardening)
-        for m in (ends if not joint.hardening.is_linear else [])
+        laws.add_with_law(mbs, Spring(markerNumbers=m, stiffness=first.jenkins.elastic_Nmm_per_rad), laws.hardening)
+        for m in (ends if not first.hardening.is_linear else [])
     ]
     return jenkins, flags, hardening, [_dashpot(mbs, m) for m in ends] if rig.drag else []
 
 
-def _add_segments(
-    mbs: Any, rig: Rig, joint: JointMechanics, tendon: Tendon, y_mm: float, backbone: _Backbone, slip: list[int]
-) -> list[int]:
+def _add_segments(mbs: Any, rig: Rig, joints: JointRow, side: int, backbone: _Backbone, slip: list[int]) -> list[int]:
     """Tendon from guide to guide: through the ring's hole, across the notch, into the next ring's hole.
 
     Exudyn's connector divides by its present length at rest, which slip changes, so that its force would grow with the
     square of the slip. Here it starts :data:`LEAD_PITCHES` before the notch, on the line of the ring's hole. There it
     pulls the ring as much forwards as back: the force on ring and tendon is the same, and nearly linear.
 
-    ``y_mm`` is where the tendon lies, from the neutral axis of the flexures, on which the ring nodes lie. ``slip`` are
-    the markers of the tendon's slip at each guide towards the wheel, the anchor at the tip last.
+    Tendon a is on the side 1, tendon b on -1. The tendon lies at its arm from the neutral axis of a flexure, on which
+    the ring nodes lie; of joints that differ it steps from arm to arm in the rings. ``slip`` are the markers of the
+    tendon's slip at each guide towards the wheel, the anchor at the tip last.
     """
-    half_angle = 0.5 * joint.rest_angle_rad
-    half_gap = 0.5 * joint.rigid_gap_mm  # at either end of a notch
-    half_hole = 0.5 * (rig.pitch_mm - joint.turning_length_mm) - half_gap
-    shorter = 2 * (y_mm * math.sin(half_angle) + half_gap * (1 - math.cos(half_angle)))  # the path, at rest
-    stretch, lead = rig.preload_N * rig.pitch_mm / tendon.EA_N, LEAD_PITCHES * rig.pitch_mm
-    out = []
+    tendon, half_angle = rig.tendons[0 if side > 0 else 1], 0.5 * joints.first.rest_angle_rad
+    out, lengths, before = [], joints.lengths.segments.tolist(), 0.0
     for i, (near, far) in enumerate(pairwise(backbone.rings)):
-        points = [(near, half_hole - lead), (near, half_hole), (far, -half_hole)]
+        joint, pitch = joints.each[i], lengths[i]
+        y_mm, half_gap = side * (joint.arms_mm.a if side > 0 else joint.arms_mm.b), 0.5 * joint.rigid_gap_mm
+        half_notch = 0.5 * joint.turning_length_mm + half_gap
+        if joints.alike:
+            holes = [0.5 * (pitch - joint.turning_length_mm) - half_gap] * 2
+        else:
+            middle, centre = joints.places.middles[i], joints.places.centres[i]
+            holes, before = [middle - before - half_notch, centre - middle - half_notch], centre
+        shorter = 2 * (y_mm * math.sin(half_angle) + half_gap * (1 - math.cos(half_angle)))  # the path, at rest
+        stretch, lead = rig.preload_N * pitch / tendon.EA_N, LEAD_PITCHES * pitch
+        points = [(near, holes[0] - lead), (near, holes[0]), (far, -holes[1])]
         path = [
             mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=ring.body, localPosition=[ring.centre_mm + x, y_mm, 0]))
             for ring, x in points
         ]
-        preloaded = lead + rig.pitch_mm - backbone.shortening_mm[i] - shorter - 2 * half_hole
+        preloaded = lead + pitch - backbone.shortening_mm[i] - shorter - sum(holes)
         segment = items.ObjectConnectorReevingSystemSprings(
             markerNumbers=[*path, slip[i], slip[i + 1]],
             hasCoordinateMarkers=True,
             coordinateFactors=[-1, 1],
-            stiffnessPerLength=(preloaded - stretch) * tendon.EA_N / rig.pitch_mm,
+            stiffnessPerLength=(preloaded - stretch) * tendon.EA_N / pitch,
             referenceLength=preloaded - stretch,
-            regularizationForce=COMPRESSION * joint.force_scale_N,
+            regularizationForce=COMPRESSION * joints.force_scale_N,
             sheavesAxes=exu.Vector3DList([[0, 0, 1]] * len(path)),
             sheavesRadii=[0.0] * len(path),
         )
@@ -345,7 +378,7 @@ def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> list[DeadLoad]:
 
 def assemble(
     rig: Rig,
-    joint: JointMechanics,
+    joints: JointRow,
     bristle_ratio: float,
     inertia: RingInertia = MASSLESS,
     *,
@@ -358,17 +391,17 @@ def assemble(
     """
     mbs = exu.SystemContainer().AddSystem()
     ground = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
-    backbone = _add_backbone(mbs, rig, joint, ground, inertia)
+    backbone = _add_backbone(mbs, rig, joints, ground, inertia)
     _, wheel_marker = _scalar_node(mbs)
     wheel = mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, wheel_marker]))
     free_spans, forces, segments, guides, slip_nodes, dashpots = [], [], [], [], [], []
-    for side, tendon, arm in zip((1, -1), rig.tendons, joint.arms_mm, strict=False):
+    for side, tendon in zip((1, -1), rig.tendons, strict=False):
         nodes, markers = map(list, zip(*(_scalar_node(mbs) for _ in range(rig.joints)), strict=True))
         if load_control:
             forces.append(int(mbs.AddLoad(items.LoadCoordinate(markerNumber=markers[0], load=rig.preload_N))))
         else:
             free_spans.append(_add_free_span(mbs, rig, side, markers[0], wheel_marker))
-        segments += _add_segments(mbs, rig, joint, tendon, side * arm, backbone, [*markers, ground])
+        segments += _add_segments(mbs, rig, joints, side, backbone, [*markers, ground])
         guides += _add_guides(mbs, rig, tendon, bristle_ratio, ground, markers)
         slip_nodes += nodes
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
@@ -411,7 +444,7 @@ def _first_coordinates(mbs: Any, nodes: list[int]) -> Ints:
 
 def _add_guides(mbs: Any, rig: Rig, tendon: Tendon, bristle_ratio: float, ground: int, markers: list[int]) -> list[int]:
     """Bristles between the ground and the slip of a tendon at its guides."""
-    open_stiffness = laws.OPEN_STIFFNESS * tendon.EA_N / rig.pitch_mm
+    open_stiffness = laws.OPEN_STIFFNESS * tendon.EA_N / rig.mean_pitch_mm
     bristles = bristle_N_per_mm(rig, tendon, bristle_ratio).tolist()
     guides = [
         Spring(markerNumbers=[ground, marker], stiffness=bristle, damping=open_stiffness)
@@ -428,4 +461,4 @@ def bristle_N_per_mm(rig: Rig, tendon: Tendon, bristle_ratio: float) -> Floats:
     dry, ratio = rig.friction, np.full(rig.joints, bristle_ratio)
     if dry.capstan_coefficient == 0 and dry.guide_N == 0:
         ratio[int(dry.sheath_N > 0) :] = min(bristle_ratio, SMOOTH_RATIO)
-    return np.asarray(1 / (rig.pitch_mm / (ratio * tendon.EA_N) + dry.stick_compliance_mm_per_N))
+    return np.asarray(1 / (rig.mean_pitch_mm / (ratio * tendon.EA_N) + dry.stick_compliance_mm_per_N))

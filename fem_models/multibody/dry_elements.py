@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from fem_models.joint import JointMechanics
+from fem_models.joint import JointRow
 from fem_models.joint.superelastic import FlagFibres, flag_moment
 from fem_models.joint.superelastic_section import fibre_stress, transformation_loss_mJ
 from fem_models.load.stepping import Load
 from fem_models.multibody.assembly import Model, bristle_N_per_mm
 from fem_models.multibody.heating import JointTemperatures
-from fem_models.multibody.section import fibre_lengths_mm
+from fem_models.multibody.section import fibre_lengths_mm, section_row
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
@@ -102,11 +102,11 @@ class Guides:
 class Material:
     """Jenkins and flag elements of all joints, fibres of their sections, and their rest angles."""
 
-    def __init__(self, model: Model, rig: Rig, joint: JointMechanics) -> None:
-        n, mbs = rig.joints, model.mbs
+    def __init__(self, model: Model, rig: Rig, joints: JointRow) -> None:
+        n, mbs, joint = rig.joints, model.mbs, joints.first
         self.model = model
-        self.jenkins_stiffness = np.repeat(joint.jenkins.stiffness, n)
-        self.slip_moment = np.repeat(joint.jenkins.slip_moment_Nmm, n)
+        self.jenkins_stiffness = joints.of("jenkins.stiffness").T.ravel()
+        self.slip_moment = joints.of("jenkins.slip_moment_Nmm").T.ravel()
         fibres, share = joint.fibres, 1 - rig.material.loop_share
         self.fibres = FlagFibres(
             stiffness=np.repeat(share * fibres.stiffness, n),
@@ -129,29 +129,30 @@ class Material:
         ):
             set_each(mbs, model.hardening, field, [value] * len(model.hardening))
         set_each(mbs, model.hardening, "offset", [joint.rest_angle_rad] * len(model.hardening))
-        self.section = joint.section
+        self.row = section_row(joints)
         self.fibre_rest = np.zeros((len(model.fibres) // n, n))  # strains
-        self.heat = JointTemperatures(joint.section, n)
-        if self.section is not None:
+        self.heat = JointTemperatures(self.row, n)
+        if self.row is not None:
             self._set_fibres()
 
     def _set_fibres(self) -> None:
         """Set the flag of each fibre: its force over its elongation."""
-        section, mbs, fibres = self.section, self.model.mbs, self.model.fibres
-        assert section is not None
-        area = np.repeat(section.area_mm2, self.fibre_rest.shape[1])
-        set_each(mbs, fibres, "damping", area * section.climb / section.length_mm)
-        set_each(mbs, fibres, "viscousFrictionFactor", [section.span * section.length_mm] * area.size)
+        row, mbs, fibres = self.row, self.model.mbs, self.model.fibres
+        assert row is not None
+        set_each(mbs, fibres, "damping", (row.area_mm2 * row.law.climb / row.length_mm).ravel())
+        span = np.broadcast_to(row.law.span * row.length_mm, self.fibre_rest.shape)
+        set_each(mbs, fibres, "viscousFrictionFactor", span.ravel())
         self._set_plateaus()
 
     def _set_plateaus(self) -> None:
         """Set the plateaus of each fibre, at the temperature of its joint."""
-        section = self.section
-        assert section is not None
-        area, shift = (1 - section.climb / section.young) * section.area_mm2, self.heat.shift_MPa(self.heat.now)
-        plateaus = section.upper, section.lower, section.upper_pressed, section.lower_pressed
+        row = self.row
+        assert row is not None
+        law = row.law
+        area, shift = (1 - law.climb / law.young) * row.area_mm2, self.heat.shift_MPa(self.heat.now)
+        plateaus = law.upper, law.lower, law.upper_pressed, law.lower_pressed
         for field, plateau in zip(_PLATEAUS, plateaus, strict=True):
-            set_each(self.model.mbs, self.model.fibres, field, np.outer(area, plateau + shift).ravel().tolist())
+            set_each(self.model.mbs, self.model.fibres, field, (area * (plateau + shift)).ravel().tolist())
 
     def begin(self, time_s: float, q: Floats) -> None:
         """Start a step of a length in time, from coordinates."""
@@ -183,9 +184,8 @@ class Material:
     def set_rest_angle(self, angle_rad: float) -> None:
         """Set the angle that the flag elements and the sections have without load."""
         set_each(self.model.mbs, self.model.flags, "velocityOffset", [angle_rad] * len(self.model.flags))
-        if self.section is not None:
-            along = np.repeat(angle_rad * self.section.height_mm, self.fibre_rest.shape[1])
-            set_each(self.model.mbs, self.model.fibres, "velocityOffset", along)
+        if self.row is not None:
+            set_each(self.model.mbs, self.model.fibres, "velocityOffset", (angle_rad * self.row.height_mm).ravel())
 
     def accept(self, q: Floats, load: Load) -> list[float]:
         """Move the rest angles of what has slipped; return the losses of Jenkins, flag elements and fibres, mJ."""
@@ -204,27 +204,28 @@ class Material:
             self.flag_rest, lost = _slipped(bend, moment, self.fibres.stiffness, self.flag_rest)
             losses.append(lost)
             set_each(mbs, self.model.flags, "offset", self.flag_rest)
-        if self.section is not None:
+        if self.row is not None:
             losses.append(self._transform(q, load))
         return losses
 
     def _strain(self, q: Floats, load: Load) -> Floats:
         """Strains of the fibres, shape (k, N)."""
-        section, model = self.section, self.model
-        assert section is not None
-        return fibre_lengths_mm(section, q[model.bent] - load.rest_angle, q[model.longer]) / section.length_mm
+        row, model = self.row, self.model
+        assert row is not None
+        return fibre_lengths_mm(row, q[model.bent] - load.rest_angle, q[model.longer]) / row.length_mm
 
     def _transform(self, q: Floats, load: Load) -> float:
         """Move the rest strains of the fibres; return the loss, mJ."""
-        section, model = self.section, self.model
-        assert section is not None
+        row, model = self.row, self.model
+        assert row is not None
         strain = self._strain(q, load)
-        stress = fibre_stress(section, strain, self.fibre_rest, self.heat.shift_MPa(self.heat.now))
+        stress = fibre_stress(row.law, strain, self.fibre_rest, self.heat.shift_MPa(self.heat.now))
         risen = self.heat.accept(strain, self.fibre_rest)
-        rest = strain - stress / section.young
-        loss = transformation_loss_mJ(section, stress, rest, self.fibre_rest, risen)
+        rest = strain - stress / row.law.young
+        volume = row.area_mm2 * row.length_mm
+        loss = transformation_loss_mJ(row.law, stress, rest, self.fibre_rest, risen, volume)
         changed = np.flatnonzero(rest != self.fibre_rest)  # most stay elastic
-        offset = section.length_mm * rest.ravel()[changed]
+        offset = (row.length_mm * rest).ravel()[changed]
         set_each(model.mbs, [model.fibres[k] for k in changed], "offset", offset)
         self.fibre_rest = rest
         return loss

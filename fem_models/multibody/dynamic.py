@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_row
 from fem_models.joint.contact import require_open
 from fem_models.joint.section import section
 from fem_models.joint.superelastic_section import require_warm
@@ -84,7 +84,7 @@ def ring_inertia(rig: Rig) -> RingInertia:
     """
     mass = 1e-6 * rig.gravity.ring_mass_g if rig.gravity else 0.0
     if isinstance(rig.joint, NotchedTube):
-        tube, notch = rig.joint.tube, rig.joint.notch
+        tube, notch = rig.joint.tube, rig.joint.cut
         outer, inner = tube.outer_diameter_mm / 2, tube.inner_diameter_mm / 2
         middles = (np.arange(200) + 0.5) / 200 * notch.width_mm / 2
         volume = math.pi * (outer**2 - inner**2) * notch.spacing_mm
@@ -272,8 +272,8 @@ def solve_dynamic(rig: Rig, program: LoadProgram, settings: DynamicSettings | No
     settings = settings or DynamicSettings()
     if program.time_s is None:
         raise RigError(f"rig {rig.name}: expected a load program with time_s for a dynamic run")
-    plan, inertia, joint = schedule(rig, program), ring_inertia(rig), joint_mechanics(rig)
-    stepper = Stepper(rig, joint, settings.statics, inertia)
+    plan, inertia, joints = schedule(rig, program), ring_inertia(rig), joint_row(rig)
+    stepper = Stepper(rig, joints, settings.statics, inertia)
     try:
         stepper.settle()
         work = stepper.move(load_of(plan, 0, plan.slack_mm[0], 0.0))
@@ -285,8 +285,8 @@ def solve_dynamic(rig: Rig, program: LoadProgram, settings: DynamicSettings | No
     _integrate(motion, _integrator(stepper, end, steps, settings))
     rotation, tension = motion.at_samples(motion.rotations), motion.at_samples(motion.tensions)
     _, _, worked, friction, material, viscous, kinetic, *tip = motion.at_samples(motion.rows).T
-    require_open(rig, joint, np.diff(rotation, axis=1))
-    require_warm(rig, joint.section, stepper.material.heat.coldest[None])
+    require_open(rig, joints, np.diff(rotation, axis=1))
+    require_warm(rig, joints.first.section, stepper.material.heat.coldest[None])
     record = simulated_record(
         "dynamic multibody",
         rig,

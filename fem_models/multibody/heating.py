@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fem_models.joint.superelastic_section import SuperelasticSection, fibre_stress, heat_exchange
+from fem_models.joint.superelastic_section import fibre_stress, heat_exchange
+from fem_models.multibody.section import SectionRow
 from hysteresis.arrays import Floats
 
 TOLERANCE_MPA = 1e-3
@@ -27,9 +28,9 @@ class JointTemperatures:
     The spring of a joint has the stiffness ``stiffness`` over ``weights`` times elongation and bending, shape (2, N).
     """
 
-    def __init__(self, section: SuperelasticSection | None, joints: int) -> None:
-        self.section = section
-        self.heating = None if section is None else section.heating
+    def __init__(self, row: SectionRow | None, joints: int) -> None:
+        self.row = row
+        self.heating = None if row is None else row.law.heating
         self.last, self.now, self.coldest = np.zeros(joints), np.zeros(joints), np.zeros(joints)
         self.stiffness, self.weights = np.zeros(joints), np.zeros((2, joints))
         self.exchange, self.guesses = (0.0, 0.0), 0
@@ -43,32 +44,31 @@ class JointTemperatures:
 
     def shift_MPa(self, temperature_K: Floats) -> Floats:
         """Rise of the plateaus; none falls below 0 (runs that get there are refused)."""
-        if self.section is None or self.heating is None:
+        if self.row is None or self.heating is None:
             return np.zeros_like(temperature_K)
-        least = min(self.section.lower, self.section.lower_pressed)
+        least = min(self.row.law.lower, self.row.law.lower_pressed)
         return np.maximum(self.heating.rise * temperature_K, -least)
 
     def freed(self, strain: Floats, rest: Floats, temperature_K: Floats) -> Floats:
         """Temperatures by the heat that strains set free at plateaus of a temperature; strains of the fibres (k, N)."""
-        section = self.section
-        assert section is not None
-        assert self.heating is not None
+        row = self.row
+        assert row is not None
         left, gained = self.exchange
-        after = strain - fibre_stress(section, strain, rest, self.shift_MPa(temperature_K)) / section.young
-        transformed = section.area_mm2 @ (np.abs(after) - np.abs(rest))
-        return np.asarray(left * self.last + gained * self.heating.heat * transformed)
+        after = strain - fibre_stress(row.law, strain, rest, self.shift_MPa(temperature_K)) / row.law.young
+        transformed = (row.area_mm2 * (np.abs(after) - np.abs(rest))).sum(axis=0)
+        return np.asarray(left * self.last + gained * row.heat * transformed)
 
     def agree(self, strain: Floats, rest: Floats) -> bool:
         """Take the temperatures that strains lead to, and the springs; whether they are those of the plateaus."""
-        section, heating = self.section, self.heating
-        if section is None or heating is None:
+        row, heating = self.row, self.heating
+        if row is None or heating is None:
             return True
-        gain, warm = self.exchange[1] * heating.heat, self.now
+        gain, warm, law = self.exchange[1] * row.heat, self.now, row.law
         for _ in range(_ITERATIONS):  # one equation a joint, whose slope hardly varies
             shift = self.shift_MPa(warm)
-            near, far = (fibre_stress(section, strain, rest, shift + step) for step in (0.0, _SMALL_MPA))
-            by_shift = section.area_mm2[:, None] * (far - near) / _SMALL_MPA
-            slope = 1 + gain * heating.rise * np.abs(by_shift).sum(axis=0) / section.young
+            near, far = (fibre_stress(law, strain, rest, shift + step) for step in (0.0, _SMALL_MPA))
+            by_shift = row.area_mm2 * (far - near) / _SMALL_MPA
+            slope = 1 + gain * heating.rise * np.abs(by_shift).sum(axis=0) / law.young
             off = warm - self.freed(strain, rest, warm)
             if np.abs(off).max() <= _SAME_K:
                 break
@@ -77,8 +77,8 @@ class JointTemperatures:
         if not agreed:
             part = 1.0 if self.guesses < FULL_GUESSES else 0.5
             self.now, self.guesses = self.now + part * (warm - self.now), self.guesses + 1
-            self.weights = np.array([by_shift.sum(axis=0), section.height_mm @ by_shift])
-            self.stiffness = heating.rise * gain / slope / section.length_mm
+            self.weights = np.array([by_shift.sum(axis=0), (row.height_mm * by_shift).sum(axis=0)])
+            self.stiffness = heating.rise * gain / slope / row.length_mm
         return agreed
 
     def accept(self, strain: Floats, rest: Floats) -> Floats:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_row
 from fem_models.joint.contact import require_open
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import require_warm
@@ -73,7 +73,7 @@ def solve_multibody(
     RigError
         From :func:`fem_models.load.schedule.schedule`.
     """
-    stepper = Stepper(rig, joint_mechanics(rig), settings or MultibodySettings())
+    stepper = Stepper(rig, joint_row(rig), settings or MultibodySettings())
     return _run(stepper, schedule(rig, program), program, progress)
 
 
@@ -90,7 +90,7 @@ def solve_multibody_by_force(rig: Rig, force_N: Floats, settings: MultibodySetti
         From :func:`fem_models.load.schedule.force_schedule`.
     """
     plan = force_schedule(rig, force_N)
-    stepper = Stepper(rig, joint_mechanics(rig), settings or MultibodySettings(), load_control=True)
+    stepper = Stepper(rig, joint_row(rig), settings or MultibodySettings(), load_control=True)
     return _run(stepper, plan, plan.drive_mm)
 
 
@@ -120,8 +120,8 @@ def _run(
         progress(k + 1, m)
         energy[k] = work, stepper.losses.friction, stepper.losses.material, stepper.losses.drag
     angles = np.diff(rotation, axis=1)
-    require_open(rig, stepper.joint, angles)
-    require_warm(rig, stepper.joint.section, stepper.material.heat.coldest[None])
+    require_open(rig, stepper.joints, angles)
+    require_warm(rig, stepper.joints.first.section, stepper.material.heat.coldest[None])
     record = simulated_record(
         "multibody",
         rig,
@@ -131,7 +131,7 @@ def _run(
         tension_N=tension[:, :, 0],
         tip_mm=tip,
     )
-    strain = peak_strain(stepper.joint, angles, longer if stepper.joint.section else None)
+    strain = peak_strain(stepper.joints, angles, longer if stepper.joints.first.section else None)
     heats = stepper.material.heat.heating is not None
     worked, friction, material, drag = energy.T
     return MultibodySolution(record, tension, strain, worked, friction, material, drag, warming if heats else None)

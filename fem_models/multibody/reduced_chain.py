@@ -285,7 +285,7 @@ def _add_loading(chain: _Chain, rig: Rig) -> _Loading:
 
 
 def _half_hole_mm(rig: Rig) -> float:
-    return notched_tube(rig).notch.spacing_mm / 2
+    return notched_tube(rig).cut.spacing_mm / 2
 
 
 def _follow(chain: _Chain, rig: Rig, loads: Sequence[PlaneLoad], *, bending_Nmm_per_rad: float) -> list[ChainPose]:

@@ -9,13 +9,14 @@ then, and keeps the shear.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import exudyn as exu
 import exudyn.itemInterface as items
 import numpy as np
 
 import fem_models.multibody.connector_laws as laws
+from fem_models.joint import JointRow
 from fem_models.joint.superelastic_section import SuperelasticSection, elongation_under_mm
 from hysteresis.arrays import Floats, Ints
 
@@ -40,6 +41,32 @@ class Sections:
         return np.array(bent, dtype=int), np.array(longer, dtype=int)
 
 
+class SectionRow(NamedTuple):
+    """Superelastic sections of all joints: what differs from joint to joint, and the law that they share.
+
+    Heights and areas of the fibres have the shape (k, N), lengths and heats (:class:`Heating`, 0 without) (N,).
+    """
+
+    law: SuperelasticSection
+    height_mm: Floats
+    area_mm2: Floats
+    length_mm: Floats
+    heat: Floats
+
+
+def section_row(joints: JointRow) -> SectionRow | None:
+    """Sections of a rig's joints; None where the rig has no superelastic law, or measured joints."""
+    if (law := joints.first.section) is None:
+        return None
+    return SectionRow(
+        law=law,
+        height_mm=joints.of("section.height_mm").T,
+        area_mm2=joints.of("section.area_mm2").T,
+        length_mm=joints.of("section.length_mm"),
+        heat=joints.of("section.heating.heat") if law.heating else np.zeros(len(joints.each)),
+    )
+
+
 def axial_stiffness(section: SuperelasticSection) -> float:
     """Elastic stiffness of the section over its length, N/mm."""
     return section.young * float(section.area_mm2.sum()) / section.length_mm + section.elastic_N_per_mm
@@ -56,21 +83,23 @@ def shortening_mm(section: SuperelasticSection, thrust_N: float) -> float:
     return thrust_N / link_stiffness(section) - elongation_under_mm(section, thrust_N)
 
 
-def add_sections(
-    mbs: Any, section: SuperelasticSection, ends: list[tuple[int, int]], length_mm: float, thrust_N: float, ground: int
-) -> Sections:
-    """Add the section of each notch between two nodes of rings, ``length_mm`` apart without load.
+def add_sections(mbs: Any, joints: JointRow, ends: list[tuple[int, int]], thrust_N: float, ground: int) -> Sections:
+    """Add the section of each notch between two nodes of rings, its turning length apart without load; none without.
 
     ``ground`` is the marker of a fixed coordinate. The sections start under a thrust.
     """
-    markers, bent, longer = [], [], []
-    at_start = elongation_under_mm(section, thrust_N)
-    for near, far in ends:
+    markers, bent, longer, row = [], [], [], section_row(joints)
+    if row is None:
+        return Sections([], [], [], [])
+    for joint, (near, far) in zip(joints.each, ends, strict=True):
+        section = joint.section
+        assert section is not None
+        at_start = elongation_under_mm(section, thrust_N)
         nodes = [mbs.AddNode(items.Node1D(initialCoordinates=[at])) for at in (0.0, at_start)]
         mbs.AddObject(items.ObjectMass1D(mass=0.0, nodeNumber=nodes[1]))
         turn, stretch = (mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=0)) for n in nodes)
         _add_roots(mbs, section, [near, far, nodes[0]])
-        _add_link(mbs, section, (near, far), stretch, ground, length_mm)
+        _add_link(mbs, section, (near, far), stretch, ground, joint.turning_length_mm)
         if section.elastic_N_per_mm > 0:
             share = items.ObjectConnectorCoordinateSpringDamper(
                 markerNumbers=[ground, stretch], stiffness=section.elastic_N_per_mm
@@ -79,19 +108,19 @@ def add_sections(
         markers.append([turn, stretch])
         bent.append(nodes[0])
         longer.append(nodes[1])
-    stiffness = section.young * section.area_mm2 / section.length_mm
+    stiffness = row.law.young * row.area_mm2 / row.length_mm
     fibres = [
         laws.add_with_law(
             mbs,
             items.ObjectConnectorCoordinateSpringDamperExt(markerNumbers=pair, factor0=-height, stiffness=k),
-            laws.fibre if section.upper == section.upper_pressed else laws.fibre_of_two_sides,
+            laws.fibre if row.law.upper == row.law.upper_pressed else laws.fibre_of_two_sides,
         )
-        for height, k in zip(section.height_mm.tolist(), stiffness.tolist(), strict=True)
-        for pair in markers
+        for heights, stiff in zip(row.height_mm.tolist(), stiffness.tolist(), strict=True)
+        for pair, height, k in zip(markers, heights, stiff, strict=True)
     ]
     heat = [
         laws.add_with_law(mbs, items.ObjectConnectorCoordinateSpringDamperExt(markerNumbers=pair), laws.linear)
-        for pair in (markers if section.heating else [])
+        for pair in (markers if row.law.heating else [])
     ]
     return Sections(fibres, heat, bent, longer)
 
@@ -127,6 +156,6 @@ def _add_link(
     mbs.AddObject(link)
 
 
-def fibre_lengths_mm(section: SuperelasticSection, bent: Floats, longer: Floats) -> Floats:
+def fibre_lengths_mm(row: SectionRow, bent: Floats, longer: Floats) -> Floats:
     """Elongations of the fibres of all joints, shape (k, N), at coordinates of shape (N,)."""
-    return longer + section.height_mm[:, None] * bent
+    return longer + row.height_mm * bent

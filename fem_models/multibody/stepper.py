@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import exudyn as exu
 import numpy as np
 
-from fem_models.joint import JointMechanics
+from fem_models.joint import JointRow
 from fem_models.joint.friction import friction_limits_N, guide_wrap_rad, scaled_friction
 from fem_models.load.stepping import (
     LEAST_LENGTH,
@@ -111,22 +111,22 @@ class Stepper:
     def __init__(
         self,
         rig: Rig,
-        joint: JointMechanics,
+        joints: JointRow,
         settings: MultibodySettings,
         inertia: RingInertia = MASSLESS,
         *,
         load_control: bool = False,
     ) -> None:
-        self.rig, self.joint, self.settings, self.load_control = rig, joint, settings, load_control
-        self.control = _step_control(rig, joint, settings, load_control=load_control)
-        self.model = assemble(rig, joint, settings.bristle_ratio, inertia, load_control=load_control)
-        self.guides = Guides(self.model, rig, settings.bristle_ratio, joint.force_scale_N)
-        self.material = Material(self.model, rig, joint)
+        self.rig, self.joints, self.settings, self.load_control = rig, joints, settings, load_control
+        self.control = _step_control(rig, joints, settings, load_control=load_control)
+        self.model = assemble(rig, joints, settings.bristle_ratio, inertia, load_control=load_control)
+        self.guides = Guides(self.model, rig, settings.bristle_ratio, joints.force_scale_N)
+        self.material = Material(self.model, rig, joints)
         self.dashpots = Dashpots(self.model, rig)
         self.losses = Losses()
-        self.solver = _static_solver(rig, joint, settings)
-        self.load, self.reach = at_rest(joint.rest_angle_rad), self.control.max_step
-        self._set_rest_angle(joint.rest_angle_rad)
+        self.solver = _static_solver(rig, joints, settings)
+        self.load, self.reach = at_rest(joints.first.rest_angle_rad), self.control.max_step
+        self._set_rest_angle(joints.first.rest_angle_rad)
         # of the last step: direction of the drive, and changes of Model.with_chords, friction limits, fronts per length
         self.direction, self.increment = 0.0, 0.0 * self.coordinates()
         self.limit_slope, self.front_speed = 0.0 * self.guides.limit, np.zeros(len(rig.tendons))
@@ -181,8 +181,9 @@ class Stepper:
     def _set_rest_angle(self, angle_rad: float) -> None:
         """Give every joint the angle it has without load."""
         self.material.set_rest_angle(angle_rad)
-        curvature = angle_rad / self.joint.turning_length_mm
-        set_each(self.model.mbs, self.model.beams, "referenceCurvature", [curvature] * len(self.model.beams))
+        set_each(
+            self.model.mbs, self.model.beams, "referenceCurvature", angle_rad / self.joints.of("turning_length_mm")
+        )
         set_each(self.model.mbs, self.model.hardening, "offset", [angle_rad] * len(self.model.hardening))
 
     def _solve(self, load: Load) -> bool:
@@ -192,7 +193,7 @@ class Stepper:
                 solved = self.model.mbs.SolveStatic(self.solver, updateInitialValues=True)
         except (RuntimeError, ValueError):
             return False
-        return bool(solved) and self._slid_mm() < MOST_SLID_PITCHES * self.rig.pitch_mm
+        return bool(solved) and self._slid_mm() < MOST_SLID_PITCHES * self.rig.mean_pitch_mm
 
     def _slid_mm(self) -> float:
         """Most tendon that has left or entered a segment.
@@ -230,7 +231,7 @@ class Stepper:
             states = self.guides.next_states(self.coordinates(), sliding, update)
             if not fine and self.guides.base_slides(states):
                 return None
-            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.joint.force_scale_N
+            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.joints.force_scale_N
             warm = not self.model.heat or self.material.temperatures_agree(self.coordinates(), load)
             if near and warm and np.array_equal(states, sliding):
                 return FrictionState(sliding, limit)
@@ -254,9 +255,9 @@ class Stepper:
             return 0.0
         force, tendon = np.abs(self.dashpots.force), self.rig.tendon_a
         sides = len(self.rig.tendons)
-        tension = np.maximum(self.tensions()[:, 0], 0.1 * self.joint.force_scale_N)
+        tension = np.maximum(self.tensions()[:, 0], 0.1 * self.joints.force_scale_N)
         stretch = force[:sides] * tendon.free_length_mm / tendon.EA_N * (1 + tendon.toe_N / tension)
-        rotation = force[sides:].max() / self.joint.flexure.bending_Nmm_per_rad
+        rotation = force[sides:].max() / self.joints.of("flexure.bending_Nmm_per_rad").min()
         return float(stretch.max() + rotation * tendon.moment_arm_mm)
 
     def jumped(self, change: Floats, length: float) -> bool:
@@ -274,10 +275,10 @@ class Stepper:
         takes more iterations than a step may is tried again with more, and then on a way of small steps.
         """
         newton, start = self.solver.staticSolver.newton, FrictionState(self.guides.sliding, self.guides.limit)
-        q = self.model.bent_to(self.joint.rest_angle_rad)
+        q = self.model.bent_to(self.joints.first.rest_angle_rad)
         if self.load_control:  # no force at rest: what preload has stretched has slid towards the tip
-            stretch = self.rig.preload_N * self.rig.pitch_mm / self.rig.tendon_a.EA_N
-            q[self.model.slip] = -stretch * np.arange(self.rig.joints, 0, -1)
+            stretch = self.rig.preload_N * self.joints.lengths.segments / self.rig.tendon_a.EA_N
+            q[self.model.slip] = -np.cumsum(stretch[::-1])[::-1]
             start = FrictionState(np.sign(q[self.model.slip]), 0.0 * start.limit)
         self._start_from(q)
         found = self._equilibrium(self.load, start)
@@ -300,8 +301,9 @@ class Stepper:
         They are let go step by step, with all tendons taut. Friction acts as in a single step: nothing is accepted.
         """
         rest, done, part = self.load.rest_angle, 0.0, 0.25
-        moment = self.rig.preload_N * (self.joint.arms_mm.a - (self.joint.arms_mm.b if self.rig.tendon_b else 0.0))
-        held = moment / self.joint.flexure.bending_Nmm_per_rad
+        soft = self.joints.softest
+        moment = self.rig.preload_N * (soft.arms_mm.a - (soft.arms_mm.b if self.rig.tendon_b else 0.0))
+        held = moment / soft.flexure.bending_Nmm_per_rad
         while done < 1.0:
             q, goal = self.coordinates(), min(done + part, 1.0)
             found = self._equilibrium(self.load._replace(rest_angle=rest - (1.0 - goal) * held), state)
@@ -378,14 +380,14 @@ def wheel_force_N(tension_N: Floats) -> float:
     return float(tension_N[0, 0] - tension_N[1:, 0].sum())
 
 
-def _step_control(rig: Rig, joint: JointMechanics, settings: MultibodySettings, *, load_control: bool) -> StepControl:
+def _step_control(rig: Rig, joints: JointRow, settings: MultibodySettings, *, load_control: bool) -> StepControl:
     if not load_control:
         return drive_control(rig, settings.max_step_mm, settings.max_halvings)
-    max_step = settings.max_force_step * joint.force_scale_N
-    return force_control(rig, joint.arms_mm.a, joint.flexure.bending_Nmm_per_rad, max_step, settings.max_halvings)
+    max_step, soft = settings.max_force_step * joints.force_scale_N, joints.softest
+    return force_control(rig, soft.arms_mm.a, soft.flexure.bending_Nmm_per_rad, max_step, settings.max_halvings)
 
 
-def _static_solver(rig: Rig, joint: JointMechanics, settings: MultibodySettings) -> Any:
+def _static_solver(rig: Rig, joints: JointRow, settings: MultibodySettings) -> Any:
     solver = exu.SimulationSettings()
     solver.solution.file.write = False
     solver.linearSolver.solverType = exu.LinearSolverType.EigenSparse
@@ -393,10 +395,10 @@ def _static_solver(rig: Rig, joint: JointMechanics, settings: MultibodySettings)
     static.numberOfLoadSteps, static.adaptiveStep, static.verboseMode = 1, False, 0
     static.newton.relativeTolerance = 1e-12  # a slack tendon may start far off: a part of that residual proves nothing
     # Rounding of a coordinate times the stiffest spring is the least residual there can be; a ring has two ends.
-    bristle = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.pitch_mm
-    stiffest = max(bristle, 2 * joint.ring.axial_N_per_mm)
+    bristle = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.mean_pitch_mm
+    stiffest = max(bristle, 2 * joints.of("ring.axial_N_per_mm").max())
     # The force scale of a single tendon has no bound where joints are stiff: not beyond 0.1 % of strain.
-    scale = min(joint.force_scale_N, *(1e-3 * tendon.EA_N for tendon in rig.tendons))
+    scale = min(joints.force_scale_N, *(1e-3 * tendon.EA_N for tendon in rig.tendons))
     static.newton.absoluteTolerance = max(settings.newton_tolerance * scale, 1e-12 * stiffest)
     static.newton.maxIterations = settings.newton_iterations
     # Differences that reach across the kink of a guide that sticks or slips spoil the tangent: keep them tiny.

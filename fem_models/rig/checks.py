@@ -58,15 +58,28 @@ def require(condition: bool, name: str, value: object, expected: str) -> None:
         raise RigError(f"{name} = {as_given(str(value))}: expected {expected}")
 
 
-def require_numbers(owner: str, item: object) -> None:
-    """Raise a RigError where a field of a dataclass is neither None nor a finite number within its range."""
+def require_numbers(owner: str, item: object, lists: tuple[str, ...] = ()) -> None:
+    """Raise a RigError where a field of a dataclass is neither None nor a finite number within its range.
+
+    The fields ``lists`` may be tuples of such numbers, one a notch.
+    """
     for field, name, low, high in _fields_within(owner, type(item)):  # type: ignore[arg-type]
         value = getattr(item, field)
         if value is None or (type(value) is float and low <= value <= high):
             continue
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise RigError(f"{name} = {quoted(value)}: expected a number")
-        require_in_range(name, value)
+        if field in lists and isinstance(value, tuple):
+            if len(value) > MOST_JOINTS:
+                raise RigError(f"{name} = {len(value):,} numbers: expected at most {MOST_JOINTS:,}")
+            for number, one in enumerate(value, start=1):
+                _require_number(name, one, f" of notch {number}")
+        else:
+            _require_number(name, value)
+
+
+def _require_number(name: str, value: object, of: str = "") -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise RigError(f"{name}{of} = {quoted(value)}: expected a number")
+    require_in_range(name, value, of)
 
 
 @cache
@@ -84,12 +97,15 @@ def _range_of(name: str) -> tuple[float, float]:
     return next(ends for unit, ends in RANGES.items() if name.endswith(unit))
 
 
-def require_in_range(name: str, value: float) -> None:
-    """Raise a RigError where a number is not finite or beyond :data:`RANGES`; ``name`` ends in its unit."""
+def require_in_range(name: str, value: float, of: str = "") -> None:
+    """Raise a RigError where a number is not finite or beyond :data:`RANGES`.
+
+    ``name`` ends in its unit; ``of`` comes after it in the message.
+    """
     low, high = _range_of(name)
     if not low <= value <= high:
-        require(math.isfinite(value), name, value, "a finite number")
-        require(False, name, value, f"from {low:g} to {high:g}")
+        require(math.isfinite(value), name + of, value, "a finite number")
+        require(False, name + of, value, f"from {low:g} to {high:g}")
 
 
 def require_length(name: str, value_mm: float) -> None:

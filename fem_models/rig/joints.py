@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from functools import cached_property
+from itertools import accumulate
+from typing import Literal, NamedTuple
 
-from fem_models.rig.checks import MOST_JOINTS, require, require_length, require_numbers
+from fem_models.rig.checks import MOST_JOINTS, RigError, require, require_length, require_numbers
 
 NotchShape = Literal["v_pair", "rectangular_pair", "rectangular"]
 NOTCH_SHAPES: tuple[str, ...] = ("v_pair", "rectangular_pair", "rectangular")
@@ -30,9 +32,44 @@ class Tube:
         )
 
 
+OfEach = float | tuple[float, ...]
+"""A number of a notch: one for all notches, or one for each, from the base to the tip."""
+OF_EACH: tuple[str, ...] = ("depth_mm", "width_mm", "spacing_mm", "root_width_mm")
+"""Fields of a notch that may differ along the tube."""
+
+
+class Cut(NamedTuple):
+    """One notch; the fields are those of :class:`Notch`."""
+
+    shape: NotchShape
+    depth_mm: float
+    width_mm: float
+    spacing_mm: float
+    root_width_mm: float | None
+    rigid_roots: bool
+
+    @property
+    def pitch_mm(self) -> float:
+        """Length of the notch and of the ring beyond it, mm."""
+        return self.width_mm + self.spacing_mm
+
+
+class Places(NamedTuple):
+    """Where notches and rings stand along the straight tube, mm from the base; tuples of N.
+
+    ``middles`` are of the notches, ``centres`` of the rings beyond them, the last of which is the tip.
+    """
+
+    middles: tuple[float, ...]
+    centres: tuple[float, ...]
+
+
 @dataclass(frozen=True)
 class Notch:
-    """A row of equal notches.
+    """A row of notches, all alike or each its own.
+
+    ``depth_mm``, ``width_mm``, ``spacing_mm`` and ``root_width_mm`` are a number for all notches or a tuple of
+    ``count`` numbers, the notch at the base first. A tuple of equal numbers becomes the number.
 
     Parameters
     ----------
@@ -46,7 +83,8 @@ class Notch:
     width_mm
         Opening along the tube axis at the outer surface.
     spacing_mm
-        Uncut tube between two notches; the pitch is ``width_mm + spacing_mm``.
+        Uncut tube beyond a notch, up to the next one or to the end; the pitch is ``width_mm + spacing_mm``. Before the
+        first notch it is as long as beyond it. Base and tip are in the middle of the first and of the last ring.
     root_width_mm
         Width of the flat root of a V (wire kerf). A slot has one width at all depths and takes None.
     rigid_roots
@@ -56,41 +94,76 @@ class Notch:
 
     shape: NotchShape
     count: int
-    depth_mm: float
-    width_mm: float
-    spacing_mm: float
-    root_width_mm: float | None = None
+    depth_mm: OfEach
+    width_mm: OfEach
+    spacing_mm: OfEach
+    root_width_mm: OfEach | None = None
     rigid_roots: bool = False
 
     def __post_init__(self) -> None:
         require(isinstance(self.rigid_roots, bool), "notch.rigid_roots", self.rigid_roots, "true or false")
         require(self.shape in NOTCH_SHAPES, "notch.shape", self.shape, "one of " + ", ".join(NOTCH_SHAPES))
-        require_numbers("notch", self)
+        for name in OF_EACH:
+            if isinstance(value := getattr(self, name), list):
+                object.__setattr__(self, name, tuple(value))
+        require_numbers("notch", self, lists=OF_EACH)
         require(
             isinstance(self.count, int) and 1 <= self.count <= MOST_JOINTS,
             "notch.count",
             self.count,
             f"a whole number of at least 1, at most {MOST_JOINTS:,}",
         )
+        for name in OF_EACH:
+            self._take(name)
         for name in ("depth_mm", "width_mm", "spacing_mm"):
-            require_length(f"notch.{name}", getattr(self, name))
+            for label, value in self.named(name):
+                require_length(label, value)
         if self.shape == "v_pair":
             root = self.root_width_mm
             require(root is not None, "notch.root_width_mm", root, "a number: a V needs the width of its root")
-            assert root is not None
-            require(
-                0 <= root < self.width_mm,
-                "notch.root_width_mm",
-                root,
-                f"at least 0 and below notch.width_mm = {self.width_mm}",
-            )
+            for k, (label, value) in enumerate(self.named("root_width_mm")):
+                width = _of(self.width_mm, k)
+                require(0 <= value < width, label, value, f"at least 0 and below notch.width_mm = {width}")
         else:
             require(self.root_width_mm is None, "notch.root_width_mm", self.root_width_mm, "absent for a slot")
 
-    @property
-    def pitch_mm(self) -> float:
-        """Joint to joint distance, mm."""
-        return self.width_mm + self.spacing_mm
+    def _take(self, name: str) -> None:
+        """Check how many numbers a field has; equal ones become one."""
+        values = getattr(self, name)
+        if not isinstance(values, tuple):
+            return
+        if len(values) != self.count:
+            found = f"{len(values)} number{'s' * (len(values) != 1)}"
+            raise RigError(f"notch.{name} = {found}: expected one number, or {self.count}, one a notch")
+        if all(value == values[0] for value in values):
+            object.__setattr__(self, name, values[0])
+
+    def named(self, name: str) -> list[tuple[str, float]]:
+        """Numbers of a field with their names for messages; one for all notches where they are alike.
+
+        A root that is broader than some of the widths has a number for each notch.
+        """
+        values = getattr(self, name)
+        if not isinstance(values, tuple) and name == "root_width_mm" and isinstance(self.width_mm, tuple):
+            values = (values,) * self.count
+        if isinstance(values, tuple):
+            return [(f"notch.{name} of notch {k}", value) for k, value in enumerate(values, start=1)]
+        return [(f"notch.{name}", values)]
+
+    @cached_property
+    def alike(self) -> bool:
+        """Whether all notches are alike; found once, because searches look by the ten thousand."""
+        return not any(isinstance(getattr(self, name), tuple) for name in OF_EACH)
+
+    def at(self, number: int) -> Cut:
+        """One notch, by its number from the base, 0."""
+        root = None if self.root_width_mm is None else _of(self.root_width_mm, number)
+        depth, width, spacing = (_of(values, number) for values in (self.depth_mm, self.width_mm, self.spacing_mm))
+        return Cut(self.shape, depth, width, spacing, root, self.rigid_roots)
+
+
+def _of(values: OfEach, number: int) -> float:
+    return values[number] if isinstance(values, tuple) else values
 
 
 @dataclass(frozen=True)
@@ -107,10 +180,11 @@ class NotchedTube:
     notch: Notch
 
     def __post_init__(self) -> None:
-        depth, outer = self.notch.depth_mm, self.tube.outer_diameter_mm
+        outer = self.tube.outer_diameter_mm
         limit = outer / (1 if self.one_sided else 2)
         which = "the outer diameter" if self.one_sided else "the outer radius, for cuts from both sides"
-        require(depth < limit, "notch.depth_mm", depth, f"below {limit:g} mm, {which}")
+        for label, depth in self.notch.named("depth_mm"):
+            require(depth < limit, label, depth, f"below {limit:g} mm, {which}")
 
     @property
     def one_sided(self) -> bool:
@@ -123,9 +197,71 @@ class NotchedTube:
         return self.notch.count
 
     @property
+    def alike(self) -> bool:
+        """Whether all notches are alike."""
+        return self.notch.alike
+
+    @property
+    def cut(self) -> Cut:
+        """The notch, where all are alike.
+
+        Raises
+        ------
+        RigError
+            Notches that differ.
+        """
+        for name in OF_EACH:
+            if isinstance(getattr(self.notch, name), tuple):
+                raise RigError(f"notch.{name}: differs from notch to notch: expected one number here")
+        return self.notch.at(0)
+
+    @property
     def pitch_mm(self) -> float:
-        """Joint to joint distance, mm."""
-        return self.notch.pitch_mm
+        """Joint to joint distance, mm.
+
+        Raises
+        ------
+        RigError
+            A pitch that differs from notch to notch.
+        """
+        for name, value in (("width_mm", self.notch.width_mm), ("spacing_mm", self.notch.spacing_mm)):
+            if isinstance(value, tuple):
+                raise RigError(f"notch.{name}: differs from notch to notch: expected one pitch here")
+        return self.notch.at(0).pitch_mm
+
+    @property
+    def length_mm(self) -> float:
+        """Length from base to tip, mm."""
+        if not isinstance(self.notch.width_mm, tuple) and not isinstance(self.notch.spacing_mm, tuple):
+            return self.joints * self.pitch_mm
+        return self.places().centres[-1]
+
+    def places(self) -> Places:
+        """Where notches and rings stand along the straight tube."""
+        cuts = [self.notch.at(k) for k in range(self.joints)]
+        if len({(cut.width_mm, cut.spacing_mm) for cut in cuts}) == 1:
+            return even_places(self.joints, cuts[0].pitch_mm)
+        ends = list(accumulate((cut.pitch_mm for cut in cuts), initial=cuts[0].spacing_mm / 2))
+        middles = tuple(end + cut.width_mm / 2 for end, cut in zip(ends, cuts, strict=False))
+        return Places(middles, tuple(end - cut.spacing_mm / 2 for end, cut in zip(ends[1:], cuts, strict=True)))
+
+    def of_joint(self, number: int) -> NotchedTube:
+        """Tube of one notch alone, by its number from the base, 0; the tube itself where all are alike.
+
+        Its rings are as long as the mean of those on either side: the pitch is the length of tendon from the middle of
+        one to that of the other.
+        """
+        if self.alike:
+            return self
+        cut, before = self.notch.at(number), self.notch.at(max(number - 1, 0))
+        spacing = 0.5 * (before.spacing_mm + cut.spacing_mm)
+        notch = Notch(cut.shape, 1, cut.depth_mm, cut.width_mm, spacing, cut.root_width_mm, cut.rigid_roots)
+        return NotchedTube(self.tube, notch)
+
+
+def even_places(joints: int, pitch_mm: float) -> Places:
+    """Places of joints at equal distances."""
+    return Places(tuple((k + 0.5) * pitch_mm for k in range(joints)), tuple((k + 1) * pitch_mm for k in range(joints)))
 
 
 @dataclass(frozen=True)
@@ -188,3 +324,21 @@ class MeasuredJoint:
         positive = limit - math.hypot(slope, limit) > -2
         require(positive, "rig.hardening_slope", slope, f"a stiffness above 0 with hardening_limit = {limit:g}")
         require(0 <= self.roots_share < 1, "rig.roots_share", self.roots_share, "from 0 to below 1")
+
+    @property
+    def alike(self) -> bool:
+        """Measured joints are."""
+        return True
+
+    @property
+    def length_mm(self) -> float:
+        """Length from base to tip, mm."""
+        return self.joints * self.pitch_mm
+
+    def places(self) -> Places:
+        """Where joints and rings stand along the straight tube."""
+        return even_places(self.joints, self.pitch_mm)
+
+    def of_joint(self, number: int) -> MeasuredJoint:
+        """Joint by its number from the base, 0: all are alike."""
+        return self

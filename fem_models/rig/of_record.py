@@ -41,6 +41,8 @@ def rig_of(record: Record) -> Rig | None:
 def notched_tube_of(record: Record) -> NotchedTube | None:
     """Return tube and notches of the sidecar, or None if it has no such tables. A V without a root width is sharp.
 
+    Numbers of notches that differ are lists, one a notch from base to tip.
+
     Raises
     ------
     RigError

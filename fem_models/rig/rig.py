@@ -162,9 +162,9 @@ EFFECT_TABLES = (
 class Rig:
     """A manipulator with two antagonistic tendons on one wheel, or with a single tendon.
 
-    All joints are equal: ``joint`` gives the notches of a tube, or the stiffness of measured joints. A positive drive
-    pulls tendon a, which bends the manipulator towards positive angles. The optional parts from ``slack`` on are
-    effects, off by default, each in :mod:`fem_models.rig.effects`.
+    ``joint`` gives the notches of a tube, all alike or each its own, or the stiffness of measured joints, which are
+    alike. A positive drive pulls tendon a, which bends the manipulator towards positive angles. The optional parts from
+    ``slack`` on are effects, off by default, each in :mod:`fem_models.rig.effects`.
 
     With a single tendon (``tendon_b`` None) the flexures spring back; the preload may be 0 unless the tendon has a toe
     region. ``precurvature_deg`` is the angle of every joint without load. At that shape the tendons have their rest
@@ -233,8 +233,18 @@ class Rig:
 
     @property
     def pitch_mm(self) -> float:
-        """Joint to joint distance, mm."""
+        """Joint to joint distance, mm; a RigError where it differs from notch to notch."""
         return self.joint.pitch_mm
+
+    @property
+    def length_mm(self) -> float:
+        """Length from base to tip, mm."""
+        return self.joint.length_mm
+
+    @property
+    def mean_pitch_mm(self) -> float:
+        """Length over the number of joints, mm; the pitch where all joints are alike."""
+        return self.pitch_mm if self.joint.alike else self.length_mm / self.joints
 
     def parts(self) -> dict[str, str | float | DataclassInstance | None]:
         """Values of a rig by their names in a rig file, where ``joint`` is [tube] and [notch], or [bench]."""
@@ -273,12 +283,13 @@ class Rig:
         return html_table(f"rig {self.name}", rows)
 
 
-def _plain(part: DataclassInstance) -> dict[str, float | str]:
-    return {name: value for name, value in asdict(part).items() if value is not None}
+def _plain(part: DataclassInstance) -> dict[str, float | str | list[float]]:
+    values = {name: value for name, value in asdict(part).items() if value is not None}
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 
 def numeric_fields(rig: Rig) -> dict[str, float]:
-    """Every number of a rig by dotted name, for tables of sources and for studies."""
+    """Every number of a rig by dotted name, for tables of sources and for studies; none that differs along the tube."""
     out: dict[str, float] = {}
     for name, value in rig.parts().items():
         if is_dataclass(value):
@@ -342,3 +353,8 @@ def with_notch(rig: Rig, notch: Notch) -> Rig:
         As :func:`notched_tube`; a notch that would cut the tube in two.
     """
     return replace(rig, joint=replace(notched_tube(rig), notch=notch))
+
+
+def with_joint(rig: Rig, number: int) -> Rig:
+    """Return the rig with all joints as the one of a number, 0 at the base; itself where all are alike."""
+    return rig if rig.joint.alike else replace(rig, joint=rig.joint.of_joint(number))

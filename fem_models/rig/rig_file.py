@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,7 @@ from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, listed, quoted
+from hysteresis.records.rows import Value, table_of_rows
 
 _TABLES: dict[str, type] = {
     "tube": Tube,
@@ -69,7 +70,7 @@ def numbers_of_a_rig() -> dict[str, bool]:
         f"{table}.{f.name}".lstrip("."): f.type == "int"
         for table, cls in tables.items()
         for f in fields(cls)
-        if str(f.type).split(" | ")[0] in ("int", "float")
+        if str(f.type).split(" | ")[0] in ("int", "float", "OfEach")
     }
 
 
@@ -94,11 +95,26 @@ def build(table_name: str, table: object, where: str) -> Any:
         raise RigError(f"{where}: {error}") from None
 
 
+def notch_of_rows(rows: Sequence[object], where: str) -> Mapping[str, Value]:
+    """Make the table of ``[[notch]]`` rows, lists where the notches differ.
+
+    Raises
+    ------
+    RigError
+        One line with ``where``, row, key, value and what was expected.
+    """
+    try:
+        return table_of_rows(where, "notch", rows)
+    except RecordError as error:
+        raise RigError(str(error)) from None
+
+
 def read_rig(path: Path | str) -> Rig:
     """Read a rig file (TOML): ``name``, ``preload_N`` and the tables of :class:`Rig`.
 
     ``[tendon]`` stands for both tendons; ``[tendon_b]`` overrides it for unequal tendons. ``tendons = 1`` is a rig with
-    a single tendon, [tendon] or [tendon_a].
+    a single tendon, [tendon] or [tendon_a]. Fields of [notch] may be lists, one number a notch; rows [[notch]] are
+    another spelling.
 
     Raises
     ------
@@ -124,6 +140,8 @@ def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> R
         One line with ``where``, field, value and what was expected.
     """
     data = dict(tables)
+    if isinstance(data.get("notch"), list):
+        data["notch"] = notch_of_rows(data["notch"], where)
     for key in ("tendon", "tendon_a", "tendon_b"):
         if not isinstance(data.get(key, {}), Mapping):
             raise RigError(f"{where}: [{key}] = {quoted(data[key])}: expected a table")
@@ -169,5 +187,6 @@ def _joint(
 def _require_sane_integers(table: Mapping[str, Any], where: str, prefix: str = "") -> None:
     """Refuse integers beyond 64 bits, which TOML forbids but its reader accepts: they overflow as floats."""
     for key, value in table.items():
-        if isinstance(value, int) and not -(2**63) <= value < 2**63:
-            raise RigError(f"{where}: {prefix}{as_given(key)} = {quoted(value)}: expected an integer of 64 bits")
+        for one in value if isinstance(value, list) else (value,):
+            if isinstance(one, int) and not -(2**63) <= one < 2**63:
+                raise RigError(f"{where}: {prefix}{as_given(key)} = {quoted(one)}: expected an integer of 64 bits")

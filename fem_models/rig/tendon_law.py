@@ -53,3 +53,10 @@ def tendon_tension_N(tendon: Tendon, stretch_mm: ArrayLike, preload_N: float, le
         return np.maximum(preload_N + stretch / a, 0.0)
     c = stretch + a * preload_N + b * math.log(preload_N)
     return b / a * wrightomega(c / b + math.log(a / b))
+
+
+def tendon_stiffness_N_per_mm(tendon: Tendon, tension_N: Floats, length_in_tube_mm: float) -> Floats:
+    """Slope of :func:`tendon_tension_N` at tensions, their shape; 0 of a slack tendon."""
+    a, b = _compliances(tendon, length_in_tube_mm)
+    taut = tension_N > 0
+    return np.where(taut, 1 / (a + b / np.where(taut, tension_N, 1.0)), 0.0)

@@ -245,7 +245,7 @@ def _transformed(joint: QuarterJoint, state: Equilibrium) -> float:
     solid = joint.solid
     if solid.law.span == 0:
         return 0.0
-    between = solid.points_mm[solid.cells, 2].mean(axis=1) < notched_tube(joint.rig).notch.width_mm / 2
+    between = solid.points_mm[solid.cells, 2].mean(axis=1) < notched_tube(joint.rig).cut.width_mm / 2
     volumes = solid.volumes[between]
     return float((volumes * state.transformation[between]).sum() / (volumes.sum() * solid.law.span))
 

@@ -122,7 +122,7 @@ def snr_mesh(rig: Rig, *, refinement: float = 1.0, fillet_mm: float = 0.0, path:
 
 def _profile(rig: Rig, fillet_mm: float) -> _Profile:
     joint, cut = notched_tube(rig), float(cut_height_mm(notched_tube(rig), 0.0))
-    tube, notch = joint.tube, joint.notch
+    tube, notch = joint.tube, joint.cut
     edge = notch.width_mm / 2
     root = edge if notch.root_width_mm is None else notch.root_width_mm / 2
     outer = tube.outer_diameter_mm / 2

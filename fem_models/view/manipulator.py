@@ -1,9 +1,9 @@
 """The bent manipulator in three dimensions: a mesh, a picture, a file for ParaView.
 
 The straight tube lies along +x from the base at x = 0, the bending plane is x-y, a positive angle bends towards +y.
-Joint i is at ``(i + 1/2) pitch``, and s is the distance from a joint. Cuts run along z: the remaining section is
-``|y| <= c(s)``, or ``y <= c`` for one-sided slots. Rings stay rigid; a flexure bends as a beam under a uniform moment,
-with a curvature proportional to 1 / I(s) along its neutral axis.
+Joints are in the middle of their notches (:class:`fem_models.rig.joints.Places`), and s is the distance from a joint.
+Cuts run along z: the remaining section is ``|y| <= c(s)``, or ``y <= c`` for one-sided slots. Rings stay rigid; a
+flexure bends as a beam under a uniform moment, with a curvature proportional to 1 / I(s) along its neutral axis.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from fem_models.joint import joint_mechanics
 from fem_models.joint.section import cut_height_mm, section
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube, NotchShape
-from fem_models.rig.rig import notched_tube
+from fem_models.rig.rig import with_joint
 from hysteresis.arrays import Floats, Ints
 
 if TYPE_CHECKING:
@@ -92,6 +92,7 @@ class _Outline:
     opening: float
     cut: float  # c at the root
     neutral: float  # y of the neutral axis of the flexures
+    root: float | None  # half the width of a V's root
 
 
 @dataclass(frozen=True)
@@ -104,22 +105,32 @@ class _Spine:
     across: Floats
     angle: Floats
     curvature: Floats  # unsigned, 1/mm
-    neutral: float
+    neutral: Floats  # y of the neutral axis
+    cut: Floats  # c
+    half_opening: Floats  # of the notch
 
     def place(self, k: Ints, y: Floats) -> tuple[Floats, Floats]:
         """Bent position (x, y) of the points of the straight tube at section k and height y."""
-        lever = y - self.neutral
+        lever = y - self.neutral[k]
         return self.along[k] - lever * np.sin(self.angle[k]), self.across[k] + lever * np.cos(self.angle[k])
 
 
 def _outline(rig: Rig) -> _Outline:
+    """Outline of a rig whose joints are alike."""
     if isinstance(rig.joint, MeasuredJoint):
         outer = 1.15 * max(tendon.moment_arm_mm for tendon in rig.tendons)
-        return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0)
-    tube, notch = rig.joint.tube, rig.joint.notch
-    outer = tube.outer_diameter_mm / 2
-    neutral = -joint_mechanics(rig).flexure.neutral_offset_mm
-    return _Outline(notch.shape, outer, tube.inner_diameter_mm / 2, notch.width_mm, outer - notch.depth_mm, neutral)
+        return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0, None)
+    tube, notch, joint = rig.joint.tube, rig.joint.cut, joint_mechanics(rig)
+    outer, root = tube.outer_diameter_mm / 2, None if notch.root_width_mm is None else notch.root_width_mm / 2
+    inner, neutral = tube.inner_diameter_mm / 2, -joint.flexure.neutral_offset_mm
+    return _Outline(notch.shape, outer, inner, notch.width_mm, outer - notch.depth_mm, neutral, root)
+
+
+def _outlines(rig: Rig) -> list[_Outline]:
+    """Outlines of all joints, base first."""
+    if rig.joint.alike:
+        return [_outline(rig)] * rig.joints
+    return [_outline(with_joint(rig, number)) for number in range(rig.joints)]
 
 
 def _radians(rig: Rig, joint_angles_deg: ArrayLike) -> Floats:
@@ -129,62 +140,75 @@ def _radians(rig: Rig, joint_angles_deg: ArrayLike) -> Floats:
     return np.radians(angles)
 
 
-def _local_stations(rig: Rig, outline: _Outline, detail: float) -> Floats:
-    """Sections of one pitch, s from -pitch/2 to pitch/2; dense where the cut or the strain varies."""
+def _local_stations(outline: _Outline, before: float, after: float, detail: float) -> Floats:
+    """Sections of one joint, s from -``before`` to ``after``; dense where the cut or the strain varies."""
 
     def count(full: int) -> int:
         return max(3, round(detail * full))
 
-    half, edge, outer, cut = rig.pitch_mm / 2, outline.opening / 2, outline.outer, outline.cut
-    ring = edge + (half - edge) * (np.array([0.0, 0.08, 0.3, 0.65, 1.0]) if detail > 0.5 else np.array([0.0, 1.0]))
+    edge, outer, cut, root = outline.opening / 2, outline.outer, outline.cut, outline.root
     opening = np.linspace(0.0, edge, count(9))
-    if isinstance(rig.joint, NotchedTube) and rig.joint.notch.root_width_mm is not None:
-        root = rig.joint.notch.root_width_mm / 2
+    if root is not None:
         # Even steps of the angle at which the flank meets the outer surface keep the V smooth where it runs out.
         c = outer * np.cos(np.linspace(np.arccos(cut / outer), 0.0, count(15)))
         if outline.inner > cut:
             c = np.append(c, outline.inner)
         opening = np.concatenate([np.linspace(0.0, root, count(5)), root + (c - cut) / (outer - cut) * (edge - root)])
-    positive = np.unique(np.round(np.concatenate([opening, ring]), 9))
-    return np.concatenate([-positive[:0:-1], positive])
+
+    def side(half: float) -> Floats:
+        steps = np.array([0.0, 0.08, 0.3, 0.65, 1.0]) if detail > 0.5 else np.array([0.0, 1.0])
+        return np.asarray(np.unique(np.round(np.concatenate([opening, edge + (half - edge) * steps]), 9)))
+
+    return np.concatenate([-side(before)[:0:-1], side(after)])
 
 
-def _spine(rig: Rig, outline: _Outline, joint_angles_deg: ArrayLike, detail: float = 1.0) -> _Spine:
-    angles = _radians(rig, joint_angles_deg)
-    local = _local_stations(rig, outline, detail)
-    fine = np.linspace(-outline.opening / 2, outline.opening / 2, 801)
-    notched = isinstance(rig.joint, NotchedTube)
-    flexibility = 1 / section(notched_tube(rig), fine).second_moment_mm4 if notched else np.ones_like(fine)
-    share = np.concatenate([[0.0], np.cumsum((flexibility[1:] + flexibility[:-1]) / 2 * np.diff(fine))])
-    curvature = np.interp(local, fine, flexibility / share[-1], left=0.0, right=0.0)
-    keep = np.ones((rig.joints, local.size), dtype=bool)
-    keep[1:, 0] = False  # the end of a pitch is the start of the next
-    x = ((np.arange(rig.joints)[:, None] + 0.5) * rig.pitch_mm + local)[keep]
-    rotation = (np.cumsum(angles) - angles)[:, None] + angles[:, None] * np.interp(local, fine, share / share[-1])
-    angle = rotation[keep]
-    # From section to section the line is an arc: exact for slots, the mean curvature of the interval for a V.
-    half_angle = np.diff(angle) / 2
+def _spine(rig: Rig, joint_angles_deg: ArrayLike, detail: float = 1.0) -> _Spine:
+    angles, outlines, places = _radians(rig, joint_angles_deg), _outlines(rig), rig.joint.places()
+    heading, end, rows = 0.0, 0.0, list[Floats]()
+    for i, outline in enumerate(outlines):
+        middle, centre = places.middles[i], places.centres[i]
+        local = _local_stations(outline, middle - end, centre - middle, detail)
+        fine = np.linspace(-outline.opening / 2, outline.opening / 2, 801)
+        notched = with_joint(rig, i).joint
+        flexibility, cut = np.ones_like(fine), np.full_like(local, outline.cut)
+        if isinstance(notched, NotchedTube):
+            flexibility, cut = 1 / section(notched, fine).second_moment_mm4, cut_height_mm(notched, local)
+        share = np.concatenate([[0.0], np.cumsum((flexibility[1:] + flexibility[:-1]) / 2 * np.diff(fine))])
+        curvature = abs(angles[i]) * np.interp(local, fine, flexibility / share[-1], left=0.0, right=0.0)
+        angle = heading + angles[i] * np.interp(local, fine, share / share[-1])
+        half, neutral = np.full_like(local, outline.opening / 2), np.full_like(local, outline.neutral)
+        row = np.array([middle + local, local, angle, curvature, neutral, cut, half])
+        rows.append(row if i == 0 else row[:, 1:])  # the end of a joint's part is the start of the next
+        heading, end = heading + angles[i], centre
+    x, s, angle, curvature, neutral, cut, half = np.concatenate(rows, axis=1)
+    # From section to section the line is an arc: exact for slots, the mean curvature of the interval for a V. Where the
+    # neutral axis of the next notch lies higher or lower, the line steps across the ring.
+    half_angle, step = np.diff(angle) / 2, np.diff(neutral)
     chord = np.diff(x) * np.sinc(half_angle / np.pi)
+    along = chord * np.cos(angle[:-1] + half_angle) - step * np.sin(angle[:-1])
+    across = chord * np.sin(angle[:-1] + half_angle) + step * np.cos(angle[:-1])
     return _Spine(
         x,
-        np.broadcast_to(local, keep.shape)[keep],
-        np.concatenate([[0.0], np.cumsum(chord * np.cos(angle[:-1] + half_angle))]),
-        outline.neutral + np.concatenate([[0.0], np.cumsum(chord * np.sin(angle[:-1] + half_angle))]),
+        s,
+        np.concatenate([[0.0], np.cumsum(along)]),
+        neutral[0] + np.concatenate([[0.0], np.cumsum(across)]),
         angle,
-        (np.abs(angles)[:, None] * curvature)[keep],
-        outline.neutral,
+        curvature,
+        neutral,
+        cut,
+        half,
     )
 
 
-def _sectors(rig: Rig, outline: _Outline, r: Floats, spine: _Spine) -> list[tuple[Floats, Floats, NDArray[np.bool_]]]:
+def _sectors(outline: _Outline, r: Floats, spine: _Spine) -> list[tuple[Floats, Floats, NDArray[np.bool_]]]:
     """Sectors of the wall: first and last angle about x, shape (r, x), and the intervals of x where it is solid."""
-    ring = np.abs(spine.s[:-1] + spine.s[1:]) / 2 > outline.opening / 2
+    ring = np.abs(spine.s[:-1] + spine.s[1:]) / 2 > spine.half_opening[:-1]
     ring |= spine.s[1:] < spine.s[:-1]  # the interval that runs over from one pitch into the next
     everywhere = np.ones_like(ring)
     if outline.shape is None:
         zero = np.zeros((r.size, spine.x.size))
         return [(zero, zero + np.pi, ring), (zero + np.pi, zero + 2 * np.pi, ring)]
-    edge = np.arccos(np.clip(cut_height_mm(notched_tube(rig), spine.s) / r[:, None], -1.0, 1.0))
+    edge = np.arccos(np.clip(spine.cut / r[:, None], -1.0, 1.0))
     edge[edge < 1e-3] = 0.0  # rounding of c / r = 1 would leave a crack as wide as its square root
     edge[edge > np.pi - 1e-3] = np.pi
     if outline.shape == "rectangular":
@@ -195,13 +219,13 @@ def _sectors(rig: Rig, outline: _Outline, r: Floats, spine: _Spine) -> list[tupl
     return [*arcs, (-edge, edge, ring), (np.pi - edge, np.pi + edge, ring)]
 
 
-def _straight_wall(rig: Rig, outline: _Outline, spine: _Spine, detail: float) -> tuple[Floats, Ints, Ints]:
+def _straight_wall(outlines: list[_Outline], spine: _Spine, detail: float) -> tuple[Floats, Ints, Ints]:
     """Points (n, 3) of the straight wall, the section of each (n,), and hexahedra (m, 8) of them."""
+    outline = outlines[0]
     r = np.linspace(outline.inner, outline.outer, 3 if detail > 0.5 else 2)
-    if outline.inner < abs(outline.cut) < outline.outer:
-        r = np.unique(np.append(r, abs(outline.cut)))
+    r = np.unique([*r, *(abs(one.cut) for one in outlines if one.inner < abs(one.cut) < one.outer)])
     points, sections, cells, first = [], [], [], 0
-    for start, end, solid in _sectors(rig, outline, r, spine):
+    for start, end, solid in _sectors(outline, r, spine):
         steps = max(round(8 * min(1.0, detail)), int(np.ceil(detail * np.degrees((end - start).max()) / 4.5)))
         phi = start[:, None, :] + np.linspace(0.0, 1.0, steps + 1)[:, None] * (end - start)[:, None, :]  # (r, t, x)
         k = np.broadcast_to(np.arange(spine.x.size), phi.shape)
@@ -224,15 +248,14 @@ def _straight_wall(rig: Rig, outline: _Outline, spine: _Spine, detail: float) ->
 
 def _bent_wall(rig: Rig, joint_angles_deg: ArrayLike, detail: float = 1.0) -> tuple[Floats, Ints, Floats]:
     """Points (n, 3) of the bent wall in mm, hexahedra (m, 8), and the bending strain (n,) in percent."""
-    outline = _outline(rig)
-    spine = _spine(rig, outline, joint_angles_deg, detail)
-    straight, at, cells = _straight_wall(rig, outline, spine, detail)
-    y = straight[:, 1]
+    outlines, spine = _outlines(rig), _spine(rig, joint_angles_deg, detail)
+    straight, at, cells = _straight_wall(outlines, spine, detail)
+    y, shape = straight[:, 1], outlines[0].shape
     strain = np.zeros_like(y)
-    if outline.shape is not None:
-        reach = y if outline.shape == "rectangular" else np.abs(y)
-        loaded = reach <= cut_height_mm(notched_tube(rig), spine.s)[at] + 1e-6  # not the free edges of the rings
-        strain = np.where(loaded, 100 * np.abs(y - outline.neutral) * spine.curvature[at], 0.0)
+    if shape is not None:
+        reach = y if shape == "rectangular" else np.abs(y)
+        loaded = reach <= spine.cut[at] + 1e-6  # not the free edges of the rings
+        strain = np.where(loaded, 100 * np.abs(y - spine.neutral[at]) * spine.curvature[at], 0.0)
     return np.column_stack([*spine.place(at, y), straight[:, 2]]), cells, strain
 
 
@@ -275,16 +298,15 @@ def tendon_lines(rig: Rig, joint_angles_deg: ArrayLike) -> dict[str, Floats]:
 
     They start one pitch before the base, at y = +-moment_arm_mm. Raises as :func:`tube_mesh`.
     """
-    outline = _outline(rig)
-    spine = _spine(rig, outline, joint_angles_deg)
-    at_edge = np.isclose(np.abs(spine.s), outline.opening / 2)
+    spine = _spine(rig, joint_angles_deg)
+    at_edge = np.isclose(np.abs(spine.s), spine.half_opening)
     at_edge[[0, -1]] = True
     k = np.flatnonzero(at_edge)
     lines = {}
     for name, side, tendon in zip("ab", (1, -1), rig.tendons, strict=False):
         y = side * tendon.moment_arm_mm
         line = np.column_stack([*spine.place(k, np.full(k.size, y)), np.zeros(k.size)])
-        lines[name] = np.concatenate([[[-rig.pitch_mm, y, 0.0]], line])
+        lines[name] = np.concatenate([[[-rig.mean_pitch_mm, y, 0.0]], line])
     return lines
 
 
@@ -392,7 +414,7 @@ def _draw(rig: Rig, joint_angles_deg: Floats, path: Path, window: tuple[int, int
     import pyvista as pv
     from matplotlib.colors import LinearSegmentedColormap
 
-    outline, wall = _outline(rig), tube_mesh(rig, joint_angles_deg)
+    outline, wall = _outlines(rig)[0], tube_mesh(rig, joint_angles_deg)
     plotter = pv.Plotter(off_screen=True, window_size=list(window), lighting="light kit")
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
@@ -404,7 +426,7 @@ def _draw(rig: Rig, joint_angles_deg: Floats, path: Path, window: tuple[int, int
         plotter.add_mesh(wall, color=_STEEL, **_METAL)
     lines = tendon_lines(rig, joint_angles_deg)
     if outline.shape is None:  # rings without flexures are not connected
-        spine = _spine(rig, outline, joint_angles_deg)
+        spine = _spine(rig, joint_angles_deg)
         lines["axis"] = np.column_stack([spine.along, spine.across, np.zeros(spine.x.size)])
     drawn = [wall]
     for name, line in lines.items():

@@ -6,12 +6,12 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from sys import float_info
 from typing import Any
 
 from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, quoted
 from hysteresis.records.record import FIELDS, KINDS, LIST_FIELDS, MEASURED_KEYS, DriveUnit, Kind
+from hysteresis.records.rows import check_list, is_number, table_of_rows
 
 Columns = Mapping[str, list[str]]
 """Key of ``[columns]`` -> columns of the CSV."""
@@ -47,8 +47,10 @@ def read_sidecar(path: Path) -> Sidecar:
     RecordError
         One line with the file, the key, its value and what was expected.
     """
-    tables = read_toml(path, "the record's sidecar")
+    tables = dict(read_toml(path, "the record's sidecar"))
     _check_keys(path, "", tables)
+    if isinstance(tables.get("notch"), list):
+        tables["notch"] = table_of_rows(path, "notch", tables["notch"])
     if type(tables.get("schema")) is not int or tables["schema"] != 1:
         raise RecordError(f"{path}: schema = {quoted(tables.get('schema', 'missing'))}: expected 1")
     if not isinstance(tables.get("title", ""), str):
@@ -101,7 +103,10 @@ def check_rig_tables(where: Path, tables: Mapping[str, Any]) -> None:
             raise RecordError(f"{where}: {table} = {quoted(items)}: expected a table")
         for key, value in items.items():
             text = isinstance(value, str)
-            number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= float_info.max
+            number = is_number(value)
+            if table == "notch" and isinstance(value, list | tuple):
+                check_list(f"{where}: notch.{as_given(key)}", value)
+                continue
             if table != "rig":
                 good, expected = text or number, "a number or text"
             elif key not in _RIG_NUMBERS:
@@ -163,7 +168,7 @@ def toml(tables: Mapping[str, Any]) -> str:
     """Write plain values and tables of plain values as TOML."""
 
     def text(value: Any) -> str:
-        if isinstance(value, list):
+        if isinstance(value, list | tuple):
             return "[" + ", ".join(map(text, value)) + "]"
         if isinstance(value, bool):
             return "true" if value else "false"

@@ -83,7 +83,7 @@ def serve(
 
 def _size_mm(found: Answer) -> float:
     """Give the length of the straight tube."""
-    return found.rig.joints * found.rig.pitch_mm
+    return found.rig.length_mm
 
 
 def _require_free(port: int) -> None:

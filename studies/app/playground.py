@@ -80,13 +80,15 @@ def sliders(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
         Slider("preload_N", "Preload", "N", min(1.0, rig.preload_N), max(40.0, 2 * rig.preload_N), 0.5, rig.preload_N)
     ]
     if isinstance(rig.joint, NotchedTube):
-        notch = rig.joint.notch
+        notch = rig.joint.notch.at(0)
         limit = rig.joint.tube.outer_diameter_mm / (1 if rig.joint.one_sided else 2)
         root = notch.root_width_mm or 0.0
-        low, high = _around(notch.depth_mm, 0.85 * limit, 0.99 * limit, 0.005)
-        out.append(Slider("notch.depth_mm", "Notch depth", "mm", low, high, 0.005, notch.depth_mm))
-        low, high = _around(notch.width_mm, root + 0.1 * notch.width_mm, 2 * notch.width_mm, 0.02)
-        out.append(Slider("notch.width_mm", "Notch width", "mm", low, high, 0.02, notch.width_mm))
+        if not isinstance(rig.joint.notch.depth_mm, tuple):
+            low, high = _around(notch.depth_mm, 0.85 * limit, 0.99 * limit, 0.005)
+            out.append(Slider("notch.depth_mm", "Notch depth", "mm", low, high, 0.005, notch.depth_mm))
+        if not isinstance(rig.joint.notch.width_mm, tuple):
+            low, high = _around(notch.width_mm, root + 0.1 * notch.width_mm, 2 * notch.width_mm, 0.02)
+            out.append(Slider("notch.width_mm", "Notch width", "mm", low, high, 0.02, notch.width_mm))
     sheath, capstan = rig.friction.sheath_N, rig.friction.capstan_coefficient
     out.append(Slider("friction.sheath_N", "Sheath friction", "N", 0.0, max(4.0, 2 * sheath), 0.01, sheath))
     out.append(

@@ -207,10 +207,10 @@ def _solid_view(rig: Rig, joint_angles_deg: ArrayLike | None) -> Figure:
 
 def _side_view(rig: Rig) -> Figure:
     """Draw the straight manipulator in the bending plane: tube and notches, or measured joints, and the tendons."""
-    ends: Floats = np.array([0.0, rig.joints * rig.pitch_mm])
+    ends: Floats = np.array([0.0, rig.length_mm])
     match rig.joint:
         case NotchedTube() as joint:
-            outline = _outline(joint, rig.joints)
+            outline = _outline(joint)
             lines = [Line(*outline, "tube and notches", "grey")]
         case MeasuredJoint():
             at: Floats = rig.pitch_mm * np.linspace(0.5, rig.joints - 0.5, rig.joints)
@@ -227,15 +227,16 @@ def _side_view(rig: Rig) -> Figure:
     return figure
 
 
-def _outline(joint: NotchedTube, joints: int) -> tuple[Floats, Floats]:
+def _outline(joint: NotchedTube) -> tuple[Floats, Floats]:
     """Outline of a notched tube in the bending plane, one closed polygon: x along the tube, y across, mm."""
-    tube, notch = joint.tube, joint.notch
-    radius, half = 0.5 * tube.outer_diameter_mm, 0.5 * notch.width_mm
-    root = half if notch.root_width_mm is None else 0.5 * notch.root_width_mm
-    bottom = radius - notch.depth_mm
-    middles = notch.pitch_mm * (np.arange(joints) + 0.5)
-    x = np.concatenate([[0.0], *(m + np.array([-half, -root, root, half]) for m in middles), [joints * notch.pitch_mm]])
-    upper = np.concatenate([[radius], np.tile([radius, bottom, bottom, radius], joints), [radius]])
-    cut_twice = notch.shape in ("v_pair", "rectangular_pair")
+    radius, places, edges, heights = 0.5 * joint.tube.outer_diameter_mm, joint.places(), list[Floats](), list[float]()
+    for number, middle in enumerate(places.middles):
+        notch = joint.notch.at(number)
+        half, bottom = 0.5 * notch.width_mm, radius - notch.depth_mm
+        root = half if notch.root_width_mm is None else 0.5 * notch.root_width_mm
+        edges.append(middle + np.array([-half, -root, root, half]))
+        heights += [radius, bottom, bottom, radius]
+    x, upper = np.concatenate([[0.0], *edges, [places.centres[-1]]]), np.array([radius, *heights, radius])
+    cut_twice = joint.notch.shape in ("v_pair", "rectangular_pair")
     lower = -upper if cut_twice else np.full(x.size, -radius)
     return np.concatenate([x, x[::-1], x[:1]]), np.concatenate([upper, lower[::-1], upper[:1]])

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from numpy.typing import ArrayLike
 
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_row
 from fem_models.rig import Rig
 from fem_models.view import render
 from hysteresis.arrays import Floats
@@ -40,7 +40,7 @@ def shown_angles_deg(rig: Rig) -> Floats:
     RigError
         As :func:`fem_models.joint.joint_mechanics`.
     """
-    closed = np.degrees(joint_mechanics(rig).closure_angle_rad)
+    closed = np.degrees(joint_row(rig).of("closure_angle_rad").min())
     return np.full(rig.joints, min(SHOWN_DEG / rig.joints, _OF_CLOSURE * closed))
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_row
 from fem_models.joint.strain import limits_passed, peak_strain, strain_limits
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
@@ -34,7 +34,7 @@ def strain_of_record(rig: Rig, record: Record) -> Strain | None:
     """
     if record.notches_deg is None or rig.superelastic is not None:
         return None
-    found = strain_of(rig, record.drive, peak_strain(joint_mechanics(rig), np.radians(record.notches_deg)))
+    found = strain_of(rig, record.drive, peak_strain(joint_row(rig), np.radians(record.notches_deg)))
     return found if np.isfinite(found.peak_strain_percent) else None
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import solve_chain
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_row
 from fem_models.joint.strain import SUPERELASTIC, limits_passed, peak_strain, strain_limits
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig
@@ -120,6 +120,8 @@ def _evaluate(inputs: CaseInputs, found: Quantities) -> None:
         found |= _loop(rig, run)
     if "strain" in groups:
         found |= _strain(rig, run.record.drive, run.strain)
+    if "notches" in groups:
+        found |= _notches(run.record)
     if "contributions" in groups:
         with _named("contributions"):
             found |= _contributions(rig, program, engine)
@@ -151,7 +153,7 @@ def _run_analytic(rig: Rig, program: LoadProgram) -> Run:
     tensions = [record.tension_a_N] + ([] if rig.tendon_b is None else [record.tension_b_N])
     segments = np.stack([np.asarray(tension) for tension in tensions], axis=1)[:, :, None]
     assert record.notches_deg is not None
-    return Run(record, segments, None, peak_strain(joint_mechanics(rig), np.radians(record.notches_deg)))
+    return Run(record, segments, None, peak_strain(joint_row(rig), np.radians(record.notches_deg)))
 
 
 _RUN = {"chain": _solver("chain"), "multibody": _solver("multibody"), "analytic": _run_analytic}
@@ -177,6 +179,18 @@ def _loop(rig: Rig, run: Run) -> Quantities:
         begin = int(np.flatnonzero(record.cycle == record.cycle[-1])[0]) - 1
         found["dissipated_mJ"] = float(run.work_mJ[-1] - run.work_mJ[begin])
     return found
+
+
+def _notches(record: Record) -> Quantities:
+    """Compute the group ``notches``: where the manipulator bends most, angles in the direction in which it bends."""
+    assert record.notches_deg is not None
+    most = int(np.abs(record.angle_deg).argmax())
+    angles = record.notches_deg[most] * np.sign(record.angle_deg[most])
+    return {
+        "notch_angle_max_deg": float(angles.max()),
+        "notch_angle_spread_deg": float(np.ptp(angles)),
+        "notch_angle_gradient_deg": float(angles[-1] - angles[0]),
+    }
 
 
 def _strain(rig: Rig, drive: Floats, strain: Floats) -> Quantities:

@@ -9,7 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from fem_models.rig import RigError
+from fem_models.rig.checks import MOST_JOINTS
 from fem_models.rig.ensemble import member_constants
 from fem_models.rig.rig_file import numbers_of_a_rig
 from hysteresis.plain import optional, to_plain
@@ -18,9 +21,13 @@ from studies.sweep.code import code_version
 PROGRAM = {"amplitude_mm": False, "cycles": True, "step_mm": False, "rate_Hz": False}
 DERIVED: dict[str, tuple[str, ...]] = {
     "tube.wall_mm": ("tube.inner_diameter_mm",),
+    "notch.depth_gradient_mm": (),
     "notch.angle_deg": ("notch.width_mm",),
 }
-"""Numbers that a rig file does not have, and the numbers of the rig that each of them sets."""
+"""Numbers that a rig file does not have, in the order in which they are applied, and the numbers that each one sets.
+
+The gradient of the depth sets the depths about their mean, which may be varied beside it.
+"""
 
 MEMBER = "ensemble.member"
 """Number of a member of the ensemble of the rig's preset, from 0 on: it sets all constants of that member."""
@@ -132,18 +139,38 @@ def _set_wall(rig: Mapping[str, Any], wall_mm: float) -> None:
     rig["tube"]["inner_diameter_mm"] = rig["tube"]["outer_diameter_mm"] - 2 * wall_mm
 
 
+def _set_gradient(rig: Mapping[str, Any], gradient_mm: float) -> None:
+    """Make the depth of the notches linear along the tube: at the tip deeper by the gradient than at the base."""
+    notch = rig.get("notch", {})
+    if "depth_mm" not in notch:
+        raise RigError(f"notch.depth_gradient_mm = {gradient_mm:g}: expected a rig with [notch]")
+    count, mean = notch.get("count", 0), float(np.mean(notch["depth_mm"]))
+    if not 2 <= count <= MOST_JOINTS:
+        expected = f"2 to {MOST_JOINTS:,} notches"
+        raise RigError(f"notch.depth_gradient_mm = {gradient_mm:g}: notch.count = {count}: expected {expected}")
+    notch["depth_mm"] = [mean + gradient_mm * (k / (count - 1) - 0.5) for k in range(count)]
+
+
 def _set_angle(rig: Mapping[str, Any], angle_deg: float) -> None:
-    """Set the width of a V from its angle: each flank leans half the angle away from the middle plane of the notch."""
+    """Set the width of a V from its angle: each flank leans half the angle away from the middle plane of the notch.
+
+    Notches of different depths or roots get widths of their own.
+    """
     notch = rig.get("notch", {})
     if notch.get("shape") != "v_pair":
         raise RigError(f"notch.angle_deg = {angle_deg:g}: expected a rig with a notch of the shape v_pair")
     if not 0 < angle_deg < 180:
         raise RigError(f"notch.angle_deg = {angle_deg:g}: expected above 0, below 180")
-    notch["width_mm"] = notch["root_width_mm"] + 2 * notch["depth_mm"] * math.tan(math.radians(angle_deg) / 2)
+    root, depth, slope = notch["root_width_mm"], notch["depth_mm"], 2 * math.tan(math.radians(angle_deg) / 2)
+    try:
+        notch["width_mm"] = (np.asarray(root) + np.multiply(depth, slope)).tolist()
+    except ValueError:
+        raise RigError(f"notch.angle_deg = {angle_deg:g}: depth_mm and root_width_mm: expected one a notch") from None
 
 
 _DERIVE: dict[str, Callable[[Mapping[str, Any], float], None]] = {
     "tube.wall_mm": _set_wall,
+    "notch.depth_gradient_mm": _set_gradient,
     "notch.angle_deg": _set_angle,
 }
 

@@ -32,6 +32,11 @@ GROUPS: dict[str, dict[str, Quantity]] = {
         "plateau_margin": Quantity("1", "strain at the start of the plateau over the peak strain"),
         "fatigue_margin": Quantity("1", "alternating strain for 10^7 cycles (0.4 %) over that of the loop"),
     },
+    "notches": {
+        "notch_angle_max_deg": Quantity("deg", "largest angle of a notch where the manipulator bends most"),
+        "notch_angle_spread_deg": Quantity("deg", "largest less smallest angle of a notch, in the same place"),
+        "notch_angle_gradient_deg": Quantity("deg", "angle of the notch at the tip less that at the base, likewise"),
+    },
     "bouc-wen": {
         "bouc_wen_A": Quantity("1", "A of the improved Bouc-Wen law"),
         "bouc_wen_beta": Quantity("deg^-n", "beta of the improved Bouc-Wen law"),
@@ -52,9 +57,9 @@ GROUPS: dict[str, dict[str, Quantity]] = {
 
 OPTIONAL_GROUPS = ("bouc-wen", "contributions")  # they make a case many times slower
 ENGINE_GROUPS: dict[str, tuple[str, ...]] = {
-    "chain": ("loop", "strain", *OPTIONAL_GROUPS),
-    "multibody": ("loop", "strain", *OPTIONAL_GROUPS),
-    "analytic": ("loop", "strain"),
+    "chain": ("loop", "strain", "notches", *OPTIONAL_GROUPS),
+    "multibody": ("loop", "strain", "notches", *OPTIONAL_GROUPS),
+    "analytic": ("loop", "strain", "notches"),
     "solid": ("joint", "strain"),
 }
 """Groups of each engine; the first two are the default."""

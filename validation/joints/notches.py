@@ -144,7 +144,7 @@ def rig_of(case: NotchCase) -> Rig:
 
 def beam_pitch(rig: Rig) -> Flexure:
     """Analytic stiffness of a pitch about its middle: the flexure in series with the uncut tube on both sides."""
-    joint, tube, notch = beam(rig), notched_tube(rig).tube, notched_tube(rig).notch
+    joint, tube, notch = beam(rig), notched_tube(rig).tube, notched_tube(rig).cut
     assert joint.shear_N_per_mm is not None
     assert joint.axial_N_per_mm is not None
     young = rig.material.youngs_modulus_GPa * 1e3

@@ -79,7 +79,7 @@ def predicted(rig: Rig, values: Mapping[str, float]) -> Rig:
     Geometry and precurvature are those of the rig. ``depth`` adds to its depth.
     """
     joint = notched_tube(rig)
-    notch = replace(joint.notch, depth_mm=joint.notch.depth_mm + values["depth"], rigid_roots=False)
+    notch = replace(joint.notch, depth_mm=joint.cut.depth_mm + values["depth"], rigid_roots=False)
     arm = 0.5 * (joint.tube.inner_diameter_mm - values["tendon"])
     law = Superelastic(values["plateau"], BACK * values["plateau"], SPAN, CLIMB_GPA)
     return replace(

@@ -108,7 +108,7 @@ def alternatives() -> Mapping[str, Rig]:
     def share(value: float) -> Rig:
         return replace(rig, material=replace(rig.material, loop_share=value))
 
-    notch = notched_tube(rig).notch
+    notch = notched_tube(rig).cut
     return {
         "du2018 as it is": rig,
         "moment arm 2.60 mm": arm(2.60),
@@ -121,6 +121,6 @@ def alternatives() -> Mapping[str, Rig]:
         "material loop share 0.6": share(0.6),
         "material loop slips up to 4 deg": replace(rig, material=replace(rig.material, loop_angle_deg=4.0)),
         "guides 0.05 N each": replace(rig, friction=replace(rig.friction, guide_N=0.05)),
-        "notch 0.05 mm less deep": with_notch(rig, replace(notch, depth_mm=notch.depth_mm - 0.05)),
+        "notch 0.05 mm less deep": with_notch(rig, replace(notched_tube(rig).notch, depth_mm=notch.depth_mm - 0.05)),
         "backlash 0.05 mm": replace(rig, backlash=Backlash(0.05)),
     }

@@ -149,7 +149,7 @@ def wrist(tube: str, stage: Stage, values: Mapping[str, float], precurvature_deg
     assert rig.closure is not None
     assert rig.superelastic is not None
     joint = notched_tube(rig)
-    depth_mm = values.get("depth_mm", joint.notch.depth_mm)
+    depth_mm = values.get("depth_mm", joint.cut.depth_mm)
     young = values.get("E_GPa", YOUNG_GPA)
     law: Superelastic | None = None
     if "plateau_MPa" in values:

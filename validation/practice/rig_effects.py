@@ -46,7 +46,7 @@ def _tendon_slack(rng: Rng, baseline: BaselineRuns) -> Family:
     """Tendons too long for the preload; by different lengths, so that the dead zone is off the centre."""
     rig = baseline.protocol.rig
     tendon = rig.tendon_a
-    stretch = 20.0 * (tendon.free_length_mm + rig.joints * rig.pitch_mm) / tendon.EA_N
+    stretch = 20.0 * (tendon.free_length_mm + rig.length_mm) / tendon.EA_N
     off = float(rng.uniform(-0.3, 0.3))
 
     def at(size: float) -> Injected:

@@ -218,7 +218,7 @@ def switched(rig: Rig, on: frozenset[str]) -> Rig:
 def _rigid(rig: Rig, tendon: Tendon) -> Tendon:
     """Stiffen a tendon relative to the joints and to its own EA; a stiffer one than can be solved keeps its EA."""
     joints = flexure(rig).bending_Nmm_per_rad / rig.joints
-    length = tendon.free_length_mm + rig.joints * rig.pitch_mm
+    length = tendon.free_length_mm + rig.length_mm
     rigid = RIGID * joints * length / tendon.moment_arm_mm**2
     return replace(tendon, EA_N=max(tendon.EA_N, rigid, min(STIFFENED * tendon.EA_N, 10 * rigid)), toe_N=0.0)
 

@@ -10,7 +10,7 @@ from fem_models.chain.fibres import transform
 from fem_models.chain.newton import Attempt, newton
 from fem_models.chain.parameters import ChainSettings, chain_parameters, memory_at_rest
 from fem_models.chain.solve import simulate_chain, solve_chain
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_row
 from fem_models.load import triangle
 from fem_models.load.stepping import Load
 from fem_models.rig import preset
@@ -39,7 +39,7 @@ LAWS = {
 def test_tangent_is_the_residuals_derivative(name, law):
     rig = replace(preset("du2018", preload_N=20.0 if law is None else 40.0), superelastic=law, **OUTSIDE[name])
     n, rng = rig.joints, np.random.default_rng(5)
-    joint = joint_mechanics(rig)
+    joint = joint_row(rig)
     parameters, memory = chain_parameters(rig, joint, ChainSettings()), memory_at_rest(rig, joint)
     work = work_space(parameters, n)
     load = Load(drive=0.4, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.3, rest_angle=0.0, time=0.0, dead=1.0)
@@ -103,7 +103,7 @@ def test_energy_with_weight_and_stop():
 def test_a_residual_without_a_number_has_not_converged():
     """A maximum passes over NaN: the largest residual of such a state is a number."""
     rig = preset("du2018")
-    n, joint = rig.joints, joint_mechanics(rig)
+    n, joint = rig.joints, joint_row(rig)
     parameters, memory = chain_parameters(rig, joint, ChainSettings()), memory_at_rest(rig, joint)
     work = work_space(parameters, n)
     load = Load(drive=0.1, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.0, rest_angle=0.0, time=0.0, dead=1.0)

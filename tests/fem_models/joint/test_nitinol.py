@@ -9,7 +9,7 @@ from fem_models.chain.compiled import chain_njit
 from fem_models.chain.fibres import heated_sums, sums_of
 from fem_models.chain.parameters import ChainSettings, NitinolParameters, chain_parameters, memory_at_rest
 from fem_models.chain.solve import solve_chain, solve_chain_by_force
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_mechanics, joint_row
 from fem_models.joint.strain import strain_limits
 from fem_models.joint.superelastic_section import SuperelasticSection, fibre_stress, heat_exchange, section_path
 from fem_models.load import LoadProgram, sine
@@ -292,8 +292,8 @@ def compiled_sums(bent, longer, section, heights, areas, rests):
 def test_a_kernel_takes_the_section_that_python_takes(factor):
     """Sections that are not alike on both sides have a kernel of their own, chosen when a caller is compiled."""
     rig = replace(PAIR, superelastic=Superelastic(450.0, 220.0, 0.05, 1.0, compression_factor=factor))
-    joint = joint_mechanics(rig)
-    section, memory = chain_parameters(rig, joint, ChainSettings()).section, memory_at_rest(rig, joint)
+    joints = joint_row(rig)
+    section, memory = chain_parameters(rig, joints, ChainSettings()).section, memory_at_rest(rig, joints)
     assert isinstance(section, NitinolParameters) == (factor != 1.0)
-    at = 0.12, -0.004, section, memory.fibre_height, memory.fibre_area, memory.fibres[0]
+    at = 0.12, -0.004, section, memory.fibre_height[0], memory.fibre_area[0], memory.fibres[0]
     assert compiled_sums(*at) == pytest.approx(sums_of(*at, 0.0), rel=1e-12)

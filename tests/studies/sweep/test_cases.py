@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from fem_models.rig import RigError, preset
@@ -105,3 +106,30 @@ def test_solid_engine():
         flexure(preset("du2018")).bending_Nmm_per_rad, rel=0.15
     )
     assert found.quantities["peak_strain_percent"] > outcome("chain", {}, ("strain",)).quantities["peak_strain_percent"]
+
+
+def test_gradient_of_the_depth_makes_notches_deeper_towards_the_tip():
+    base = CaseTables(preset("du2018").to_dict(), ProgramTable(amplitude_mm=1.0, cycles=1, step_mm=0.1))
+    depths = with_values(base, {"notch.depth_gradient_mm": 0.04, "notch.depth_mm": 2.8}).rig["notch"]["depth_mm"]
+    np.testing.assert_allclose(depths, np.linspace(2.78, 2.82, 14), atol=1e-12)
+    angled = with_values(base, {"notch.depth_gradient_mm": 0.04, "notch.angle_deg": 12.0}).rig["notch"]
+    flank = 2 * np.array(angled["depth_mm"]) * np.tan(np.radians(6.0))
+    np.testing.assert_allclose(angled["width_mm"], 0.8 + flank, atol=1e-12)
+    for count in (1, 10**6):
+        with pytest.raises(RigError, match="expected 2 to 1,000 notches"):
+            with_values(base, {"notch.depth_gradient_mm": 0.04, "notch.count": count})
+
+
+def test_notches_bend_alike_at_some_gradient():
+    """Friction takes tension on the way to the tip: equal notches bend less there, deeper ones more."""
+    base = CaseTables(preset("du2018").to_dict(), ProgramTable(amplitude_mm=2.2, cycles=1, step_mm=0.1))
+    found = []
+    for gradient in (0.0, 0.01, 0.02):
+        tables = with_values(base, {"notch.depth_gradient_mm": gradient})
+        outcome = evaluate("k", of(tables, groups=("notches",)))
+        assert outcome.status == "ok", outcome.message
+        found.append(outcome.quantities)
+    slopes = [one["notch_angle_gradient_deg"] for one in found]
+    assert slopes[0] < slopes[1] < 0 < slopes[2]
+    assert found[1]["notch_angle_spread_deg"] < found[0]["notch_angle_spread_deg"]
+    assert all(one["notch_angle_spread_deg"] >= abs(one["notch_angle_gradient_deg"]) - 1e-12 for one in found)

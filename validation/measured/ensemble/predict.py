@@ -110,7 +110,7 @@ def measurements(rigs: Sequence[Rig], widths: Mapping[str, Floats]) -> dict[str,
     stretch = part(
         [np.log(rig.tendon_a.free_length_mm * (1 + rig.tendon_a.toe_N / 10) / rig.tendon_a.EA_N) for rig in rigs]
     )
-    depth = part([rig.joint.notch.depth_mm for rig in rigs])  # type: ignore[union-attr]
+    depth = part([rig.joint.cut.depth_mm for rig in rigs])  # type: ignore[union-attr]
     return {
         "tension at the wheel at full drive, pulling": Candidate(of("pulling_N"), 0.2, "load cell, 0.2 N"),
         "tension at the wheel at full drive, the other": Candidate(of("holding_N"), 0.2, "load cell, 0.2 N"),

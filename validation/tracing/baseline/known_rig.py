@@ -133,7 +133,7 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
 
 def soft_mm_per_N(rig: Rig) -> float:
     """Compliance of one pitch of tendon, mm/N."""
-    return rig.pitch_mm / rig.tendon_a.EA_N
+    return rig.mean_pitch_mm / rig.tendon_a.EA_N
 
 
 def stick_compliance(rig: Rig) -> FreeParameter:

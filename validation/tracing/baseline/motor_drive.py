@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from fem_models.chain.solve import chain_angle_deg
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_row
 from fem_models.load.program import LoadProgram
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.rig import Rig
@@ -117,7 +117,7 @@ def _guessed_gain(records: Sequence[Record], rig: Rig) -> float:
     drives, angles = [record.drive for record in records], [record.angle_deg for record in records]
     slope = mean_slope(drives, angles)
     gain = math.copysign(
-        math.radians(abs(slope)) * joint_mechanics(rig).arms_mm.a, slope
+        math.radians(abs(slope)) * float(joint_row(rig).of("arms_mm")[:, 0].mean()), slope
     )  # of tendons that do not stretch
     half = max(float(np.ptp(drive)) for drive in drives) / 2
     path = np.concatenate([np.linspace(a, b, GAIN_BRANCH_SAMPLES) for a, b in pairwise((0.0, half, -half, half))])

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_row
 from fem_models.rig import Rig
 from fem_models.rig.effects import Closure
 from hysteresis.arrays import Floats
@@ -28,11 +28,14 @@ STIFFNESS = FreeParameter("stiffness_Nmm_per_rad", "Nmm/rad", 1.0, 1e6, 0.3, log
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
-    """Join two contacts to one: as stiff as both together, from the mean angle weighted by stiffness."""
+    """Join two contacts to one: as stiff as both together, from the mean angle weighted by stiffness.
+
+    Notches that differ and close by their edges then have one angle, the mean of theirs.
+    """
     stiffness, angle_deg = values["stiffness_Nmm_per_rad"], values["angle_deg"]
     if rig.closure is not None and rig.closure != OPEN_NOTCHES:
         declared, at = rig.closure.stiffness_Nmm_per_rad, rig.closure.angle_deg
-        at = math.degrees(joint_mechanics(rig).contact_angle_rad) if at is None else at
+        at = math.degrees(joint_row(rig).of("contact_angle_rad").mean()) if at is None else at
         angle_deg = (declared * at + stiffness * angle_deg) / (declared + stiffness)
         stiffness += declared
     return replace(rig, closure=Closure(stiffness, angle_deg))
@@ -41,7 +44,7 @@ def _rig(rig: Rig, values: Values) -> Rig:
 def _starts(scale: Scale, rig: Rig) -> list[Values]:
     """Start from parts of the largest angle of a joint, and from the angle at which the edges meet by geometry."""
     angles = [part * scale.joint_deg for part in (0.6, 0.8, 0.92)]
-    closes = math.degrees(joint_mechanics(rig).closure_angle_rad)
+    closes = math.degrees(joint_row(rig).of("closure_angle_rad").min())
     if ANGLE.low < closes < ANGLE.high:
         angles.append(closes)
     return [{"angle_deg": angle, "stiffness_Nmm_per_rad": k} for angle in angles for k in (300.0, 3e3)]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_row
 from fem_models.rig import Rig
 from fem_models.rig.effects import TipLoad
 from hysteresis.arrays import Floats
@@ -42,8 +42,8 @@ def _rig(rig: Rig, values: Values) -> Rig:
 
 def _unit_N(rig: Rig) -> float:
     """Force across the tip that would bend the straight tube without tendons by about 1 rad in all."""
-    stiffness = joint_mechanics(rig).flexure.bending_Nmm_per_rad
-    return 2.0 * stiffness / (rig.joints**2 * rig.pitch_mm)
+    stiffness = float(joint_row(rig).of("flexure.bending_Nmm_per_rad").mean())
+    return 2.0 * stiffness / (rig.joints * rig.length_mm)
 
 
 def _across(scale: Scale, rig: Rig) -> list[Values]:
