@@ -19,17 +19,68 @@ import numpy as np
 
 from fem_models.spatial.compiled import spatial_njit
 from fem_models.spatial.parameters import Memory, Parameters
+from fem_models.spatial.tables import (
+    AHEAD,
+    ARM,
+    BEND,
+    BENT,
+    BY_BEND,
+    BY_PULL,
+    CARRIED,
+    CONTACT,
+    ELEMENTS,
+    GIVE,
+    GUIDE,
+    INVERSE,
+    INWARD,
+    KDD,
+    KDP,
+    KPP,
+    LENGTH,
+    LEVER,
+    LOOP,
+    LOOSE,
+    MOMENT,
+    MOVED,
+    OFF,
+    ONWARD,
+    PRELOAD,
+    PULL,
+    PULLED,
+    REST,
+    RING,
+    ROWS,
+    SCRATCH,
+    SEGMENT,
+    SHIFT,
+    SLIP,
+    SLIPS,
+    SOLVE,
+    SPRING,
+    STIFF,
+    TENSION,
+    THRUST,
+    TIGHTENS,
+    TURNING,
+    UNIT,
+    WRAP,
+    WRAP_AHEAD,
+    WRAP_BEND,
+    WRAP_MOVED,
+    WRAPS,
+)
 from fem_models.spatial.vectors import (
     Turn,
-    Vector,
     add_one,
     add_outer,
     cross,
     dot,
-    inverse,
+    invert,
     put,
     put_at,
     scaled,
+    take,
+    take_at,
     three,
     times,
     times_t,
@@ -37,248 +88,230 @@ from fem_models.spatial.vectors import (
     turned,
     turned_slope,
     two,
-    vector,
-    vector_at,
 )
 from hysteresis.arrays import Floats
 
 SLACK_STIFFNESS = 1e-6
 """Stiffness of a slack segment over that of a taut one, in the tangent only, as in the planar chain."""
-
-
 LEAST_SINE = 1e-12
 """Turn of a tendon below which it counts as straight: its slope has no direction there."""
 
 
-class Joints(NamedTuple):
-    """What the joints do at one place of the unknowns, and scratch; m tendons.
-
-    Slopes are with the displacement d of the notch condensed: it follows to first order, from ``loose`` on.
-    """
+class Work(NamedTuple):
+    """Scratch and results of one equilibrium; columns are in :mod:`fem_models.spatial.tables`."""
 
     tension: Floats  # (m, N + 1), from the wheel to the tip
-    moment: Floats  # (N, 3), gradient of the energy in the rotation vector
-    off: Floats  # (N, 3), residual of d
-    bend: Floats  # (N, 3, 3), slope of the moment in the rotation
-    pull: Floats  # (N, m, 3), slopes of the tensions in the rotation, and of the moment in the stretches
-    pair: Floats  # (N, m, m), slopes of the tensions in the stretches
-    ahead: Floats  # (N, m), change of the tensions as d goes to its place
-    moved: Floats  # (N, 3), change of the moment by that
-    by_bend: Floats  # (N, 3, 3), d by the rotation
-    by_pull: Floats  # (N, m, 3), d by the stretches
-    loose: Floats  # (N, 3), step of d to its place
-    follow: Floats  # (N, m, 3), rotation by the stretches, where no dead load holds it
-    follow_ahead: Floats  # (N, 3), its step to its place
-    wrap: Floats  # (N, m, 2), turn of a tendon at the ring before and beyond
-    wrap_bend: Floats  # (N, m, 2, 3), its slopes in the rotation
-    wrap_pull: Floats  # (N, m, 2, m), in the stretches
-    wrap_ahead: Floats  # (N, m, 2), its change as d goes to its place
-    kdd: Floats  # (3, 3) scratch: slopes of F by d,
-    kdp: Floats  # (3, 3) by the rotation
-    kpp: Floats  # (3, 3) of the moment of the tendons by the rotation
-    solve: Floats  # (3, 3)
-    inverse: Floats  # (3, 3)
-    rows: Floats  # (3, 3): slope of a chord in eta
-    wrap_d: Floats  # (m, 2, 3): slopes of the wraps in d
-    unit: Floats  # (m, 3): direction of a chord
-    lever: Floats  # (m, 3): slope of its length in the rotation
-    stiff: Floats  # (m,): slope of its tension
+    bent: Floats  # (N, BENT)
+    pulled: Floats  # (N, m, PULLED)
+    pairs: Floats  # (N, 3, m, m), slopes in the stretches: of the tensions, and of the wraps before and beyond
+    guides: Floats  # (N, m, GUIDE)
+    state: Floats  # (N, m) of the guides: 0 sticks, 1 or -1 slides, the sign being that of the friction
+    frames: Floats  # (N + 1, 3, 3) of the rings, the base first
+    rings: Floats  # (N, RING)
+    blocks: Floats  # see :func:`fem_models.spatial.blocks.solve_blocks`
+    step: Floats  # (N + 1, 6 + m) of the unknowns
+    scratch: Floats  # (SCRATCH, 3)
 
 
-@spatial_njit(allocates=True)
-def joints_space(n: int, m: int) -> Joints:
-    """Arrays for N joints and m tendons."""
-    return Joints(
+def work_space(rig: Parameters) -> Work:
+    """Arrays for a rig; the base is the frame of the tube."""
+    n, m = rig.crossings.shape[:2]
+    count, size = (n + 1, 3 + m) if rig.loaded else (n, m)
+    frames = np.zeros((n + 1, 3, 3))
+    frames[:] = np.eye(3)
+    return Work(
         tension=np.zeros((m, n + 1)),
-        moment=np.zeros((n, 3)),
-        off=np.zeros((n, 3)),
-        bend=np.zeros((n, 3, 3)),
-        pull=np.zeros((n, m, 3)),
-        pair=np.zeros((n, m, m)),
-        ahead=np.zeros((n, m)),
-        moved=np.zeros((n, 3)),
-        by_bend=np.zeros((n, 3, 3)),
-        by_pull=np.zeros((n, m, 3)),
-        loose=np.zeros((n, 3)),
-        follow=np.zeros((n, m, 3)),
-        follow_ahead=np.zeros((n, 3)),
-        wrap=np.zeros((n, m, 2)),
-        wrap_bend=np.zeros((n, m, 2, 3)),
-        wrap_pull=np.zeros((n, m, 2, m)),
-        wrap_ahead=np.zeros((n, m, 2)),
-        kdd=np.zeros((3, 3)),
-        kdp=np.zeros((3, 3)),
-        kpp=np.zeros((3, 3)),
-        solve=np.zeros((3, 3)),
-        inverse=np.zeros((3, 3)),
-        rows=np.zeros((3, 3)),
-        wrap_d=np.zeros((m, 2, 3)),
-        unit=np.zeros((m, 3)),
-        lever=np.zeros((m, 3)),
-        stiff=np.zeros(m),
+        bent=np.zeros((n, BENT)),
+        pulled=np.zeros((n, m, PULLED)),
+        pairs=np.zeros((n, 3, m, m)),
+        guides=np.zeros((n, m, GUIDE)),
+        state=np.zeros((n, m)),
+        frames=frames,
+        rings=np.zeros((n, RING)),
+        blocks=np.zeros((count, size, 3 * size + 1)),
+        step=np.zeros((n + 1, SLIPS + m)),
+        scratch=np.zeros((SCRATCH, 3)),
     )
 
 
 @spatial_njit()
-def bend_joint(k: int, x: Floats, rig: Parameters, memory: Memory, joints: Joints) -> None:
+def bend_joint(k: int, x: Floats, rig: Parameters, memory: Memory, work: Work) -> None:
     """Fill all that belongs to joint k at the unknowns x, shape (N + 1, 6 + m)."""
-    m = rig.free.size
+    m, bent, scratch = rig.tendons.shape[0], work.bent, work.scratch
     turn = turn_by((0.5 * x[k, 0], 0.5 * x[k, 1], 0.5 * x[k, 2]))
-    joints.kdd[:] = 0.0
-    joints.kdp[:] = 0.0
-    joints.kpp[:] = 0.0
+    for i in range(KDD, KPP + 3):
+        for l in range(3):
+            scratch[i, l] = 0.0
     force = moment = (0.0, 0.0, 0.0)
     for j in range(m):
-        tension = cross_notch(k, j, turn, x, rig, joints)
-        force = two(1.0, force, tension, vector(joints.unit, j))
-        moment = two(1.0, moment, tension, vector(joints.lever, j))
-    put(joints.moment, k, moment)
+        tension = cross_notch(k, j, turn, x, rig, work)
+        force = two(1.0, force, tension, take_at(work.pulled, k, j, UNIT))
+        moment = two(1.0, moment, tension, take_at(work.pulled, k, j, LEVER))
+    put(bent, k, MOMENT, moment)
     for i in range(3):
-        joints.off[k, i] = x[k, 3 + i] + rig.give[k, i] * (force[i] - rig.thrust[k, i])
-    condense(k, rig, joints)
-    springs(k, x, rig, memory, joints)
+        bent[k, OFF + i] = x[k, MOVED + i] + rig.joints[k, GIVE + i] * (force[i] - rig.joints[k, THRUST + i])
+    condense(k, rig, work)
+    springs(k, x, rig, memory, work)
 
 
-@spatial_njit()
-def cross_notch(k: int, j: int, turn: Turn, x: Floats, rig: Parameters, joints: Joints) -> float:
+@spatial_njit(forceinline=True)
+def cross_notch(k: int, j: int, turn: Turn, x: Floats, rig: Parameters, work: Work) -> float:
     """Add the slopes of tendon j over joint k, and return its tension."""
-    e, s, a, b = turn.eta, turn.s, turn.a, turn.b
-    r, c = vector_at(rig.arm, k, j), vector_at(rig.carried, k, j)
+    e, s, a, b, scratch = turn.eta, turn.s, turn.a, turn.b, work.scratch
+    r, c = take_at(rig.crossings, k, j, ARM), take_at(rig.crossings, k, j, CARRIED)
     ec = dot(e, c)
     to_axis, aside = two(ec, e, -s, c), cross(e, r)
     way = three(1.0, c, b, to_axis, 2.0 * a, aside)
-    v = way[0] + x[k, 3] + rig.turning[k], way[1] + x[k, 4], way[2] + x[k, 5]
+    v = two(1.0, (way[0] + rig.joints[k, TURNING], way[1], way[2]), 1.0, take(x, k, MOVED))
     length = math.sqrt(dot(v, v))
     u = scaled(1.0 / length, v)
-    # slope of the chord in eta, row by row: b (eta.c) 1 + b eta c^T + z eta^T - 2 a [r]x
+    # slope of the chord in eta: b (eta.c) 1 + b eta c^T + z eta^T - 2 a [r]x
     z = three(-2.0 * b, c, 2.0 * turn.b1, to_axis, 4.0 * turn.a1, aside)
     f, g = b * ec, 2.0 * a
-    row_1 = two(b * e[0], c, z[0], e)
-    row_2 = two(b * e[1], c, z[1], e)
-    row_3 = two(b * e[2], c, z[2], e)
-    row_1 = row_1[0] + f, row_1[1] + g * r[2], row_1[2] - g * r[1]
-    row_2 = row_2[0] - g * r[2], row_2[1] + f, row_2[2] + g * r[0]
-    row_3 = row_3[0] + g * r[1], row_3[1] - g * r[0], row_3[2] + f
-    put(joints.rows, 0, row_1)
-    put(joints.rows, 1, row_2)
-    put(joints.rows, 2, row_3)
-    lever = three(0.5 * u[0], row_1, 0.5 * u[1], row_2, 0.5 * u[2], row_3)  # in phi
-    taut = rig.segment[k, j]
-    tension = rig.preload[j] + taut * (x[k, 6 + j] - x[k + 1, 6 + j] + length - rig.length[k, j])
+    for i in range(3):
+        put(scratch, ROWS + i, 0, two(b * e[i], c, z[i], e))
+    add_one(scratch, ROWS, f)
+    scratch[ROWS, 1] += g * r[2]
+    scratch[ROWS, 2] -= g * r[1]
+    scratch[ROWS + 1, 0] -= g * r[2]
+    scratch[ROWS + 1, 2] += g * r[0]
+    scratch[ROWS + 2, 0] += g * r[1]
+    scratch[ROWS + 2, 1] -= g * r[0]
+    lever = scaled(0.5, times_t(scratch, ROWS, u))  # in phi
+    taut, slips = rig.crossings[k, j, SEGMENT], x[k, SLIPS + j] - x[k + 1, SLIPS + j]
+    tension = rig.tendons[j, PRELOAD] + taut * (slips + length - rig.crossings[k, j, LENGTH])
     stiff = taut if tension > 0.0 else SLACK_STIFFNESS * taut
     tension = max(tension, 0.0)
-    joints.tension[j, k + 1], joints.stiff[j] = tension, stiff
-    put(joints.unit, j, u)
-    put(joints.lever, j, lever)
+    work.tension[j, k + 1], work.pulled[k, j, STIFF] = tension, stiff
+    put_at(work.pulled, k, j, UNIT, u)
+    put_at(work.pulled, k, j, LEVER, lever)
     # curvature of the length: that of u.v at a fixed u, and the turn of the chord
-    w, p = cross(r, u), three(ec, u, dot(e, u), c, -2.0 * dot(u, c), e)
-    q, ew = dot(e, u) * ec - s * dot(u, c), dot(e, w)
+    uc, eu, w = dot(u, c), dot(e, u), cross(r, u)
+    q, ew = eu * ec - s * uc, dot(e, w)
+    p = three(ec, u, eu, c, -2.0 * uc, e)
     y, quarter, turns = two(2.0 * turn.b1, p, 4.0 * turn.a1, w), 0.25 * tension, tension / length
-    kpp = joints.kpp
-    add_one(kpp, quarter * (-2.0 * b * dot(u, c) + 2.0 * turn.b1 * q + 4.0 * turn.a1 * ew))
-    add_outer(kpp, quarter, e, two(4.0 * turn.b2 * q + 8.0 * turn.a2 * ew, e, 1.0, y))
-    add_outer(kpp, quarter, y, e)
-    add_outer(kpp, quarter * b, u, c)
-    add_outer(kpp, quarter * b, c, u)
-    add_outer(kpp, stiff - turns, lever, lever)
-    add_outer(kpp, 0.25 * turns, row_1, row_1)
-    add_outer(kpp, 0.25 * turns, row_2, row_2)
-    add_outer(kpp, 0.25 * turns, row_3, row_3)
-    add_outer(joints.kdd, stiff - turns, u, u)
-    add_one(joints.kdd, turns)
-    add_outer(joints.kdp, stiff - turns, u, lever)
-    add_outer(joints.kdp, 0.5 * turns, (1.0, 0.0, 0.0), row_1)
-    add_outer(joints.kdp, 0.5 * turns, (0.0, 1.0, 0.0), row_2)
-    add_outer(joints.kdp, 0.5 * turns, (0.0, 0.0, 1.0), row_3)
+    along = two(4.0 * turn.b2 * q + 8.0 * turn.a2 * ew, e, 1.0, y)
+    near, lean, unity = stiff - turns, 0.5 * turns, quarter * (-2.0 * b * uc + 2.0 * turn.b1 * q + 4.0 * turn.a1 * ew)
+    for i in range(3):
+        row = take(scratch, ROWS + i, 0)
+        for l in range(3):
+            kpp = quarter * (e[i] * along[l] + y[i] * e[l] + b * (u[i] * c[l] + c[i] * u[l])) + near * lever[i] * lever[l]
+            for h in range(3):
+                kpp += 0.25 * turns * scratch[ROWS + h, i] * scratch[ROWS + h, l]
+            scratch[KPP + i, l] += kpp
+            scratch[KDD + i, l] += near * u[i] * u[l]
+            scratch[KDP + i, l] += near * u[i] * lever[l] + lean * row[l]
+    add_one(scratch, KPP, unity)
+    add_one(scratch, KDD, turns)
     if rig.capstan > 0.0:
-        wrap_at(k, j, turn, length, rig, joints)
+        wrap_at(k, j, turn, length, rig, work)
     return tension
 
 
 @spatial_njit()
-def wrap_at(k: int, j: int, turn: Turn, length: float, rig: Parameters, joints: Joints) -> None:
+def wrap_at(k: int, j: int, turn: Turn, length: float, rig: Parameters, work: Work) -> None:
     """Fill the angles between the chord of tendon j and its ways in both rings, with their slopes."""
-    u = vector(joints.unit, j)
+    u = take_at(work.pulled, k, j, UNIT)
     for side in range(2):
         sense = 2.0 * side - 1.0
-        straight = vector_at(rig.onward, k, j) if side == 1 else vector_at(rig.inward, k, j)
+        straight = take_at(rig.crossings, k, j, ONWARD if side == 1 else INWARD)
         way = turned(turn, straight, sense)
         aside, along = cross(u, way), dot(u, way)
         sine = math.sqrt(dot(aside, aside))
-        joints.wrap[k, j, side] = math.atan2(sine, along)
-        if sine < LEAST_SINE:
-            slope = by_d = (0.0, 0.0, 0.0)
-        else:
+        work.pulled[k, j, WRAP + side] = math.atan2(sine, along)
+        slope = by_d = (0.0, 0.0, 0.0)
+        if sine >= LEAST_SINE:
             to_way, to_chord = two(1.0 / sine, way, -along / sine, u), two(1.0 / sine, u, -along / sine, way)
             by_d = scaled(-1.0 / length, to_way)
             turns = turned_slope(turn, to_chord, straight, scaled(0.5 * sense, cross(straight, to_chord)))
-            slope = two(0.5, times_t(joints.rows, by_d), -0.5, turns)
+            slope = two(0.5, times_t(work.scratch, ROWS, by_d), -0.5, turns)
+        put_at(work.pulled, k, j, WRAP_BEND + 3 * side, slope)
+        put_at(work.pulled, k, j, WRAP_MOVED + 3 * side, by_d)
+
+
+@spatial_njit(forceinline=True)
+def condense(k: int, rig: Parameters, work: Work) -> None:
+    """Let the displacement of the notch follow, and fill the slopes that remain: in rotation and stretches."""
+    m, scratch, bent, pulled = rig.tendons.shape[0], work.scratch, work.bent, work.pulled
+    give = take(rig.joints, k, GIVE)
+    for i in range(3):
+        for l in range(3):
+            scratch[SOLVE + i, l] = give[i] * scratch[KDD + i, l]
+    add_one(scratch, SOLVE, 1.0)
+    invert(scratch, SOLVE, INVERSE)
+    loose = scaled(-1.0, times(scratch, INVERSE, take(bent, k, OFF)))
+    put(bent, k, LOOSE, loose)
+    put(bent, k, SHIFT, times_t(scratch, KDP, loose))
+    for l in range(3):
+        into = give[0] * scratch[KDP, l], give[1] * scratch[KDP + 1, l], give[2] * scratch[KDP + 2, l]
+        column = scaled(-1.0, times(scratch, INVERSE, into))
+        moment = times_t(scratch, KDP, column)
         for i in range(3):
-            joints.wrap_bend[k, j, side, i] = slope[i]
-            joints.wrap_d[j, side, i] = by_d[i]
-
-
-@spatial_njit()
-def condense(k: int, rig: Parameters, joints: Joints) -> None:
-    """Let the displacement of the notch follow, and fill the slopes of what is left: rotation and stretches."""
-    m, kdp, solve = rig.free.size, joints.kdp, joints.solve
-    give = vector(rig.give, k)
-    for i in range(3):
-        for l in range(3):
-            solve[i, l] = give[i] * joints.kdd[i, l]
-        solve[i, i] += 1.0
-    inverse(solve, joints.inverse)
-    inv = joints.inverse
-    loose = scaled(-1.0, times(inv, vector(joints.off, k)))
-    put(joints.loose, k, loose)
-    put(joints.moved, k, times_t(kdp, loose))
-    for i in range(3):
-        column = scaled(-1.0, times(inv, (give[0] * kdp[0, i], give[1] * kdp[1, i], give[2] * kdp[2, i])))
-        bent = times_t(kdp, column)
-        for l in range(3):
-            joints.by_bend[k, l, i] = column[l]
-            joints.bend[k, l, i] = joints.kpp[l, i] + bent[l]
+            bent[k, BY_BEND + 3 * i + l] = column[i]
+            bent[k, BEND + 3 * i + l] = scratch[KPP + i, l] + moment[i]
     for j in range(m):
-        u, stiff = vector(joints.unit, j), joints.stiff[j]
-        pulled = scaled(-stiff, times(inv, (give[0] * u[0], give[1] * u[1], give[2] * u[2])))
-        put_at(joints.by_pull, k, j, pulled)
-        put_at(joints.pull, k, j, two(stiff, vector(joints.lever, j), 1.0, times_t(kdp, pulled)))
-        joints.ahead[k, j] = stiff * dot(u, loose)
+        u, stiff = take_at(pulled, k, j, UNIT), pulled[k, j, STIFF]
+        moves = scaled(-stiff, times(scratch, INVERSE, (give[0] * u[0], give[1] * u[1], give[2] * u[2])))
+        put_at(pulled, k, j, BY_PULL, moves)
+        put_at(pulled, k, j, PULL, two(stiff, take_at(pulled, k, j, LEVER), 1.0, times_t(scratch, KDP, moves)))
+        pulled[k, j, TIGHTENS] = stiff * dot(u, loose)
         for l in range(m):
-            joints.pair[k, l, j] = joints.stiff[l] * dot(vector(joints.unit, l), pulled)
-        joints.pair[k, j, j] += stiff
+            work.pairs[k, TENSION, l, j] = pulled[k, l, STIFF] * dot(take_at(pulled, k, l, UNIT), moves)
+        work.pairs[k, TENSION, j, j] += stiff
     if rig.capstan > 0.0:
-        condense_wraps(k, m, loose, joints)
+        condense_wraps(k, m, work)
 
 
 @spatial_njit()
-def condense_wraps(k: int, m: int, loose: Vector, joints: Joints) -> None:
+def condense_wraps(k: int, m: int, work: Work) -> None:
     """Let the wraps follow the displacement of the notch."""
+    pulled, bent = work.pulled, work.bent
     for j in range(m):
         for side in range(2):
-            by_d = vector_at(joints.wrap_d, j, side)
-            joints.wrap_ahead[k, j, side] = dot(by_d, loose)
+            by_d, at = take_at(pulled, k, j, WRAP_MOVED + 3 * side), WRAP_BEND + 3 * side
+            pulled[k, j, WRAP_AHEAD + side] = dot(by_d, take(bent, k, LOOSE))
             for i in range(3):
-                for l in range(3):
-                    joints.wrap_bend[k, j, side, i] += by_d[l] * joints.by_bend[k, l, i]
+                pulled[k, j, at + i] += dot(by_d, (bent[k, BY_BEND + i], bent[k, BY_BEND + 3 + i], bent[k, BY_BEND + 6 + i]))
             for l in range(m):
-                joints.wrap_pull[k, j, side, l] = dot(by_d, vector_at(joints.by_pull, k, l))
+                work.pairs[k, WRAPS + side, j, l] = dot(by_d, take_at(pulled, k, l, BY_PULL))
 
 
-@spatial_njit()
-def springs(k: int, x: Floats, rig: Parameters, memory: Memory, joints: Joints) -> None:
+@spatial_njit(forceinline=True)
+def springs(k: int, x: Floats, rig: Parameters, memory: Memory, work: Work) -> None:
     """Add the notch's own moments: springs, the loop of both bending axes, edges that touch."""
+    bent, own = work.bent, rig.joints
     for i in range(3):
-        joints.moment[k, i] += rig.spring[k, i] * (x[k, i] - rig.rest[k, i])
-        joints.bend[k, i, i] += rig.spring[k, i]
-    for axis in range(2):
-        i = axis + 1
-        for e in range(rig.loop.shape[2]):
-            stiffness, limit = rig.loop[k, axis, e], rig.slip[k, axis, e]
-            part = stiffness * (x[k, i] - memory.jenkins[k, axis, e])
-            joints.moment[k, i] += min(max(part, -limit), limit)
-            joints.bend[k, i, i] += stiffness if abs(part) <= limit else 0.0
-    angle = x[k, 2]
-    if abs(angle) > rig.contact[k, 0] and (angle > 0.0 or rig.contact[k, 2] == 1.0):
-        joints.moment[k, 2] += math.copysign(rig.contact[k, 1] * (abs(angle) - rig.contact[k, 0]), angle)
-        joints.bend[k, 2, 2] += rig.contact[k, 1]
+        bent[k, MOMENT + i] += own[k, SPRING + i] * (x[k, i] - own[k, REST + i])
+        bent[k, BEND + 4 * i] += own[k, SPRING + i]
+    for e in range(2 * ELEMENTS):
+        i = 1 + e // ELEMENTS
+        stiffness, limit = own[k, LOOP + e], own[k, SLIP + e]
+        part = stiffness * (x[k, i] - memory.jenkins[k, e])
+        bent[k, MOMENT + i] += min(max(part, -limit), limit)
+        bent[k, BEND + 4 * i] += stiffness if abs(part) <= limit else 0.0
+    angle, closes = x[k, 2], own[k, CONTACT]
+    if abs(angle) > closes and (angle > 0.0 or own[k, CONTACT + 2] == 1.0):
+        bent[k, MOMENT + 2] += math.copysign(own[k, CONTACT + 1] * (abs(angle) - closes), angle)
+        bent[k, BEND + 8] += own[k, CONTACT + 1]
+
+
+@spatial_njit(from_python=True)
+def follow_displacements(work: Work, n: int, m: int) -> None:
+    """Fill the step of the notches' displacements by those of rotations and slips."""
+    bent, step = work.bent, work.step
+    for k in range(n):
+        turned_by = take(step, k, 0)
+        moved = take(bent, k, LOOSE)
+        moved = two(
+            1.0,
+            moved,
+            1.0,
+            (
+                dot(take(bent, k, BY_BEND), turned_by),
+                dot(take(bent, k, BY_BEND + 3), turned_by),
+                dot(take(bent, k, BY_BEND + 6), turned_by),
+            ),
+        )
+        for j in range(m):
+            moved = two(1.0, moved, step[k, SLIPS + j] - step[k + 1, SLIPS + j], take_at(work.pulled, k, j, BY_PULL))
+        put(step, k, MOVED, moved)

@@ -9,15 +9,37 @@ delta phi = Jl^-1 B^T (alpha of the ring beyond less alpha of the ring before).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-
-from fem_models.spatial.blocks import Blocks, solve_blocks
+from fem_models.spatial.blocks import solve_blocks
 from fem_models.spatial.compiled import spatial_njit
-from fem_models.spatial.guides import Guides
-from fem_models.spatial.joint import Joints
+from fem_models.spatial.joint import Work
 from fem_models.spatial.parameters import Parameters
+from fem_models.spatial.tables import (
+    BEFORE,
+    BEND,
+    BY_SLIP,
+    BY_TENSION,
+    BY_WRAP,
+    FRAME,
+    HALF,
+    INVERSE,
+    MOMENT,
+    PULL,
+    SHIFT,
+    SLIPS,
+    SOLVE,
+    SPIN,
+    STEP,
+    TENSION,
+    TIGHTENS,
+    TIP_ARM,
+    TURNS,
+    UNBALANCED,
+    WEIGHT_ARM,
+    WRAP_AHEAD,
+    WRAP_BEND,
+    WRAPS,
+)
 from fem_models.spatial.vectors import (
     Vector,
     add_one,
@@ -25,47 +47,13 @@ from fem_models.spatial.vectors import (
     cross,
     dot,
     put,
-    scaled,
+    take,
+    take_at,
     three,
-    times,
-    times_t,
     turn_by,
     two,
-    vector,
-    vector_at,
 )
 from hysteresis.arrays import Floats
-
-
-class Rings(NamedTuple):
-    """Rings in space under dead loads."""
-
-    frame: Floats  # (N + 1, 3, 3): of the rings, the base first
-    before: Floats  # (N, 3, 3): frame of a notch on the ring before it, B
-    spin: Floats  # (N, 3, 3): delta phi by the spins, Jl^-1 B^T
-    moment: Floats  # (N, 3): of the joints, in space
-    weight_arm: Floats  # (N, 3): arm of one ring's weight on the ring beyond a joint
-    tip_arm: Floats  # (N, 3): of the force at the tip
-    full: Floats  # (3, 3) scratch
-    half: Floats  # (3, 3)
-
-
-@spatial_njit(allocates=True)
-def rings_space(n: int) -> Rings:
-    """Arrays for N joints; the base is the frame of the tube."""
-    frame = np.zeros((n + 1, 3, 3))
-    frame[:] = np.eye(3)
-    cube = (n, 3, 3)
-    return Rings(
-        frame=frame,
-        before=np.zeros(cube),
-        spin=np.zeros(cube),
-        moment=np.zeros((n, 3)),
-        weight_arm=np.zeros((n, 3)),
-        tip_arm=np.zeros((n, 3)),
-        full=np.zeros((3, 3)),
-        half=np.zeros((3, 3)),
-    )
 
 
 @spatial_njit()
@@ -84,196 +72,187 @@ def jacobian_terms(angle_2: float) -> tuple[float, float]:
     return c, (by_half / (8.0 * half) - c) / angle_2
 
 
+@spatial_njit(forceinline=True)
+def by_spins(work: Work, k: int, p: Vector) -> Vector:
+    """Slope by the spins of what has a slope p in the rotation vector of joint k: B Jl^-T p."""
+    at = work.rings
+    return three(p[0], take(at, k, SPIN), p[1], take(at, k, SPIN + 3), p[2], take(at, k, SPIN + 6))
+
+
 @spatial_njit()
-def place_rings(x: Floats, rig: Parameters, joints: Joints, rings: Rings) -> None:
+def place_rings(x: Floats, rig: Parameters, work: Work) -> None:
     """Fill frames of rings and notches, and the moments of the joints in space."""
-    frame, before = rings.frame, rings.before
-    for k in range(rig.turning.size):
-        cs, sn = rig.turn[k, 0], rig.turn[k, 1]
-        for i in range(3):
-            before[k, i, 0] = frame[k, i, 0]
-            before[k, i, 1] = cs * frame[k, i, 1] + sn * frame[k, i, 2]
-            before[k, i, 2] = cs * frame[k, i, 2] - sn * frame[k, i, 1]
-        phi = x[k, 0], x[k, 1], x[k, 2]
+    frames, rings = work.frames, work.rings
+    for k in range(rig.joints.shape[0]):
+        cs, sn = rig.joints[k, FRAME], rig.joints[k, FRAME + 1]
+        phi = take(x, k, 0)
         turn = turn_by(phi)
         c, _ = jacobian_terms(turn.s)
         for i in range(3):  # row i of B times the rotation: the row turned back
-            row = before[k, i, 0], before[k, i, 1], before[k, i, 2]
+            f = take_at(frames, k, i, 0)
+            row = f[0], cs * f[1] + sn * f[2], cs * f[2] - sn * f[1]
+            put(rings, k, BEFORE + 3 * i, row)
             around = cross(phi, row)
             bent = three(1.0 - turn.b * turn.s, row, -turn.a, around, turn.b * dot(phi, row), phi)
-            frame[k + 1, i, 0] = bent[0]
-            frame[k + 1, i, 1] = cs * bent[1] - sn * bent[2]
-            frame[k + 1, i, 2] = cs * bent[2] + sn * bent[1]
+            frames[k + 1, i, 0] = bent[0]
+            frames[k + 1, i, 1] = cs * bent[1] - sn * bent[2]
+            frames[k + 1, i, 2] = cs * bent[2] + sn * bent[1]
             # column i of Jl^-1 B^T: Jl^-1 times row i of B
             spun = three(1.0 - c * turn.s, row, -0.5, around, c * dot(phi, row), phi)
-            rings.spin[k, 0, i], rings.spin[k, 1, i], rings.spin[k, 2, i] = spun
-        put(rings.moment, k, times_t(rings.spin[k], vector(joints.moment, k)))
+            rings[k, SPIN + i], rings[k, SPIN + 3 + i], rings[k, SPIN + 6 + i] = spun
+        put(rings, k, TURNS, by_spins(work, k, take(work.bent, k, MOMENT)))
+
+
+@spatial_njit(forceinline=True)
+def in_space(work: Work, k: int, p: Vector) -> Vector:
+    """Turn a vector from ring k into space."""
+    at = work.frames
+    return dot(take_at(at, k, 0, 0), p), dot(take_at(at, k, 1, 0), p), dot(take_at(at, k, 2, 0), p)
 
 
 @spatial_njit()
-def balance_rings(rig: Parameters, dead: float, rings: Rings, blocks: Blocks) -> float:
+def balance_rings(rig: Parameters, dead: float, work: Work) -> float:
     """Fill residuals of all rings as right-hand sides, and return the largest moment of a joint that is off, Nmm."""
-    n = rig.turning.size
+    rings, blocks, n, last = work.rings, work.blocks, rig.joints.shape[0], work.blocks.shape[2] - 1
     carried, largest = (0.0, 0.0, 0.0), 0.0
-    weight, tip = (rig.weight[0], rig.weight[1], rig.weight[2]), (rig.tip[0], rig.tip[1], rig.tip[2])
     for k in range(n - 1, -1, -1):
-        beyond, step, half = float(n - 1 - k), vector(rig.step, k), vector(rig.half, k)
-        arm = times(rings.frame[k + 1], two(1.0, half, beyond, step))
-        reach = times(rings.frame[k + 1], step if k < n - 1 else half)
-        put(rings.weight_arm, k, arm)
-        put(rings.tip_arm, k, reach)
-        own = two(dead, cross(arm, weight), dead, cross(reach, tip))
+        beyond, step, half = float(n - 1 - k), take(rig.joints, k, STEP), take(rig.joints, k, HALF)
+        arm = in_space(work, k + 1, two(1.0, half, beyond, step))
+        reach = in_space(work, k + 1, step if k < n - 1 else half)
+        put(rings, k, WEIGHT_ARM, arm)
+        put(rings, k, TIP_ARM, reach)
+        own = two(dead, cross(arm, rig.weight), dead, cross(reach, rig.tip))
         carried = two(1.0, carried, 1.0, own)
-        off = two(1.0, vector(rings.moment, k), -1.0, carried)
+        moment = take(rings, k, TURNS)
+        off = two(1.0, moment, -1.0, carried)
         largest = max(largest, math.sqrt(dot(off, off)))
-        missing = two(1.0, own, -1.0, vector(rings.moment, k))
+        missing = two(1.0, own, -1.0, moment)
         if k < n - 1:
-            missing = two(1.0, missing, 1.0, vector(rings.moment, k + 1))
+            missing = two(1.0, missing, 1.0, take(rings, k + 1, TURNS))
         for i in range(3):
-            blocks.right[k + 1, i] = missing[i]
+            blocks[k + 1, i, last] = missing[i]
     return largest
 
 
 @spatial_njit()
-def load_slopes(k: int, dead: float, rig: Parameters, rings: Rings, blocks: Blocks) -> None:
+def load_slopes(k: int, dead: float, rig: Parameters, work: Work, size: int) -> None:
     """Add the slope of the loads' moment on the ring beyond joint k in its spin: -(a W^T - (a.W) 1)."""
-    for pair in range(2):
-        arm = vector(rings.tip_arm, k) if pair == 1 else vector(rings.weight_arm, k)
-        force = (rig.tip[0], rig.tip[1], rig.tip[2])
-        if pair == 0:
-            force = (rig.weight[0], rig.weight[1], rig.weight[2])
-        along = dead * dot(arm, force)
-        for i in range(3):
-            for l in range(3):
-                blocks.diagonal[k + 1, i, l] -= dead * arm[i] * force[l]
-            blocks.diagonal[k + 1, i, i] += along
+    weights, reach = take(work.rings, k, WEIGHT_ARM), take(work.rings, k, TIP_ARM)
+    along = dead * (dot(weights, rig.weight) + dot(reach, rig.tip))
+    for i in range(3):
+        for l in range(3):
+            work.blocks[k + 1, i, size + l] -= dead * (weights[i] * rig.weight[l] + reach[i] * rig.tip[l])
+        work.blocks[k + 1, i, size + i] += along
 
 
 @spatial_njit()
-def joint_slopes(k: int, x: Floats, joints: Joints, rings: Rings) -> None:
-    """Fill the slope of the moment of joint k, in space, in the spin of the ring beyond it less that before: ``full``.
+def joint_slopes(k: int, x: Floats, work: Work) -> None:
+    """Fill the slope of the moment of joint k, in space, in the spin of the ring beyond it less that before: INVERSE.
 
     delta m = alpha x m + B (D + Jl^-T H) delta phi, with D = d(Jl^-T g)/d phi at a fixed g and H the slope of g.
     """
-    full, half = rings.full, rings.half
-    phi, g = (x[k, 0], x[k, 1], x[k, 2]), vector(joints.moment, k)
+    scratch, rings, bent = work.scratch, work.rings, work.bent
+    phi, g = take(x, k, 0), take(bent, k, MOMENT)
     c, slope = jacobian_terms(dot(phi, phi))
     around = cross(phi, g)
     for i in range(3):
-        for l in range(3):
-            half[i, l] = 0.0
-    add_one(half, c * dot(phi, g))
-    add_outer(half, 1.0, phi, two(c, g, 0.0, g))
-    add_outer(half, 1.0, two(-2.0 * c, g, 2.0 * slope, cross(phi, around)), phi)
-    half[0, 1] += 0.5 * g[2]  # -[g]x/2
-    half[0, 2] -= 0.5 * g[1]
-    half[1, 0] -= 0.5 * g[2]
-    half[1, 2] += 0.5 * g[0]
-    half[2, 0] += 0.5 * g[1]
-    half[2, 1] -= 0.5 * g[0]
+        put(scratch, SOLVE + i, 0, (0.0, 0.0, 0.0))
+        put(scratch, INVERSE + i, 0, (0.0, 0.0, 0.0))
+    add_one(scratch, SOLVE, c * dot(phi, g))
+    add_outer(scratch, SOLVE, c, phi, g)
+    add_outer(scratch, SOLVE, 1.0, two(-2.0 * c, g, 2.0 * slope, cross(phi, around)), phi)
+    scratch[SOLVE, 1] += 0.5 * g[2]  # -[g]x/2
+    scratch[SOLVE, 2] -= 0.5 * g[1]
+    scratch[SOLVE + 1, 0] -= 0.5 * g[2]
+    scratch[SOLVE + 1, 2] += 0.5 * g[0]
+    scratch[SOLVE + 2, 0] += 0.5 * g[1]
+    scratch[SOLVE + 2, 1] -= 0.5 * g[0]
     for i in range(3):
-        for l in range(3):  # B D + (Jl^-1 B^T)^T H
-            full[i, l] = 0.0
-            for c_ in range(3):
-                full[i, l] += rings.before[k, i, c_] * half[c_, l] + rings.spin[k, c_, i] * joints.bend[k, c_, l]
-    for i in range(3):
-        row = full[i, 0], full[i, 1], full[i, 2]
-        for l in range(3):
-            half[i, l] = row[0] * rings.spin[k, 0, l] + row[1] * rings.spin[k, 1, l] + row[2] * rings.spin[k, 2, l]
-    for i in range(3):
-        for l in range(3):
-            full[i, l] = half[i, l]
+        row = (0.0, 0.0, 0.0)
+        for h in range(3):  # B D + (Jl^-1 B^T)^T H
+            row = two(1.0, row, rings[k, BEFORE + 3 * i + h], take(scratch, SOLVE + h, 0))
+            row = two(1.0, row, rings[k, SPIN + 3 * h + i], take(bent, k, BEND + 3 * h))
+        put(scratch, INVERSE + i, 0, by_spins(work, k, row))
 
 
 @spatial_njit()
-def add_joint(k: int, x: Floats, rig: Parameters, joints: Joints, rings: Rings, blocks: Blocks) -> None:
+def add_joint(k: int, x: Floats, m: int, work: Work) -> None:
     """Add joint k to the rows of both its rings: moments by spins and slips."""
-    m, moment = rig.free.size, vector(rings.moment, k)
-    joint_slopes(k, x, joints, rings)
-    lower, diagonal, upper, right = blocks.lower, blocks.diagonal, blocks.upper, blocks.right
-    moved = times_t(rings.spin[k], vector(joints.moved, k))
+    moment, blocks, size = take(work.rings, k, TURNS), work.blocks, 3 + m
+    joint_slopes(k, x, work)
+    shift, last = by_spins(work, k, take(work.bent, k, SHIFT)), 3 * size
     for i in range(3):
         unit = (1.0 if i == 0 else 0.0), (1.0 if i == 1 else 0.0), (1.0 if i == 2 else 0.0)
         turned = cross(moment, unit)  # row i of -[m]x, by the spin of the ring before
-        right[k + 1, i] -= moved[i]
-        right[k, i] += moved[i]
+        blocks[k + 1, i, last] -= shift[i]
+        blocks[k, i, last] += shift[i]
         for l in range(3):
-            slope = rings.full[i, l]
-            diagonal[k + 1, i, l] += slope
-            lower[k + 1, i, l] += turned[l] - slope
-            diagonal[k, i, l] += slope - turned[l]
-            upper[k, i, l] -= slope
+            slope = work.scratch[INVERSE + i, l]
+            blocks[k + 1, i, size + l] += slope
+            blocks[k + 1, i, l] += turned[l] - slope
+            blocks[k, i, size + l] += slope - turned[l]
+            blocks[k, i, 2 * size + l] -= slope
     for j in range(m):
-        pull = times_t(rings.spin[k], vector_at(joints.pull, k, j))
+        pull = by_spins(work, k, take_at(work.pulled, k, j, PULL))
         for i in range(3):
-            lower[k + 1, i, 3 + j] += pull[i]
-            diagonal[k + 1, i, 3 + j] -= pull[i]
-            diagonal[k, i, 3 + j] -= pull[i]
-            upper[k, i, 3 + j] += pull[i]
+            blocks[k + 1, i, 3 + j] += pull[i]
+            blocks[k + 1, i, size + 3 + j] -= pull[i]
+            blocks[k, i, size + 3 + j] -= pull[i]
+            blocks[k, i, 2 * size + 3 + j] += pull[i]
 
 
 @spatial_njit()
-def add_guide(k: int, j: int, rig: Parameters, joints: Joints, guides: Guides, rings: Rings, blocks: Blocks) -> None:
-    """Write the row of tendon j at guide k."""
-    slides, by_wrap, row = guides.by_tension[k, j], guides.by_wrap[k, j], 3 + j
-    into, out, right = 1.0 - slides, 1.0 + slides, guides.off[k, j]
-    lower, diagonal, upper = blocks.lower, blocks.diagonal, blocks.upper
-    w = joints.wrap_bend
-    for near in range(2):
-        if near == 1 and k == 0:
-            diagonal[k, row, row] += into * guides.free[j]
-            continue
+def add_guide(k: int, j: int, free: float, work: Work) -> None:
+    """Write the row of tendon j at guide k; ``free`` is the slope of its tension between wheel and base."""
+    guides, pulled, pairs, blocks, m = work.guides, work.pulled, work.pairs, work.blocks, work.state.shape[1]
+    slides, by_wrap, row, size = guides[k, j, BY_TENSION], guides[k, j, BY_WRAP], 3 + j, 3 + m
+    into, out, right = 1.0 - slides, 1.0 + slides, guides[k, j, UNBALANCED]
+    for near in range(2 if k > 0 else 1):
         at, side = k - near, near
         factor = -into if near == 1 else out
-        right -= factor * joints.ahead[at, j] + by_wrap * joints.wrap_ahead[at, j, side]
-        bends = two(factor, vector_at(joints.pull, at, j), by_wrap, (w[at, j, side, 0], w[at, j, side, 1], w[at, j, side, 2]))
-        spins = times_t(rings.spin[at], bends)
+        right -= factor * pulled[at, j, TIGHTENS] + by_wrap * pulled[at, j, WRAP_AHEAD + side]
+        bends = two(factor, take_at(pulled, at, j, PULL), by_wrap, take_at(pulled, at, j, WRAP_BEND + 3 * side))
+        spins = by_spins(work, at, bends)
+        plus, minus = (size, 0) if near == 1 else (2 * size, size)  # columns of the ring beyond and before
         for i in range(3):
-            if near == 1:
-                diagonal[k, row, i] += spins[i]
-                lower[k, row, i] -= spins[i]
-            else:
-                upper[k, row, i] += spins[i]
-                diagonal[k, row, i] -= spins[i]
-        for l in range(rig.free.size):
-            pulls = factor * joints.pair[at, j, l] + by_wrap * joints.wrap_pull[at, j, side, l]
-            if near == 1:
-                lower[k, row, 3 + l] += pulls
-                diagonal[k, row, 3 + l] -= pulls
-            else:
-                diagonal[k, row, 3 + l] += pulls
-                upper[k, row, 3 + l] -= pulls
-    diagonal[k, row, row] += guides.by_slip[k, j]
-    blocks.right[k, row] = right
+            blocks[k, row, plus + i] += spins[i]
+            blocks[k, row, minus + i] -= spins[i]
+        for l in range(m):
+            pulls = factor * pairs[at, TENSION, j, l] + by_wrap * pairs[at, WRAPS + side, j, l]
+            blocks[k, row, minus + 3 + l] += pulls
+            blocks[k, row, plus + 3 + l] -= pulls
+    blocks[k, row, size + row] += guides[k, j, BY_SLIP] + (into * free if k == 0 else 0.0)
+    blocks[k, row, 3 * size] = right
 
 
-@spatial_njit()
-def step_by_spins(
-    x: Floats, step: Floats, rig: Parameters, dead: float, joints: Joints, guides: Guides, rings: Rings, blocks: Blocks
-) -> None:
-    """Fill the step of all unknowns, shape (N + 1, 6 + m), by spins of the rings and slips.
+@spatial_njit(error_model="python", from_python=True)
+def step_by_spins(x: Floats, tendons: Floats, rig: Parameters, dead: float, work: Work) -> None:
+    """Fill the step of rotations and slips, by spins of the rings and slips.
 
-    The right-hand sides of the rings are those of :func:`balance_rings`.
+    The right-hand sides of the rings are those of :func:`balance_rings`. ``tendons``: slopes of the tensions between
+    wheel and base, (m,).
     """
-    n, m = rig.bristle.shape
-    blocks.lower[:] = 0.0
-    blocks.diagonal[:] = 0.0
-    blocks.upper[:] = 0.0
+    (n, m), blocks, step = work.state.shape, work.blocks, work.step
+    size = 3 + m
+    for k in range(n + 1):
+        for i in range(size):
+            for l in range(3 * size):
+                blocks[k, i, l] = 0.0
     for k in range(n):
-        add_joint(k, x, rig, joints, rings, blocks)
-        load_slopes(k, dead, rig, rings, blocks)
+        add_joint(k, x, m, work)
+        load_slopes(k, dead, rig, work, size)
         for j in range(m):
-            add_guide(k, j, rig, joints, guides, rings, blocks)
-    for i in range(3 + m):  # the base does not turn, the tendons are anchored at the tip
+            add_guide(k, j, tendons[j], work)
+    for i in range(size):  # the base does not turn, the tendons are anchored at the tip
         at = 0 if i < 3 else n
-        for l in range(3 + m):
-            blocks.lower[at, i, l] = blocks.upper[at, i, l] = blocks.diagonal[at, i, l] = 0.0
-        blocks.diagonal[at, i, i] = 1.0
-        blocks.right[at, i] = 0.0
-    solve_blocks(blocks)
-    right = blocks.right
+        for l in range(3 * size + 1):
+            blocks[at, i, l] = 1.0 if l == size + i else 0.0
+    solve_blocks(blocks, size)
     for k in range(n):
-        spin = (right[k + 1, 0] - right[k, 0], right[k + 1, 1] - right[k, 1], right[k + 1, 2] - right[k, 2])
-        put(step, k, times(rings.spin[k], spin))
+        spin = (0.0, 0.0, 0.0)
+        for i in range(3):
+            turned = blocks[k + 1, i, 3 * size] - blocks[k, i, 3 * size]
+            spin = two(1.0, spin, turned, (work.rings[k, SPIN + i], work.rings[k, SPIN + 3 + i], work.rings[k, SPIN + 6 + i]))
+        put(step, k, 0, spin)
         for j in range(m):
-            step[k, 6 + j] = right[k, 3 + j]
+            step[k, SLIPS + j] = blocks[k, 3 + j, 3 * size]

@@ -13,18 +13,43 @@ import numpy as np
 
 from fem_models.joint.friction import jenkins_elements
 from fem_models.rig.rig import Material
-from fem_models.spatial.rig import SpatialJoint, SpatialRig, SpatialTendon
+from fem_models.spatial.rig import Space, SpatialJoint, SpatialRig, SpatialTendon
+from fem_models.spatial.tables import (
+    ARM,
+    BRISTLE,
+    BY_FORCE,
+    CARRIED,
+    CONTACT,
+    CROSSING,
+    ELEMENTS,
+    FRAME,
+    FREE,
+    GIVE,
+    HALF,
+    INWARD,
+    JOINT,
+    LENGTH,
+    LOOP,
+    ONWARD,
+    PRELOAD,
+    REST,
+    SEGMENT,
+    SLIP,
+    SPRING,
+    STEP,
+    TENDON,
+    THRUST,
+    TOE,
+    TURNING,
+)
 from hysteresis.arrays import Floats
-
-ELEMENTS = 3
-"""Jenkins elements of a bending axis, those of :data:`fem_models.joint.friction.MATERIAL_ELEMENTS`."""
 
 
 @dataclass(frozen=True)
 class SpatialSettings:
     """Numerical settings, those of :class:`fem_models.chain.ChainSettings`.
 
-    ``max_step_N`` bounds a step of a tension, over the force scale of the rig.
+    ``max_force_step`` bounds a step of a tension, over the force scale of the rig.
     """
 
     bristle_ratio: float = 20.0
@@ -36,115 +61,100 @@ class SpatialSettings:
 
 
 class Parameters(NamedTuple):
-    """Constants of a run."""
+    """Constants of a run; columns of the tables are in :mod:`fem_models.spatial.tables`."""
 
-    turn: Floats  # (N, 2): cosine and sine of a notch's angle about the tube axis
-    spring: Floats  # (N, 3): torsion, strong and weak bending, without the loop; each joint's rotations 1, 2, 3
-    rest: Floats  # (N, 3): rotation vector without load
-    give: Floats  # (N, 3): compliance along the tube and in both shears
-    thrust: Floats  # (N, 3): force of the tendons at which a notch has its length
-    turning: Floats  # (N,): length that lies along the mean direction of the rings
-    carried: Floats  # (N, m, 3): what the rings carry of the way from hole to hole
-    arm: Floats  # (N, m, 3): middle of the two holes of a tendon, from the centre of the joint
-    inward: Floats  # (N, m, 3): direction of a tendon in the ring before
-    onward: Floats  # (N, m, 3): direction in the ring beyond
-    length: Floats  # (N, m): way over the notch at rest
-    segment: Floats  # (N, m): EA over pitch
-    bristle: Floats  # (N, m): stiffness of a sticking guide
-    free: Floats  # (m,): EA over the length between wheel and base
-    toe: Floats  # (m,)
-    preload: Floats  # (m,)
-    by_force: Floats  # (m,): 1 where the drive is a tension
-    step: Floats  # (N, 3): from a joint to the next one, in the ring between
-    half: Floats  # (N, 3): from a joint to the middle of its ring
-    weight: Floats  # (3,): of one ring
-    tip: Floats  # (3,)
-    loop: Floats  # (N, 2, e): stiffness of Jenkins elements, strong and weak axis
-    slip: Floats  # (N, 2, e): their slip moments
-    contact: Floats  # (N, 3): angle of closure, stiffness, 1 where both sides close
+    joints: Floats  # (N, JOINT)
+    crossings: Floats  # (N, m, CROSSING)
+    tendons: Floats  # (m, TENDON)
     capstan: float
     guide: float
     sheath: float
     rest_wrap: float
+    weight: Space  # of one ring
+    tip: Space
+    loaded: bool  # whether there are dead loads
     by_arm: float  # 1/mm: a moment over the longest arm of a tendon is a force
     scale: float  # of the forces
     stiffest: float  # segment, N/mm
     tolerance: float  # of the residual, N
-    loaded: bool  # whether there are dead loads
 
 
 class Memory(NamedTuple):
-    """Dry elements: rest points of guides (N, m) and of Jenkins elements (N, 2, e)."""
+    """Dry elements: rest points of guides (N, m) and of Jenkins elements (N, 2 ELEMENTS)."""
 
     guides: Floats
     jenkins: Floats
 
 
-def spatial_parameters(
-    rig: SpatialRig, by_force: tuple[bool, ...], settings: SpatialSettings
-) -> Parameters:
+def spatial_parameters(rig: SpatialRig, by_force: tuple[bool, ...], settings: SpatialSettings) -> Parameters:
     """Reduce a rig to what the kernels need."""
-    joints, tendons, dry = rig.joints, rig.tendons, rig.friction
-    holes = _holes(rig)
-    segment = np.array([[_taut_N_per_mm(tendon, joint) for tendon in tendons] for joint in joints])
-    spring, loop, slip = zip(*(_springs(joint, rig.material) for joint in joints), strict=True)
-    give = np.array([[1 / joint.stiffness.axial, *_shears(joint)] for joint in joints])
-    scale = _force_scale_N(rig)
-    stiffest = max(1.0, settings.bristle_ratio) * max(one.tendon.EA_N for one in tendons)
-    step, half = _rings(rig)
-    parameters = Parameters(
-        turn=np.array([[math.cos(math.radians(j.turn_deg)), math.sin(math.radians(j.turn_deg))] for j in joints]),
-        spring=np.array(spring),
-        rest=np.array([[0.0, 0.0, joint.mechanics.rest_angle_rad] for joint in joints]),
-        give=give,
-        thrust=np.zeros((len(joints), 3)),
-        turning=np.array([joint.mechanics.turning_length_mm for joint in joints]),
-        carried=holes.carried,
-        arm=holes.arm,
-        inward=holes.inward,
-        onward=holes.onward,
-        length=_lengths_at_rest(joints, holes),
-        segment=segment,
-        bristle=1 / (1 / (settings.bristle_ratio * segment) + dry.stick_compliance_mm_per_N),
-        free=np.array([one.tendon.EA_N / one.tendon.free_length_mm for one in tendons]),
-        toe=np.array([float(one.tendon.toe_N) for one in tendons]),
-        preload=np.full(len(tendons), float(rig.preload_N)),
-        by_force=np.array([float(force) for force in by_force]),
-        step=step,
-        half=half,
-        weight=np.array(rig.loads.ring_weight_N, dtype=float),
-        tip=np.array(rig.loads.tip_N, dtype=float),
-        loop=np.array(loop),
-        slip=np.array(slip),
-        contact=np.array([_contact(rig, joint) for joint in joints]),
+    dry, scale = rig.friction, _force_scale_N(rig)
+    crossings, tendons = _crossings(rig, settings), np.zeros((len(rig.tendons), TENDON))
+    for row, one, force in zip(tendons, rig.tendons, by_force, strict=True):
+        row[FREE], row[TOE] = one.tendon.EA_N / one.tendon.free_length_mm, one.tendon.toe_N
+        row[PRELOAD], row[BY_FORCE] = rig.preload_N, force
+    joints = _joints(rig)
+    joints[:, THRUST] = _thrust_N(joints, crossings, rig.preload_N)
+    stiffest = max(1.0, settings.bristle_ratio) * max(one.tendon.EA_N for one in rig.tendons)
+    weight, tip = (tuple(float(part) for part in load) for load in (rig.loads.ring_weight_N, rig.loads.tip_N))
+    return Parameters(
+        joints=joints,
+        crossings=crossings,
+        tendons=tendons,
         capstan=float(dry.capstan_coefficient),
         guide=float(dry.guide_N),
         sheath=float(dry.sheath_N),
         rest_wrap=math.radians(dry.rest_wrap_deg),
-        by_arm=float(1 / np.linalg.norm(holes.arm, axis=2).max()),
+        weight=weight,  # type: ignore[arg-type]
+        tip=tip,  # type: ignore[arg-type]
+        loaded=any(weight) or any(tip),
+        by_arm=float(1 / np.linalg.norm(crossings[..., ARM : ARM + 3], axis=2).max()),
         scale=scale,
-        stiffest=float(segment.max()),
+        stiffest=float(crossings[..., SEGMENT].max()),
+        # rounding of a slip times the stiffest spring is the least residual there can be
         tolerance=max(settings.tolerance * scale, 1e-14 * stiffest),
-        loaded=any(rig.loads.ring_weight_N) or any(rig.loads.tip_N),
     )
-    parameters.thrust[:, 0] = _thrust_N(parameters)
-    return parameters
 
 
 def memory_at_rest(parameters: Parameters) -> Memory:
     """Dry elements of a rig that has not moved yet."""
-    jenkins = np.zeros_like(parameters.loop)
-    jenkins[:] = parameters.rest[:, 1:, None]
-    return Memory(np.zeros_like(parameters.bristle), jenkins)
+    rest = parameters.joints[:, REST + 1 : REST + 3]
+    return Memory(np.zeros(parameters.crossings.shape[:2]), np.repeat(rest, ELEMENTS, axis=1))
+
+
+def _joints(rig: SpatialRig) -> Floats:
+    """Rows of :attr:`Parameters.joints`, but for the thrust."""
+    out = np.zeros((len(rig.joints), JOINT))
+    for row, joint, (step, half) in zip(out, rig.joints, _rings(rig), strict=True):
+        turn, six = math.radians(joint.turn_deg), joint.stiffness
+        spring, loop, slip = _springs(joint, rig.material)
+        row[FRAME : FRAME + 2] = math.cos(turn), math.sin(turn)
+        row[SPRING : SPRING + 3] = spring
+        row[REST + 2] = joint.mechanics.rest_angle_rad
+        row[GIVE : GIVE + 3] = 1 / six.axial, 1 / six.shear_in, 1 / six.shear_across
+        row[TURNING] = joint.mechanics.turning_length_mm
+        row[STEP : STEP + 3], row[HALF : HALF + 3] = step, half
+        row[CONTACT : CONTACT + 3] = _contact(rig, joint)
+        row[LOOP : LOOP + 2 * ELEMENTS], row[SLIP : SLIP + 2 * ELEMENTS] = loop.ravel(), slip.ravel()
+    return out
+
+
+def _crossings(rig: SpatialRig, settings: SpatialSettings) -> Floats:
+    """Rows of :attr:`Parameters.crossings`."""
+    holes, give = _holes(rig), rig.friction.stick_compliance_mm_per_N
+    segment = np.array([[_taut_N_per_mm(tendon, joint) for tendon in rig.tendons] for joint in rig.joints])
+    out = np.zeros((*segment.shape, CROSSING))
+    for at, vectors in zip((CARRIED, ARM, INWARD, ONWARD), holes, strict=True):
+        out[..., at : at + 3] = vectors
+    out[..., LENGTH] = _lengths_at_rest(rig.joints, holes)
+    out[..., SEGMENT] = segment
+    out[..., BRISTLE] = 1 / (1 / (settings.bristle_ratio * segment) + give)
+    return out
 
 
 def _taut_N_per_mm(tendon: SpatialTendon, joint: SpatialJoint) -> float:
     winds = tendon.tendon.moment_arm_mm * math.radians(tendon.twist_deg_per_mm)
     return tendon.tendon.EA_N / (joint.pitch_mm * math.hypot(1.0, winds))
-
-
-def _shears(joint: SpatialJoint) -> tuple[float, float]:
-    return 1 / joint.stiffness.shear_in, 1 / joint.stiffness.shear_across
 
 
 def _springs(joint: SpatialJoint, material: Material) -> tuple[list[float], Floats, Floats]:
@@ -235,19 +245,18 @@ def neutral_mm(rig: SpatialRig) -> Floats:
     return np.array([_frame(joint) @ place for joint, place in zip(rig.joints, offset, strict=True)])
 
 
-def _rings(rig: SpatialRig) -> tuple[Floats, Floats]:
-    """Ways from a joint to the next and to the middle of its ring, shapes (N, 3).
+def _rings(rig: SpatialRig) -> list[tuple[Floats, Floats]]:
+    """Ways from each joint to the next and to the middle of its ring, vectors (3,).
 
     A ring is loaded at the level of its joint's neutral axis, as in the planar chain.
     """
-    pitch = np.array([[joint.pitch_mm, 0.0, 0.0] for joint in rig.joints])
     neutral = neutral_mm(rig)
-    step = pitch.copy()
-    step[:-1] += np.diff(neutral, axis=0)
-    return step, 0.5 * pitch
+    beyond = np.concatenate([np.diff(neutral, axis=0), np.zeros((1, 3))])
+    pitch = [np.array([joint.pitch_mm, 0.0, 0.0]) for joint in rig.joints]
+    return [(along + aside, 0.5 * along) for along, aside in zip(pitch, beyond, strict=True)]
 
 
-def _thrust_N(parameters: Parameters) -> Floats:
+def _thrust_N(joints: Floats, crossings: Floats, preload_N: float) -> Floats:
     """Pull of all tendons along the tube at rest, shape (N,)."""
-    chord = parameters.carried + [1.0, 0.0, 0.0] * parameters.turning[:, None, None]
-    return np.asarray((_unit(chord)[..., 0] * parameters.preload).sum(axis=1))
+    chord = crossings[..., CARRIED : CARRIED + 3] + [1.0, 0.0, 0.0] * joints[:, TURNING, None, None]
+    return np.asarray(preload_N * _unit(chord)[..., 0].sum(axis=1))

@@ -6,6 +6,7 @@ import numpy as np
 
 from fem_models.spatial.parameters import Parameters, neutral_mm
 from fem_models.spatial.rig import SpatialRig
+from fem_models.spatial.tables import FRAME, GIVE, HALF, STEP, TURNING
 from hysteresis.arrays import Floats
 
 TUBE_AXIS = np.array([1.0, 0.0, 0.0])
@@ -30,20 +31,21 @@ def tip_and_frame(rig: SpatialRig, parameters: Parameters, joints: Floats) -> tu
     samples, n = joints.shape[:2]
     neutral = neutral_mm(rig)
     frame = np.broadcast_to(np.eye(3), (samples, 3, 3))
-    start = 0.5 * (rig.joints[0].pitch_mm - parameters.turning[0])  # half the base ring, as in the planar chain
+    own = parameters.joints
+    start = 0.5 * (rig.joints[0].pitch_mm - own[0, TURNING])  # half the base ring, as in the planar chain
     place = np.broadcast_to(neutral[0] + start * TUBE_AXIS, (samples, 3))
     for k in range(n):
-        cs, sn = parameters.turn[k]
+        cs, sn = own[k, FRAME : FRAME + 2]
         notch = np.array([[1.0, 0.0, 0.0], [0.0, cs, -sn], [0.0, sn, cs]])
         half = rotation(0.5 * joints[:, k, :3])
         before = frame @ notch
         middle = before @ half
-        force = parameters.tip + (n - k) * parameters.weight
-        moved = joints[:, k, 3:] + parameters.give[k] * np.einsum("sji,j->si", middle, force)
-        place = place + np.einsum("sij,sj->si", middle, parameters.turning[k] * TUBE_AXIS + moved)
+        force = np.array(parameters.tip) + (n - k) * np.array(parameters.weight)
+        moved = joints[:, k, 3:] + own[k, GIVE : GIVE + 3] * np.einsum("sji,j->si", middle, force)
+        place = place + np.einsum("sij,sj->si", middle, own[k, TURNING] * TUBE_AXIS + moved)
         frame = middle @ half @ notch.T
-        ring = (parameters.step if k < n - 1 else parameters.half)[k].copy()
-        ring[0] -= parameters.turning[k] * (1.0 if k < n - 1 else 0.5)
+        ring = own[k, STEP : STEP + 3] if k < n - 1 else own[k, HALF : HALF + 3]
+        ring = ring - own[k, TURNING] * (1.0 if k < n - 1 else 0.5) * TUBE_AXIS
         place = place + frame @ ring
     return place - frame @ neutral[-1], frame
 

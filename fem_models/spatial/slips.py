@@ -6,89 +6,86 @@ of the guides are a block tridiagonal system, with a block of m x m for m tendon
 
 from __future__ import annotations
 
-from fem_models.spatial.blocks import Blocks, solve_blocks
+from fem_models.spatial.blocks import solve_blocks
 from fem_models.spatial.compiled import spatial_njit
-from fem_models.spatial.guides import Guides
-from fem_models.spatial.joint import Joints
+from fem_models.spatial.joint import Work
 from fem_models.spatial.parameters import Parameters
-from fem_models.spatial.vectors import dot, inverse, put, put_at, scaled, times, two, vector, vector_at
+from fem_models.spatial.tables import (
+    AHEAD,
+    BEND,
+    BY_SLIP,
+    BY_TENSION,
+    BY_WRAP,
+    FOLLOW,
+    INVERSE,
+    MOMENT,
+    PULL,
+    SHIFT,
+    SLIPS,
+    SOLVE,
+    TENSION,
+    TIGHTENS,
+    UNBALANCED,
+    WRAP_AHEAD,
+    WRAP_BEND,
+    WRAPS,
+)
+from fem_models.spatial.vectors import dot, invert, put, put_at, scaled, take, take_at, times, two
 from hysteresis.arrays import Floats
 
 
 @spatial_njit()
-def condense_rotation(k: int, rig: Parameters, joints: Joints) -> None:
-    """Let the rotation of joint k follow the stretches; ``bend`` and ``pull`` turn into its slopes."""
-    m = rig.free.size
+def condense_rotation(k: int, rig: Parameters, work: Work) -> None:
+    """Let the rotation of joint k follow the stretches, and the tensions and wraps with it."""
+    m, pulled, scratch = rig.tendons.shape[0], work.pulled, work.scratch
     for i in range(3):
-        for l in range(3):
-            joints.solve[i, l] = joints.bend[k, i, l]
-    inverse(joints.solve, joints.inverse)
-    moment = two(1.0, vector(joints.moment, k), 1.0, vector(joints.moved, k))
-    ahead = scaled(-1.0, times(joints.inverse, moment))
-    put(joints.follow_ahead, k, ahead)
-    for l in range(m):
-        turned = scaled(-1.0, times(joints.inverse, vector_at(joints.pull, k, l)))
-        put_at(joints.follow, k, l, turned)
-        for j in range(m):
-            joints.pair[k, j, l] += dot(vector_at(joints.pull, k, j), turned)
-            if rig.capstan > 0.0:
-                for side in range(2):
-                    w = joints.wrap_bend
-                    slope = w[k, j, side, 0], w[k, j, side, 1], w[k, j, side, 2]
-                    joints.wrap_pull[k, j, side, l] += dot(slope, turned)
+        put(scratch, SOLVE + i, 0, take(work.bent, k, BEND + 3 * i))
+    invert(scratch, SOLVE, INVERSE)
+    moment = two(1.0, take(work.bent, k, MOMENT), 1.0, take(work.bent, k, SHIFT))
+    ahead = scaled(-1.0, times(scratch, INVERSE, moment))
+    put(work.bent, k, AHEAD, ahead)
     for j in range(m):
-        joints.ahead[k, j] += dot(vector_at(joints.pull, k, j), ahead)
-        if rig.capstan > 0.0:
-            for side in range(2):
-                w = joints.wrap_bend
-                joints.wrap_ahead[k, j, side] += dot((w[k, j, side, 0], w[k, j, side, 1], w[k, j, side, 2]), ahead)
+        put_at(pulled, k, j, FOLLOW, scaled(-1.0, times(scratch, INVERSE, take_at(pulled, k, j, PULL))))
+    for j in range(m):
+        for part in range(3 if rig.capstan > 0.0 else 1):  # a tension, and its wraps before and beyond
+            slope = take_at(pulled, k, j, PULL if part == 0 else WRAP_BEND + 3 * (part - 1))
+            for l in range(m):
+                work.pairs[k, part, j, l] += dot(slope, take_at(pulled, k, l, FOLLOW))
+            pulled[k, j, TIGHTENS if part == 0 else WRAP_AHEAD + part - 1] += dot(slope, ahead)
 
 
-@spatial_njit()
-def step_by_slips(step: Floats, rig: Parameters, joints: Joints, guides: Guides, blocks: Blocks) -> None:
-    """Fill the step of all unknowns, shape (N + 1, 6 + m), where no dead load couples the joints."""
-    n, m = rig.bristle.shape
+@spatial_njit(error_model="python", from_python=True)
+def step_by_slips(tendons: Floats, rig: Parameters, work: Work) -> None:
+    """Fill the step of rotations and slips, where no dead load couples the joints.
+
+    ``tendons``: slopes of the tensions between wheel and base, (m,).
+    """
+    (n, m), pairs, pulled, blocks, step = work.state.shape, work.pairs, work.pulled, work.blocks, work.step
     for k in range(n):
-        condense_rotation(k, rig, joints)
+        condense_rotation(k, rig, work)
     for k in range(n):
         for j in range(m):
-            slides, by_wrap = guides.by_tension[k, j], guides.by_wrap[k, j]
-            into, out, right = 1.0 - slides, 1.0 + slides, guides.off[k, j]
-            right -= out * joints.ahead[k, j] + by_wrap * joints.wrap_ahead[k, j, 0]
+            slides, by_wrap = work.guides[k, j, BY_TENSION], work.guides[k, j, BY_WRAP]
+            into, out, right = 1.0 - slides, 1.0 + slides, work.guides[k, j, UNBALANCED]
+            right -= out * pulled[k, j, TIGHTENS] + by_wrap * pulled[k, j, WRAP_AHEAD]
             for l in range(m):
-                beyond = out * joints.pair[k, j, l] + by_wrap * joints.wrap_pull[k, j, 0, l]
+                beyond = out * pairs[k, TENSION, j, l] + by_wrap * pairs[k, WRAPS, j, l]
                 before = 0.0
                 if k > 0:
-                    before = -into * joints.pair[k - 1, j, l] + by_wrap * joints.wrap_pull[k - 1, j, 1, l]
-                blocks.lower[k, j, l] = before
-                blocks.upper[k, j, l] = -beyond
-                blocks.diagonal[k, j, l] = beyond - before
-            blocks.diagonal[k, j, j] += guides.by_slip[k, j]
+                    before = by_wrap * pairs[k - 1, WRAPS + 1, j, l] - into * pairs[k - 1, TENSION, j, l]
+                blocks[k, j, l] = before
+                blocks[k, j, m + l] = beyond - before
+                blocks[k, j, 2 * m + l] = -beyond
+            blocks[k, j, m + j] += work.guides[k, j, BY_SLIP]
             if k > 0:
-                right += into * joints.ahead[k - 1, j] - by_wrap * joints.wrap_ahead[k - 1, j, 1]
+                right += into * pulled[k - 1, j, TIGHTENS] - by_wrap * pulled[k - 1, j, WRAP_AHEAD + 1]
             else:
-                blocks.diagonal[k, j, j] += into * guides.free[j]
-            blocks.right[k, j] = right
-    solve_blocks(blocks)
-    for k in range(n):
+                blocks[k, j, m + j] += into * tendons[j]
+            blocks[k, j, 3 * m] = right
+    solve_blocks(blocks, m)
+    for k in range(n - 1, -1, -1):
+        bent = take(work.bent, k, AHEAD)
         for j in range(m):
-            step[k, 6 + j] = blocks.right[k, j]
-    for k in range(n):
-        bent = vector(joints.follow_ahead, k)
-        for j in range(m):
-            bent = two(1.0, bent, step[k, 6 + j] - step[k + 1, 6 + j], vector_at(joints.follow, k, j))
-        step[k, 0], step[k, 1], step[k, 2] = bent
-
-
-@spatial_njit()
-def follow_displacements(step: Floats, joints: Joints, n: int, m: int) -> None:
-    """Fill the step of the notches' displacements by those of rotations and slips."""
-    for k in range(n):
-        bent = step[k, 0], step[k, 1], step[k, 2]
-        for i in range(3):
-            moved = joints.loose[k, i]
-            for l in range(3):
-                moved += joints.by_bend[k, i, l] * bent[l]
-            for j in range(m):
-                moved += joints.by_pull[k, j, i] * (step[k, 6 + j] - step[k + 1, 6 + j])
-            step[k, 3 + i] = moved
+            step[k, SLIPS + j] = blocks[k, j, 3 * m]
+            bent = two(1.0, bent, step[k, SLIPS + j] - step[k + 1, SLIPS + j], take_at(pulled, k, j, FOLLOW))
+        put(step, k, 0, bent)

@@ -17,7 +17,8 @@ import numpy as np
 from fem_models.load.stepping import StepControl
 from fem_models.rig.checks import SolverError, require
 from fem_models.spatial.drives import SpatialProgram
-from fem_models.spatial.follow import Path, Run, follow
+from fem_models.spatial.follow import Path, Run, follow, motion_at_rest
+from fem_models.spatial.joint import work_space
 from fem_models.spatial.parameters import Parameters, SpatialSettings, memory_at_rest, spatial_parameters
 from fem_models.spatial.place import bending_deg, tip_and_frame
 from fem_models.spatial.rig import SpatialRig
@@ -107,11 +108,12 @@ def followed(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, s
     SolverError
         As :func:`solve_spatial`.
     """
-    path, (n, m) = _path(rig, program, parameters, settings), parameters.bristle.shape
+    path, (n, m) = _path(rig, program, parameters, settings), parameters.crossings.shape[:2]
     samples = len(program.drives)
     run = Run(np.empty((samples, n, 6)), np.empty((samples, m, n + 1)), np.empty((samples, 4)))
     try:
-        failed, reached = follow(path, parameters, memory_at_rest(parameters), run)
+        motion, work = motion_at_rest(parameters), work_space(parameters)
+        failed, reached = follow(path, parameters, memory_at_rest(parameters), run, motion, work)
     except ZeroDivisionError:
         raise SolverError(f"rig {rig.name}: a tangent without stiffness in the path of {samples} samples") from None
     if failed >= 0:

@@ -31,15 +31,27 @@ class Turn(NamedTuple):
 
 
 @spatial_njit(forceinline=True)
-def vector(values: Floats, i: int) -> Vector:
-    """Row i of an array (n, 3)."""
-    return values[i, 0], values[i, 1], values[i, 2]
+def take(values: Floats, i: int, at: int) -> Vector:
+    """Three numbers of row i of a table, from a column on."""
+    return values[i, at], values[i, at + 1], values[i, at + 2]
 
 
 @spatial_njit(forceinline=True)
-def vector_at(values: Floats, i: int, j: int) -> Vector:
-    """Vector (i, j) of an array (n, m, 3)."""
-    return values[i, j, 0], values[i, j, 1], values[i, j, 2]
+def take_at(values: Floats, i: int, j: int, at: int) -> Vector:
+    """Three numbers of row (i, j) of a table, from a column on."""
+    return values[i, j, at], values[i, j, at + 1], values[i, j, at + 2]
+
+
+@spatial_njit(forceinline=True)
+def put(values: Floats, i: int, at: int, p: Vector) -> None:
+    """Write a vector to row i of a table, from a column on."""
+    values[i, at], values[i, at + 1], values[i, at + 2] = p
+
+
+@spatial_njit(forceinline=True)
+def put_at(values: Floats, i: int, j: int, at: int, p: Vector) -> None:
+    """Write a vector to row (i, j) of a table, from a column on."""
+    values[i, j, at], values[i, j, at + 1], values[i, j, at + 2] = p
 
 
 @spatial_njit(forceinline=True)
@@ -77,52 +89,31 @@ def three(f: float, p: Vector, g: float, q: Vector, h: float, r: Vector) -> Vect
 
 
 @spatial_njit(forceinline=True)
-def times(m: Floats, p: Vector) -> Vector:
-    """Matrix (3, 3) times a vector."""
-    return (
-        m[0, 0] * p[0] + m[0, 1] * p[1] + m[0, 2] * p[2],
-        m[1, 0] * p[0] + m[1, 1] * p[1] + m[1, 2] * p[2],
-        m[2, 0] * p[0] + m[2, 1] * p[1] + m[2, 2] * p[2],
-    )
+def times(m: Floats, r: int, p: Vector) -> Vector:
+    """Matrix in the rows r to r + 2 of a table times a vector."""
+    return dot(take(m, r, 0), p), dot(take(m, r + 1, 0), p), dot(take(m, r + 2, 0), p)
 
 
 @spatial_njit(forceinline=True)
-def times_t(m: Floats, p: Vector) -> Vector:
-    """Transpose of a matrix (3, 3) times a vector."""
-    return (
-        m[0, 0] * p[0] + m[1, 0] * p[1] + m[2, 0] * p[2],
-        m[0, 1] * p[0] + m[1, 1] * p[1] + m[2, 1] * p[2],
-        m[0, 2] * p[0] + m[1, 2] * p[1] + m[2, 2] * p[2],
-    )
+def times_t(m: Floats, r: int, p: Vector) -> Vector:
+    """Transpose of such a matrix times a vector."""
+    return three(p[0], take(m, r, 0), p[1], take(m, r + 1, 0), p[2], take(m, r + 2, 0))
 
 
 @spatial_njit(forceinline=True)
-def add_outer(m: Floats, f: float, p: Vector, q: Vector) -> None:
-    """Add f p q^T to a matrix (3, 3)."""
-    x, y, z = f * p[0], f * p[1], f * p[2]
-    m[0, 0] += x * q[0]
-    m[0, 1] += x * q[1]
-    m[0, 2] += x * q[2]
-    m[1, 0] += y * q[0]
-    m[1, 1] += y * q[1]
-    m[1, 2] += y * q[2]
-    m[2, 0] += z * q[0]
-    m[2, 1] += z * q[1]
-    m[2, 2] += z * q[2]
+def add_outer(m: Floats, r: int, f: float, p: Vector, q: Vector) -> None:
+    """Add f p q^T to a matrix in the rows r to r + 2 of a table."""
+    for i in range(3):
+        for l in range(3):
+            m[r + i, l] += f * p[i] * q[l]
 
 
 @spatial_njit(forceinline=True)
-def add_one(m: Floats, f: float) -> None:
+def add_one(m: Floats, r: int, f: float) -> None:
     """Add f times the unit matrix."""
-    m[0, 0] += f
-    m[1, 1] += f
-    m[2, 2] += f
-
-
-@spatial_njit(forceinline=True)
-def put(m: Floats, i: int, p: Vector) -> None:
-    """Write a vector to row i of an array (n, 3)."""
-    m[i, 0], m[i, 1], m[i, 2] = p
+    m[r, 0] += f
+    m[r + 1, 1] += f
+    m[r + 2, 2] += f
 
 
 @spatial_njit()
@@ -159,17 +150,11 @@ def turned_slope(turn: Turn, u: Vector, c: Vector, w: Vector) -> Vector:
     return two(1.0, p, 2.0 * turn.a, w)
 
 
-@spatial_njit(forceinline=True)
-def put_at(m: Floats, i: int, j: int, p: Vector) -> None:
-    """Write a vector to (i, j) of an array (n, m, 3)."""
-    m[i, j, 0], m[i, j, 1], m[i, j, 2] = p
-
-
 @spatial_njit(forceinline=True, error_model="python")  # a singular one raises ZeroDivisionError
-def inverse(m: Floats, out: Floats) -> None:
-    """Inverse of a matrix (3, 3) by its minors."""
-    p, q, r = vector(m, 0), vector(m, 1), vector(m, 2)
-    x, y, z = cross(q, r), cross(r, p), cross(p, q)
+def invert(m: Floats, r: int, out: int) -> None:
+    """Write the inverse of the matrix in the rows r to r + 2 of a table to the rows from ``out`` on, by its minors."""
+    p, q, s = take(m, r, 0), take(m, r + 1, 0), take(m, r + 2, 0)
+    x, y, z = cross(q, s), cross(s, p), cross(p, q)
     by = 1.0 / dot(p, x)
     for i in range(3):
-        out[i, 0], out[i, 1], out[i, 2] = by * x[i], by * y[i], by * z[i]
+        m[out + i, 0], m[out + i, 1], m[out + i, 2] = by * x[i], by * y[i], by * z[i]
