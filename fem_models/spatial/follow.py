@@ -80,6 +80,7 @@ class Motion(NamedTuple):
     limit: Floats  # (N, m) of their friction
     tendons: Floats  # (TENDON_ROWS, m): drives and where they go to, tensions, fronts of sliding guides
     energy: Floats  # (4,)
+    counts: Floats  # (3,): steps that were accepted, that failed, iterations
 
 
 def motion_at_rest(rig: Parameters) -> Motion:
@@ -90,8 +91,8 @@ def motion_at_rest(rig: Parameters) -> Motion:
     x[:n, :3] = rig.joints[:, REST : REST + 3]
     tendons[DRIVE] = tendons[NEXT_DRIVE] = rig.tendons[:, PRELOAD] * rig.tendons[:, BY_FORCE]
     tendons[GUESS] = rig.tendons[:, PRELOAD]
-    cells = (n, m)
-    return Motion(x, np.zeros(shape), np.zeros(shape), np.zeros(cells), np.zeros(cells), tendons, np.zeros(4))
+    trial, increment, state, limit = np.zeros(shape), np.zeros(shape), np.zeros((n, m)), np.zeros((n, m))
+    return Motion(x, trial, increment, state, limit, tendons, np.zeros(4), np.zeros(3))
 
 
 @spatial_njit()
@@ -236,15 +237,18 @@ def walk(
         fine = size <= FINE * control.max_step
         guess(motion, work.state, size)
         attempt = Attempt(part if s == 0 else 1.0, path.iterations, fine)
-        found = newton(motion.trial, tendons, rig, memory, work, motion.state, attempt) >= 0
+        iterations = newton(motion.trial, tendons, rig, memory, work, motion.state, attempt)
         rotation, slide = largest_change(motion.x, motion.trial)
-        if not found or jumped(rotation, slide, size, control):
+        motion.counts[2] += abs(iterations)
+        if iterations < 0 or jumped(rotation, slide, size, control):
             reach = 0.5 * size
+            motion.counts[1] += 1.0
             if fine:
                 tendons[HEADING] = math.nan
             if too_short(reach, control):
                 return done, reach
             continue
+        motion.counts[0] += 1.0
         learn(motion, work, size)
         accept(rig, memory, work, motion)
         reach, done = reach_after_success(reach, control), part

@@ -71,7 +71,7 @@ def balance_at(
 def newton(
     x: Floats, tendons: Floats, rig: Parameters, memory: Memory, work: Work, before: Floats, attempt: Attempt
 ) -> int:
-    """Solve for the equilibrium from x, and return the iterations it took, or -1; x is changed in either case.
+    """Solve for the equilibrium from x, and return the iterations it took, below 0 without one; x changes either way.
 
     ``before`` are the states of the guides, (N, m), at the last equilibrium. In the first iteration the guides keep
     the states they come with, which x may not agree with yet. A step that is not fine is given up where a tendon
@@ -81,11 +81,11 @@ def newton(
     for iteration in range(attempt.iterations):
         largest = balance_at(x, tendons, rig, memory, work, attempt.dead, iteration > 0)
         if iteration > 0 and not attempt.fine and base_slides(before, work.state):
-            return -1
+            return -iteration
         if largest <= rig.tolerance:
             return iteration
         if not largest < 1e9 * rig.scale:
-            return -1
+            return -iteration - 1
         if rig.loaded:
             step_by_spins(x, tendons[SLOPE], rig, attempt.dead, work)
         else:
@@ -100,5 +100,5 @@ def newton(
             for i in range(x.shape[1]):
                 x[k, i] += part * step[k, i]
             if dot(take(x, k, 0), take(x, k, 0)) > LARGEST_TURN**2:
-                return -1
-    return -1
+                return -iteration - 1
+    return -attempt.iterations

@@ -47,7 +47,10 @@ from hysteresis.arrays import Floats
 
 @dataclass(frozen=True)
 class SpatialSettings:
-    """Numerical settings, those of :class:`fem_models.chain.ChainSettings`.
+    """Numerical settings, those of :class:`fem_models.chain.ChainSettings` but for the iterations.
+
+    Guides of several tendons that wait for each other take turns without end in one step of twenty: a shorter step is
+    the cure, and the sooner the better.
 
     ``max_force_step`` bounds a step of a tension, over the force scale of the rig.
     """
@@ -56,7 +59,7 @@ class SpatialSettings:
     max_step_mm: float = 0.1
     max_force_step: float = 0.25
     max_halvings: int = 20
-    newton_iterations: int = 40
+    newton_iterations: int = 20
     tolerance: float = 1e-10
 
 

@@ -48,6 +48,8 @@ class SpatialSolution:
         Shape (s,), from the start: work of the drives, losses at guides and in the material.
     stored_mJ
         Shape (s,), elastic energy above that at rest, without that of weights.
+    steps, failed_steps, iterations
+        What the run took.
     """
 
     drives: Floats
@@ -60,6 +62,9 @@ class SpatialSolution:
     friction_mJ: Floats
     material_mJ: Floats
     stored_mJ: Floats
+    steps: int
+    failed_steps: int
+    iterations: int
 
 
 def solve_spatial(
@@ -81,7 +86,7 @@ def solve_spatial(
     given = program.drives.shape[1]
     require(given == len(rig.tendons), "drives", f"{given} columns", f"one for each of {len(rig.tendons)} tendons")
     parameters = spatial_parameters(rig, program.by_force, settings)
-    run = followed(rig, program, parameters, settings)
+    run, counts = followed(rig, program, parameters, settings)
     _require_open(rig, run)
     tip, frame = tip_and_frame(rig, parameters, run.joints)
     bending, torsion = bending_deg(frame)
@@ -97,11 +102,14 @@ def solve_spatial(
         friction_mJ=friction,
         material_mJ=material,
         stored_mJ=stored,
+        steps=int(counts[0]),
+        failed_steps=int(counts[1]),
+        iterations=int(counts[2]),
     )
 
 
-def followed(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> Run:
-    """Follow a program with the kernels.
+def followed(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> tuple[Run, Floats]:
+    """Follow a program with the kernels; returns counts of steps, failed steps and iterations, too.
 
     Raises
     ------
@@ -123,7 +131,7 @@ def followed(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, s
             f"rig {rig.name}, sample {failed} of {samples}: no equilibrium between drives {ends}, "
             f"{100 * reached:.3g} % of the way"
         )
-    return run
+    return run, motion.counts
 
 
 def _path(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> Path:
