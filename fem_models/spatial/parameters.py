@@ -182,7 +182,9 @@ def _force_scale_N(rig: SpatialRig) -> float:
         return float(rig.preload_N)
     arm = max(tendon.tendon.moment_arm_mm for tendon in rig.tendons)
     degree = math.radians(1.0) * min(joint.stiffness.weak for joint in rig.joints)
-    return max(float(rig.preload_N), *(degree / (arm + joint.mechanics.flexure.neutral_offset_mm) for joint in rig.joints))
+    return max(
+        float(rig.preload_N), *(degree / (arm + joint.mechanics.flexure.neutral_offset_mm) for joint in rig.joints)
+    )
 
 
 class _Holes(NamedTuple):
@@ -232,7 +234,7 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def _lengths_at_rest(joints: tuple[SpatialJoint, ...], holes: _Holes) -> Floats:
-    """Length of the chords of bare notches, shape (N, m): :mod:`fem_models.spatial.joint` in the plane of axis 2."""
+    """Length of the chords of bare notches, shape (N, m), as of :mod:`fem_models.spatial.kernels.joint`, in its plane."""
     out = np.zeros(holes.arm.shape[:2])
     for k, joint in enumerate(joints):
         half = 0.5 * joint.mechanics.rest_angle_rad

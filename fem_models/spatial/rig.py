@@ -148,7 +148,12 @@ def spatial_rig(
         known = name in KNOWN_EFFECTS or getattr(rig, name) is None
         require(known, name, "given", f"none in space: of the effects there are {', '.join(KNOWN_EFFECTS)}")
     mechanics, whole = joint_mechanics(rig), 0.0
-    require(mechanics.hardening.is_linear, "rig.hardening_slope", "given", "none in space: joints are linear but for their loop")
+    require(
+        mechanics.hardening.is_linear,
+        "rig.hardening_slope",
+        "given",
+        "none in space: joints are linear but for their loop",
+    )
     if isinstance(turns_deg, int | float):
         whole = float(turns_deg)
         turns = [whole] * rig.joints

@@ -3,7 +3,7 @@
 Unknowns are a rotation vector and a displacement of each notch, and the slip of every tendon at every guide. The
 displacements are condensed in each Newton step. Without dead loads so are the rotations, and what remains is a block
 for the slips at each guide; with them the spins of the rings stand beside the slips
-(:mod:`fem_models.spatial.loaded`). Either way the time of a step is linear in the number of joints.
+(:mod:`fem_models.spatial.kernels.loaded`). Either way the time of a step is linear in the number of joints.
 
 A planar rig gives what :mod:`fem_models.chain` gives. Equations, sources and limits: docs/theory/three-dimensions.md.
 """
@@ -17,8 +17,8 @@ import numpy as np
 from fem_models.load.stepping import StepControl
 from fem_models.rig.checks import SolverError, require
 from fem_models.spatial.drives import SpatialProgram
-from fem_models.spatial.follow import Path, Run, follow, motion_at_rest
-from fem_models.spatial.joint import work_space
+from fem_models.spatial.kernels.follow import Path, Run, follow, motion_at_rest
+from fem_models.spatial.kernels.joint import work_space
 from fem_models.spatial.parameters import Parameters, SpatialSettings, memory_at_rest, spatial_parameters
 from fem_models.spatial.place import bending_deg, tip_and_frame
 from fem_models.spatial.rig import SpatialRig
@@ -108,7 +108,9 @@ def solve_spatial(
     )
 
 
-def followed(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> tuple[Run, Floats]:
+def followed(
+    rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings
+) -> tuple[Run, Floats]:
     """Follow a program with the kernels; returns counts of steps, failed steps and iterations, too.
 
     Raises
@@ -126,7 +128,9 @@ def followed(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, s
         raise SolverError(f"rig {rig.name}: a tangent without stiffness in the path of {samples} samples") from None
     if failed >= 0:
         before = program.drives[max(failed - 1, 0)] if failed else np.zeros(m)
-        ends = " and ".join("(" + ", ".join(f"{x:.6g}" for x in drives) + ")" for drives in (before, program.drives[failed]))
+        ends = " and ".join(
+            "(" + ", ".join(f"{x:.6g}" for x in drives) + ")" for drives in (before, program.drives[failed])
+        )
         raise SolverError(
             f"rig {rig.name}, sample {failed} of {samples}: no equilibrium between drives {ends}, "
             f"{100 * reached:.3g} % of the way"
@@ -135,7 +139,7 @@ def followed(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, s
 
 
 def _path(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> Path:
-    """Steps as of :mod:`fem_models.load.stepping`, with lengths over the longest step of a drive."""
+    """Bound the steps as :mod:`fem_models.load.stepping`, lengths over the longest step of a drive."""
     forces = np.array(program.by_force)
     longest = np.where(forces, settings.max_force_step * parameters.scale, settings.max_step_mm)
     arm = min(one.tendon.moment_arm_mm for one in rig.tendons)
@@ -160,6 +164,6 @@ def _require_open(rig: SpatialRig, run: Run) -> None:
         if past.size:
             raise SolverError(
                 f"rig {rig.name}, sample {past[0]} of {len(angle)}: joint {k + 1} at "
-                f"{np.degrees(angle[past[0]]):.1f} deg, but its notch closes at {np.degrees(limit):.1f} deg: expected a "
-                "smaller drive, or a rig with [closure]"
+                f"{np.degrees(angle[past[0]]):.1f} deg, but its notch closes at {np.degrees(limit):.1f} deg: "
+                "expected a smaller drive, or a rig with [closure]"
             )

@@ -104,7 +104,9 @@ def _up_to(radius: float, x: Floats | float) -> Floats:
     """F(R, x), 0 at x = 0."""
     at = np.clip(np.asarray(x, dtype=float), -radius, radius)
     root = np.sqrt(np.maximum(radius**2 - at**2, 0.0))
-    return np.asarray(2 / 3 * (at / 8 * (5 * radius**2 - 2 * at**2) * root + 3 / 8 * radius**4 * np.arcsin(at / radius)))
+    return np.asarray(
+        2 / 3 * (at / 8 * (5 * radius**2 - 2 * at**2) * root + 3 / 8 * radius**4 * np.arcsin(at / radius))
+    )
 
 
 def _half_notch(joint: NotchedTube) -> tuple[Floats, Floats]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fem_models.spatial.compiled import spatial_njit
+from fem_models.spatial.kernels.compiled import spatial_njit
 from hysteresis.arrays import Floats
 
 Vector = tuple[float, float, float]
@@ -68,7 +68,7 @@ def cross(p: Vector, q: Vector) -> Vector:
 
 @spatial_njit(forceinline=True)
 def scaled(f: float, p: Vector) -> Vector:
-    """A number times a vector."""
+    """Give f p."""
     return f * p[0], f * p[1], f * p[2]
 
 
@@ -104,8 +104,8 @@ def times_t(m: Floats, r: int, p: Vector) -> Vector:
 def add_outer(m: Floats, r: int, f: float, p: Vector, q: Vector) -> None:
     """Add f p q^T to a matrix in the rows r to r + 2 of a table."""
     for i in range(3):
-        for l in range(3):
-            m[r + i, l] += f * p[i] * q[l]
+        for col in range(3):
+            m[r + i, col] += f * p[i] * q[col]
 
 
 @spatial_njit(forceinline=True)

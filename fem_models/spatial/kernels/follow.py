@@ -20,11 +20,11 @@ from fem_models.load.stepping import (
     reach_after_success,
     too_short,
 )
-from fem_models.spatial.compiled import spatial_njit
-from fem_models.spatial.joint import Work
-from fem_models.spatial.newton import Attempt, newton
+from fem_models.spatial.kernels.compiled import spatial_njit
+from fem_models.spatial.kernels.joint import Work
+from fem_models.spatial.kernels.newton import Attempt, newton
+from fem_models.spatial.kernels.stored import stored_energy
 from fem_models.spatial.parameters import Memory, Parameters
-from fem_models.spatial.stored import stored_energy
 from fem_models.spatial.tables import (
     BRISTLE,
     BY_FORCE,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fem_models.spatial.compiled import spatial_njit
+from fem_models.spatial.kernels.compiled import spatial_njit
 from fem_models.spatial.parameters import Memory, Parameters
 from fem_models.spatial.tables import (
     BRISTLE,

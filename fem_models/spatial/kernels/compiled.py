@@ -9,8 +9,9 @@ from typing import Any
 from fem_models.compiled import Kernel, njit_of
 from fem_models.load import stepping
 
-SOURCES = [*sorted(Path(__file__).parent.glob("*.py")), Path(stepping.__file__)]
-"""All files that the kernels come from: those of this folder, and the step control."""
+_HERE = Path(__file__).parent
+SOURCES = [*sorted(_HERE.glob("*.py")), *sorted(_HERE.parent.glob("*.py")), Path(stepping.__file__)]
+"""All files that the kernels and their types come from: those of this room, and the step control."""
 
 _kernel = njit_of(*SOURCES)
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from fem_models.spatial.compiled import spatial_njit
-from fem_models.spatial.joint import Work
+from fem_models.spatial.kernels.compiled import spatial_njit
+from fem_models.spatial.kernels.joint import Work
 from fem_models.spatial.parameters import Memory, Parameters
 from fem_models.spatial.tables import (
     BRISTLE,
@@ -64,7 +64,7 @@ def next_state(state: float, force: float, limit: float, tolerance: float) -> fl
 def free_spans(x: Floats, tendons: Floats, rig: Parameters, tension: Floats) -> None:
     """Fill the tensions between wheel and base: given, or of what the wheel winds in.
 
-    ``tendons`` is :attr:`fem_models.spatial.follow.Motion.tendons`, with the drives and the slopes of the tensions.
+    ``tendons`` are those of :class:`fem_models.spatial.kernels.follow.Motion`: drives, and slopes of the tensions.
     """
     own = rig.tendons
     for j in range(own.shape[0]):

@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fem_models.spatial.compiled import spatial_njit
-from fem_models.spatial.guides import balance_guides, free_spans
-from fem_models.spatial.joint import Work, bend_joint, follow_displacements
-from fem_models.spatial.loaded import balance_rings, place_rings, step_by_spins
+from fem_models.spatial.kernels.compiled import spatial_njit
+from fem_models.spatial.kernels.guides import balance_guides, free_spans
+from fem_models.spatial.kernels.joint import Work, bend_joint, follow_displacements
+from fem_models.spatial.kernels.loaded import balance_rings, place_rings, step_by_spins
+from fem_models.spatial.kernels.slips import step_by_slips
+from fem_models.spatial.kernels.vectors import LARGEST_TURN, dot, take
 from fem_models.spatial.parameters import Memory, Parameters
-from fem_models.spatial.slips import step_by_slips
 from fem_models.spatial.tables import MOMENT, OFF, SLOPE
-from fem_models.spatial.vectors import LARGEST_TURN, dot, take
 from hysteresis.arrays import Floats
 
 LARGEST_ROTATION = 0.02  # rad of a joint in a step of Newton's method, lest tendons fall slack meanwhile
@@ -48,8 +48,8 @@ def balance_at(
 ) -> float:
     """Fill forces and slopes at x, and return the largest residual, N; nan where there is none.
 
-    ``tendons`` as of :func:`fem_models.spatial.guides.free_spans`, ``settle`` as of
-    :func:`fem_models.spatial.guides.balance_guides`.
+    ``tendons`` as of :func:`fem_models.spatial.kernels.guides.free_spans`, ``settle`` as of
+    :func:`fem_models.spatial.kernels.guides.balance_guides`.
     """
     n, bent = rig.joints.shape[0], work.bent
     free_spans(x, tendons, rig, work.tension)

@@ -6,9 +6,10 @@ of the guides are a block tridiagonal system, with a block of m x m for m tendon
 
 from __future__ import annotations
 
-from fem_models.spatial.blocks import solve_blocks
-from fem_models.spatial.compiled import spatial_njit
-from fem_models.spatial.joint import Work
+from fem_models.spatial.kernels.blocks import solve_blocks
+from fem_models.spatial.kernels.compiled import spatial_njit
+from fem_models.spatial.kernels.joint import Work
+from fem_models.spatial.kernels.vectors import dot, invert, put, put_at, scaled, take, take_at, times, two
 from fem_models.spatial.parameters import Parameters
 from fem_models.spatial.tables import (
     AHEAD,
@@ -30,7 +31,6 @@ from fem_models.spatial.tables import (
     WRAP_BEND,
     WRAPS,
 )
-from fem_models.spatial.vectors import dot, invert, put, put_at, scaled, take, take_at, times, two
 from hysteresis.arrays import Floats
 
 
@@ -49,8 +49,8 @@ def condense_rotation(k: int, rig: Parameters, work: Work) -> None:
     for j in range(m):
         for part in range(3 if rig.capstan > 0.0 else 1):  # a tension, and its wraps before and beyond
             slope = take_at(pulled, k, j, PULL if part == 0 else WRAP_BEND + 3 * (part - 1))
-            for l in range(m):
-                work.pairs[k, part, j, l] += dot(slope, take_at(pulled, k, l, FOLLOW))
+            for col in range(m):
+                work.pairs[k, part, j, col] += dot(slope, take_at(pulled, k, col, FOLLOW))
             pulled[k, j, TIGHTENS if part == 0 else WRAP_AHEAD + part - 1] += dot(slope, ahead)
 
 
@@ -68,14 +68,14 @@ def step_by_slips(tendons: Floats, rig: Parameters, work: Work) -> None:
             slides, by_wrap = work.guides[k, j, BY_TENSION], work.guides[k, j, BY_WRAP]
             into, out, right = 1.0 - slides, 1.0 + slides, work.guides[k, j, UNBALANCED]
             right -= out * pulled[k, j, TIGHTENS] + by_wrap * pulled[k, j, WRAP_AHEAD]
-            for l in range(m):
-                beyond = out * pairs[k, TENSION, j, l] + by_wrap * pairs[k, WRAPS, j, l]
+            for col in range(m):
+                beyond = out * pairs[k, TENSION, j, col] + by_wrap * pairs[k, WRAPS, j, col]
                 before = 0.0
                 if k > 0:
-                    before = by_wrap * pairs[k - 1, WRAPS + 1, j, l] - into * pairs[k - 1, TENSION, j, l]
-                blocks[k, j, l] = before
-                blocks[k, j, m + l] = beyond - before
-                blocks[k, j, 2 * m + l] = -beyond
+                    before = by_wrap * pairs[k - 1, WRAPS + 1, j, col] - into * pairs[k - 1, TENSION, j, col]
+                blocks[k, j, col] = before
+                blocks[k, j, m + col] = beyond - before
+                blocks[k, j, 2 * m + col] = -beyond
             blocks[k, j, m + j] += work.guides[k, j, BY_SLIP]
             if k > 0:
                 right += into * pulled[k - 1, j, TIGHTENS] - by_wrap * pulled[k - 1, j, WRAP_AHEAD + 1]

@@ -6,8 +6,8 @@ joint, eta = phi/2, and in the frame half way between both rings, a tendon takes
     v = t e1 + d + c + b eta x (eta x c) + 2 a eta x r,
 
 t being the length that lies along the mean direction, d the displacement of the notch, c what the rings carry of the
-way, r the middle of the holes (a, b: :mod:`fem_models.spatial.vectors`). Its potential is the tendon's; d is that of a
-spring under the force of all chords, F: d = -C (F - F0). See docs/theory/three-dimensions.md.
+way, r the middle of the holes; a and b as in :mod:`fem_models.spatial.kernels.vectors`. Its potential is the tendon's.
+d is that of a spring under the force of all chords, F: d = -C (F - F0). See docs/theory/three-dimensions.md.
 """
 
 from __future__ import annotations
@@ -17,10 +17,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem_models.spatial.compiled import spatial_njit
+from fem_models.spatial.kernels.compiled import spatial_njit
+from fem_models.spatial.kernels.vectors import (
+    Turn,
+    add_one,
+    cross,
+    dot,
+    invert,
+    put,
+    put_at,
+    scaled,
+    take,
+    take_at,
+    three,
+    times,
+    times_t,
+    turn_by,
+    turned,
+    turned_slope,
+    two,
+)
 from fem_models.spatial.parameters import Memory, Parameters
 from fem_models.spatial.tables import (
-    AHEAD,
     ARM,
     BEND,
     BENT,
@@ -69,26 +87,6 @@ from fem_models.spatial.tables import (
     WRAP_MOVED,
     WRAPS,
 )
-from fem_models.spatial.vectors import (
-    Turn,
-    add_one,
-    add_outer,
-    cross,
-    dot,
-    invert,
-    put,
-    put_at,
-    scaled,
-    take,
-    take_at,
-    three,
-    times,
-    times_t,
-    turn_by,
-    turned,
-    turned_slope,
-    two,
-)
 from hysteresis.arrays import Floats
 
 SLACK_STIFFNESS = 1e-6
@@ -108,7 +106,7 @@ class Work(NamedTuple):
     state: Floats  # (N, m) of the guides: 0 sticks, 1 or -1 slides, the sign being that of the friction
     frames: Floats  # (N + 1, 3, 3) of the rings, the base first
     rings: Floats  # (N, RING)
-    blocks: Floats  # see :func:`fem_models.spatial.blocks.solve_blocks`
+    blocks: Floats  # see :func:`fem_models.spatial.kernels.blocks.solve_blocks`
     step: Floats  # (N + 1, 6 + m) of the unknowns
     scratch: Floats  # (SCRATCH, 3)
 
@@ -140,8 +138,8 @@ def bend_joint(k: int, x: Floats, rig: Parameters, memory: Memory, work: Work) -
     m, bent, scratch = rig.tendons.shape[0], work.bent, work.scratch
     turn = turn_by((0.5 * x[k, 0], 0.5 * x[k, 1], 0.5 * x[k, 2]))
     for i in range(KDD, KPP + 3):
-        for l in range(3):
-            scratch[i, l] = 0.0
+        for col in range(3):
+            scratch[i, col] = 0.0
     force = moment = (0.0, 0.0, 0.0)
     for j in range(m):
         tension = cross_notch(k, j, turn, x, rig, work)
@@ -194,13 +192,16 @@ def cross_notch(k: int, j: int, turn: Turn, x: Floats, rig: Parameters, work: Wo
     near, lean, unity = stiff - turns, 0.5 * turns, quarter * (-2.0 * b * uc + 2.0 * turn.b1 * q + 4.0 * turn.a1 * ew)
     for i in range(3):
         row = take(scratch, ROWS + i, 0)
-        for l in range(3):
-            kpp = quarter * (e[i] * along[l] + y[i] * e[l] + b * (u[i] * c[l] + c[i] * u[l])) + near * lever[i] * lever[l]
+        for col in range(3):
+            kpp = (
+                quarter * (e[i] * along[col] + y[i] * e[col] + b * (u[i] * c[col] + c[i] * u[col]))
+                + near * lever[i] * lever[col]
+            )
             for h in range(3):
-                kpp += 0.25 * turns * scratch[ROWS + h, i] * scratch[ROWS + h, l]
-            scratch[KPP + i, l] += kpp
-            scratch[KDD + i, l] += near * u[i] * u[l]
-            scratch[KDP + i, l] += near * u[i] * lever[l] + lean * row[l]
+                kpp += 0.25 * turns * scratch[ROWS + h, i] * scratch[ROWS + h, col]
+            scratch[KPP + i, col] += kpp
+            scratch[KDD + i, col] += near * u[i] * u[col]
+            scratch[KDP + i, col] += near * u[i] * lever[col] + lean * row[col]
     add_one(scratch, KPP, unity)
     add_one(scratch, KDD, turns)
     if rig.capstan > 0.0:
@@ -235,28 +236,28 @@ def condense(k: int, rig: Parameters, work: Work) -> None:
     m, scratch, bent, pulled = rig.tendons.shape[0], work.scratch, work.bent, work.pulled
     give = take(rig.joints, k, GIVE)
     for i in range(3):
-        for l in range(3):
-            scratch[SOLVE + i, l] = give[i] * scratch[KDD + i, l]
+        for col in range(3):
+            scratch[SOLVE + i, col] = give[i] * scratch[KDD + i, col]
     add_one(scratch, SOLVE, 1.0)
     invert(scratch, SOLVE, INVERSE)
     loose = scaled(-1.0, times(scratch, INVERSE, take(bent, k, OFF)))
     put(bent, k, LOOSE, loose)
     put(bent, k, SHIFT, times_t(scratch, KDP, loose))
-    for l in range(3):
-        into = give[0] * scratch[KDP, l], give[1] * scratch[KDP + 1, l], give[2] * scratch[KDP + 2, l]
+    for col in range(3):
+        into = give[0] * scratch[KDP, col], give[1] * scratch[KDP + 1, col], give[2] * scratch[KDP + 2, col]
         column = scaled(-1.0, times(scratch, INVERSE, into))
         moment = times_t(scratch, KDP, column)
         for i in range(3):
-            bent[k, BY_BEND + 3 * i + l] = column[i]
-            bent[k, BEND + 3 * i + l] = scratch[KPP + i, l] + moment[i]
+            bent[k, BY_BEND + 3 * i + col] = column[i]
+            bent[k, BEND + 3 * i + col] = scratch[KPP + i, col] + moment[i]
     for j in range(m):
         u, stiff = take_at(pulled, k, j, UNIT), pulled[k, j, STIFF]
         moves = scaled(-stiff, times(scratch, INVERSE, (give[0] * u[0], give[1] * u[1], give[2] * u[2])))
         put_at(pulled, k, j, BY_PULL, moves)
         put_at(pulled, k, j, PULL, two(stiff, take_at(pulled, k, j, LEVER), 1.0, times_t(scratch, KDP, moves)))
         pulled[k, j, TIGHTENS] = stiff * dot(u, loose)
-        for l in range(m):
-            work.pairs[k, TENSION, l, j] = pulled[k, l, STIFF] * dot(take_at(pulled, k, l, UNIT), moves)
+        for col in range(m):
+            work.pairs[k, TENSION, col, j] = pulled[k, col, STIFF] * dot(take_at(pulled, k, col, UNIT), moves)
         work.pairs[k, TENSION, j, j] += stiff
     if rig.capstan > 0.0:
         condense_wraps(k, m, work)
@@ -271,9 +272,11 @@ def condense_wraps(k: int, m: int, work: Work) -> None:
             by_d, at = take_at(pulled, k, j, WRAP_MOVED + 3 * side), WRAP_BEND + 3 * side
             pulled[k, j, WRAP_AHEAD + side] = dot(by_d, take(bent, k, LOOSE))
             for i in range(3):
-                pulled[k, j, at + i] += dot(by_d, (bent[k, BY_BEND + i], bent[k, BY_BEND + 3 + i], bent[k, BY_BEND + 6 + i]))
-            for l in range(m):
-                work.pairs[k, WRAPS + side, j, l] = dot(by_d, take_at(pulled, k, l, BY_PULL))
+                pulled[k, j, at + i] += dot(
+                    by_d, (bent[k, BY_BEND + i], bent[k, BY_BEND + 3 + i], bent[k, BY_BEND + 6 + i])
+                )
+            for col in range(m):
+                work.pairs[k, WRAPS + side, j, col] = dot(by_d, take_at(pulled, k, col, BY_PULL))
 
 
 @spatial_njit(forceinline=True)

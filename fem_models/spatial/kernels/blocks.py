@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fem_models.spatial.compiled import spatial_njit
+from fem_models.spatial.kernels.compiled import spatial_njit
 from hysteresis.arrays import Floats
 
 
@@ -17,11 +17,11 @@ def solve_blocks(blocks: Floats, size: int) -> None:
     for k in range(count):
         if k > 0:
             for i in range(size):
-                for l in range(size):
-                    factor = blocks[k, i, l]
+                for col in range(size):
+                    factor = blocks[k, i, col]
                     for c in range(size):
-                        blocks[k, i, size + c] -= factor * blocks[k - 1, l, 2 * size + c]
-                    blocks[k, i, end - 1] -= factor * blocks[k - 1, l, end - 1]
+                        blocks[k, i, size + c] -= factor * blocks[k - 1, col, 2 * size + c]
+                    blocks[k, i, end - 1] -= factor * blocks[k - 1, col, end - 1]
         for p in range(size):
             by = 1.0 / blocks[k, p, size + p]
             for i in range(p + 1, size):

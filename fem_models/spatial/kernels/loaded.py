@@ -10,9 +10,22 @@ from __future__ import annotations
 
 import math
 
-from fem_models.spatial.blocks import solve_blocks
-from fem_models.spatial.compiled import spatial_njit
-from fem_models.spatial.joint import Work
+from fem_models.spatial.kernels.blocks import solve_blocks
+from fem_models.spatial.kernels.compiled import spatial_njit
+from fem_models.spatial.kernels.joint import Work
+from fem_models.spatial.kernels.vectors import (
+    Vector,
+    add_one,
+    add_outer,
+    cross,
+    dot,
+    put,
+    take,
+    take_at,
+    three,
+    turn_by,
+    two,
+)
 from fem_models.spatial.parameters import Parameters
 from fem_models.spatial.tables import (
     BEFORE,
@@ -39,19 +52,6 @@ from fem_models.spatial.tables import (
     WRAP_AHEAD,
     WRAP_BEND,
     WRAPS,
-)
-from fem_models.spatial.vectors import (
-    Vector,
-    add_one,
-    add_outer,
-    cross,
-    dot,
-    put,
-    take,
-    take_at,
-    three,
-    turn_by,
-    two,
 )
 from hysteresis.arrays import Floats
 
@@ -140,8 +140,8 @@ def load_slopes(k: int, dead: float, rig: Parameters, work: Work, size: int) -> 
     weights, reach = take(work.rings, k, WEIGHT_ARM), take(work.rings, k, TIP_ARM)
     along = dead * (dot(weights, rig.weight) + dot(reach, rig.tip))
     for i in range(3):
-        for l in range(3):
-            work.blocks[k + 1, i, size + l] -= dead * (weights[i] * rig.weight[l] + reach[i] * rig.tip[l])
+        for col in range(3):
+            work.blocks[k + 1, i, size + col] -= dead * (weights[i] * rig.weight[col] + reach[i] * rig.tip[col])
         work.blocks[k + 1, i, size + i] += along
 
 
@@ -186,12 +186,12 @@ def add_joint(k: int, x: Floats, m: int, work: Work) -> None:
         turned = cross(moment, unit)  # row i of -[m]x, by the spin of the ring before
         blocks[k + 1, i, last] -= shift[i]
         blocks[k, i, last] += shift[i]
-        for l in range(3):
-            slope = work.scratch[INVERSE + i, l]
-            blocks[k + 1, i, size + l] += slope
-            blocks[k + 1, i, l] += turned[l] - slope
-            blocks[k, i, size + l] += slope - turned[l]
-            blocks[k, i, 2 * size + l] -= slope
+        for col in range(3):
+            slope = work.scratch[INVERSE + i, col]
+            blocks[k + 1, i, size + col] += slope
+            blocks[k + 1, i, col] += turned[col] - slope
+            blocks[k, i, size + col] += slope - turned[col]
+            blocks[k, i, 2 * size + col] -= slope
     for j in range(m):
         pull = by_spins(work, k, take_at(work.pulled, k, j, PULL))
         for i in range(3):
@@ -217,10 +217,10 @@ def add_guide(k: int, j: int, free: float, work: Work) -> None:
         for i in range(3):
             blocks[k, row, plus + i] += spins[i]
             blocks[k, row, minus + i] -= spins[i]
-        for l in range(m):
-            pulls = factor * pairs[at, TENSION, j, l] + by_wrap * pairs[at, WRAPS + side, j, l]
-            blocks[k, row, minus + 3 + l] += pulls
-            blocks[k, row, plus + 3 + l] -= pulls
+        for col in range(m):
+            pulls = factor * pairs[at, TENSION, j, col] + by_wrap * pairs[at, WRAPS + side, j, col]
+            blocks[k, row, minus + 3 + col] += pulls
+            blocks[k, row, plus + 3 + col] -= pulls
     blocks[k, row, size + row] += guides[k, j, BY_SLIP] + (into * free if k == 0 else 0.0)
     blocks[k, row, 3 * size] = right
 
@@ -236,8 +236,8 @@ def step_by_spins(x: Floats, tendons: Floats, rig: Parameters, dead: float, work
     size = 3 + m
     for k in range(n + 1):
         for i in range(size):
-            for l in range(3 * size):
-                blocks[k, i, l] = 0.0
+            for col in range(3 * size):
+                blocks[k, i, col] = 0.0
     for k in range(n):
         add_joint(k, x, m, work)
         load_slopes(k, dead, rig, work, size)
@@ -245,14 +245,16 @@ def step_by_spins(x: Floats, tendons: Floats, rig: Parameters, dead: float, work
             add_guide(k, j, tendons[j], work)
     for i in range(size):  # the base does not turn, the tendons are anchored at the tip
         at = 0 if i < 3 else n
-        for l in range(3 * size + 1):
-            blocks[at, i, l] = 1.0 if l == size + i else 0.0
+        for col in range(3 * size + 1):
+            blocks[at, i, col] = 1.0 if col == size + i else 0.0
     solve_blocks(blocks, size)
     for k in range(n):
         spin = (0.0, 0.0, 0.0)
         for i in range(3):
             turned = blocks[k + 1, i, 3 * size] - blocks[k, i, 3 * size]
-            spin = two(1.0, spin, turned, (work.rings[k, SPIN + i], work.rings[k, SPIN + 3 + i], work.rings[k, SPIN + 6 + i]))
+            spin = two(
+                1.0, spin, turned, (work.rings[k, SPIN + i], work.rings[k, SPIN + 3 + i], work.rings[k, SPIN + 6 + i])
+            )
         put(step, k, 0, spin)
         for j in range(m):
             step[k, SLIPS + j] = blocks[k, 3 + j, 3 * size]
