@@ -234,13 +234,13 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def _lengths_at_rest(joints: tuple[SpatialJoint, ...], holes: _Holes) -> Floats:
-    """Length of the chords of bare notches, shape (N, m), as of :mod:`fem_models.spatial.kernels.joint`, in its plane."""
+    """Length of the chords at rest, shape (N, m), as of :mod:`fem_models.spatial.kernels.joint`, in its plane."""
     out = np.zeros(holes.arm.shape[:2])
     for k, joint in enumerate(joints):
         half = 0.5 * joint.mechanics.rest_angle_rad
         cs, sn = math.cos(half), math.sin(half)
         chord = holes.carried[k] * [cs, cs, 1.0] + 2 * sn * np.cross([0.0, 0.0, 1.0], holes.arm[k])
-        out[k] = np.linalg.norm(chord + [joint.mechanics.turning_length_mm, 0.0, 0.0], axis=1)
+        out[k] = np.linalg.norm(chord + np.array([joint.mechanics.turning_length_mm, 0.0, 0.0]), axis=1)
     return out
 
 

@@ -75,14 +75,15 @@ def test_a_wrist_turned_about_its_axis_gives_the_same_circle(loaded):
 @pytest.mark.parametrize("loaded", [False, True])
 def test_the_tangent_is_exact(loaded):
     """By Newton's step d: R(x + e d) = (1 - e) R(x), to the order of e^2. Guides stick and slide, all joints bend."""
-    rig = replace(two_planes(replace(RIG, friction=Friction(0.2, 0.05, 0.5))), contact_Nmm_per_rad=100.0)
+    tight = replace(RIG, friction=Friction(0.2, 0.05, 0.5), preload_N=3000.0)  # no tendon is slack
+    rig = two_planes(tight)
     if loaded:
         rig = replace(rig, loads=DeadLoads((0.01, -0.02, 0.03), (0.1, 0.2, -0.3)))
     parameters = spatial_parameters(rig, (False,) * 4, SpatialSettings())
     memory, work, motion = memory_at_rest(parameters), work_space(parameters), motion_at_rest(parameters)
     rng = np.random.default_rng(1)
     n, m = motion.state.shape
-    x = np.concatenate([rng.normal(0, 0.05, (n + 1, 3)), rng.normal(0, 1e-3, (n + 1, 3 + m))], axis=1)
+    x = np.concatenate([rng.normal(0, 0.03, (n + 1, 3)), rng.normal(0, 1e-4, (n + 1, 3 + m))], axis=1)
     x[n] = 0.0
     work.state[:] = rng.integers(-1, 2, (n, m))
     motion.tendons[NEXT_DRIVE] = 0.1
@@ -101,7 +102,7 @@ def test_the_tangent_is_exact(loaded):
         step_by_slips(motion.tendons[SLOPE], parameters, work)
     follow_displacements(work, n, m)
     step = work.step.copy()
-    off = [np.abs(residual(x + e * step) - (1 - e) * start).max() for e in (1e-3, 1e-4)]
+    off = [np.abs(residual(x + e * step) - (1 - e) * start).max() for e in (1e-4, 1e-5)]
     assert np.log10(off[0] / off[1]) == pytest.approx(2.0, abs=0.1)
     assert off[1] < 1e-5 * np.abs(start).max()
 
@@ -129,13 +130,16 @@ def test_energy_of_weights_is_given_back_without_friction():
 def test_a_helix_has_the_capstan_ratio_of_its_turning():
     """On a rigid tube: exp(mu r w^2/sqrt(1 + r^2 w^2) L), w being the twist; polygons approach it at second order."""
     off, twist, mu, length = [], 12.0, 0.3, 40.0
+    tendon = Tendon(EA_N=1e4, moment_arm_mm=2.64, free_length_mm=100.0)
+    plain = replace(RIG, tendon_a=tendon, tendon_b=tendon, preload_N=0.1, friction=Friction(mu))
     for count in (20, 40, 80):
-        stiff = replace(soft(RIG), joint=MeasuredJoint(count, length / count, 1e9), friction=Friction(mu))
+        stiff = replace(plain, joint=MeasuredJoint(count, length / count, 1e7), material=Material())
         rig = spatial_rig(stiff, twist_deg_per_mm=twist)
-        force = np.linspace(0.1, 20.0, 5)[:, None]
-        tension = solve_spatial(rig, SpatialProgram(force, (True,))).tensions_N[-1, 0]
+        force = np.full((10, 2), 1.0) * np.linspace(0.11, 0.6, 10)[:, None]  # low: the tube twists
+        tension = solve_spatial(rig, SpatialProgram(force, (True, True))).tensions_N[-1, 0]
         r, w = 2.64, math.radians(twist)
-        off.append(math.log(tension[0] / tension[-1]) / (mu * length * r * w**2 / math.hypot(1.0, r * w)) - 1)
+        turning = length * r * w**2 / math.hypot(1.0, r * w) * (1 - 0.5 / count)  # the last corner is the anchor's
+        off.append(math.log(tension[0] / tension[-1]) / (mu * turning) - 1)
     assert abs(off[-1]) < 1e-3
     assert abs(off[0] / off[1]) == pytest.approx(4.0, rel=0.15)
 
@@ -171,7 +175,7 @@ def test_torsion_and_both_bendings_of_one_notch_under_a_load_aside():
     phi = np.radians([0.0, 0.0, 25.0])
     ring = [rotation(np.array([(k + 1) * phi]))[0] @ [bent.pitch_mm, 0.0, 0.0] for k in range(3)]
     moment = np.cross(ring[0] + ring[1] + 0.5 * ring[2], force)
-    around, angle = np.cross(np.eye(3), -phi), np.linalg.norm(phi)
+    around, angle = np.cross(np.eye(3), phi), np.linalg.norm(phi)
     jacobian = (
         np.eye(3) + (1 - np.cos(angle)) / angle**2 * around + (angle - np.sin(angle)) / angle**3 * around @ around
     )
@@ -180,7 +184,7 @@ def test_torsion_and_both_bendings_of_one_notch_under_a_load_aside():
     expected = np.degrees(phi + give * (jacobian.T @ moment))
     loaded = solve_spatial(replace(wrist, loads=DeadLoads(tip_N=tuple(force))), np.zeros((1, 1)))
     np.testing.assert_allclose(loaded.notches_deg[0, 0] - np.degrees(phi), expected - np.degrees(phi), atol=1e-9)
-    assert abs(loaded.notches_deg[0, 0, 0]) > 1e-5
+    assert abs(loaded.notches_deg[0, 0, 0]) > 1e-6
 
 
 def test_friction_opens_the_circle_of_the_tip():
