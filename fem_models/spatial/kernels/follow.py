@@ -50,6 +50,8 @@ from fem_models.spatial.tables import (
 )
 from hysteresis.arrays import Floats
 
+SHORT, PATIENCE = 0.1, 4
+"""Of the longest step: a shorter one has so many times the iterations, because halving it has not helped."""
 WORK, FRICTION, MATERIAL, STORED = range(4)  # places of the energies
 
 
@@ -236,7 +238,8 @@ def walk(
         size = (part - done) * length
         fine = size <= FINE * control.max_step
         guess(motion, work.state, size)
-        attempt = Attempt(part if s == 0 else 1.0, path.iterations, fine)
+        patience = 1 if size > SHORT * control.max_step else PATIENCE
+        attempt = Attempt(part if s == 0 else 1.0, patience * path.iterations, fine)
         iterations = newton(motion.trial, tendons, rig, memory, work, motion.state, attempt)
         rotation, slide = largest_change(motion.x, motion.trial)
         motion.counts[2] += abs(iterations)
