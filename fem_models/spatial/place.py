@@ -28,26 +28,26 @@ def tip_and_frame(rig: SpatialRig, parameters: Parameters, joints: Floats) -> tu
     The turning length of a notch and its displacement lie along the mean direction of both rings, the rest along the
     rings. Dead loads stretch and shear the notches to first order: that moves the tip, and not the tendons.
     """
-    samples, n = joints.shape[:2]
-    neutral = neutral_mm(rig)
-    frame = np.broadcast_to(np.eye(3), (samples, 3, 3))
-    own = parameters.joints
-    start = 0.5 * (rig.joints[0].pitch_mm - own[0, TURNING])  # half the base ring, as in the planar chain
-    place = np.broadcast_to(neutral[0] + start * TUBE_AXIS, (samples, 3))
+    own, (samples, n) = parameters.joints, joints.shape[:2]
+    neutral, (cs, sn) = neutral_mm(rig), own[:, FRAME : FRAME + 2].T
+    notch = np.zeros((n, 3, 3))
+    notch[:, 0, 0], notch[:, 1, 1], notch[:, 2, 2] = 1.0, cs, cs
+    notch[:, 1, 2], notch[:, 2, 1] = -sn, sn
+    half = rotation(0.5 * joints[..., :3].reshape(-1, 3)).reshape(samples, n, 3, 3)
+    into, out = notch @ half, half @ np.swapaxes(notch, 1, 2)
+    middle, frame = np.empty_like(half), np.empty_like(half)
+    last = np.broadcast_to(np.eye(3), (samples, 3, 3))
     for k in range(n):
-        cs, sn = own[k, FRAME : FRAME + 2]
-        notch = np.array([[1.0, 0.0, 0.0], [0.0, cs, -sn], [0.0, sn, cs]])
-        half = rotation(0.5 * joints[:, k, :3])
-        before = frame @ notch
-        middle = before @ half
-        force = np.array(parameters.tip) + (n - k) * np.array(parameters.weight)
-        moved = joints[:, k, 3:] + own[k, GIVE : GIVE + 3] * np.einsum("sji,j->si", middle, force)
-        place = place + np.einsum("sij,sj->si", middle, own[k, TURNING] * TUBE_AXIS + moved)
-        frame = middle @ half @ notch.T
-        ring = own[k, STEP : STEP + 3] if k < n - 1 else own[k, HALF : HALF + 3]
-        ring = ring - own[k, TURNING] * (1.0 if k < n - 1 else 0.5) * TUBE_AXIS
-        place = place + frame @ ring
-    return place - frame @ neutral[-1], frame
+        middle[:, k] = last @ into[:, k]
+        last = frame[:, k] = middle[:, k] @ out[:, k]
+    force = np.array(parameters.tip) + np.arange(n, 0, -1)[:, None] * np.array(parameters.weight)
+    moved = joints[..., 3:] + own[:, GIVE : GIVE + 3] * np.einsum("skji,kj->ski", middle, force)
+    along = own[:, TURNING, None] * TUBE_AXIS
+    ring = own[:, STEP : STEP + 3] - along
+    ring[-1] = own[-1, HALF : HALF + 3] - 0.5 * along[-1] - neutral[-1]
+    start = 0.5 * (rig.joints[0].pitch_mm - own[0, TURNING])  # half the base ring, as in the planar chain
+    place = (middle @ (along + moved)[..., None] + frame @ ring[..., None])[..., 0].sum(axis=1)
+    return place + neutral[0] + start * TUBE_AXIS, last
 
 
 def bending_deg(frame: Floats) -> tuple[Floats, Floats]:
