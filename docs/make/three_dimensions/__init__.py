@@ -1,0 +1,1 @@
+"""The figure of ``docs/theory/three-dimensions.md``."""

@@ -1,0 +1,285 @@
+"""The path of a wrist in space from sample to sample, compiled: steps, history of the dry elements, energies.
+
+The steps are those of the planar chain (:mod:`fem_models.load.stepping`), in units of the longest step of each drive.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fem_models.load.stepping import (
+    FINE,
+    LEAST_LENGTH,
+    StepControl,
+    front_speed,
+    jumped,
+    next_part,
+    reach_after_success,
+    too_short,
+)
+from fem_models.spatial.kernels.compiled import spatial_njit
+from fem_models.spatial.kernels.joint import Work
+from fem_models.spatial.kernels.newton import Attempt, newton
+from fem_models.spatial.kernels.stored import stored_energy
+from fem_models.spatial.parameters import Memory, Parameters
+from fem_models.spatial.tables import (
+    BRISTLE,
+    BY_FORCE,
+    DRIVE,
+    ELEMENTS,
+    FREE,
+    FRONT,
+    GUESS,
+    HEADING,
+    LIMIT,
+    LOOP,
+    NEXT_DRIVE,
+    NEXT_HEADING,
+    PRELOAD,
+    REST,
+    SLIP,
+    SLIPS,
+    SPEED,
+    TENDON_ROWS,
+    TENSE,
+    TOE,
+    WOUND,
+)
+from hysteresis.arrays import Floats
+
+SHORT, PATIENCE = 0.1, 4
+"""Of the longest step: a shorter one has so many times the iterations, because halving it has not helped."""
+WORK, FRICTION, MATERIAL, STORED = range(4)  # places of the energies
+
+
+class Path(NamedTuple):
+    """Samples, and how to follow them."""
+
+    drives: Floats  # (s, m)
+    longest: Floats  # (m,): longest step of each drive, mm or N
+    control: StepControl
+    iterations: int  # of Newton's method
+
+
+class Run(NamedTuple):
+    """Results at the samples."""
+
+    joints: Floats  # (s, N, 6): rotation vectors, then displacements, in the frames of the notches
+    tensions: Floats  # (s, m, N + 1)
+    energies: Floats  # (s, 4)
+
+
+class Motion(NamedTuple):
+    """The wrist at its last equilibrium, and what the last step changed per length."""
+
+    x: Floats  # (N + 1, 6 + m)
+    trial: Floats  # the next equilibrium, first guessed, then found
+    increment: Floats  # of x per length
+    state: Floats  # (N, m) of the guides
+    limit: Floats  # (N, m) of their friction
+    tendons: Floats  # (TENDON_ROWS, m): drives and where they go to, tensions, fronts of sliding guides
+    energy: Floats  # (4,)
+    counts: Floats  # (3,): steps that were accepted, that failed, iterations
+
+
+def motion_at_rest(rig: Parameters) -> Motion:
+    """Every joint as it is without load."""
+    n, m = rig.crossings.shape[:2]
+    shape, tendons = (n + 1, SLIPS + m), np.zeros((TENDON_ROWS, m))
+    x = np.zeros(shape)
+    x[:n, :3] = rig.joints[:, REST : REST + 3]
+    tendons[DRIVE] = tendons[NEXT_DRIVE] = rig.tendons[:, PRELOAD] * rig.tendons[:, BY_FORCE]
+    tendons[GUESS] = rig.tendons[:, PRELOAD]
+    trial, increment, state, limit = np.zeros(shape), np.zeros(shape), np.zeros((n, m)), np.zeros((n, m))
+    return Motion(x, trial, increment, state, limit, tendons, np.zeros(4), np.zeros(3))
+
+
+@spatial_njit()
+def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion) -> None:
+    """Move the rest points of what has slipped, and book work and losses of the step, mJ.
+
+    The force of a sliding guide changes from its limit at the last equilibrium to the present one, and the tension at
+    the wheel likewise: their means are booked.
+    """
+    x, tendons, own, (n, m) = motion.x, motion.tendons, rig.joints, motion.state.shape
+    lost = material = 0.0
+    for j in range(m):
+        for k in range(n):
+            stiffness, limit = rig.crossings[k, j, BRISTLE], work.guides[k, j, LIMIT]
+            force = stiffness * (x[k, SLIPS + j] - memory.guides[k, j])
+            if abs(force) > limit:
+                slid = math.copysign((abs(force) - limit) / stiffness, force)
+                memory.guides[k, j] += slid
+                lost += 0.5 * (limit + motion.limit[k, j]) * abs(slid)
+            motion.limit[k, j] = limit
+        tension, wound = work.tension[j, 0], tendons[NEXT_DRIVE, j]
+        if rig.tendons[j, BY_FORCE] == 1.0:
+            free, toe, preload = rig.tendons[j, FREE], rig.tendons[j, TOE], rig.tendons[j, PRELOAD]
+            wound = x[0, SLIPS + j] + (tension - preload) / free
+            if toe > 0.0:
+                wound += toe / free * math.log(max(tension, 1e-300) / preload)
+        motion.energy[WORK] += 0.5 * (tendons[TENSE, j] + tension) * (wound - tendons[WOUND, j])
+        tendons[TENSE, j], tendons[WOUND, j] = tension, wound
+    for k in range(n):
+        for e in range(2 * ELEMENTS):
+            stiffness, limit = own[k, LOOP + e], own[k, SLIP + e]
+            moment = stiffness * (x[k, 1 + e // ELEMENTS] - memory.jenkins[k, e])
+            if abs(moment) > limit:
+                slid = math.copysign((abs(moment) - limit) / stiffness, moment)
+                memory.jenkins[k, e] += slid
+                material += limit * abs(slid)
+    motion.energy[FRICTION] += lost
+    motion.energy[MATERIAL] += material
+
+
+@spatial_njit()
+def largest_change(x: Floats, y: Floats) -> tuple[float, float]:
+    """Largest rotation of a joint and slide at a guide between two states."""
+    rotation = slide = 0.0
+    for k in range(x.shape[0]):
+        turned = 0.0
+        for i in range(3):
+            turned += (y[k, i] - x[k, i]) ** 2
+        rotation = max(rotation, turned)
+        for j in range(SLIPS, x.shape[1]):
+            slide = max(slide, abs(y[k, j] - x[k, j]))
+    return math.sqrt(rotation), slide
+
+
+@spatial_njit()
+def guess(motion: Motion, state: Floats, length: float) -> None:
+    """Fill the first guess of a step: the last one carried on, with the guides' states and their fronts.
+
+    A tendon whose drive turns back, or whose last step failed, sticks at all its guides until the forces say otherwise.
+    Where that is so of all drives, nothing is carried on.
+    """
+    (n, m), tendons, carried = state.shape, motion.tendons, False
+    for j in range(m):
+        same = tendons[NEXT_HEADING, j] == tendons[HEADING, j]
+        carried = carried or same
+        for k in range(n):
+            state[k, j] = motion.state[k, j] if same else 0.0
+        if same:
+            start = int(tendons[FRONT, j])
+            for k in range(start, min(start + int(length * tendons[SPEED, j]), n)):
+                state[k, j] = state[0, j]
+    for i in range(SLIPS + m):
+        on = carried and (i < SLIPS or tendons[NEXT_HEADING, i - SLIPS] == tendons[HEADING, i - SLIPS])
+        for k in range(n + 1):
+            motion.trial[k, i] = motion.x[k, i] + (length * motion.increment[k, i] if on else 0.0)
+
+
+@spatial_njit()
+def learn(motion: Motion, work: Work, length: float) -> None:
+    """Take up the equilibrium that was found, and what the step changed per length."""
+    state, tendons, by_length = work.state, motion.tendons, 1.0 / max(length, LEAST_LENGTH)
+    n, m = state.shape
+    for j in range(m):
+        reached = n
+        for k in range(n - 1, -1, -1):
+            if state[k, j] != state[0, j]:
+                reached = k
+            motion.state[k, j] = state[k, j]
+        heading = tendons[NEXT_HEADING, j]
+        tendons[SPEED, j] = front_speed(tendons[FRONT, j], reached, heading, tendons[HEADING, j], length)
+        tendons[FRONT, j], tendons[HEADING, j], tendons[GUESS, j] = reached, heading, work.tension[j, 0]
+    for k in range(n + 1):
+        for i in range(SLIPS + m):
+            motion.increment[k, i] = (motion.trial[k, i] - motion.x[k, i]) * by_length
+            motion.x[k, i] = motion.trial[k, i]
+
+
+@spatial_njit()
+def note(s: int, rig: Parameters, memory: Memory, work: Work, motion: Motion, run: Run) -> None:
+    """Write the results of sample s."""
+    n, m = motion.state.shape
+    for k in range(n):
+        for i in range(SLIPS):
+            run.joints[s, k, i] = motion.x[k, i]
+    for j in range(m):
+        for k in range(n + 1):
+            run.tensions[s, j, k] = work.tension[j, k]
+    motion.energy[STORED] = stored_energy(motion.x, work.tension, rig, memory)
+    for i in range(4):
+        run.energies[s, i] = motion.energy[i]
+
+
+@spatial_njit()
+def path_length(s: int, path: Path, tendons: Floats) -> float:
+    """Length of the way to sample s in longest steps; notes the direction of every drive."""
+    length = 0.0
+    for j in range(path.longest.size):
+        change = path.drives[s, j] - tendons[DRIVE, j]
+        tendons[NEXT_HEADING, j] = np.sign(change)
+        length = max(length, abs(change) / path.longest[j])
+    return length
+
+
+@spatial_njit()
+def walk(
+    s: int, path: Path, rig: Parameters, memory: Memory, motion: Motion, work: Work, reach: float
+) -> tuple[float, float]:
+    """Go to sample s in steps that are halved where they fail.
+
+    Returns the part of the way that was reached and the length of the next step, ``reach`` being that of the first.
+    """
+    control, tendons = path.control, motion.tendons
+    length, done = path_length(s, path, tendons), 0.0
+    if length == 0.0 or s == 0:  # weights come on on the way to the first sample
+        length = max(length, control.max_step)
+    while done < 1.0:
+        part = next_part(done, reach, length, control.max_step)
+        for j in range(path.longest.size):
+            start, end = tendons[DRIVE, j], path.drives[s, j]
+            tendons[NEXT_DRIVE, j] = end if part == 1.0 else start + part * (end - start)
+        size = (part - done) * length
+        fine = size <= FINE * control.max_step
+        guess(motion, work.state, size)
+        patience = 1 if size > SHORT * control.max_step else PATIENCE
+        attempt = Attempt(part if s == 0 else 1.0, patience * path.iterations, fine)
+        iterations = newton(motion.trial, tendons, rig, memory, work, motion.state, attempt)
+        rotation, slide = largest_change(motion.x, motion.trial)
+        motion.counts[2] += abs(iterations)
+        if iterations < 0 or jumped(rotation, slide, size, control):
+            reach = 0.5 * size
+            motion.counts[1] += 1.0
+            if fine:
+                tendons[HEADING] = math.nan
+            if too_short(reach, control):
+                return done, reach
+            continue
+        motion.counts[0] += 1.0
+        learn(motion, work, size)
+        accept(rig, memory, work, motion)
+        reach, done = reach_after_success(reach, control), part
+    for j in range(path.longest.size):
+        tendons[DRIVE, j] = path.drives[s, j]
+    return 1.0, reach
+
+
+@spatial_njit(nogil=True, from_python=True)
+def follow(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, work: Work) -> tuple[int, float]:
+    """Visit the samples from rest and fill the results.
+
+    Returns the sample that has no equilibrium and the part of the way to it that was reached, or -1.
+    """
+    n, m = motion.state.shape
+    start = Attempt(0.0, 10 * path.iterations, True)
+    if newton(motion.x, motion.tendons, rig, memory, work, motion.state, start) < 0:
+        return 0, 0.0
+    for j in range(m):
+        motion.tendons[TENSE, j] = work.tension[j, 0]
+        motion.tendons[WOUND, j] = motion.x[0, SLIPS + j] if rig.tendons[j, BY_FORCE] == 1.0 else 0.0
+        for k in range(n):
+            motion.limit[k, j], motion.state[k, j] = work.guides[k, j, LIMIT], work.state[k, j]
+    accept(rig, memory, work, motion)
+    reach = path.control.max_step
+    for s in range(path.drives.shape[0]):
+        reached, reach = walk(s, path, rig, memory, motion, work, reach)
+        if reached < 1.0:
+            return s, reached
+        note(s, rig, memory, work, motion, run)
+    return -1, 0.0
