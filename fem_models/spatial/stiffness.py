@@ -54,11 +54,11 @@ def notch_stiffness(joint: NotchedTube, metal: Elasticity) -> NotchStiffness:
     at_root = section(joint, 0.0)
     rigidity = metal.young * float(at_root.second_moment_mm4)
     bends = rigidity / beam_of_notch(joint, metal).bending_Nmm_per_rad  # length over which the notch bends
-    root = 0.0 if joint.notch.rigid_roots else root_length_mm(joint)
-    leans = 2 * root * (0.5 * min(bends, joint.notch.width_mm)) ** 2  # of roots under a lateral force
+    root = 0.0 if joint.cut.rigid_roots else root_length_mm(joint)
+    leans = 2 * root * (0.5 * min(bends, joint.cut.width_mm)) ** 2  # of roots under a lateral force
     shear_in = 1 / (1 / flexure.shear_N_per_mm + leans / rigidity)
     if joint.one_sided:
-        own, shear, torsion = across, ARC_SHEAR, _arc_torsion(joint, metal, joint.notch.width_mm + 2 * root)
+        own, shear, torsion = across, ARC_SHEAR, _arc_torsion(joint, metal, joint.cut.width_mm + 2 * root)
     else:
         own, shear, torsion = _own_moment(joint, z), WEB_SHEAR, _web_torsion(joint, metal, shear_in)
     give = z**2 / (metal.young * own) + 1 / (shear * metal.shear * area)
@@ -111,12 +111,12 @@ def _up_to(radius: float, x: Floats | float) -> Floats:
 
 def _half_notch(joint: NotchedTube) -> tuple[Floats, Floats]:
     """Gauss points and weights of half a notch, shapes (k,): cut where its section has a kink."""
-    half = joint.notch.width_mm / 2
-    root = (joint.notch.root_width_mm or 0.0) / 2
+    half = joint.cut.width_mm / 2
+    root = (joint.cut.root_width_mm or 0.0) / 2
     edges = {0.0, root, half}
-    if joint.notch.shape == "v_pair":
+    if joint.cut.shape == "v_pair":
         outer, inner = joint.tube.outer_diameter_mm / 2, joint.tube.inner_diameter_mm / 2
-        level = 1 - (outer - inner) / joint.notch.depth_mm  # of the depth, where the cut leaves the bore
+        level = 1 - (outer - inner) / joint.cut.depth_mm  # of the depth, where the cut leaves the bore
         edges |= {root + part * (half - root) for part in (0.02, 0.1, 0.3, level) if 0 < part < 1}
     ends = np.array(sorted(edges))
     node, weight = np.polynomial.legendre.leggauss(POINTS)
