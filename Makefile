@@ -2,13 +2,14 @@
 # make install what every command needs, and no more
 # make dev     all extras and the tools of developers, too
 # make test    lint, types, import contract, tests
+# make cases   practice cases that the tracer missed once
 # make site    the pages as a site, in build/site
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= results/first-report
 
-.PHONY: study install dev test checks tests kernels site lock clean
+.PHONY: study install dev test checks tests cases kernels kernels-heated site lock clean
 
 PIP     := $(BIN)/python -m pip
 INSTALL := $(PIP) install --quiet --disable-pip-version-check
@@ -35,10 +36,14 @@ $(VENV)/.dev-installed: $(VENV)/.installed requirements-dev.lock
 
 # The kernels are compiled first, because every worker of pytest would do it; meanwhile the checks keep a core busy.
 test: dev
-	$(MAKE) --no-print-directory --jobs=2 checks tests
+	$(MAKE) --no-print-directory --jobs=3 checks tests
 
-tests: kernels
+tests: kernels kernels-heated
 	$(BIN)/pytest -n auto --dist worksteal
+
+# Practice cases that the tracer missed once: for whoever changes it.
+cases: dev
+	$(BIN)/pytest -n auto --dist worksteal -m case
 
 checks:
 	$(BIN)/ruff check .
@@ -46,8 +51,8 @@ checks:
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-kernels:
-	PYTHONPATH=. $(BIN)/python tests/compile_kernels.py
+kernels kernels-heated:
+	PYTHONPATH=. $(BIN)/python tests/compile_kernels.py $@
 
 site: dev
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

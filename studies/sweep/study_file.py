@@ -408,12 +408,12 @@ def _value(where: str, value: object, whole: bool) -> float:
 
 
 def _some(name: str) -> str:
-    """List the fields of the same table, the most similar first, or the tables if there is no such table."""
+    """List the most similar fields of the same table, or the tables if there is no such table."""
     table = name.partition(".")[0] + "."
     same = [field for field in FIELDS if "." in name and field.startswith(table)]
     same.sort(key=lambda field: -SequenceMatcher(None, field, name).ratio())
     tables = sorted({field.partition(".")[0] + (".*" if "." in field else "") for field in FIELDS})
-    return "one of " + listed(same or tables)
+    return "one of " + listed(same[:6] or tables)
 
 
 def _sensitivity(top: _Table, known: Sequence[str], seed: SeedOf) -> Sensitivity | None:

@@ -8,7 +8,7 @@ import pytest
 from fem_models.analytic import simulate_analytic
 from fem_models.analytic.kinematics import angle_for_drive_rad, drive_for_angle_mm, inverse_tip, theory_curve
 from fem_models.analytic.unequal_joints import bend_at_drive, bend_to_angle
-from fem_models.chain.along import line_along, moved_series, taped_run
+from fem_models.chain.along import line_along, moved_along, moved_run, moved_series, taped_run
 from fem_models.chain.each import each_joint
 from fem_models.chain.follow import follow, tape_of
 from fem_models.chain.parameters import Memory, memory_at_rest
@@ -208,7 +208,8 @@ def test_moved_rigs_along_the_steps(law):
         off = []
         for e in (1e-3, 5e-4):
             full = solve_chain(moved(e), program).record.angle_deg
-            series = moved_series(base, line, moved(e), program)
+            ready = moved_run(base, moved(e), program)
+            series = moved_series(base, ready, moved_along(line, ready))
             off.append(np.abs(series.angle_deg - full).max())
             change = np.abs(full - base.series.angle_deg).max()
             assert off[-1] < 0.02 * change + 1e-4, name

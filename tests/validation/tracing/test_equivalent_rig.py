@@ -161,6 +161,7 @@ def test_amounts_to_which_an_equivalent_rig_gives_no_scale_have_no_limit_and_a_w
     assert any("gravity in g is in proportion to the preload" in words for words in remarks(loaded))
 
 
+@pytest.mark.case
 def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkeypatch):
     """The effect that was found stays; the candidate has no number (a case of a retired set broke on one)."""
     monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_SAMPLES", 100)

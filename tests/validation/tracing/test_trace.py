@@ -105,6 +105,7 @@ def test_an_effect_outside_the_catalogue_is_unexplained():
     assert trace.effects == ()
 
 
+@pytest.mark.case
 def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
     """A practice case that was missed once: the loop angle of the first baseline fit is twice that of the best fit."""
     both = ("camera_misalignment", "wheel_eccentricity")
@@ -114,6 +115,7 @@ def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
     assert trace.augmented.names == both[:1]
 
 
+@pytest.mark.case
 def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
     """The equivalent rig absorbs a part of the friction. Effects that do nothing leave as little as it does. Friction,
     after its first steps, leaves a little more: it is not named where only the best effect is fitted to its end."""
@@ -149,6 +151,7 @@ def with_a_short_final_fit(monkeypatch):
     monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_PARTS", 1)
 
 
+@pytest.mark.case
 def test_competitors_beside_an_equivalent_rig_are_fitted_from_other_loops(monkeypatch):
     """A case of a retired set: only slack was fitted again. Stiffening, in a local optimum of the loop, lost by 72."""
     with_a_short_final_fit(monkeypatch)
@@ -159,6 +162,7 @@ def test_competitors_beside_an_equivalent_rig_are_fitted_from_other_loops(monkey
     assert {*trace.augmented.names, *trace.confusable[0]} == shown
 
 
+@pytest.mark.case
 def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch):
     """A case of a retired set: a delay was named in place of drag, because slack had not been fitted beside drag.
 
@@ -182,6 +186,7 @@ def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch
     assert all(effect.delta_bic > 0 for effect in effects)
 
 
+@pytest.mark.case
 def test_the_search_goes_on_to_the_noise_where_no_model_explains_the_records(monkeypatch):
     """A practice case: friction of the guides leaves 1.26 times the noise, and smooth functions fit better than it."""
     with_a_short_final_fit(monkeypatch)
