@@ -1,0 +1,131 @@
+"""Formulas of the tracer's fits against values by hand: noise, whiteness, independent samples, steps, folds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from hysteresis.records.record import Record
+from validation.tracing.fitting.criterion import independent_samples, lag_one_correlation
+from validation.tracing.fitting.dependence import _portmanteau
+from validation.tracing.fitting.holdout import Holdout
+from validation.tracing.fitting.least_squares import differentiate
+from validation.tracing.fitting.noise import (
+    NoiseFloor,
+    _third_difference_deg,
+    correlated_noise_deg,
+    estimate_noise_floor,
+)
+from validation.tracing.prepared import PreparedRecord, prepared
+from validation.tracing.search.by_folds import _fits_best, either_sign
+
+BRANCH = 60
+
+
+def there_and_back(branches: int = 4) -> PreparedRecord:
+    """Branches of 60 steps, with an angle whose digits are fine."""
+    k = np.arange(branches * BRANCH + 1)
+    drive = np.abs((k / BRANCH) % 2 - 1)
+    return prepared(Record(drive=drive, angle_deg=np.sin(3.7 * k) * 10), k)
+
+
+def test_local_noise_is_the_third_difference_over_the_norm_of_its_coefficients():
+    """Of a residual that alternates by a every third difference is 8 a; the median of a normal is 1/1.4826 of sigma."""
+    one = there_and_back()
+    residual = 2.0 * (-1.0) ** np.arange(one.kept.size)
+    floor = estimate_noise_floor([one], [residual])
+    assert floor.local_deg == pytest.approx(1.4826 * 16.0 / np.sqrt(1 + 9 + 9 + 1), rel=1e-12)
+    twice = estimate_noise_floor([one, one], [residual, 3 * residual])
+    assert twice.local_deg == pytest.approx(floor.local_deg * np.sqrt(5.0), rel=1e-12)  # mean of 1 and 9
+
+
+def test_third_differences_of_samples_apart():
+    """Of the cube of the place along a branch with samples j apart the third difference is 6 j^3."""
+    k = np.arange(BRANCH + 1)
+    one = prepared(Record(drive=k / BRANCH, angle_deg=np.sin(3.7 * k)), k)
+    for apart in (1, 2, 4):
+        found = _third_difference_deg([one], [k.astype(float) ** 3], apart)
+        assert found == pytest.approx(1.4826 * 6 * apart**3 / np.sqrt(20), rel=1e-6)
+
+
+@pytest.mark.parametrize("correlation", [0.6, 0.8])
+def test_correlated_noise_is_found_with_its_size(correlation: float):
+    """First-order autoregression of standard deviation 1 in 12,000 samples; white noise is not correlated."""
+    k = np.arange(12_001)
+    white = np.random.default_rng(4).normal(size=k.size)
+    noise, step = np.empty(k.size), np.sqrt(1 - correlation**2)
+    noise[0] = white[0]
+    for i in range(1, k.size):
+        noise[i] = correlation * noise[i - 1] + step * white[i]
+    one = prepared(Record(drive=np.abs((k / 500) % 2 - 1), angle_deg=white), k)
+    assert correlated_noise_deg([one], [noise]) == pytest.approx(1.0, rel=0.12)
+    assert correlated_noise_deg([one], [white]) is None
+
+
+def test_the_floor_is_the_smaller_estimate_unless_repeats_are_the_floor():
+    floor = NoiseFloor(local_deg=0.1, repeats_deg=0.3)
+    assert (floor.deg, replace(floor, by_repeats=True).deg, replace(floor, reference_deg=0.2).deg) == (0.1, 0.3, 0.2)
+    assert floor.how == "neighbouring samples"
+    assert replace(floor, by_repeats=True).how == "cycles or trials that repeat each other"
+    assert replace(floor, reference_deg=0.2).how == "the residual that the reference leaves"
+    unknown = replace(floor, local_known=False)
+    assert (floor.known, unknown.known, replace(unknown, by_repeats=True).known) == (True, False, True)
+    assert replace(unknown, reference_deg=0.2).known
+    assert not replace(unknown, reference_deg=0.05).known
+
+
+def test_portmanteau_of_two_equal_errors_three_samples_apart():
+    """Two ones in m samples, 3 apart: r_3 = 1/2 and all else 0, so that Q = m (m + 2)/(4 (m - 3)), of ten lags."""
+    m = 40
+    error = np.zeros(m)
+    error[[8, 11]] = 1.0
+    Q = m * (m + 2) / (4 * (m - 3))
+    assert _portmanteau([error]) == pytest.approx(chi2.sf(Q, 10), rel=1e-12)
+    assert _portmanteau([error, np.zeros(50), error]) == pytest.approx(chi2.sf(2 * Q, 20), rel=1e-12)
+    assert _portmanteau([error[:39]]) == 1.0  # fewer than four samples a lag
+
+
+def test_independent_samples_of_a_first_order_autoregression():
+    """Their number is m (1 - r)/(1 + r), at least eight a branch and at most as many as there are."""
+    assert independent_samples(300, 0.5, 1) == pytest.approx(100.0)
+    assert independent_samples(300, 0.5, 20) == 160
+    assert independent_samples(10, 0.99, 10) == 10
+    assert lag_one_correlation([np.array([1.0, 1.0, 1.0]), np.array([1.0, -1.0])]) == pytest.approx((2 - 1) / 5)
+    assert lag_one_correlation([np.array([1.0, -1.0])]) == 0.0
+    assert lag_one_correlation([np.ones(1000)]) == 0.99
+
+
+def test_steps_of_derivatives_stay_within_the_bounds():
+    """A model with no solution beyond its bounds has the derivatives 1 and 2 at either end."""
+    low, high = np.array([0.0, 0.0]), np.array([1.0, 1.0])
+
+    def errors(x: np.ndarray) -> list[np.ndarray]:
+        assert np.all(x >= low)
+        assert np.all(x <= high)
+        return [np.array([0.0, 1.0, -1.0]) * x[0] + np.array([2.0, -1.0, -1.0]) * x[1]]
+
+    model = SimpleNamespace(bounds=lambda: (low, high), errors=errors, followed=lambda x: (errors(x), None))
+    holdout = Holdout((np.ones(3, dtype=bool),), "nothing")
+    for x in (low, high, np.array([0.0, 1.0])):
+        found = differentiate(model, holdout, x, holdout.stacked(errors(x)), 1)
+        np.testing.assert_allclose(found, [[0, 2], [1, -1], [-1, -1]], atol=1e-9)
+
+
+def test_an_effect_is_tried_beside_the_baseline_with_the_lowest_error():
+    near, far = SimpleNamespace(mean_square=0.1), SimpleNamespace(mean_square=0.3)
+    assert _fits_best([far, near]) is near
+    assert _fits_best([near, far]) is near
+
+
+def test_starts_are_mirrored_where_the_bounds_allow_both_signs():
+    def form(low: float):
+        size = SimpleNamespace(name="size", acts_from_zero=True, low=low, high=1.0)
+        return SimpleNamespace(parameters=[size, SimpleNamespace(name="rate", acts_from_zero=False, low=-1, high=1)])
+
+    start = {"size": 0.5, "rate": 0.2}
+    assert either_sign(form(-1.0), [start]) == [start, {"size": -0.5, "rate": 0.2}]
+    assert either_sign(form(0.0), [start]) == [start]
