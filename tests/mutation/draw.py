@@ -75,17 +75,18 @@ def drawn(group: str, files: list[str], root: Path, count: int, seed: int) -> li
         for mutant in mutants_of(group, module, (root / module).read_text(encoding="utf-8")):
             statements.setdefault((module, mutant.first), []).append(mutant)
     chosen = random_.sample(sorted(statements), min(count, len(statements)))
-    return [_sound(_one_of(statements[key], random_), statements[key], root) for key in chosen]
+    found = [_sound(_one_of(statements[key], random_), statements[key], root) for key in chosen]
+    return [mutant for mutant in found if mutant is not None]
 
 
-def _sound(mutant: Mutant, others: list[Mutant], root: Path) -> Mutant:
+def _sound(mutant: Mutant, others: list[Mutant], root: Path) -> Mutant | None:
     """Give the mutant, or another one of its statement where it is no Python (`*` for the `**` of a dictionary)."""
     source = (root / mutant.module).read_text(encoding="utf-8")
     for one in (mutant, *random.Random(mutant.name).sample(others, len(others))):
         with suppress(SyntaxError):
             compile(changed(source, one.operator, one.occurrence), one.module, "exec")
             return one
-    return mutant
+    return None
 
 
 def _one_of(mutants: list[Mutant], random_: random.Random) -> Mutant:

@@ -71,7 +71,8 @@ def main(arguments: list[str] | None = None) -> None:
     except ImportError:
         sys.exit(MISSING)
     files = {name: GROUPS[name].files() for name in given.group}
-    if subprocess.run(["git", "diff", "--quiet", "--", *sum(files.values(), [])], cwd=ROOT, check=False).returncode:
+    listed = [file for own in files.values() for file in own]
+    if subprocess.run(["git", "diff", "--quiet", "--", *listed], cwd=ROOT, check=False).returncode:
         sys.exit(COPY)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the change is taken out again
     os.chdir(ROOT)

@@ -12,7 +12,8 @@ from scipy.stats import chi2
 from hysteresis.records.record import Record
 from validation.tracing.fitting.criterion import independent_samples, lag_one_correlation
 from validation.tracing.fitting.dependence import _portmanteau
-from validation.tracing.fitting.holdout import Holdout
+from validation.tracing.fitting.folds import folds_of
+from validation.tracing.fitting.holdout import Holdout, Protocol, _most_covered
 from validation.tracing.fitting.least_squares import differentiate
 from validation.tracing.fitting.noise import (
     NoiseFloor,
@@ -113,6 +114,20 @@ def test_steps_of_derivatives_stay_within_the_bounds():
     for x in (low, high, np.array([0.0, 1.0])):
         found = differentiate(model, holdout, x, holdout.stacked(errors(x)), 1)
         np.testing.assert_allclose(found, [[0, 2], [1, -1], [-1, -1]], atol=1e-9)
+
+
+def test_a_single_cycle_has_four_folds_of_equal_length():
+    k = np.arange(81)
+    one = prepared(Record(drive=np.abs(k / 40 - 1), angle_deg=np.sin(k)), k)
+    folds = folds_of([one])
+    assert [fold.name for fold in folds] == [f"block {i} of 4" for i in (1, 2, 3, 4)]
+    assert [int(fold.test[0].sum()) for fold in folds] == [21, 20, 20, 20]
+
+
+def test_a_new_rate_counts_as_much_as_a_new_preload():
+    """Each record has a preload or a rate of its own; the smallest amplitude decides."""
+    assert _most_covered([Protocol(20, 1, 0.1), Protocol(10, 2, 0.1), Protocol(5, 2, 1.0), Protocol(5, 2, 2.0)]) == 0
+    assert _most_covered([Protocol(20, 2, 0.1), Protocol(10, 2, 0.1), Protocol(5, 1, 1.0), Protocol(5, 2, 2.0)]) == 2
 
 
 def test_an_effect_is_tried_beside_the_baseline_with_the_lowest_error():
