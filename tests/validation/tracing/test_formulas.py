@@ -124,6 +124,18 @@ def test_a_single_cycle_has_four_folds_of_equal_length():
     assert [int(fold.test[0].sum()) for fold in folds] == [21, 20, 20, 20]
 
 
+def test_each_cycle_is_a_fold_and_the_approach_is_in_the_first_one():
+    k = np.arange(141)
+    drive = np.abs(((k + 20) / 20) % 2 - 1)  # an approach of one branch, then three cycles of two
+    cycle = np.r_[np.zeros(21, dtype=int), np.repeat([1, 2, 3], 40)]
+    one = prepared(Record(drive=drive, angle_deg=np.sin(k), cycle=cycle), k)
+    folds = folds_of([one])
+    assert [fold.name for fold in folds] == ["cycle 1", "cycle 2", "cycle 3"]
+    assert [int(fold.test[0].sum()) for fold in folds] == [61, 40, 40]
+    assert not folds[0].training().train[0][:61].any()
+    assert folds[0].training(folds[1]).train[0].sum() == 40
+
+
 def test_a_new_rate_counts_as_much_as_a_new_preload():
     """Each record has a preload or a rate of its own; the smallest amplitude decides."""
     assert _most_covered([Protocol(20, 1, 0.1), Protocol(10, 2, 0.1), Protocol(5, 2, 1.0), Protocol(5, 2, 2.0)]) == 0
