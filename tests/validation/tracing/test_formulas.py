@@ -12,8 +12,8 @@ from scipy.stats import chi2
 from hysteresis.records.record import Record
 from validation.tracing.fitting.criterion import independent_samples, lag_one_correlation
 from validation.tracing.fitting.dependence import _portmanteau
-from validation.tracing.fitting.folds import folds_of
-from validation.tracing.fitting.holdout import Holdout, Protocol, _most_covered
+from validation.tracing.fitting.folds import _draws, folds_of
+from validation.tracing.fitting.holdout import Holdout, Protocol, _most_covered, divide_records
 from validation.tracing.fitting.least_squares import differentiate
 from validation.tracing.fitting.noise import (
     NoiseFloor,
@@ -156,3 +156,25 @@ def test_starts_are_mirrored_where_the_bounds_allow_both_signs():
     start = {"size": 0.5, "rate": 0.2}
     assert either_sign(form(-1.0), [start]) == [start, {"size": -0.5, "rate": 0.2}]
     assert either_sign(form(0.0), [start]) == [start]
+
+
+def test_the_first_branch_tells_the_noise_too():
+    one = there_and_back(1)
+    floor = estimate_noise_floor([one], [(-1.0) ** np.arange(one.kept.size)])
+    assert floor.local_known
+    assert floor.local_deg == pytest.approx(1.4826 * 8.0 / np.sqrt(20), rel=1e-12)
+
+
+def test_a_bootstrap_draws_every_block_alike():
+    draws = _draws(7)
+    assert np.unique(draws).tolist() == list(range(7))
+    share = np.bincount(draws.ravel()) / draws.size
+    assert share == pytest.approx(1 / 7, abs=4 * np.sqrt(1 / 7 / draws.size))  # four standard errors
+
+
+def test_the_last_third_of_trials_under_a_force_is_held_out():
+    force, trial = np.tile(np.linspace(0.0, 3.0, 20), 6), np.repeat(np.arange(1, 7), 20)
+    record = Record(drive=force, angle_deg=force, drive_unit="N", cycle=trial)
+    holdout = divide_records([prepared(record, np.arange(force.size))])
+    assert holdout.by == "trials from 5 on"
+    np.testing.assert_array_equal(holdout.train[0], trial < 5)

@@ -143,10 +143,38 @@ def test_candidates_are_ranked_with_their_intervals():
     assert [first.bic_above_best, other.bic_above_best, alone.bic_above_best] == [0.0, 20.0, 50.0]
     assert first.high_deg - 0.1 == pytest.approx(1.96 * 0.1 / np.sqrt(400), rel=1e-9)
     assert first.low_deg == pytest.approx(0.2 - first.high_deg, rel=1e-9)
-    assert ranked_models(SimpleNamespace(candidates=[])) == ()
+    assert ranked_models(SimpleNamespace(candidates=[], baseline=trace.baseline)) == ()
     nothing = replace_names(trace, ())
     assert not any(row.chosen for row in ranked_models(nothing))
 
 
 def replace_names(trace: SimpleNamespace, names: tuple[str, ...]) -> SimpleNamespace:
     return SimpleNamespace(**{**vars(trace), "names": names, "augmented": trace.baseline})
+
+
+@pytest.mark.parametrize("heldout", [0.1, 0.3])
+def test_an_effect_in_part_is_named_with_all_that_are_as_good(monkeypatch: pytest.MonkeyPatch, heldout: float):
+    """Those whose names come before its own in the alphabet, too; the best of them first."""
+    rows = {"b": 0.5, "a": 0.51, "c": 0.505, "d": 0.9}
+    single = {name: fitted(rms, heldout, names=(name,)) for name, rms in rows.items()}
+    for one in single.values():
+        one.train_square, one.train_bic = one.mean_square, lambda samples, square=one.mean_square: square
+    candidates = [SimpleNamespace(fitted=one, names=one.names) for one in single.values()]
+    noise = np.random.default_rng(1).normal(size=400)
+    monkeypatch.setattr(verdict, "implausible", lambda one: False)
+    monkeypatch.setattr(verdict, "remarks", lambda one: ["remark"])
+    monkeypatch.setattr(verdict, "inner_fold_errors", lambda one, threads: [one.rmse_deg * noise])
+
+    @dataclass(frozen=True)
+    class WithCandidates(Found):
+        candidates: tuple[SimpleNamespace, ...] = ()
+
+    trace = WithCandidates("unexplained", fitted(2.0), fitted(2.0), candidates=tuple(candidates))
+    found = verdict.named_in_part(trace)
+    assert (found.augmented, found.confusable, found.words) == (single["b"], (("c", "a"),), ("remark",))
+    assert found.verdict == ("partial" if heldout > AT_FLOOR * 0.1 else "ambiguous")
+    # it must take 0.6 of the mean square above the noise
+    for before, is_named in ((0.80, True), (0.77, False)):  # 1 - 0.24/0.63 is 0.62, 1 - 0.24/0.583 is 0.59
+        near = replace(trace, baseline=fitted(before))
+        assert (verdict.named_in_part(near) is not near) is is_named
+    assert verdict.named_in_part(replace(trace, candidates=())).verdict == "unexplained"
