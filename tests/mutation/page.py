@@ -13,7 +13,7 @@ from tests.mutation.modules import GROUPS
 from tests.mutation.score import read_results
 
 REASONS = Path(__file__).with_name("reasons.json")
-"""Why mutants survive: a reason by the name of each, and ``killed by`` for those that a test was written for."""
+"""Why mutants survive: a reason by the name of each."""
 START, END = "<!-- results -->", "<!-- end of results -->"
 
 
@@ -34,15 +34,15 @@ def tables(rows: dict[str, dict[str, Any]], reasons: dict[str, str]) -> str:
             out.append(f"| {group} | {_score(own, reasons)} |")
     out += ["", "| survivor | change | why |", "|---|---|---|"]
     for name, row in sorted(rows.items()):
-        if row["outcome"] == "survived" and not reasons.get(name, "").startswith("killed"):
+        if row["outcome"] == "survived":
             change = " → ".join(f"`{text[1:].strip()}`" for text in row["change"]).replace("|", "\\|")
             out.append(f"| {row['module']}:{row['line']} | {change} | {reasons.get(name, 'not looked at')} |")
     return "\n".join(out)
 
 
 def _score(rows: dict[str, dict[str, Any]], reasons: dict[str, str]) -> str:
-    survived = {name for name, row in rows.items() if row["outcome"] == "survived"}
-    alive = {name for name in survived if not reasons.get(name, "").startswith("killed")}
+    survived = {name for name, row in rows.items() if row["first"] == "survived"}
+    alive = {name for name, row in rows.items() if row["outcome"] == "survived"}
     equal = {name for name in alive if reasons.get(name, "").startswith("equivalent")}
     of, before, now = len(rows), len(rows) - len(survived), len(rows) - len(alive)
     low, high = interval(now, of)

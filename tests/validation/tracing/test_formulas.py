@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from fem_models.rig.checks import SolverError
 from hysteresis.records.record import Record
 from validation.tracing.fitting.criterion import independent_samples, lag_one_correlation
 from validation.tracing.fitting.dependence import _portmanteau
 from validation.tracing.fitting.folds import _draws, folds_of
 from validation.tracing.fitting.holdout import Holdout, Protocol, _most_covered, divide_records
-from validation.tracing.fitting.least_squares import differentiate
+from validation.tracing.fitting.least_squares import _Evaluations, differentiate
 from validation.tracing.fitting.noise import (
     NoiseFloor,
     _third_difference_deg,
@@ -23,6 +24,7 @@ from validation.tracing.fitting.noise import (
 )
 from validation.tracing.prepared import PreparedRecord, prepared
 from validation.tracing.search.by_folds import _fits_best, either_sign
+from validation.tracing.settings import INFEASIBLE_DEG
 
 BRANCH = 60
 
@@ -178,3 +180,29 @@ def test_the_last_third_of_trials_under_a_force_is_held_out():
     holdout = divide_records([prepared(record, np.arange(force.size))])
     assert holdout.by == "trials from 5 on"
     np.testing.assert_array_equal(holdout.train[0], trial < 5)
+
+
+@pytest.mark.parametrize(("own_preload", "whole"), [(True, True), (False, False)])
+def test_a_record_of_its_own_preload_is_held_out_only_where_the_preload_acts(own_preload: bool, whole: bool):
+    """Three records of three preloads: the narrowest is held out, or the last cycles of each."""
+    k = np.arange(241)
+    drive = np.abs(((k + 40) / 40) % 2 - 1)
+    records = [
+        prepared(Record(drive=size * drive, angle_deg=np.sin(k), rig={"preload_N": preload}), k)
+        for size, preload in ((2.0, 20.0), (1.0, 10.0), (2.0, 5.0))
+    ]
+    holdout = divide_records(records, own_preload=own_preload)
+    assert [holdout.is_held_out(i) for i in range(3)] == [False, whole, False]
+    assert ("whose protocol differs" in holdout.by) is whole
+
+
+def test_points_without_a_solution_count_as_far_off_in_every_channel():
+    def none(x: np.ndarray) -> None:
+        raise SolverError("no equilibrium")
+
+    model = SimpleNamespace(followed=none, problem=SimpleNamespace(channels=(1, 2)))
+    holdout = Holdout((np.ones(3, dtype=bool), np.ones(2, dtype=bool)), "nothing")
+    errors = _Evaluations(model, holdout, 1, None).errors(np.zeros(1))
+    assert errors.tolist() == [INFEASIBLE_DEG] * 15
+    model.problem.channels = ()
+    assert _Evaluations(model, holdout, 1, None).errors(np.zeros(1)).size == 5
