@@ -7,8 +7,9 @@ import pytest
 from notched_rigs import PAIR, SHEAR, WRIST, YOUNG, V, planar
 
 from fem_models.joint import joint_mechanics
-from fem_models.joint.flexure import beam, flexure
+from fem_models.joint.flexure import beam, flexure, root_length_mm
 from fem_models.joint.paper_elements import theta_sum
+from fem_models.joint.roots import root_length
 from fem_models.joint.section import section
 from fem_models.joint.superelastic_section import section_path
 from fem_models.rig import RigError, preset
@@ -111,6 +112,21 @@ def test_ring_is_the_uncut_tube_between_two_flexures():
     assert ring.axial_N_per_mm == pytest.approx(YOUNG * area / length, rel=1e-9)
     shear = length**3 / (12 * YOUNG * second) + length / (0.5 * SHEAR * area)
     assert ring.shear_N_per_mm == pytest.approx(1 / shear, rel=1e-9)
+
+
+@pytest.mark.parametrize("rig", [V, PAIR, WRIST])
+def test_a_flexure_is_longer_by_its_root_length_at_both_ends(rig):
+    """Compliances in series: that of the beam, and 2 root lengths of the thinnest section, E I each."""
+    rigidity = YOUNG * float(section(rig.joint, 0.0).second_moment_mm4)
+    longer = 1 / flexure(rig).bending_Nmm_per_rad - 1 / beam(rig).bending_Nmm_per_rad
+    assert longer == pytest.approx(2 * root_length_mm(rig.joint) / rigidity, rel=1e-9)
+    assert flexure(rig).axial_N_per_mm == beam(rig).axial_N_per_mm
+    # a strip as wide as the arc, or its half in a pair, on the wall unrolled; 0.415 of it on a half plane
+    wall = (rig.joint.tube.outer_diameter_mm - rig.joint.tube.inner_diameter_mm) / 2
+    arc = float(section(rig.joint, 0.0).area_mm2) / wall / (1 if rig is WRIST else 2)
+    assert root_length_mm(rig.joint) == pytest.approx(
+        arc * root_length(rig.joint.notch.spacing_mm / 2 / arc), rel=1e-12
+    )
 
 
 def test_mechanics_follow_what_changes_beside_the_tube():

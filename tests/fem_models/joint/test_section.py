@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import skfem
 from notched_rigs import PAIR, WRIST, V, make_rig
+from scipy.integrate import quad
 from skfem.helpers import dot, grad
 
 from fem_models.joint.flexure import flexure
@@ -232,3 +233,20 @@ def test_any_cut_that_leaves_metal_has_a_section():
     left = section(deepest.joint, 0.0)
     assert float(left.second_moment_mm4) == pytest.approx(12 / 175 * float(left.area_mm2) * 1e-4**2, rel=1e-4)
     assert flexure(deepest).bending_Nmm_per_rad > 0
+
+
+@pytest.mark.parametrize("part", [0.3, 0.69, 0.71, 1.0])
+def test_moments_of_strips_and_segments_of_a_disc_by_quadrature(part):
+    """All four orders on either side of the places where the series gives way to elementary functions."""
+    radius = 1.3
+    half, height = part * radius, 2 * part * radius
+
+    def chord(x):
+        return 2 * np.sqrt(max(radius**2 - x**2, 0.0))
+
+    for k in range(4):
+        strip = 2 * quad(lambda x, k=k: x**k * chord(x), 0, half, epsabs=1e-13)[0]
+        assert float(strip_moments(radius, half)[k]) == pytest.approx(strip, rel=1e-8)
+        flat = height - radius  # of the flat side from the centre
+        below = quad(lambda x, k=k, flat=flat: (flat - x) ** k * chord(x), -radius, flat, epsabs=1e-13)[0]
+        assert float(segment_moments(radius, height)[k]) == pytest.approx(below, rel=1e-8)

@@ -58,9 +58,13 @@ def test_shapley_value_of_a_game_solved_by_hand():
 
 
 @pytest.mark.parametrize("measure", ["width_deg", "area", "dissipated_mJ"])
-def test_shares_sum_to_one(found, measure):
-    assert sum(found.shares(measure).values()) == pytest.approx(1, abs=1e-12)
-    assert sum(shapley_shares(found, measure).values()) == pytest.approx(1, abs=1e-12)
+def test_shares_are_parts_of_the_whole_loop(found, measure):
+    """What the loops with everything on and with everything off differ by, taken from the loops themselves."""
+    whole, nothing = (getattr(found.loops[frozenset(on)], measure) for on in (SOURCES, ()))
+    for shares, parts in ((found.shares(measure), found.parts(measure)), (shapley_shares(found, measure), None)):
+        own = shapley(found.values(measure)) if parts is None else parts
+        assert sum(shares.values()) == pytest.approx(1, abs=1e-12)
+        assert {name: share * (whole - nothing) for name, share in shares.items()} == pytest.approx(own, rel=1e-9)
 
 
 def test_parts_agree_with_the_energy_balance_of_the_engine(found):

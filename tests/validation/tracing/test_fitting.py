@@ -19,7 +19,7 @@ from validation.tracing.fitting.evidence import ranked_models
 from validation.tracing.fitting.holdout import Protocol, _most_covered
 from validation.tracing.fitting.least_squares import differentiate
 from validation.tracing.fitting.noise import estimate_noise_floor
-from validation.tracing.fitting.smooth import smooth_functions
+from validation.tracing.fitting.smooth import _bases, smooth_functions
 from validation.tracing.prepared import prepared
 from validation.tracing.settings import CURVE, EQUIVALENT_RIG, KNOWN_RIG, POLICIES
 
@@ -89,6 +89,8 @@ def test_noise_floor_and_smooth_functions_of_a_known_residual():
     even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(white, problem.inputs, strict=True))
     smooth = smooth_functions(replace(fitted(), errors=even), 400.0)
     assert smooth.names[0] == "an even function of the drive"
+    columns = {name: basis.shape[1] for name, basis in _bases(problem).items()}
+    assert smooth.parameters == fitted().x.size + sum(columns[name] for name in smooth.names)
 
 
 def test_noise_is_at_least_the_rounding_of_the_record():
@@ -124,6 +126,7 @@ def test_a_fit_computes_what_it_is_compared_by_once(monkeypatch):
     assert one.train_samples == one.samples  # all samples are fitted
     assert one.bic(100.0) == bic(one.mean_square, one.x.size, 100.0)
     assert one.train_rmse_deg == pytest.approx(one.rmse_deg)
+    np.testing.assert_array_equal(one.residuals[1], -one.errors[1])  # measured less predicted
 
 
 def test_models_are_ranked_by_the_criterion_with_the_best_form_of_each_effect():

@@ -1,0 +1,180 @@
+"""Rules of the verdict just within and just beyond their thresholds, on traces with errors that are set by hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from validation.tracing import verdict
+from validation.tracing.fitting.noise import NOT_KNOWN, NoiseFloor
+from validation.tracing.fitting.ranking import ranked_models
+from validation.tracing.settings import AT_FLOOR, AT_NOISE, FAR_ABOVE, MISFIT_ALIKE, SIGNIFICANT, SIGNIFICANT_LOOSE
+
+NOISE = NoiseFloor(local_deg=0.1, repeats_deg=None)
+SMOOTH = SimpleNamespace(names=("time",), bic=lambda samples: 0.0)
+
+
+def fitted(rmse: float, heldout: float = 0.0, *, names: tuple[str, ...] = (), bic: float = 0.0) -> SimpleNamespace:
+    return SimpleNamespace(
+        names=names, rmse_deg=rmse, mean_square=rmse**2, train_rmse_deg=rmse, heldout_rmse_deg=heldout, samples=100.0,
+        bic=lambda samples: bic, fold_errors=None,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the rules read of a trace."""
+
+    verdict: str
+    baseline: SimpleNamespace
+    augmented: SimpleNamespace
+    effects: tuple[str, ...] = ()
+    floor: NoiseFloor = NOISE
+    words: tuple[str, ...] = ("before",)
+    confusable: tuple[tuple[str, ...], ...] = ((),)
+    known: bool = False
+    smooth: SimpleNamespace = field(default_factory=lambda: SMOOTH)
+
+
+def named(before: float, after: float, *, heldout: tuple[float, float] = (0.0, 0.0), say: str = "effect") -> Found:
+    effect = fitted(after, heldout[1], names=("gravity",))
+    return Found(say, fitted(before, heldout[0]), effect, effects=("gravity",))
+
+
+def test_what_predicts_better_has_the_lower_heldout_error():
+    low, high = named(1, 1, heldout=(1, 0.2)), named(1, 1, heldout=(1, 0.3))
+    assert verdict.predicts_better(low, high)
+    assert not verdict.predicts_better(high, low)
+    assert not verdict.predicts_better(low, low)
+
+
+@pytest.mark.parametrize(("say", "expected"), [("effect", "partial"), ("ambiguous", "partial"), ("none", "none")])
+def test_effects_that_leave_more_than_the_floor_explain_a_part(say: str, expected: str):
+    assert verdict.partial_above_floor(named(1, 1, heldout=(1, 1.01 * AT_FLOOR * 0.1), say=say)).verdict == expected
+    assert verdict.partial_above_floor(named(1, 1, heldout=(1, 0.99 * AT_FLOOR * 0.1), say=say)).verdict == say
+
+
+def test_effects_that_do_not_lower_the_heldout_error_are_taken_back():
+    """At 0.9 of the error before they stay, and so they do at the floor."""
+    far, worth = named(1, 1, heldout=(1.0, 0.91)), named(1, 1, heldout=(1.0, 0.89))
+    assert verdict.confirmed_on_heldout(worth) is worth
+    taken = verdict.confirmed_on_heldout(far)
+    assert (taken.verdict, taken.augmented) == ("unexplained", far.baseline)
+    assert taken.words == (
+        "with gravity the held-out error is 0.91 deg, that of the baseline model is 1 deg",
+        "the residual depends on time",
+    )
+    at_floor = named(1, 1, heldout=(0.12, 0.99 * AT_FLOOR * 0.1))
+    assert verdict.confirmed_on_heldout(at_floor) is at_floor
+    nothing = replace(far, effects=())
+    assert verdict.confirmed_on_heldout(nothing) is nothing
+
+
+@pytest.mark.parametrize(("effects", "over"), [(("gravity",), SIGNIFICANT), ((), SIGNIFICANT_LOOSE)])
+def test_nothing_is_missing_where_the_baseline_comes_to_the_noise(effects: tuple[str, ...], over: float):
+    within = replace(named(0.999 * over * 0.1, 0.1, say="unexplained"), effects=effects)
+    beyond = replace(named(1.001 * over * 0.1, 0.1, say="unexplained"), effects=effects)
+    assert verdict.above_noise(beyond) is beyond
+    found = verdict.above_noise(within)
+    assert (found.verdict, found.augmented) == ("none", within.baseline)
+    assert found.words[0].startswith("gravity is not needed: without it, the error" if effects else "the error")
+    assert f"{over:.2g} times the noise" in found.words[0]
+
+
+def test_nothing_is_claimed_without_knowing_the_noise():
+    none = named(0.1, 0.1, say="none")
+    unknown = replace(none, floor=replace(NOISE, local_known=False))
+    assert verdict.doubted_without_noise(none) is none
+    assert verdict.doubted_without_noise(unknown).verdict == "unexplained"
+    assert verdict.doubted_without_noise(unknown).words == (NOT_KNOWN, "before")
+    assert verdict.doubted_without_noise(replace(unknown, verdict="effect")).verdict == "effect"
+
+
+def test_nothing_is_claimed_where_the_heldout_error_is_far_above_the_fitted_one():
+    far, near = (named(0.15, 0.1, heldout=(f * FAR_ABOVE * 0.15, 0), say="none") for f in (1.01, 0.99))
+    assert verdict.doubted_on_heldout(near) is near
+    assert verdict.doubted_on_heldout(replace(far, known=True)).verdict == "none"
+    doubted = verdict.doubted_on_heldout(far)
+    assert doubted.verdict == "unexplained"
+    assert doubted.words[0] == "the held-out error of the baseline model is 0.3 deg, 3 times the noise"
+
+
+def test_models_are_as_good_up_to_twice_the_misfit_or_fifteen_percent_of_rms():
+    """Of errors near the noise the misfit counts, far above it the ratio; the noise of fits is 1.05 of the floor."""
+    near = fitted(0.11)
+    misfit = 0.11**2 - (AT_NOISE * 0.1) ** 2
+    for part, good in ((0.99, True), (1.01, False)):
+        assert verdict.is_as_good(fitted((0.11**2 + part * misfit) ** 0.5), near, NOISE) is good
+        assert verdict.is_as_good(fitted(part * MISFIT_ALIKE * 1.0), fitted(1.0), NOISE) is good
+    assert not verdict.is_as_good(fitted(0.1), fitted(0.1), NOISE)  # at the noise there is no misfit to share
+
+
+def test_the_best_trace_has_the_lowest_criterion_and_one_without_a_name_that_of_its_smooth_functions():
+    effect = Found("effect", fitted(1), fitted(0.2, names=("gravity",), bic=-50.0))
+    plain = Found("unexplained", fitted(1), fitted(0.3, bic=-90.0))
+    assert verdict.best_of([effect, plain]) is effect  # smooth functions: 0, not -90
+    smooth = replace(plain, smooth=SimpleNamespace(names=("time",), bic=lambda samples: -60.0))
+    assert verdict.best_of([effect, smooth]) is smooth
+    assert verdict.is_explained(replace(effect, augmented=fitted(0.99 * SIGNIFICANT_LOOSE * 0.1)))
+    assert not verdict.is_explained(effect)
+    assert not verdict.is_explained(replace(plain, augmented=fitted(0.1)))
+
+
+def test_candidates_are_ranked_with_their_intervals():
+    """Half an interval is 1.96 of the standard error of an rms, rms/sqrt(2 n), of n samples that are independent."""
+    signs = (-1.0) ** np.arange(200)  # neighbours are not correlated
+
+    def one(rmse: float, *names: str) -> SimpleNamespace:
+        return SimpleNamespace(
+            names=names, heldout_rmse_deg=rmse, heldout_errors=[rmse * signs], heldout_error_deg=rmse * signs,
+            fold_errors=None,
+        )  # fmt: skip
+
+    best, second, lost = one(0.1, "drag"), one(0.2, "creep"), one(np.inf, "wheel")
+    rows = ((second, 30.0), (lost, 90.0), (best, 50.0))
+    candidates = [SimpleNamespace(names=c.names, fitted=c, delta_bic=gain) for c, gain in rows]
+    trace = SimpleNamespace(candidates=candidates, baseline=one(0.4), augmented=best, names=("drag",))
+    first, other, alone = ranked_models(trace)
+    assert [first.name, other.name, alone.name] == ["drag", "creep", ""]
+    assert [first.chosen, other.chosen, alone.chosen] == [True, False, False]
+    assert [first.bic_above_best, other.bic_above_best, alone.bic_above_best] == [0.0, 20.0, 50.0]
+    assert first.high_deg - 0.1 == pytest.approx(1.96 * 0.1 / np.sqrt(400), rel=1e-9)
+    assert first.low_deg == pytest.approx(0.2 - first.high_deg, rel=1e-9)
+    assert ranked_models(SimpleNamespace(candidates=[], baseline=trace.baseline)) == ()
+    nothing = replace_names(trace, ())
+    assert not any(row.chosen for row in ranked_models(nothing))
+
+
+def replace_names(trace: SimpleNamespace, names: tuple[str, ...]) -> SimpleNamespace:
+    return SimpleNamespace(**{**vars(trace), "names": names, "augmented": trace.baseline})
+
+
+@pytest.mark.parametrize("heldout", [0.1, 0.3])
+def test_an_effect_in_part_is_named_with_all_that_are_as_good(monkeypatch: pytest.MonkeyPatch, heldout: float):
+    """Those whose names come before its own in the alphabet, too; the best of them first."""
+    rows = {"b": 0.5, "a": 0.51, "c": 0.505, "d": 0.9}
+    single = {name: fitted(rms, heldout, names=(name,)) for name, rms in rows.items()}
+    for one in single.values():
+        one.train_square, one.train_bic = one.mean_square, lambda samples, square=one.mean_square: square
+    candidates = [SimpleNamespace(fitted=one, names=one.names) for one in single.values()]
+    noise = np.random.default_rng(1).normal(size=400)
+    monkeypatch.setattr(verdict, "implausible", lambda one: False)
+    monkeypatch.setattr(verdict, "remarks", lambda one: ["remark"])
+    monkeypatch.setattr(verdict, "inner_fold_errors", lambda one, threads: [one.rmse_deg * noise])
+
+    @dataclass(frozen=True)
+    class WithCandidates(Found):
+        candidates: tuple[SimpleNamespace, ...] = ()
+
+    trace = WithCandidates("unexplained", fitted(2.0), fitted(2.0), candidates=tuple(candidates))
+    found = verdict.named_in_part(trace)
+    assert (found.augmented, found.confusable, found.words) == (single["b"], (("c", "a"),), ("remark",))
+    assert found.verdict == ("partial" if heldout > AT_FLOOR * 0.1 else "ambiguous")
+    # it must take 0.6 of the mean square above the noise
+    for before, is_named in ((0.80, True), (0.77, False)):  # 1 - 0.24/0.63 is 0.62, 1 - 0.24/0.583 is 0.59
+        near = replace(trace, baseline=fitted(before))
+        assert (verdict.named_in_part(near) is not near) is is_named
+    assert verdict.named_in_part(replace(trace, candidates=())).verdict == "unexplained"
