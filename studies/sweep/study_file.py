@@ -413,7 +413,7 @@ def _some(name: str) -> str:
     same = [field for field in FIELDS if "." in name and field.startswith(table)]
     same.sort(key=lambda field: -SequenceMatcher(None, field, name).ratio())
     tables = sorted({field.partition(".")[0] + (".*" if "." in field else "") for field in FIELDS})
-    return "one of " + listed(same[:6] or tables)
+    return "one of " + listed(same[:3] or tables)
 
 
 def _sensitivity(top: _Table, known: Sequence[str], seed: SeedOf) -> Sensitivity | None:
