@@ -57,7 +57,7 @@ def test_a_backbone_averages_samples_within_a_hundredth_of_the_range() -> None:
     places = np.arange(4.0, 100.0, 4.0)
     up = np.r_[0.0, np.repeat(places, 2) + np.tile([-0.3, 0.3], places.size), 100.0]
     bump = np.r_[0.0, np.tile([-1.0, 1.0], places.size), 0.0]
-    record = Record(np.r_[up, up[::-1]], np.r_[up + bump, (up - bump)[::-1]], cycle=np.ones(2 * up.size, dtype=int))
+    record = Record(np.r_[up, up[::-1]], np.r_[up + bump, (up + bump)[::-1]], cycle=np.ones(2 * up.size, dtype=int))
     found = backbone_of(record)
     assert found is not None
     np.testing.assert_allclose(found, record.drive, atol=1e-9)

@@ -41,7 +41,7 @@ def tables(rows: dict[str, dict[str, Any]], reasons: dict[str, str]) -> str:
 
 
 def _score(rows: dict[str, dict[str, Any]], reasons: dict[str, str]) -> str:
-    survived = {name for name, row in rows.items() if row["first"] == "survived"}
+    survived = {name for name, row in rows.items() if row["at_first"] == "survived"}
     alive = {name for name, row in rows.items() if row["outcome"] == "survived"}
     equal = {name for name in alive if reasons.get(name, "").startswith("equivalent")}
     of, before, now = len(rows), len(rows) - len(survived), len(rows) - len(alive)

@@ -94,12 +94,12 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def read_results(paths: list[Path]) -> dict[str, dict[str, Any]]:
-    """Read the last result of every mutant by its name, with the outcome of its first trial, ``first``."""
+    """Read the last result of every mutant by its name, with the outcome of its first trial, ``at_first``."""
     rows = [json.loads(text) for path in paths if path.exists() for text in path.read_text().splitlines()]
     out: dict[str, dict[str, Any]] = {}
     for row in rows:
         name = Mutant(**{k: row[k] for k in Mutant.__dataclass_fields__}).name
-        out[name] = {"first": row["outcome"]} | row | ({"first": out[name]["first"]} if name in out else {})
+        out[name] = {**row, "at_first": out[name]["at_first"] if name in out else row["outcome"]}
     return out
 
 
