@@ -25,6 +25,7 @@ from same_results import STUDY, compare
 
 from hysteresis.records.record_file import read_columns
 
+NOTCHBEND = [sys.executable, "-c", "from notchbend_start import main; main()"]
 COMMANDS = {
     "simulate": ["simulate", "--amplitude", "2.2", "--cycles", "40", "--out", "results/loop.csv"],
     "identify": ["identify", "20N.csv", "--out", "results"],
@@ -54,7 +55,7 @@ def prepare(folder: Path, name: str) -> None:
 def notchbend(folder: Path, arguments: list[str], **environment: str) -> None:
     """Run a command in peace."""
     done = subprocess.run(
-        [sys.executable, "-m", "notchbend_start", *arguments, "--quiet"],
+        [*NOTCHBEND, *arguments, "--quiet"],
         cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, **environment},
     )  # fmt: skip
     if done.returncode:
@@ -64,7 +65,7 @@ def notchbend(folder: Path, arguments: list[str], **environment: str) -> None:
 def kill_after(folder: Path, arguments: list[str], seconds: float) -> bool:
     """Start a command and kill it with its children; tell whether it was still at work."""
     child = subprocess.Popen(
-        [sys.executable, "-m", "notchbend_start", *arguments, "--quiet"],
+        [*NOTCHBEND, *arguments, "--quiet"],
         cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
     )  # fmt: skip
     try:
@@ -116,6 +117,8 @@ def main() -> int:
         start = time.perf_counter()
         notchbend(top / "peace", command)
         seconds = time.perf_counter() - start
+        if not any((top / "peace" / "results").iterdir()):
+            raise SystemExit(f"{name}: nothing in results: expected what the command writes")
         shutil.copytree(top / "inputs", top / "again")
         notchbend(top / "again", [*command, *OTHER_THREADS.get(name, [])], NUMBA_NUM_THREADS="1", OMP_NUM_THREADS="1")
         found, killed = differences(top / "peace", top / "again"), 0
@@ -127,9 +130,7 @@ def main() -> int:
             notchbend(folder, command)
             found += [f"killed-{trial}: {one}" for one in differences(top / "peace", folder)]
         failed += bool(found)
-        print(
-            f"{name}: {seconds:.1f} s, killed {killed} of {options.kills} times: {len(found)} differences", flush=True
-        )
+        print(f"{name}: {seconds:.1f} s, killed {killed} of {options.kills} times: {len(found)} faults", flush=True)
         print(*(f"  {one}" for one in found[:10]), sep="\n", end="\n" if found else "")
     return 1 if failed else 0
 
