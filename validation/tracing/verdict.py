@@ -7,7 +7,12 @@ from dataclasses import replace
 
 from fem_models.rig.joints import MeasuredJoint
 from validation.tracing.baseline.known_rig import KnownRigProblem
-from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well, significant_ratio
+from validation.tracing.fitting.evidence import (
+    beats_smooth_functions,
+    curve_does_as_well,
+    is_beyond_chance,
+    significant_ratio,
+)
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import gain, share
 from validation.tracing.fitting.noise import NOT_KNOWN, NoiseFloor, repeatability_deg, sensor_noise_deg
@@ -29,6 +34,7 @@ from validation.tracing.settings import (
     MOST_OF_ERROR,
     NEAR_NOISE,
     PARTIAL_SHARE,
+    POLICIES,
     SIGNIFICANT,
     SIGNIFICANT_LOOSE,
     VERY_STRONG_EVIDENCE,
@@ -93,7 +99,8 @@ def _verdict(
     names = " + ".join(best.names)
     excess = max(baseline.mean_square - floor.deg**2, 1e-300)
     explained = (baseline.mean_square - best.mean_square) / excess
-    if baseline.rmse_deg <= significant_ratio(baseline, policy) * floor.deg:
+    near = baseline.rmse_deg <= significant_ratio(baseline, policy) * floor.deg
+    if near and not is_beyond_chance(baseline, best, policy):
         return "none", []
     if best is baseline:
         return "unexplained", []
@@ -115,6 +122,8 @@ def _is_noise(
     An effect that changes from cycle to cycle, and is ``named``, leaves less to differ.
     """
     records, error = baseline.model.problem.records, baseline.rmse_deg
+    if error <= significant_ratio(baseline, policy) * floor.deg and is_beyond_chance(baseline, named, policy):
+        return None
     found = [sensor_noise_deg(records, fitted.residuals) for fitted in (baseline, named)]
     noise = min((size for size in found if size is not None), default=0.0)
     if error <= significant_ratio(baseline, policy) * noise:
@@ -223,11 +232,17 @@ def above_noise(trace: Trace) -> Trace:
     Without an effect to name, that is what a first effect may leave.
     """
     error, over = trace.baseline.rmse_deg, SIGNIFICANT if trace.effects else SIGNIFICANT_LOOSE
-    if trace.verdict == "none" or error > over * trace.floor.deg:
+    if trace.verdict == "none" or error > over * trace.floor.deg or _is_beyond_noise(trace):
         return trace
     without = f"{' + '.join(trace.augmented.names)} is not needed: without it, " if trace.effects else ""
     words = (f"{without}the error is {error:.2g} deg, {error / trace.floor.deg:.2g} times the noise",)
     return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=words)
+
+
+def _is_beyond_noise(trace: Trace) -> bool:
+    """Whether effects beside a baseline that leaves no more than noise are beyond chance, and predict better."""
+    predicts = trace.augmented.heldout_rmse_deg < trace.baseline.heldout_rmse_deg
+    return predicts and is_beyond_chance(trace.baseline, trace.augmented, POLICIES[trace.model])
 
 
 def doubted_without_noise(trace: Trace) -> Trace:

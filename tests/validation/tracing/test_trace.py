@@ -22,7 +22,7 @@ from validation.tracing.fitting import fit
 from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.outcome import Trace
 from validation.tracing.result import in_words, trace_report
-from validation.tracing.settings import CURVE, EQUIVALENT_RIG
+from validation.tracing.settings import CURVE, EQUIVALENT_RIG, FAR_BEYOND_CHANCE, SIGNIFICANT
 from validation.tracing.trace import find_effects, trace_records
 from validation.tracing.verdict import confirmed_on_heldout
 
@@ -127,6 +127,20 @@ def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
     assert trace.augmented.names == shown[:1]
 
 
+def test_play_is_found_though_the_equivalent_rig_leaves_no_more_than_noise(monkeypatch):
+    """A play of 0.15 mm, 6 times the noise: the baseline with friction in its place leaves 1.04 times the noise. Play
+    gains 63 of the criterion, friction of the guides 62, and the next of all effects 4."""
+    with_a_short_final_fit(monkeypatch, samples=300)
+    shown = {"backlash", "guide_friction", "camera_misalignment"}
+    records = draw_case("work", "unknown", "backlash", 0).records
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
+    assert trace.baseline.train_rmse_deg < SIGNIFICANT * trace.floor.deg
+    assert trace.verdict == "ambiguous"
+    assert {*trace.augmented.names, *trace.confusable[0]} == {"backlash", "guide_friction"}
+    gains = {c.names: c.delta_bic for c in trace.candidates}
+    assert gains[("camera_misalignment",)] < 10 < FAR_BEYOND_CHANCE < gains[("backlash",)]
+
+
 def test_an_equivalent_rig_does_not_hide_a_second_effect():
     """A case of a retired set: drag alone leaves 3.1 times the noise at best. In eight others, with the preset's tube,
     the equivalent rig absorbs the guides' friction beside drag: 1.01 to 1.11 times the noise are left."""
@@ -145,9 +159,9 @@ def shortened(records):
     ]
 
 
-def with_a_short_final_fit(monkeypatch):
+def with_a_short_final_fit(monkeypatch, samples=100):
     """For tests of what the search names."""
-    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_SAMPLES", 100)
+    monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_SAMPLES", samples)
     monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_PARTS", 1)
 
 

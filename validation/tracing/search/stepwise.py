@@ -9,7 +9,9 @@ from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
+    is_beyond_chance,
     is_worth_adding,
+    nothing_to_explain,
     ranked_models,
     significant_ratio,
 )
@@ -114,6 +116,8 @@ def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise:
     part of a second one, so that it is followed to the noise once its effect is better than smooth functions.
     """
     policy = search.policy
+    if policy.absorbs_effects and nothing_to_explain(baseline, policy):
+        return _beside_noise(search, baseline)
     stages: Stages = []
     front, best = [baseline], baseline
     significant = limit = significant_ratio(baseline, policy)
@@ -130,6 +134,15 @@ def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise:
         follow = down_to_noise or (policy.absorbs_effects and beats_smooth_functions(best, smooth))
         limit = significant if follow else max(SIGNIFICANT_LOOSE, significant)
     return best, stages
+
+
+def _beside_noise(search: Search, baseline: Fitted) -> tuple[Fitted, Stages]:
+    """Add one effect to a baseline that leaves no more than noise, if it takes far more than chance would let it."""
+    found = candidates_with_one_more(search, baseline, search.policy.first_candidates)
+    models = ranked_models(no_worse_than_contained(search, found, [baseline]))
+    if models and is_beyond_chance(baseline, models[0], search.policy):
+        return models[0], [models]
+    return baseline, []
 
 
 def _restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
