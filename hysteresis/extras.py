@@ -5,9 +5,12 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 EXTRAS = {
+    "view": ("pyvista", "vtk"),
     "solid": ("gmsh", "skfem", "cholespy"),
     "study": ("dask", "distributed", "pandas", "xarray", "zarr", "SALib", "pymoo"),
     "app": ("trame", "trame_vtk"),
+    "data": ("pooch", "requests", "platformdirs"),
+    "cma": ("cma",),
 }
 """Top packages that each extra of pyproject.toml imports."""
 

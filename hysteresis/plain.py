@@ -105,6 +105,8 @@ def _key(one: Field[Any]) -> str:
 def _read(kind: Any, value: Any, where: str) -> Any:
     """Make a value of a type of plain values."""
     origin, arguments = get_origin(kind), get_args(kind)
+    if hasattr(origin, "__value__"):  # an alias by a type statement, as numpy's NDArray from Python 3.12 on
+        return _read(origin.__value__[arguments], value, where)
     if origin in (Union, types.UnionType):
         if value is None:
             return None

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
@@ -13,12 +14,11 @@ import hysteresis.extras
 from docs.make.release.dependencies import BROUGHT, PAGE, libraries, licence
 from hysteresis.extras import EXTRAS, MissingError, require_extra
 from notchbend_start import PACKAGES
+from studies.commands import first_report
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 IMPORTED_AS = {"scikit-fem": "skfem", "trame-vtk": "trame_vtk"}
-USED_BY_OTHERS = ("vtk",)
-"""Libraries that are asked for because of their version, and imported by others alone."""
 
 
 def page_rows() -> dict[str, list[str]]:
@@ -46,7 +46,7 @@ def test_only_extras_are_copyleft():
 def test_extras_name_what_they_import():
     wanted = PROJECT["optional-dependencies"]
     for extra, modules in EXTRAS.items():
-        names = [re.split(r"[^A-Za-z0-9_.-]", one)[0] for one in wanted[extra]]
+        names = [re.split(r"[^A-Za-z0-9_.-]", one)[0] for one in wanted[extra] if "[" not in one]
         assert [IMPORTED_AS.get(name, name) for name in names] == list(modules)
 
 
@@ -97,15 +97,29 @@ def test_commands_without_any_extra(tmp_path):
         ["study", "preload", "--out", "out"],
         ["validate", "--out", "out"],
         ["app"],
+        ["data", "fetch", "surgical-manipulator-feedforward"],
+        ["identify", "loop.csv", "--method", "cma", "--out", "fit"],
     ]
-    code = BARRED.format(barred=barred, commands=commands, codes=[0, 0, 2, 2, 2])
+    code = BARRED.format(barred=barred, commands=commands, codes=[0, 0, 2, 2, 2, 2, 2])
     done = subprocess.run(
         [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{code}"],
         cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     lines = done.stderr.strip().splitlines()
-    assert [re.search(r"notchbend\[(\w+)\]", line)[1] for line in lines] == ["study", "solid", "app"]
+    assert [re.search(r"notchbend\[(\w+)\]", line)[1] for line in lines] == ["study", "solid", "app", "data", "cma"]
+
+
+def test_a_run_notes_the_versions_that_are_there(monkeypatch):
+    """Without the extra ``view`` a run ended in a traceback after all its work."""
+
+    def without_pyvista(name):
+        if name == "pyvista":
+            raise PackageNotFoundError(name)
+        return "1.0"
+
+    monkeypatch.setattr(first_report, "version", without_pyvista)
+    assert first_report.versions_found() == {name: "1.0" for name in first_report.PACKAGES if name != "pyvista"}
 
 
 def test_make_install_has_what_every_command_needs_and_no_tools_of_developers():

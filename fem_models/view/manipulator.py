@@ -29,6 +29,7 @@ from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube, NotchShape
 from fem_models.rig.rig import with_joint
 from hysteresis.arrays import Floats, Ints
+from hysteresis.extras import require_extra
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -45,6 +46,7 @@ COMMAND = (
     str(Path(__file__).parents[2]),
 )
 TIME_LIMIT_S = 120.0
+PURPOSE = "pictures in three dimensions"  # what the extra is for, in the line of error
 LEAST_INK = 0.01  # share of pixels that are not background
 
 _STEEL = "#b9c0c9"
@@ -284,10 +286,13 @@ def tube_mesh(rig: Rig, joint_angles_deg: ArrayLike, *, detail: float = 1.0) -> 
         For a wrong number of angles.
     RigError
         As :func:`fem_models.joint.joint_mechanics`.
+    MissingError
+        A library of the extra ``view`` is missing.
     """
+    points, cells, strain = _bent_wall(rig, joint_angles_deg, detail)
+    require_extra("view", PURPOSE)
     import pyvista as pv  # takes a second to import: only drawing waits for it
 
-    points, cells, strain = _bent_wall(rig, joint_angles_deg, detail)
     grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: cells}, points)
     grid.point_data["strain_percent"] = strain
     return grid.extract_surface(algorithm="dataset_surface", pass_pointid=False, pass_cellid=False).clean()
@@ -347,8 +352,11 @@ def render(rig: Rig, joint_angles_deg: ArrayLike, path: Path, *, window: tuple[i
     ------
     SceneError
         One line with the reason.
+    MissingError
+        A library of the extra ``view`` is missing.
     """
     angles = np.degrees(_radians(rig, joint_angles_deg))
+    require_extra("view", PURPOSE)
     with _staged(path) as half:
         _run(pickle.dumps((rig, angles, half.resolve(), window)))
         ink = _ink(half)

@@ -19,8 +19,9 @@ from skfem import MeshTet2
 from fem_models.solid.large_bending import BentJoint, QuarterJoint, whole
 from fem_models.solid.linear import Solid, cells
 from fem_models.solid.strain import equivalent, nodal_strain, principal
-from fem_models.view.manipulator import SceneError
+from fem_models.view.manipulator import PURPOSE, SceneError
 from hysteresis.arrays import Floats
+from hysteresis.extras import require_extra
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -94,12 +95,15 @@ def draw_strain(
     ------
     SceneError
         The renderer crashed, or a file that cannot be written.
+    MissingError
+        A library of the extra ``view`` is missing.
     """
     draw_mesh(as_meshio(solid, field_mm), path, limit=limit, window=window)
 
 
 def draw_mesh(mesh: meshio.Mesh, path: Path, *, limit: float, window: tuple[int, int] = (1800, 800)) -> None:
     """Draw a mesh of :func:`as_meshio` or :func:`bent_mesh`; the rest as :func:`draw_strain`."""
+    require_extra("view", PURPOSE)
     with _staged(path) as half, ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _headless) as child:
         try:
             child.submit(_draw, mesh, 100 * limit, half, window).result()

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 from hysteresis.arrays import Floats
+from hysteresis.extras import require_extra
 
 Score = Callable[[Floats], Floats]  # genes (k, 1 + p) -> fitness (k,), higher is better
 Method = Literal["genetic", "cma", "differential-evolution", "least-squares"]
@@ -52,6 +53,11 @@ def evolve(
     -------
     NDArray
         Shape (k, 1 + p).
+
+    Raises
+    ------
+    MissingError
+        The library of the extra ``cma`` is missing.
     """
     runs: dict[str, Callable[..., Floats]] = {
         "genetic": _by_pygad,
@@ -85,6 +91,7 @@ def _cma(
     seed: int,
     tick: Callable[[], None],
 ) -> Floats:
+    require_extra("cma", "the method cma")
     import cma  # type: ignore[import-untyped]  # takes longer to load than all the rest, and only this method needs it
 
     low, high = bounds

@@ -35,6 +35,8 @@ def read_reference(path: Path) -> dict[str, Floats]:
         One line with file, line, column, value and what was expected.
     """
     columns = read_columns(path, ["angle_deg"], optional=["time_s"])
+    if not columns["angle_deg"].size:
+        raise RecordError(f"{path}: no row below the header: expected the angles to follow")
     times = columns.get("time_s")
     if times is not None and (steps := np.diff(times) <= 0).any():
         line = int(np.argmax(steps)) + 3

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from importlib.metadata import version
+from contextlib import contextmanager, suppress
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +51,15 @@ CYCLES = 3
 PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista", "plotly")
 
 Step = Callable[[str], None]
+
+
+def versions_found() -> dict[str, str]:
+    """Give the versions of the libraries of a run that are installed; pyvista is in an extra."""
+    found = dict[str, str]()
+    for name in PACKAGES:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 def files_of_run(out: Path) -> list[Path]:
@@ -100,7 +109,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
     largest_joint_rad = math.radians(float(np.abs(joints_deg(last)).max()))
     summary = RunSummary(
         seed=seed,
-        versions={name: version(name) for name in PACKAGES},
+        versions=versions_found(),
         rig=rig_numbers(PRESET),
         peak_strain_percent=100 * joint_mechanics(preset(PRESET)).peak_strain_per_rad * largest_joint_rad,
         loops=tuple(loops),

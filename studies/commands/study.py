@@ -126,6 +126,7 @@ def serve_app(
     Only the printed address opens the page: it ends in a token of this run.
     """
     require_extra("app", "notchbend app")
+    require_extra("view", "notchbend app")
     from hysteresis.records.record_file import read_record
     from studies.app import serve
     from studies.app.files import shown

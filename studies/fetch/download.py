@@ -12,10 +12,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from urllib.parse import urlsplit
 
-import platformdirs
-import pooch
-import requests
-
+from hysteresis.extras import require_extra
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import files_of_record, read_record, write_record
 from studies.fetch.catalogue import CATALOGUE, SOURCES_ONLY, Entry
@@ -56,11 +53,14 @@ def fetch_record(
         An unknown name, no connection, a file that is not the one of the catalogue.
     RecordError
         A folder that cannot be written to.
+    MissingError
+        A library of the extra ``data`` is missing.
     """
     if name not in CATALOGUE:
         raise FetchError(_no_such(name))
+    require_extra("data", "records from public repositories")
     entry = CATALOGUE[name]
-    upstream = _download(entry, cache or platformdirs.user_cache_path("notchbend", appauthor=False))
+    upstream = _download(entry, cache or _cache())
     samples = vars(entry.read(upstream))
     record = Record(**samples, title=entry.title, drive_unit=entry.drive_unit, tube=entry.tube, notch=entry.notch)
     try:
@@ -72,6 +72,12 @@ def fetch_record(
         allow(files_of_record(path))
         write_record(record, path)
     return path
+
+
+def _cache() -> Path:
+    import platformdirs
+
+    return platformdirs.user_cache_path("notchbend", appauthor=False)
 
 
 def _is_there(record: Record, path: Path) -> bool:
@@ -94,6 +100,8 @@ def address(entry: Entry) -> str:
 
 
 def _download(entry: Entry, cache: Path) -> Path:
+    import pooch
+
     pooch.get_logger().setLevel(logging.WARNING)  # it announces every download on standard error
     try:
         return Path(
@@ -113,6 +121,8 @@ def _download(entry: Entry, cache: Path) -> Path:
 
 
 def _reason(error: Exception, entry: Entry) -> str:
+    import requests
+
     host = urlsplit(address(entry)).netloc
     match error:
         case requests.Timeout():

@@ -263,6 +263,8 @@ def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | No
     SceneError
         Joint angles that do not fit the rig. Where this machine has no OpenGL, a warning says so, and the side view is
         drawn; with joint angles this is an error.
+    MissingError
+        A rig in three dimensions without the extra ``view``; ``view="side"`` needs none.
     """
     from studies.notebook.figures import figure_of
 

@@ -58,6 +58,8 @@ def solid_figure(rig: Rig, joint_angles_deg: ArrayLike) -> NotebookFigure:
         A wrong number of angles, or no OpenGL on this machine.
     RigError
         As :func:`fem_models.joint.joint_mechanics`.
+    MissingError
+        A library of the extra ``view`` is missing.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "rig.png"

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,7 @@ from hysteresis.records.metrics import errors, loop_width, noise_floor
 from hysteresis.records.path import cycle_index
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import write_record
-from studies.commands.first_report import CYCLES, PACKAGES, rig_numbers
+from studies.commands.first_report import CYCLES, rig_numbers, versions_found
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_records, separate_rig
 from studies.commands.tracing import NEXT, trace_loaded, with_ending
@@ -162,7 +161,7 @@ def design_report(
     theories = [loop.theory for loop in found.loops]
     summary = RunSummary(
         seed=seed,
-        versions={name: version(name) for name in PACKAGES},
+        versions=versions_found(),
         rig=_numbers(design),
         peak_strain_percent=max(loop.peak_strain_percent for loop in found.loops),
         loops=tuple(found.loops),

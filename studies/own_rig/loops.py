@@ -15,6 +15,7 @@ from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig import Rig, RigError
 from fem_models.view import SceneError, render
 from hysteresis.arrays import Floats
+from hysteresis.extras import MissingError
 from hysteresis.files import write_files
 from hysteresis.own import marked_png
 from hysteresis.records.path import branches
@@ -134,13 +135,13 @@ def energy_summary(solution: MultibodySolution) -> Energy:
 
 
 def draw_rig(rig: Rig, record: Record, out: Path) -> Picture:
-    """Draw the tube at full drive; without OpenGL there is no still image, and the result says why."""
+    """Draw the tube at full drive; without the extra ``view`` or OpenGL there is none, and the result says why."""
     full = int(np.argmax(record.angle_deg))
     joints = joints_deg(record)[full]
     caption = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"
     try:
         write_tube(rig, joints, out / "tube.json")
-    except (SceneError, RigError) as error:  # joints that were measured have no shape to draw
+    except (SceneError, RigError, MissingError) as error:  # joints that were measured have no shape to draw
         return Picture(caption=caption, missing=str(error))
     try:
         with tempfile.TemporaryDirectory(prefix=".tube-", dir=out) as folder:

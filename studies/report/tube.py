@@ -76,7 +76,7 @@ def coarse_surface(rig: Rig, joint_angles_deg: ArrayLike) -> pv.PolyData:
 
     Raises
     ------
-    SceneError, RigError
+    SceneError, RigError, MissingError
         As :func:`fem_models.view.manipulator.tube_mesh`.
     """
     surface = tube_mesh(rig, joint_angles_deg, detail=DETAIL).triangulate()
@@ -90,7 +90,7 @@ def write_tube(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
 
     Raises
     ------
-    SceneError, RigError
+    SceneError, RigError, MissingError
         As :func:`fem_models.view.manipulator.tube_mesh`.
     """
     surface = coarse_surface(rig, joint_angles_deg)

@@ -3,11 +3,12 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, make_dataclass
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import pytest
+from typing_extensions import TypeAliasType
 
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError
@@ -102,3 +103,13 @@ def test_pairs_words_and_arrays_are_checked(change, words):
 def test_numbers_that_are_not_finite_come_back_or_stay():
     assert math.isnan(from_plain(Span, {"ends_mm": [1.0, "a"], "from": None}).low)
     assert math.isnan(to_plain({"x": math.nan}, finite=False)["x"])
+
+
+def test_array_types_that_are_an_alias_by_a_type_statement():
+    """From Python 3.12 on, numpy's NDArray is one; typing_extensions makes the same in 3.11."""
+    scalar = TypeVar("scalar", bound=np.generic)
+    alias = TypeAliasType("alias", np.ndarray[tuple[Any, ...], np.dtype[scalar]], type_params=(scalar,))
+    table = make_dataclass("Table", [("rows", alias[np.float64]), ("lines", Mapping[str, alias[np.int64]])])
+    read = from_plain(table, {"rows": [[1.0, 2.0]], "lines": {"a": [3]}})
+    assert read.rows.shape == (1, 2)
+    assert read.lines["a"].dtype == np.int64

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+import hysteresis.extras
 import notchbend as nb
 from fem_models.joint import joint_mechanics
 from fem_models.view import SceneError
 from studies.notebook import solid
+from studies.own_rig.loops import draw_rig
 
 
 def requires_opengl(figure_of):
@@ -60,3 +62,23 @@ def test_angles_that_do_not_fit_and_other_views_are_refused():
         nb.plot(nb.preset("du2018"), joint_angles_deg=[1.0, 2.0])
     with pytest.raises(ValueError, match="view = 'top': expected one of solid, side"):
         nb.plot(nb.preset("du2018"), view="top")
+
+
+def test_without_the_extra_it_is_one_line_that_names_it(monkeypatch):
+    monkeypatch.setattr(hysteresis.extras, "find_spec", lambda name: None)
+    with pytest.raises(nb.MissingError) as error:
+        nb.plot(nb.preset("du2018"))
+    assert str(error.value) == (
+        "pyvista is not installed: expected for pictures in three dimensions: pip install 'notchbend[view]'"
+    )
+    assert nb.plot(nb.preset("du2018"), view="side").axes[0].get_xlabel() == "along the tube, mm"
+
+
+def test_a_run_without_the_extra_stores_why_there_is_no_picture(tmp_path, monkeypatch):
+    """What ``notchbend run`` draws at its end."""
+    monkeypatch.setattr(hysteresis.extras, "find_spec", lambda name: None)
+    rig = nb.preset("du2018")
+    picture = draw_rig(rig, nb.simulate(rig, nb.triangle(0.5, cycles=1), engine="chain"), tmp_path)
+    assert not list(tmp_path.iterdir())
+    assert (picture.file, picture.tube) == (None, None)
+    assert picture.missing.endswith("pip install 'notchbend[view]'")

@@ -1,5 +1,6 @@
 """The page: what stands in the folder is shown, and in a browser it draws, turns, changes theme, and prints."""
 
+import html as markup
 import json
 import re
 import shutil
@@ -63,6 +64,18 @@ def sections(html: str) -> set[str]:
 def words(html: str) -> str:
     """The page without its scripts and styles."""
     return re.sub(r"<(script|style)\b.*?</\1>", "", html, flags=re.S)
+
+
+def test_a_run_without_a_picture_says_why_in_one_line(parts, tmp_path):
+    """As ``notchbend run`` stores it where the extra ``view`` is not installed."""
+    folder = shutil.copytree(parts["run"], tmp_path / "run")
+    stored = json.loads((folder / "run.json").read_text())
+    reason = "pyvista is not installed: expected for pictures: pip install 'notchbend[view]'"
+    stored["picture"] = {"caption": "du2018 at 2.2 mm", "missing": reason}
+    (folder / "run.json").write_text(json.dumps(stored))
+    page = words(write_report(folder).read_text())
+    assert markup.unescape(re.search(r'<p class="warn">(No picture: .*)</p>', page)[1]) == f"No picture: {reason}"
+    assert "Drag to rotate" not in page
 
 
 @pytest.mark.parametrize("name", SECTIONS)

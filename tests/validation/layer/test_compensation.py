@@ -128,6 +128,7 @@ def test_other_json_is_refused_in_one_line(text, words, tmp_path, capsys):
     [
         ("angle_deg\n0\n70\n0\n", ["wanted.csv:3", "angle_deg", "70", "within"]),
         ("angle\n0\n1\n0\n", ["wanted.csv", "angle_deg"]),
+        ("angle_deg\n", ["wanted.csv", "no row below the header"]),
         ("angle_deg\n0\none\n0\n", ["wanted.csv:3", "one"]),
         ("time_s,angle_deg\n0,0\n1,1\n1,0\n", ["wanted.csv:4", "time_s"]),
     ],

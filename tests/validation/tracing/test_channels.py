@@ -19,7 +19,9 @@ from validation.tracing.fitting import Model, fit
 from validation.tracing.fitting.evidence import beats_smooth_functions, curve_does_as_well
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.smooth import Smooth
+from validation.tracing.problem import AddedEffect
 from validation.tracing.result import in_words, trace_report
+from validation.tracing.search.detection import action_deg
 from validation.tracing.settings import VERY_STRONG_EVIDENCE
 from validation.tracing.trace import trace_records
 
@@ -110,6 +112,24 @@ def test_tensions_of_a_record_reach_the_fit():
 
     alone, together = capstan(replace(record, tension_a_N=None)), capstan(rubbed)
     assert together > alone + 0.02
+
+
+def test_the_action_of_an_effect_is_that_on_the_angle_where_channels_are_fitted_too():
+    """Simulated records have tensions and notch angles; the part that parameters absorb by least squares of numpy."""
+    problem = known_rig_problem([driven(notches_deg=None, tip_mm=None)])
+    model = Model(problem)
+    holdout = divide_records(problem.records).everything()
+    found = fit(model, holdout, model.coordinates(problem.start, []), threads=1)
+    backlash = next(effect for effect in catalogue() if effect.name == "backlash")
+    added = AddedEffect(backlash, problem.forms(backlash)[0])
+    values = problem.starts(added.form)[0]
+    with_it = Model(problem, (added,))
+    change = holdout.stacked(with_it.errors(with_it.coordinates(model.values(found.x)[0], [values])))
+    change = change - holdout.stacked(model.errors(found.x))
+    jacobian = np.vstack([found.jacobian, found.channels.jacobian])
+    absorbed = jacobian @ np.linalg.lstsq(jacobian, change, rcond=None)[0]
+    angle = (change - absorbed)[: problem.records[0].angle_deg.size]
+    assert action_deg(found, added, values) == pytest.approx(np.sqrt(np.mean(angle**2)), rel=0.02)
 
 
 def test_plateau_and_closure_of_a_wrist_are_named_and_every_notch_has_its_figure():

@@ -125,11 +125,11 @@ def action_deg(fitted: Fitted, added: AddedEffect, values: Values) -> float | No
     low, high = model.bounds()
     x = np.clip(model.coordinates(baseline, [*effects, values]), low, high)
     try:
-        change = fitted.holdout.stacked(model.errors(x)) - fitted.error_deg
+        change = fitted.holdout.stacked(model.errors(x)) - fitted.rows.errors
     except (SolverError, RigError):
         return None
     if not np.isfinite(change).all():
         return None
-    jacobian: Floats = fitted.jacobian
-    remaining = change + jacobian @ solve(jacobian, -change)
+    jacobian: Floats = fitted.rows.jacobian  # channels that were fitted with the angle fix parameters, too
+    remaining = (change + jacobian @ solve(jacobian, -change))[: fitted.error_deg.size]
     return math.sqrt(float(remaining @ remaining) / remaining.size)
