@@ -1,0 +1,232 @@
+"""Equilibrium of an assembled wrist: forces of Exudyn, dry friction and the drives, by Newton's method.
+
+Exudyn gives forces and tangent of rings, flexures, tendons and weights. Rings turn by spins, 7 coordinates being 6
+unknowns. The tensions follow from the forces on the slips: what pulls at guide k is the tension before it less that
+beyond it. Friction is that of the planar model; its limits need no iteration of their own here.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import exudyn as exu
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+
+from fem_models.joint.friction import friction_limits_N
+from fem_models.multibody.spatial.assembly import SpatialModel
+from fem_models.multibody.spatial.flexures import NODE, NUDGE, Strains, cross, rotate
+from fem_models.rig.tendon_law import tendon_tension_N
+from hysteresis.arrays import Floats
+
+UNKNOWNS = 6  # of a ring: place and spin
+LARGEST_SPIN = 0.3  # rad of a ring in an iteration
+SETTLES = 0.05  # residual over the scale of forces, below which guides may change between sticking and sliding
+STALE = 0.25  # a residual that has fallen to no less needs a new tangent
+
+
+class Drive(NamedTuple):
+    """What acts on a wrist: drives of the tendons, mm or N, shape (m,), and the part of weights and tip force."""
+
+    tendons: Floats
+    dead: float
+
+
+class Forces(NamedTuple):
+    """Of a wrist at coordinates; N joints, m tendons."""
+
+    residual: Floats  # of the unknowns: rings, then slips
+    tension: Floats  # (m, N + 1), from the wheel to the tip
+    limit: Floats  # (m, N) of friction
+    bristle: Floats  # (m, N): force of a bristle that sticks
+
+
+class Balance(NamedTuple):
+    """An equilibrium: coordinates, forces, and states of the guides."""
+
+    q: Floats
+    forces: Forces
+    state: Floats  # (m, N): 0 sticks, 1 or -1 slides
+
+
+class Equilibrium:
+    """Finds equilibria of a model. ``rest``, shape (m, N), are the rest points of the bristles."""
+
+    def __init__(self, model: SpatialModel, scale_N: float, tolerance_N: float) -> None:
+        self.model, self.scale, self.tolerance = model, scale_N, tolerance_N
+        self.rest = np.zeros(model.segment.shape)
+        self.bristle = model.bristle.reshape(self.rest.shape)
+        self.arm = max(one.tendon.moment_arm_mm for one in model.rig.tendons)
+        settings = exu.SimulationSettings()
+        settings.solution.file.write = False
+        settings.staticSolver.verboseMode = 0
+        settings.staticSolver.newton.numericalDifferentiation.relativeEpsilon = 1e-7
+        self.settings, self.solver = settings, exu.MainSolverStatic()
+        self.solver.InitializeSolver(model.mbs, settings)
+        self.dead, self.iterations = 0.0, 0  # of loads, and of the last search
+        rings = model.rings.shape[0]
+        self.slips = UNKNOWNS * rings + np.arange(self.rest.size).reshape(self.rest.shape)
+        self.tangent: Floats | None = None  # of the elastic parts in the unknowns, and its factors with the guides
+        self.factors: Any = None
+
+    def coordinates(self) -> Floats:
+        """Of the system of Exudyn."""
+        return np.array(self.model.mbs.systemData.GetODE2Coordinates())
+
+    def _set(self, q: Floats, drive: Drive) -> None:
+        if drive.dead != self.dead:
+            for number, force in self.model.loads:
+                self.model.mbs.SetLoadParameter(number, "loadVector", [drive.dead * part for part in force])
+            self.dead = drive.dead
+        self.model.mbs.systemData.SetODE2Coordinates(q)
+
+    def rings(self, q: Floats) -> Floats:
+        """Places and Euler parameters of the rings, shape (N, 7)."""
+        return np.asarray(q[self.model.rings] + self.model.flexures.straight)
+
+    def forces(self, q: Floats, drive: Drive, state: Floats) -> Forces:
+        """Forces at coordinates, and the residual of guides in given states."""
+        self._set(q, drive)
+        self.solver.ComputeODE2RHS(self.model.mbs)
+        acting = np.array(self.solver.GetSystemResidual())[: q.size]
+        slip, pulls = q[self.model.slip].reshape(state.shape), acting[self.model.slip].reshape(state.shape)
+        free = self.free_tensions(slip[:, 0], drive)
+        tension = np.concatenate([free[:, None], -np.cumsum(pulls, axis=1)], axis=1)
+        wrap = self.wraps(q) if self.model.rig.friction.capstan_coefficient > 0 else np.zeros(state.shape)
+        limit = friction_limits_N(self.model.rig.friction, tension[:, :-1], tension[:, 1:], wrap)
+        bristle = self.bristle * (slip - self.rest)
+        friction = np.where(state == 0, bristle, state * limit)
+        off = pulls - friction
+        off[:, 0] += free
+        rings = acting[self.model.rings]
+        turning = self._spun(self.rings(q)[:, 3:]) @ rings[:, 3:, None]
+        residual = np.concatenate([np.concatenate([rings[:, :3], turning[..., 0]], axis=1).ravel(), off.ravel()])
+        return Forces(residual, tension, limit, bristle)
+
+    def free_tensions(self, slip: Floats, drive: Drive) -> Floats:
+        """Tensions between the drives and the base, shape (m,)."""
+        rig, model = self.model.rig, self.model
+        return np.array(
+            [
+                wound
+                if force
+                else tendon_tension_N(one.tendon, wound - slid, rig.preload_N, 0.0)
+                for one, force, wound, slid in zip(rig.tendons, model.by_force, drive.tendons, slip, strict=True)
+            ]
+        )
+
+    def wraps(self, q: Floats) -> Floats:
+        """Turn of every tendon at every guide, shape (m, N): at both edges of the ring that it is on."""
+        places, place = self.rings(q), self.model.layout
+        origin, turned = places[:, None, :3], places[:, None, 3:]
+        straight = self.model.flexures.straight[:, None, :3]
+        out = origin + rotate(turned, place.beyond - straight)  # where tendons leave the notches, (N, m, 3)
+        into = np.concatenate([place.before[:1], (origin + rotate(turned, place.next_before - straight))[:-1]])
+        entry = np.concatenate([place.base[None], out[:-1]])
+        wrap = _angle(into - entry, out - into)  # in front of the notch
+        wrap[1:] += _angle((out - into)[:-1], (into - entry)[1:])
+        wrap[0] += np.radians(self.model.rig.friction.rest_wrap_deg)
+        return np.asarray(wrap.T)
+
+    def _spun(self, q: Floats) -> Floats:
+        """Half of G of Euler parameters, shape (N, 3, 4): dq = G^T/2 spin in the frames of the rings."""
+        w, x, y, z = q.T
+        return 0.5 * np.stack([-x, w, z, -y, -y, -z, w, x, -z, y, -x, w], axis=-1).reshape(-1, 3, 4)
+
+    def _take_tangent(self, q: Floats, drive: Drive) -> None:
+        """Tangent of Exudyn in the unknowns, at the coordinates that were set last."""
+        self.solver.ComputeJacobianODE2RHS(self.model.mbs, 1.0, 0.0, 0.0)
+        full = np.array(self.solver.GetSystemJacobian())[: q.size, : q.size]
+        rings, count = self.model.rings, self.slips.size
+        into = np.zeros((q.size, UNKNOWNS * len(rings) + count))
+        spun = self._spun(self.rings(q)[:, 3:])
+        for k, row in enumerate(rings):
+            into[row[:3], UNKNOWNS * k + np.arange(3)] = 1.0
+            into[row[3:, None], UNKNOWNS * k + 3 + np.arange(3)] = spun[k].T
+        into[self.model.slip, self.slips.ravel()] = 1.0
+        self.tangent, self.factors = into.T @ full @ into, None
+
+    def _factor(self, forces: Forces, q: Floats, state: Floats, drive: Drive) -> None:
+        """Add drives and guides to the tangent, and factor it."""
+        assert self.tangent is not None
+        whole, n = self.tangent.copy(), state.shape[1]
+        slip = q[self.model.slip].reshape(state.shape)
+        stiff = (self.free_tensions(slip[:, 0] - 1e-6, drive) - self.free_tensions(slip[:, 0] + 1e-6, drive)) / 2e-6
+        total = np.maximum(forces.tension[:, :-1], 0) + np.maximum(forces.tension[:, 1:], 0)
+        constant = np.full(n, self.model.rig.friction.guide_N)
+        constant[0] += self.model.rig.friction.sheath_N
+        ratio = state * (forces.limit - constant) / np.maximum(total, 1e-300)
+        for j, slips in enumerate(self.slips):
+            pulls = np.cumsum(self.tangent[slips], axis=0)  # of the tensions beyond, but for their sign
+            before = np.concatenate([np.zeros((1, pulls.shape[1])), -pulls[:-1]])
+            before[0, slips[0]] = -stiff[j]
+            whole[slips[0], slips[0]] -= stiff[j]
+            whole[slips] -= ratio[j, :, None] * (before - pulls)
+            soft = np.where(state[j] == 0, self.bristle[j], 1e-9 * self.model.segment[j])
+            whole[slips, slips] -= soft
+        self.factors = lu_factor(whole, check_finite=False)
+
+    def _moved(self, q: Floats, step: Floats) -> Floats:
+        """Coordinates after a step of the unknowns, of first order in the strains of the flexures.
+
+        A step along the unknowns themselves would stretch flexures that turn, at second order, and they are stiff.
+        """
+        flexures, rings = self.model.flexures, step[: self.slips.min()].reshape(-1, UNKNOWNS)
+        part = NUDGE / max(float(np.abs(rings).max()), NUDGE)
+        places = self.rings(q)
+        spins = part * (rings[:, None, 3:] @ self._spun(places[:, 3:]))[:, 0]
+        nudged = places + np.concatenate([part * rings[:, :3], spins], axis=1)
+        here = flexures.strains(flexures.ends(q[self.model.rings].ravel()))[0]
+        there = flexures.strains(flexures.ends((nudged - flexures.straight).ravel()))[0]
+        out = q.copy()
+        out[self.model.slip] += step[self.slips].ravel().reshape(self.model.slip.shape)
+        new = Strains(*(a + (b - a) / part for a, b in zip(here, there, strict=True)))
+        out[self.model.rings] = flexures.placed(new).reshape(-1, NODE)
+        return out
+
+    def _largest(self, residual: Floats) -> float:
+        """Largest residual, moments over the arm of the tendons."""
+        size = np.abs(residual)
+        size[: self.slips.min()].reshape(-1, UNKNOWNS)[:, 3:] /= self.arm
+        return float(size.max())
+
+    def next_states(self, forces: Forces, state: Floats) -> Floats:
+        """States by the forces; a guide that slides sticks before it slides in the other direction."""
+        off, force = 2 * self.tolerance, forces.bristle
+        loose = np.where(np.abs(force) > forces.limit + off, np.sign(force), 0.0)
+        return np.where(state == 0, loose, np.where(force * state < forces.limit - off, 0.0, state))
+
+    def find(self, q: Floats, drive: Drive, state: Floats, iterations: int) -> Balance | None:
+        """Look for the equilibrium under a drive from coordinates; None where there is none near them."""
+        before, fresh = np.inf, False
+        forces = self.forces(q, drive, state)
+        for self.iterations in range(1, iterations + 1):
+            largest = self._largest(forces.residual)
+            if not largest < 1e9 * self.scale:
+                return None
+            if largest < SETTLES * self.scale:
+                settled = self.next_states(forces, state)
+                if np.array_equal(settled, state):
+                    if largest <= self.tolerance:
+                        return Balance(q, forces, state)
+                else:
+                    state, self.factors, before = settled, None, np.inf
+                    forces = self.forces(q, drive, state)
+                    largest = self._largest(forces.residual)
+            if self.tangent is None or (largest > STALE * before and not fresh):
+                self._take_tangent(q, drive)
+                fresh = True
+            else:
+                fresh = False
+            if self.factors is None:
+                self._factor(forces, q, state, drive)
+            step = -lu_solve(self.factors, forces.residual, check_finite=False)
+            spin = np.abs(step[: self.slips.min()].reshape(-1, UNKNOWNS)[:, 3:]).max()
+            q, before = self._moved(q, min(1.0, LARGEST_SPIN / max(spin, 1e-300)) * step), largest
+            forces = self.forces(q, drive, state)
+        return None
+
+
+def _angle(a: Floats, b: Floats) -> Floats:
+    """Angle between vectors, shape (...,)."""
+    return np.asarray(np.arctan2(np.linalg.norm(cross(a, b), axis=-1), np.sum(a * b, axis=-1)))
