@@ -35,10 +35,15 @@ class Drive(NamedTuple):
 class Forces(NamedTuple):
     """Of a wrist at coordinates; N joints, m tendons."""
 
-    residual: Floats  # of the unknowns: rings, then slips
+    rings: Floats  # (6 N,): what is out of balance at the rings
     tension: Floats  # (m, N + 1), from the wheel to the tip
     limit: Floats  # (m, N) of friction
     bristle: Floats  # (m, N): force of a bristle that sticks
+
+    def residual(self, state: Floats) -> Floats:
+        """What is out of balance with guides in given states, shape (6 N + m N,)."""
+        friction = np.where(state == 0, self.bristle, state * self.limit)
+        return np.concatenate([self.rings, (self.tension[:, :-1] - self.tension[:, 1:] - friction).ravel()])
 
 
 class Balance(NamedTuple):
@@ -47,6 +52,17 @@ class Balance(NamedTuple):
     q: Floats
     forces: Forces
     state: Floats  # (m, N): 0 sticks, 1 or -1 slides
+
+
+class Attempt(NamedTuple):
+    """How to look for an equilibrium.
+
+    ``before``, shape (m, N), are the states of the guides at the last one, for a step that is given up where a tendon
+    begins to slide at the base: the work of its drive has a corner there. None allows it.
+    """
+
+    iterations: int
+    before: Floats | None = None
 
 
 class Equilibrium:
@@ -84,24 +100,22 @@ class Equilibrium:
         """Places and Euler parameters of the rings, shape (N, 7)."""
         return np.asarray(q[self.model.rings] + self.model.flexures.straight)
 
-    def forces(self, q: Floats, drive: Drive, state: Floats) -> Forces:
-        """Forces at coordinates, and the residual of guides in given states."""
+    def forces(self, q: Floats, drive: Drive) -> Forces:
+        """Forces at coordinates."""
         self._set(q, drive)
         self.solver.ComputeODE2RHS(self.model.mbs)
         acting = np.array(self.solver.GetSystemResidual())[: q.size]
-        slip, pulls = q[self.model.slip].reshape(state.shape), acting[self.model.slip].reshape(state.shape)
+        slip, pulls = q[self.model.slip].reshape(self.rest.shape), acting[self.model.slip].reshape(self.rest.shape)
         free = self.free_tensions(slip[:, 0], drive)
         tension = np.concatenate([free[:, None], -np.cumsum(pulls, axis=1)], axis=1)
-        wrap = self.wraps(q) if self.model.rig.friction.capstan_coefficient > 0 else np.zeros(state.shape)
-        limit = friction_limits_N(self.model.rig.friction, tension[:, :-1], tension[:, 1:], wrap)
-        bristle = self.bristle * (slip - self.rest)
-        friction = np.where(state == 0, bristle, state * limit)
-        off = pulls - friction
-        off[:, 0] += free
+        dry, wrap = self.model.rig.friction, np.zeros_like(slip)
+        if dry.capstan_coefficient > 0:
+            wrap = self.wraps(q)
+        limit = friction_limits_N(dry, tension[:, :-1], tension[:, 1:], wrap)
         rings = acting[self.model.rings]
         turning = self._spun(self.rings(q)[:, 3:]) @ rings[:, 3:, None]
-        residual = np.concatenate([np.concatenate([rings[:, :3], turning[..., 0]], axis=1).ravel(), off.ravel()])
-        return Forces(residual, tension, limit, bristle)
+        rings = np.concatenate([rings[:, :3], turning[..., 0]], axis=1).ravel()
+        return Forces(rings, tension, limit, self.bristle * (slip - self.rest))
 
     def free_tensions(self, slip: Floats, drive: Drive) -> Floats:
         """Tensions between the drives and the base, shape (m,)."""
@@ -118,15 +132,14 @@ class Equilibrium:
     def wraps(self, q: Floats) -> Floats:
         """Turn of every tendon at every guide, shape (m, N): at both edges of the ring that it is on."""
         places, place = self.rings(q), self.model.layout
-        origin, turned = places[:, None, :3], places[:, None, 3:]
-        straight = self.model.flexures.straight[:, None, :3]
-        out = origin + rotate(turned, place.beyond - straight)  # where tendons leave the notches, (N, m, 3)
-        into = np.concatenate([place.before[:1], (origin + rotate(turned, place.next_before - straight))[:-1]])
-        entry = np.concatenate([place.base[None], out[:-1]])
-        wrap = _angle(into - entry, out - into)  # in front of the notch
-        wrap[1:] += _angle((out - into)[:-1], (into - entry)[1:])
-        wrap[0] += np.radians(self.model.rig.friction.rest_wrap_deg)
-        return np.asarray(wrap.T)
+        holes = np.stack([place.beyond, place.next_before]) - self.model.flexures.straight[:, None, :3]
+        out, leaves = places[:, None, :3] + rotate(places[:, None, 3:], holes)  # of a notch, and of the ring beyond it
+        over = out - np.concatenate([place.before[:1], leaves[:-1]])
+        inside = np.concatenate([[place.before[0] - place.base], leaves - out])
+        before, beyond = _angle(np.stack([inside[:-1], inside[1:]]), over)
+        before[1:] += beyond[:-1]
+        before[0] += np.radians(self.model.rig.friction.rest_wrap_deg)
+        return np.asarray(before.T)
 
     def _spun(self, q: Floats) -> Floats:
         """Half of G of Euler parameters, shape (N, 3, 4): dq = G^T/2 spin in the frames of the rings."""
@@ -137,14 +150,14 @@ class Equilibrium:
         """Tangent of Exudyn in the unknowns, at the coordinates that were set last."""
         self.solver.ComputeJacobianODE2RHS(self.model.mbs, 1.0, 0.0, 0.0)
         full = np.array(self.solver.GetSystemJacobian())[: q.size, : q.size]
-        rings, count = self.model.rings, self.slips.size
-        into = np.zeros((q.size, UNKNOWNS * len(rings) + count))
-        spun = self._spun(self.rings(q)[:, 3:])
-        for k, row in enumerate(rings):
-            into[row[:3], UNKNOWNS * k + np.arange(3)] = 1.0
-            into[row[3:, None], UNKNOWNS * k + 3 + np.arange(3)] = spun[k].T
-        into[self.model.slip, self.slips.ravel()] = 1.0
-        self.tangent, self.factors = into.T @ full @ into, None
+        self.tangent, self.factors = self._in_unknowns(self._in_unknowns(full, q).T, q).T, None
+
+    def _in_unknowns(self, rows: Floats, q: Floats) -> Floats:
+        """Columns of the unknowns from those of the coordinates, shape (..., all) to (..., 6 N + m N)."""
+        rings = rows[:, self.model.rings]
+        spins = np.einsum("rkc,ksc->rks", rings[..., 3:], self._spun(self.rings(q)[:, 3:]))
+        rings = np.concatenate([rings[..., :3], spins], axis=2).reshape(len(rows), -1)
+        return np.concatenate([rings, rows[:, self.model.slip]], axis=1)
 
     def _factor(self, forces: Forces, q: Floats, state: Floats, drive: Drive) -> None:
         """Add drives and guides to the tangent, and factor it."""
@@ -176,11 +189,10 @@ class Equilibrium:
         places = self.rings(q)
         spins = part * (rings[:, None, 3:] @ self._spun(places[:, 3:]))[:, 0]
         nudged = places + np.concatenate([part * rings[:, :3], spins], axis=1)
-        here = flexures.strains(flexures.ends(q[self.model.rings].ravel()))[0]
-        there = flexures.strains(flexures.ends((nudged - flexures.straight).ravel()))[0]
+        both = np.stack([flexures.ends((at - flexures.straight).ravel()) for at in (places, nudged)])
+        new = Strains(*(a + (b - a) / part for a, b in flexures.strains(both)[0]))
         out = q.copy()
-        out[self.model.slip] += step[self.slips].ravel().reshape(self.model.slip.shape)
-        new = Strains(*(a + (b - a) / part for a, b in zip(here, there, strict=True)))
+        out[self.model.slip] += step[self.slips].ravel()
         out[self.model.rings] = flexures.placed(new).reshape(-1, NODE)
         return out
 
@@ -196,35 +208,42 @@ class Equilibrium:
         loose = np.where(np.abs(force) > forces.limit + off, np.sign(force), 0.0)
         return np.where(state == 0, loose, np.where(force * state < forces.limit - off, 0.0, state))
 
-    def find(self, q: Floats, drive: Drive, state: Floats, iterations: int) -> Balance | None:
+    def find(self, q: Floats, drive: Drive, state: Floats, attempt: Attempt) -> Balance | None:
         """Look for the equilibrium under a drive from coordinates; None where there is none near them."""
-        before, fresh = np.inf, False
-        forces = self.forces(q, drive, state)
-        for self.iterations in range(1, iterations + 1):
-            largest = self._largest(forces.residual)
+        before, fresh, last = np.inf, False, state if attempt.before is None else attempt.before
+        forces = self.forces(q, drive)
+        for self.iterations in range(1, attempt.iterations + 1):
+            residual = forces.residual(state)
+            largest = self._largest(residual)
             if not largest < 1e9 * self.scale:
                 return None
             if largest < SETTLES * self.scale:
                 settled = self.next_states(forces, state)
+                if attempt.before is not None and base_slides(last, settled):
+                    return None
                 if np.array_equal(settled, state):
                     if largest <= self.tolerance:
                         return Balance(q, forces, state)
                 else:
                     state, self.factors, before = settled, None, np.inf
-                    forces = self.forces(q, drive, state)
-                    largest = self._largest(forces.residual)
-            if self.tangent is None or (largest > STALE * before and not fresh):
+                    residual = forces.residual(state)
+                    largest = self._largest(residual)
+            fresh = self.tangent is None or (largest > STALE * before and not fresh)
+            if fresh:
                 self._take_tangent(q, drive)
-                fresh = True
-            else:
-                fresh = False
             if self.factors is None:
                 self._factor(forces, q, state, drive)
-            step = -lu_solve(self.factors, forces.residual, check_finite=False)
+            step = -lu_solve(self.factors, residual, check_finite=False)
             spin = np.abs(step[: self.slips.min()].reshape(-1, UNKNOWNS)[:, 3:]).max()
             q, before = self._moved(q, min(1.0, LARGEST_SPIN / max(spin, 1e-300)) * step), largest
-            forces = self.forces(q, drive, state)
+            forces = self.forces(q, drive)
         return None
+
+
+def base_slides(before: Floats, state: Floats) -> bool:
+    """Whether a tendon has begun to slide at the base, or to slide in the other direction; states (m, N)."""
+    now = state[:, 0]
+    return bool(np.any((now != 0) & (now != before[:, 0])))
 
 
 def _angle(a: Floats, b: Floats) -> Floats:

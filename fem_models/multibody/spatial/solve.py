@@ -18,7 +18,7 @@ from fem_models.spatial.place import bending_deg
 from fem_models.spatial.solve import require_open
 from hysteresis.arrays import Floats
 
-MULTIBODY_SETTINGS = SpatialSettings(max_halvings=12, newton_iterations=30, tolerance=1e-7)
+MULTIBODY_SETTINGS = SpatialSettings(max_halvings=12, newton_iterations=20, tolerance=1e-7)
 """Numerical settings of this engine."""
 
 

@@ -17,7 +17,7 @@ from fem_models.load.stepping import (
 )
 from fem_models.load.stepping import jumped as has_jumped
 from fem_models.multibody.spatial.assembly import SpatialModel, assemble
-from fem_models.multibody.spatial.equilibrium import Balance, Drive, Equilibrium
+from fem_models.multibody.spatial.equilibrium import Attempt, Balance, Drive, Equilibrium
 from fem_models.multibody.spatial.flexures import NODE, Strains
 from fem_models.rig.checks import SolverError
 from fem_models.rig.tendon_law import tendon_stretch_mm
@@ -97,7 +97,7 @@ class Stepper:
         """Find the equilibrium without drive, where unequal arms may bend the preloaded rig."""
         m, n = self.model.segment.shape
         q = self._with(Strains(np.zeros((n, 3)), self.model.flexures.laws.rest.copy()), np.zeros((m, n)))
-        found = self.solver.find(q, self.drive, np.zeros((m, n)), AT_REST * self.settings.newton_iterations)
+        found = self.solver.find(q, self.drive, np.zeros((m, n)), Attempt(AT_REST * self.settings.newton_iterations))
         if found is None:
             raise SolverError(f"rig {self.rig.name}: no equilibrium at rest")
         return found
@@ -142,12 +142,10 @@ class Stepper:
         if same.any():
             guess = Strains(*(a + size * change for a, change in zip(here, self.change.strains, strict=True)))
             q = self._with(guess, slip + size * same[:, None] * self.change.slip)
-        found = self.solver.find(q, load, state, self.settings.newton_iterations)
+        attempt = Attempt(self.settings.newton_iterations, None if fine else self.now.state)
+        found = self.solver.find(q, load, state, attempt)
         self.counts.iterations += self.solver.iterations
         if found is None:
-            return None
-        begins = (found.state[:, 0] != 0) & (found.state[:, 0] != self.now.state[:, 0])
-        if not fine and begins.any():
             return None
         rotation = np.linalg.norm(self.strains(found.q).rotation - here.rotation, axis=1).max()
         slide = np.abs(self.slips(found.q) - slip).max()
