@@ -14,12 +14,13 @@ import exudyn.itemInterface as items
 import numpy as np
 
 from fem_models.multibody.assembly import COMPRESSION, SMOOTH_RATIO
-from fem_models.multibody.spatial.flexures import NODE, Flexures, laws_of, notch_frames
+from fem_models.multibody.spatial.flexures import NODE, UPRIGHT, Flexures, Strains, laws_of, notch_frames, rotate
 from fem_models.spatial import SpatialRig
+from fem_models.spatial.parameters import force_scale_N
 from hysteresis.arrays import Floats, Ints
 
 
-LEAD_PITCHES = 100
+LEAD_PITCHES = 1000
 """How far before a notch the connector of a tendon starts, over the pitch: as in the plane, and further."""
 
 
@@ -124,7 +125,8 @@ def assemble(rig: SpatialRig, by_force: tuple[bool, ...], bristle_ratio: float) 
         for node in own:
             mbs.AddObject(items.ObjectMass1D(mass=0.0, nodeNumber=node))
         slip = [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)) for node in own]
-        segments += _add_segments(mbs, place, j, (rig.preload_N, segment[:, j]), bodies, [*slip, ground])
+        length = _lengths_at_rest(place, flexures, j) - rig.preload_N / segment[:, j]
+        segments += _add_segments(mbs, rig, place, j, (length, segment[:, j]), bodies, [*slip, ground])
         slips += own
     loads = _add_loads(mbs, rig, place, bodies[1:])
     mbs.Assemble()
@@ -167,32 +169,48 @@ def _stiffnesses(rig: SpatialRig, bristle_ratio: float) -> tuple[Floats, Floats]
     return segment, 1 / (1 / (ratio * segment) + dry.stick_compliance_mm_per_N)
 
 
+def _lengths_at_rest(place: Layout, flexures: Flexures, j: int) -> Floats:
+    """Lengths of a tendon over the notches as they are without load, shape (N,)."""
+    rest = flexures.laws.rest
+    rings = flexures.placed(Strains(np.zeros_like(rest), rest)).reshape(-1, NODE) + flexures.straight
+    rings = np.concatenate([UPRIGHT[None], rings])
+    origins = np.concatenate([np.zeros((1, 3)), place.far])
+    before = rings[:-1, :3] + rotate(rings[:-1, 3:], place.before[:, j] - origins[:-1])
+    beyond = rings[1:, :3] + rotate(rings[1:, 3:], place.beyond[:, j] - origins[1:])
+    return np.asarray(np.linalg.norm(beyond - before, axis=1))
+
+
 def _add_segments(
-    mbs: Any, place: Layout, j: int, tension: tuple[float, Floats], bodies: list[int], slip: list[int]
+    mbs: Any,
+    rig: SpatialRig,
+    place: Layout,
+    j: int,
+    tendon: tuple[Floats, Floats],
+    bodies: list[int],
+    slip: list[int],
 ) -> list[int]:
     """Tendon over the notches, between points of neighbouring rings.
 
-    It starts :data:`LEAD_PITCHES` before the notch, on the ring, where it pulls the ring as
-    much forwards as back: Exudyn divides by the present length, which slip changes.
+    It starts :data:`LEAD_PITCHES` before the notch, on the ring, where it pulls the ring as much forwards as back:
+    Exudyn divides by the present length, which slip changes.
 
-    ``tension``: that at rest, N, and the stiffness over each notch.
+    ``tendon``: length without tension over each notch, and stiffness.
     """
-    preload_N, segment = tension
     origins = np.concatenate([np.zeros((1, 3)), place.far])
     out = []
-    for k, stiff in enumerate(segment.tolist()):
+    for k, (length, stiff) in enumerate(zip(*tendon, strict=True)):
         before, beyond = place.before[k, j] - origins[k], place.beyond[k, j] - origins[k + 1]
-        lead = LEAD_PITCHES * float(np.diff(place.notches[:, 0], append=2 * place.tip[0] - place.notches[-1, 0])[k])
+        lead = LEAD_PITCHES * rig.joints[k].pitch_mm
         points = [(k, before - [lead, 0.0, 0.0]), (k, before), (k + 1, beyond)]
         path = [mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=bodies[i], localPosition=at)) for i, at in points]
-        unstretched = lead + float(np.linalg.norm(place.beyond[k, j] - place.before[k, j])) - preload_N / stiff
+        unstretched = lead + length
         one = items.ObjectConnectorReevingSystemSprings(
             markerNumbers=[*path, slip[k], slip[k + 1]],
             hasCoordinateMarkers=True,
             coordinateFactors=[-1, 1],
             stiffnessPerLength=unstretched * stiff,
             referenceLength=unstretched,
-            regularizationForce=COMPRESSION * max(preload_N, 1.0),
+            regularizationForce=COMPRESSION * force_scale_N(rig),
             sheavesAxes=exu.Vector3DList([[0, 0, 1]] * len(path)),
             sheavesRadii=[0.0] * len(path),
         )
