@@ -20,7 +20,7 @@ from fem_models.rig.tendon_law import tendon_tension_N
 from hysteresis.arrays import Floats
 
 UNKNOWNS = 6  # of a ring: place and spin
-LARGEST_SPIN = 0.3  # rad of a ring in an iteration
+LARGEST_ROTATION = 0.02  # rad of a joint in an iteration, lest tendons fall slack meanwhile
 SETTLES = 0.05  # residual over the scale of forces, below which guides may change between sticking and sliding
 STALE = 0.25  # a residual that has fallen to no less needs a new tangent
 
@@ -180,7 +180,7 @@ class Equilibrium:
         self.factors = lu_factor(whole, check_finite=False)
 
     def _moved(self, q: Floats, step: Floats) -> Floats:
-        """Coordinates after a step of the unknowns, of first order in the strains of the flexures.
+        """Coordinates after a step of the unknowns, or a part of it, of first order in the strains of the flexures.
 
         A step along the unknowns themselves would stretch flexures that turn, at second order, and they are stiff.
         """
@@ -190,7 +190,12 @@ class Equilibrium:
         spins = part * (rings[:, None, 3:] @ self._spun(places[:, 3:]))[:, 0]
         nudged = places + np.concatenate([part * rings[:, :3], spins], axis=1)
         both = np.stack([flexures.ends((at - flexures.straight).ravel()) for at in (places, nudged)])
-        new = Strains(*(a + (b - a) / part for a, b in flexures.strains(both)[0]))
+        moved, phi = flexures.strains(both)[0]
+        turned = float(np.linalg.norm(phi[1] - phi[0], axis=1).max()) / part
+        share = min(1.0, LARGEST_ROTATION / max(turned, 1e-300))
+        new = Strains(*(one[0] + share / part * (one[1] - one[0]) for one in (moved, phi)))
+        out = q.copy()
+        out[self.model.slip] += share * step[self.slips].ravel()
         out = q.copy()
         out[self.model.slip] += step[self.slips].ravel()
         out[self.model.rings] = flexures.placed(new).reshape(-1, NODE)
@@ -234,8 +239,7 @@ class Equilibrium:
             if self.factors is None:
                 self._factor(forces, q, state, drive)
             step = -lu_solve(self.factors, residual, check_finite=False)
-            spin = np.abs(step[: self.slips.min()].reshape(-1, UNKNOWNS)[:, 3:]).max()
-            q, before = self._moved(q, min(1.0, LARGEST_SPIN / max(spin, 1e-300)) * step), largest
+            q, before = self._moved(q, step), largest
             forces = self.forces(q, drive)
         return None
 
