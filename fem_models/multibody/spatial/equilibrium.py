@@ -22,6 +22,7 @@ from hysteresis.arrays import Floats
 UNKNOWNS = 6  # of a ring: place and spin
 LARGEST_ROTATION = 0.02  # rad of a joint in an iteration, lest tendons fall slack meanwhile
 SETTLES = 0.05  # residual over the scale of forces, below which guides may change between sticking and sliding
+SLACK = 0.1  # of the stiffness of a segment that is slack, in the tangent only: it bounds what slides into it
 STALE = 0.25  # a residual that has fallen to no less needs a new tangent
 
 
@@ -176,7 +177,11 @@ class Equilibrium:
             whole[slips[0], slips[0]] -= stiff[j]
             whole[slips] -= ratio[j, :, None] * (before - pulls)
             soft = np.where(state[j] == 0, self.bristle[j], 1e-9 * self.model.segment[j])
-            whole[slips, slips] -= soft
+            loose = np.where(forces.tension[j, 1:] < 0.5 * self.tolerance, SLACK * self.model.segment[j], 0.0)
+            whole[slips, slips] -= soft + loose
+            whole[slips[1:], slips[1:]] -= loose[:-1]
+            whole[slips[1:], slips[:-1]] += loose[:-1]
+            whole[slips[:-1], slips[1:]] += loose[:-1]
         self.factors = lu_factor(whole, check_finite=False)
 
     def _moved(self, q: Floats, step: Floats) -> Floats:
@@ -215,6 +220,12 @@ class Equilibrium:
 
     def find(self, q: Floats, drive: Drive, state: Floats, attempt: Attempt) -> Balance | None:
         """Look for the equilibrium under a drive from coordinates; None where there is none near them."""
+        found = self._find(q, drive, state, attempt)
+        if found is None:  # where the search went astray the tangent is of no use
+            self.tangent = None
+        return found
+
+    def _find(self, q: Floats, drive: Drive, state: Floats, attempt: Attempt) -> Balance | None:
         before, fresh, last = np.inf, False, state if attempt.before is None else attempt.before
         forces = self.forces(q, drive)
         for self.iterations in range(1, attempt.iterations + 1):
