@@ -59,11 +59,13 @@ class Attempt(NamedTuple):
     """How to look for an equilibrium.
 
     ``before``, shape (m, N), are the states of the guides at the last one, for a step that is given up where a tendon
-    begins to slide at the base: the work of its drive has a corner there. None allows it.
+    begins to slide at the base: the work of its drive has a corner there. None allows it. ``smooth`` leaves friction
+    out: all tendons slide as they are drawn.
     """
 
     iterations: int
     before: Floats | None = None
+    smooth: bool = False
 
 
 class Equilibrium:
@@ -118,6 +120,11 @@ class Equilibrium:
         rings = np.concatenate([rings[:, :3], turning[..., 0]], axis=1).ravel()
         return Forces(rings, tension, limit, self.bristle * (slip - self.rest))
 
+    def smooth(self, q: Floats, drive: Drive) -> Forces:
+        """Forces at coordinates without friction of guides that slide."""
+        forces = self.forces(q, drive)
+        return forces._replace(limit=0.0 * forces.limit)
+
     def free_tensions(self, slip: Floats, drive: Drive) -> Floats:
         """Tensions between the drives and the base, shape (m,)."""
         rig, model = self.model.rig, self.model
@@ -169,7 +176,7 @@ class Equilibrium:
         total = np.maximum(forces.tension[:, :-1], 0) + np.maximum(forces.tension[:, 1:], 0)
         constant = np.full(n, self.model.rig.friction.guide_N)
         constant[0] += self.model.rig.friction.sheath_N
-        ratio = state * (forces.limit - constant) / np.maximum(total, 1e-300)
+        ratio = state * np.maximum(forces.limit - constant, 0.0) / np.maximum(total, 1e-300)
         for j, slips in enumerate(self.slips):
             pulls = np.cumsum(self.tangent[slips], axis=0)  # of the tensions beyond, but for their sign
             before = np.concatenate([np.zeros((1, pulls.shape[1])), -pulls[:-1]])
@@ -227,14 +234,15 @@ class Equilibrium:
 
     def _find(self, q: Floats, drive: Drive, state: Floats, attempt: Attempt) -> Balance | None:
         before, fresh, last = np.inf, False, state if attempt.before is None else attempt.before
-        forces = self.forces(q, drive)
+        acting = self.smooth if attempt.smooth else self.forces
+        forces = acting(q, drive)
         for self.iterations in range(1, attempt.iterations + 1):
             residual = forces.residual(state)
             largest = self._largest(residual)
             if not largest < 1e9 * self.scale:
                 return None
             if largest < SETTLES * self.scale:
-                settled = self.next_states(forces, state)
+                settled = state if attempt.smooth else self.next_states(forces, state)
                 if attempt.before is not None and base_slides(last, settled):
                     return None
                 if np.array_equal(settled, state):
@@ -251,7 +259,7 @@ class Equilibrium:
                 self._factor(forces, q, state, drive)
             step = -lu_solve(self.factors, residual, check_finite=False)
             q, before = self._moved(q, step), largest
-            forces = self.forces(q, drive)
+            forces = acting(q, drive)
         return None
 
 

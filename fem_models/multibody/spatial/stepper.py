@@ -97,7 +97,12 @@ class Stepper:
         """Find the equilibrium without drive, where unequal arms may bend the preloaded rig."""
         m, n = self.model.segment.shape
         q = self._with(Strains(np.zeros((n, 3)), self.model.flexures.laws.rest.copy()), np.zeros((m, n)))
-        found = self.solver.find(q, self.drive, np.zeros((m, n)), Attempt(AT_REST * self.settings.newton_iterations))
+        iterations = AT_REST * self.settings.newton_iterations
+        found = self.solver.find(q, self.drive, np.zeros((m, n)), Attempt(iterations))
+        if found is None:  # from the equilibrium without friction, with guides that slide as they did on the way to it
+            smooth = self.solver.find(q, self.drive, np.ones((m, n)), Attempt(iterations, smooth=True))
+            if smooth is not None:
+                found = self.solver.find(smooth.q, self.drive, np.sign(self.slips(smooth.q)), Attempt(iterations))
         if found is None:
             raise SolverError(f"rig {self.rig.name}: no equilibrium at rest")
         return found
