@@ -19,7 +19,6 @@ from fem_models.spatial import SpatialRig
 from fem_models.spatial.parameters import force_scale_N
 from hysteresis.arrays import Floats, Ints
 
-
 LEAD_PITCHES = 1000
 """How far before a notch the connector of a tendon starts, over the pitch: as in the plane, and further."""
 
@@ -30,8 +29,8 @@ class Layout:
 
     ``notches`` (N, 3) are the middles of the notches at their neutral axes. ``near`` and ``far`` (N, 3) are the ends of
     the flexures there, ``centres`` (N, 3) where rings are loaded. A tendon is straight from ``before`` to ``beyond``
-    (N, m, 3) over a notch, ``next_before`` being where the next one begins. It is straight in a ring, ``base`` (m, 3) being where it enters the first one. ``tip`` (3,)
-    is the middle of the last ring.
+    (N, m, 3) over a notch. It is straight in a ring, too: from ``base`` (m, 3) in the first one, and to ``next_before``
+    (N, m, 3) in the others. ``tip`` (3,) is the middle of the last ring.
     """
 
     notches: Floats

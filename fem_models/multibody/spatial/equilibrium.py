@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from fem_models.joint.friction import friction_limits_N
-from fem_models.multibody.spatial.assembly import SpatialModel
+from fem_models.multibody.spatial.assembly import COMPRESSION, SpatialModel
 from fem_models.multibody.spatial.flexures import NODE, NUDGE, Strains, cross, rotate
 from fem_models.rig.tendon_law import tendon_tension_N
 from hysteresis.arrays import Floats
@@ -42,7 +42,7 @@ class Forces(NamedTuple):
     bristle: Floats  # (m, N): force of a bristle that sticks
 
     def residual(self, state: Floats) -> Floats:
-        """What is out of balance with guides in given states, shape (6 N + m N,)."""
+        """Take guides in given states, and return what is out of balance, shape (6 N + m N,)."""
         friction = np.where(state == 0, self.bristle, state * self.limit)
         return np.concatenate([self.rings, (self.tension[:, :-1] - self.tension[:, 1:] - friction).ravel()])
 
@@ -104,7 +104,7 @@ class Equilibrium:
         return np.asarray(q[self.model.rings] + self.model.flexures.straight)
 
     def forces(self, q: Floats, drive: Drive) -> Forces:
-        """Forces at coordinates."""
+        """Work out the forces at coordinates."""
         self._set(q, drive)
         self.solver.ComputeODE2RHS(self.model.mbs)
         acting = np.array(self.solver.GetSystemResidual())[: q.size]
@@ -121,7 +121,7 @@ class Equilibrium:
         return Forces(rings, tension, limit, self.bristle * (slip - self.rest))
 
     def smooth(self, q: Floats, drive: Drive) -> Forces:
-        """Forces at coordinates without friction of guides that slide."""
+        """Work out the forces at coordinates without friction of guides that slide."""
         forces = self.forces(q, drive)
         return forces._replace(limit=0.0 * forces.limit)
 
@@ -130,9 +130,7 @@ class Equilibrium:
         rig, model = self.model.rig, self.model
         return np.array(
             [
-                wound
-                if force
-                else tendon_tension_N(one.tendon, wound - slid, rig.preload_N, 0.0)
+                wound if force else tendon_tension_N(one.tendon, wound - slid, rig.preload_N, 0.0)
                 for one, force, wound, slid in zip(rig.tendons, model.by_force, drive.tendons, slip, strict=True)
             ]
         )
@@ -184,7 +182,9 @@ class Equilibrium:
             whole[slips[0], slips[0]] -= stiff[j]
             whole[slips] -= ratio[j, :, None] * (before - pulls)
             soft = np.where(state[j] == 0, self.bristle[j], 1e-9 * self.model.segment[j])
-            loose = np.where(forces.tension[j, 1:] < 0.5 * self.tolerance, SLACK * self.model.segment[j], 0.0)
+            loose = np.where(
+                forces.tension[j, 1:] < -0.5 * COMPRESSION * self.scale, SLACK * self.model.segment[j], 0.0
+            )
             whole[slips, slips] -= soft + loose
             whole[slips[1:], slips[1:]] -= loose[:-1]
             whole[slips[1:], slips[:-1]] += loose[:-1]

@@ -1,8 +1,8 @@
 """All flexures of a wrist in space as one Exudyn object on the nodes of the rings: forces, and their slopes.
 
 Each is a geometrically exact element of two nodes with one point of integration, half way between its ends (Simo and
-Vu-Quoc 1986, doi 10.1016/0045-7825(86)90079-4). The nodes are Exudyn's: a place x and Euler parameters q of each ring. The
-rotation half way is that of the sum q0 + q1, so that with M of it the strains are
+Vu-Quoc 1986, doi 10.1016/0045-7825(86)90079-4). The nodes are Exudyn's: a place x and Euler parameters q of each ring.
+The rotation half way is that of the sum q0 + q1, so that with M of it the strains are
 
     d = M^T (x1 - x0) - t e1,        phi = rotation vector of q0* q1.
 

@@ -1,8 +1,8 @@
 """The wrist in space as an Exudyn multibody system, quasi-static: the second engine beside the chain in space.
 
-It takes the same rig and program as :func:`fem_models.spatial.solve_spatial` and gives the same solution. Rings are rigid
-bodies of Exudyn with Euler parameters, in absolute coordinates. Tendons are Exudyn's connectors between points of
-neighbouring rings. What it shares with the chain are the constants of the rig and the laws of friction and material.
+It takes the same rig and program as :func:`fem_models.spatial.solve_spatial` and gives the same solution. Rings are
+rigid bodies of Exudyn with Euler parameters, in absolute coordinates. Tendons are Exudyn's connectors between points of
+neighbouring rings. What it shares with the chain are the constants of the rig and the laws of friction and material:
 docs/theory/three-dimensions.md compares both.
 """
 

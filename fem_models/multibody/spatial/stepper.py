@@ -16,7 +16,7 @@ from fem_models.load.stepping import (
     too_short,
 )
 from fem_models.load.stepping import jumped as has_jumped
-from fem_models.multibody.spatial.assembly import SpatialModel, assemble
+from fem_models.multibody.spatial.assembly import COMPRESSION, SpatialModel, assemble
 from fem_models.multibody.spatial.equilibrium import Attempt, Balance, Drive, Equilibrium
 from fem_models.multibody.spatial.flexures import NODE, Strains
 from fem_models.rig.checks import SolverError
@@ -77,7 +77,6 @@ class Stepper:
         self.limit = self.now.forces.limit
         self.wound = self._wound(self.now, self.drive)
         self._accept(self.now, self.drive)
-        self.energies = Energies()
 
     def strains(self, q: Floats) -> Strains:
         """Of the flexures at coordinates."""
@@ -138,6 +137,8 @@ class Stepper:
         """Find the next equilibrium; None where there is none, where it is elsewhere, or a corner is passed."""
         same = headings == self.headings
         state = np.where(same[:, None], self.now.state, 0.0)
+        slack = np.abs(self.now.forces.tension).max(axis=1) <= COMPRESSION * self.solver.scale
+        state[slack] = headings[slack, None]  # what is drawn taut slides at all guides, where sticking would stretch it
         for row, speed, on in zip(state, self.change.front_speed, same, strict=True):
             if on:
                 reached = front(row)
