@@ -111,7 +111,7 @@ def test_a_wrist_turned_about_its_axis_with_gravity_gives_the_same():
 def test_energy_closes():
     """Work = elastic energy + friction + material, at better than the first order of the step."""
     gaps = []
-    for samples in (30, 120):
+    for samples in (40, 160):
         s = solve_spatial_multibody(two_planes(CAPSTAN, count=4), circle(0.3, samples))
         gap = s.work_mJ - s.friction_mJ - s.material_mJ - s.stored_mJ
         gaps.append(np.abs(gap).max() / s.work_mJ[-1])
