@@ -20,6 +20,7 @@ from hysteresis.fitting.optimizers import Method
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.laws.elements import LawName
 from hysteresis.own import marked_png
+from hysteresis.records.planes import not_used
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import check_target, files_of_record, read_records
 from studies.commands.identification import files_of_fit, identify_records, write_fit
@@ -90,9 +91,9 @@ def identify(
 
 
 def _warn_of_geometry(records: Sequence[Record], common: Common) -> None:
-    """Say on standard error of which records the geometry is unknown."""
+    """Say on standard error of which records the geometry is unknown, and which columns are not used."""
     if not common.quiet:
-        for words in without_geometry(records):
+        for words in [*without_geometry(records), *filter(None, map(not_used, records))]:
             typer.echo(f"notchbend: {words}", err=True)
 
 

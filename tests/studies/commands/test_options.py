@@ -110,7 +110,7 @@ COMMON = ["seed", "quiet", "json"]
 OPTIONS = {
     "run": ["records", "out", "rig", "preset", "preload", "amplitude", "ensemble", "force", *COMMON],
     "simulate": [
-        "out", "preset", "rig", "preload", "amplitude", "cycles", "step", "rate", "program", "engine", "dynamic",
+        "out", "preset", "rig", "preload", "amplitude", "cycles", "step", "rate", "program", "circle", "engine", "dynamic",
         "ensemble", "force", *COMMON,
     ],
     "validate": ["out", "preset", "rig", "preload", "amplitude", "force", *COMMON],
