@@ -11,7 +11,7 @@ import numpy as np
 from fem_models.rig.checks import RigError, require, require_in_range
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import EFFECT_TABLES, Rig, Tendon
-from fem_models.rig.rig_file import rig_and_space, tables_of_file
+from fem_models.rig.rig_file import rig_and_space_of_file
 from fem_models.rig.space_tables import Space, SpaceKeys, Weight, wheels_of_pairs
 from hysteresis.arrays import Floats
 from hysteresis.display import html_table
@@ -107,9 +107,9 @@ class RigInSpace:
         """Return the rig at another preload; itself for None."""
         return self if preload_N is None else replace(self, rig=replace(self.rig, preload_N=preload_N))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, str | float | dict[str, Any]]:
         """Nested plain values, as in a rig file."""
-        out = self.rig.to_dict()
+        out: dict[str, Any] = self.rig.to_dict()
         same = all(turn == self.turns_deg[0] for turn in self.turns_deg)
         out["notch"] = out["notch"] | {"turn_deg": self.turns_deg[0] if same else list(self.turns_deg)}
         out["tendons"] = {"angles_deg": list(self.angles_deg), "wheels": list(self.wheels)}
@@ -167,7 +167,7 @@ def read_any_rig(path: Path | str) -> Rig | RigInSpace:
         One line with file, field, value and what was expected.
     """
     path = Path(path)
-    rig, keys = rig_and_space(tables_of_file(path), str(path), path.stem)
+    rig, keys = rig_and_space_of_file(path)
     if keys is None:
         return rig
     try:

@@ -125,22 +125,23 @@ def read_rig(path: Path | str) -> Rig:
         One line with file, field, value and what was expected; a rig that bends in space, which
         :func:`fem_models.rig.in_space.read_any_rig` reads.
     """
-    path = Path(path)
-    return rig_of_tables(tables_of_file(path), str(path), path.stem)
+    rig, space = rig_and_space_of_file(Path(path))
+    return _planar(rig, space, str(path))
 
 
-def tables_of_file(path: Path) -> Mapping[str, Any]:
-    """Read the tables of a rig file.
+def rig_and_space_of_file(path: Path) -> tuple[Rig, SpaceKeys | None]:
+    """Read the rig of a file, and what takes it into space, as :func:`rig_and_space`.
 
     Raises
     ------
     RigError
-        A file that is not TOML.
+        As :func:`read_rig`, but for a rig in space.
     """
     try:
-        return read_toml(path, "a rig file in TOML")
+        data = read_toml(path, "a rig file in TOML")
     except RecordError as error:
         raise RigError(str(error)) from None
+    return rig_and_space(data, str(path), path.stem)
 
 
 def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> Rig:
@@ -153,7 +154,11 @@ def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> R
     RigError
         One line with ``where``, field, value and what was expected.
     """
-    rig, space = rig_and_space(tables, where, name)
+    return _planar(*rig_and_space(tables, where, name), where)
+
+
+def _planar(rig: Rig, space: SpaceKeys | None, where: str) -> Rig:
+    """Refuse a rig in space."""
     if space is not None:
         raise RigError(f"{where}: {space.found}: rig {rig.name} {IN_SPACE}")
     return rig

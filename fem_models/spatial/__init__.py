@@ -1,6 +1,7 @@
 """The chain in space: rings between flexures of six stiffnesses, any number of tendons, friction at every guide."""
 
 from fem_models.spatial.drives import SpatialProgram, WheelProgram, circle, first_wheel, wheel_drives
+from fem_models.spatial.motion.run_record import simulate_in_space
 from fem_models.spatial.parameters import SpatialSettings
 from fem_models.spatial.rig import (
     DeadLoads,
@@ -11,7 +12,6 @@ from fem_models.spatial.rig import (
     spatial_rig,
     with_masses,
 )
-from fem_models.spatial.run_record import simulate_in_space
 from fem_models.spatial.solve import SpatialSolution, solve_spatial
 
 __all__ = [

@@ -118,7 +118,7 @@ def followed(
     SolverError
         As :func:`solve_spatial`.
     """
-    path, (n, m) = _path(rig, program, parameters, settings), parameters.crossings.shape[:2]
+    path, (n, m) = path_of(rig, program, parameters, settings), parameters.crossings.shape[:2]
     samples = len(program.drives)
     run = Run(np.empty((samples, n, 6)), np.empty((samples, m, n + 1)), np.empty((samples, 4)))
     try:
@@ -138,7 +138,7 @@ def followed(
     return run, motion.counts
 
 
-def _path(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> Path:
+def path_of(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> Path:
     """Bound the steps as :mod:`fem_models.load.stepping`, lengths over the longest step of a drive."""
     forces = np.array(program.by_force)
     longest = np.where(forces, settings.max_force_step * parameters.scale, settings.max_step_mm)

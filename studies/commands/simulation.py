@@ -85,22 +85,23 @@ def run(
 
 RecordOut = Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")]
 
+EngineChoice = Annotated[
+    EngineName | None,
+    typer.Option(
+        "--engine",
+        help="Model; multibody is the most complete and the default, chain the fastest, and that in space.",
+    ),
+]
+InTime = Annotated[bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")]
+
 
 def simulate(
     *,
     out: RecordOut = Path("results/simulated.csv"),
     rig: RigChoice,
     program: ProgramChoice,
-    engine: Annotated[
-        EngineName | None,
-        typer.Option(
-            "--engine",
-            help="Model; multibody is the most complete and the default, chain the fastest, and that in space.",
-        ),
-    ] = None,
-    dynamic: Annotated[
-        bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")
-    ] = False,
+    engine: EngineChoice = None,
+    dynamic: InTime = False,
     over: EnsembleChoice,
     replacing: Overwrite,
     common: Common,

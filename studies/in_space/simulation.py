@@ -9,7 +9,7 @@ import numpy as np
 from fem_models.rig import RigError
 from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.drives import WheelProgram
-from fem_models.spatial.run_record import simulate_in_space
+from fem_models.spatial.motion.run_record import simulate_in_space
 from hysteresis.records.record import Record
 from studies.engines import EngineName
 

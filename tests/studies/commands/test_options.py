@@ -110,8 +110,8 @@ COMMON = ["seed", "quiet", "json"]
 OPTIONS = {
     "run": ["records", "out", "rig", "preset", "preload", "amplitude", "ensemble", "force", *COMMON],
     "simulate": [
-        "out", "preset", "rig", "preload", "amplitude", "cycles", "step", "rate", "program", "circle", "engine", "dynamic",
-        "ensemble", "force", *COMMON,
+        "out", "preset", "rig", "preload", "amplitude", "cycles", "step", "rate", "program", "circle", "engine",
+        "dynamic", "ensemble", "force", *COMMON,
     ],
     "validate": ["out", "preset", "rig", "preload", "amplitude", "force", *COMMON],
     "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", "force", *COMMON],
