@@ -197,9 +197,15 @@ def effects(*, common: Common) -> None:
 
 def compensate(
     *,
-    record: Annotated[Path, typer.Argument(help="The record to identify, CSV, or an identify.json.")],
+    record: Annotated[
+        Path,
+        typer.Argument(help="The record to identify, CSV, or an identify.json; or the file of a rig in space, TOML."),
+    ],
     reference: Annotated[
-        Path, typer.Option("--reference", help="Angles to follow, CSV: angle_deg and, optionally, time_s.")
+        Path,
+        typer.Option(
+            "--reference", help="Angles to follow, CSV: angle_deg, of a rig in space angle_2_deg, and, if any, time_s."
+        ),
     ],
     out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
     elements: Elements = 0,
@@ -207,7 +213,15 @@ def compensate(
     replacing: Overwrite,
     common: Common,
 ) -> None:
-    """Find the drive that makes the angle follow a reference, from a record of the rig or its identify.json."""
+    """Find the drive that makes the angle follow a reference, from a record of the rig or its identify.json.
+
+    Of a rig in space, from its file: the motion of both wheels, with the chain in space as the model.
+    """
+    if record.suffix.lower() == ".toml":
+        from studies.in_space.compensation import compensate_rig
+
+        compensate_rig(record, reference, out, replacing, common)
+        return
     from studies.commands.compensation import compensated, known_layer, read_reference, write_columns
 
     check_target(out, [record, reference])

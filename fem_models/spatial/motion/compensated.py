@@ -104,7 +104,7 @@ class _Search:
                     f"sample {sample}: no motion of the wheels found for {angles[0]:.4g}, {angles[1]:.4g} deg: "
                     f"{np.abs(off).max():.2g} deg off after {MOST_TRIALS} trials"
                 )
-            step = -np.linalg.solve(self.slopes, off)
+            step = np.asarray(-np.linalg.solve(self.slopes, off), dtype=float)
             step *= min(1.0, LONGEST_MM / np.abs(step).max())
             ahead, step = self._shortened(wheels, step, angles, float(np.linalg.norm(off)))
             rest = ahead.bending_deg - angles
