@@ -20,7 +20,8 @@ from hysteresis.fitting.optimizers import Method
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.laws.elements import LawName
 from hysteresis.own import marked_png
-from hysteresis.records.planes import not_used
+from hysteresis.plain import to_plain
+from hysteresis.records.planes import Coupling, coupling, not_used
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import check_target, files_of_record, read_records
 from studies.commands.identification import files_of_fit, identify_records, write_fit
@@ -58,6 +59,9 @@ def identify(
     records: Annotated[list[Path], typer.Argument(help="The records to fit, CSV; several are fitted jointly.")],
     out: Out,
     search: SearchChoice,
+    plane: Annotated[
+        int, typer.Option("--plane", min=1, max=2, help="Bending plane; 2 is the second wheel and the second angle.")
+    ] = 1,
     replacing: Overwrite,
     common: Common,
 ) -> None:
@@ -69,7 +73,7 @@ def identify(
         if place(path) in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
     replacing.allow(files)
-    loaded = read_records(records)
+    loaded = read_records(records, plane)
     settings = _settings(
         search.elements,
         search.law,
@@ -85,9 +89,16 @@ def identify(
 
     write_files({figure: marked_png(figure_of_fit(fit))})
     _warn_of_geometry(loaded, common)
-    common.show(
-        fit.to_dict() | made_entry(made), str(fit), f"wrote {out / 'identify.json'} and {figure}", _page_of(out)
-    )
+    coupled = [one for one in map(coupling, loaded) if one is not None]
+    beside = {"coupling": [to_plain(one) for one in coupled]} if coupled else {}
+    words = [_coupling_line(one) for one in coupled]
+    wrote = f"wrote {out / 'identify.json'} and {figure}"
+    common.show(fit.to_dict() | beside | made_entry(made), str(fit), *words, wrote, _page_of(out))
+
+
+def _coupling_line(one: Coupling) -> str:
+    moves = f"the other plane moves with {100 * one.share:.2g} % of this one"
+    return f"{one.record}: {moves}, at most {one.largest_deg:.2g} deg"
 
 
 def _warn_of_geometry(records: Sequence[Record], common: Common) -> None:

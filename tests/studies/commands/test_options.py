@@ -114,7 +114,7 @@ OPTIONS = {
         "dynamic", "ensemble", "force", *COMMON,
     ],
     "validate": ["out", "preset", "rig", "preload", "amplitude", "force", *COMMON],
-    "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", "force", *COMMON],
+    "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", "plane", "force", *COMMON],
     "separate": ["out", "records", "preset", "rig", "preload", "amplitude", "engine", "ensemble", "force", *COMMON],
     "trace": ["records", "out", "reference", "threads", "force", *COMMON],
     "effects": COMMON,

@@ -63,3 +63,21 @@ def test_what_is_refused(tmp_path, wrist, capsys):
         message = capsys.readouterr().err
         assert said in message
         assert message.count("\n") == 1
+
+
+def test_identify_takes_one_plane_of_a_rig_in_space(tmp_path, wrist, capsys):
+    program, record = tmp_path / "program.csv", tmp_path / "second.csv"
+    quarter = np.linspace(0, 0.8, 9)
+    cycle = [quarter[::-1][1:], -quarter[1:], -quarter[::-1][1:], quarter[1:]]
+    drive = np.concatenate([quarter, *cycle, *cycle])
+    program.write_text("drive_1_mm,drive_2_mm\n" + "".join(f"0,{x}\n" for x in drive))
+    assert call(["simulate", "--rig", str(wrist), "--program", str(program), "--out", str(record), "--quiet"]) == 0
+    line = ["identify", str(record), "--law", "bouc-wen", "--out", str(tmp_path / "fit"), "--json"]
+    assert call(line) == 2
+    assert "columns.drive_2: this wheel moves" in capsys.readouterr().err
+    assert call([*line, "--plane", "2"]) == 0
+    fit = json.loads(capsys.readouterr().out)
+    assert fit["kinematics"] == "fitted"  # the geometry of a rig in space is not known to a model of one plane
+    assert fit["heldout"]["rmse_deg"] < 0.5
+    # opposite notches of one plane are alike: the other plane stays straight
+    assert abs(fit["coupling"][0]["share"]) < 1e-9
