@@ -31,15 +31,15 @@ def simulate_in_space(rig: RigInSpace, program: WheelProgram) -> Record:
     return record_of(rig, program, solve_spatial(of_rig_in_space(rig), program.of_tendons(rig)))
 
 
-def record_of(rig: RigInSpace, program: WheelProgram, run: SpatialSolution) -> Record:
-    """Make the record of a run."""
+def record_of(rig: RigInSpace, program: WheelProgram, run: SpatialSolution, engine: str = "chain in space") -> Record:
+    """Make the record of a run; ``engine`` is for its title."""
     record = Record(
         drive=program.wheels[:, 0],
         drive_unit="N" if program.by_force else "mm",
         angle_deg=run.bending_deg[:, 0],
         angle_2_deg=run.bending_deg[:, 1],
         torsion_deg=run.torsion_deg,
-        title=f"{rig.name}, preload {rig.preload_N:g} N, chain in space",
+        title=f"{rig.name}, preload {rig.preload_N:g} N, {engine}",
         kind="simulated",
         time_s=program.time_s,
         cycle=program.cycle,
