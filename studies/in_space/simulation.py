@@ -9,9 +9,10 @@ import numpy as np
 from fem_models.rig import RigError
 from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.drives import WheelProgram
-from fem_models.spatial.motion.run_record import simulate_in_space
+from fem_models.spatial.motion.run_record import record_of, simulate_in_space
+from fem_models.spatial.rig import of_rig_in_space
 from hysteresis.records.record import Record
-from studies.engines import EngineName
+from studies.engines import EngineName, require_exudyn
 
 
 @dataclass(frozen=True)
@@ -39,9 +40,15 @@ def simulate_any(rig: RigInSpace, program: WheelProgram, engine: EngineName | No
     """
     if dynamic:
         raise RigError(f"--dynamic with rig {rig.name}, which bends in space: expected a quasi-static run")
-    if engine not in (None, "chain"):
-        raise RigError(f"--engine {engine} with rig {rig.name}, which bends in space: expected --engine chain")
-    return simulate_in_space(rig, program)
+    if engine == "analytic":
+        raise RigError(f"--engine {engine} with rig {rig.name}, which bends in space: expected chain or multibody")
+    if engine != "multibody":
+        return simulate_in_space(rig, program)
+    require_exudyn()
+    from fem_models.multibody.spatial.solve import solve_spatial_multibody
+
+    run = solve_spatial_multibody(of_rig_in_space(rig), program.of_tendons(rig))
+    return record_of(rig, program, run, "multibody in space")
 
 
 def summary_of(record: Record) -> SpaceSummary:

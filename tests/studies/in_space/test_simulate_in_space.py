@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from fem_models.load import triangle
-from fem_models.rig import RigError
+from fem_models.rig import RigError, preset
+from fem_models.rig.in_space import rig_in_space
 from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.space_tables import SpaceKeys
 from fem_models.spatial import WheelProgram, circle, first_wheel, of_rig_in_space, simulate_in_space, solve_spatial
 from hysteresis.records.planes import not_used, require_one_wheel
 from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_record, read_records, write_record
+from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
 from studies.in_space.programs import wheels_of_file
 
@@ -73,7 +76,7 @@ def test_tensions_of_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("simulate", *PRESET, "--amplitude", "1", "--engine", "analytic"), "expected --engine chain"),
+        (("simulate", *PRESET, "--amplitude", "1", "--engine", "analytic"), "expected chain or multibody"),
         (("simulate", *PRESET, "--amplitude", "1", "--dynamic"), "expected a quasi-static run"),
         (("simulate", *PRESET, "--amplitude", "1", "--ensemble"), "--ensemble with rig zhang2026"),
         (("simulate", *PRESET, "--circle"), "expected --amplitude"),
@@ -130,3 +133,17 @@ def test_a_planar_program_keeps_its_cycles():
     program = first_wheel(triangle(1.0, step_mm=0.5), RIG)
     np.testing.assert_array_equal(program.cycle, triangle(1.0, step_mm=0.5).cycle)
     assert program.wheels.shape == (11, 2)
+
+
+def test_the_multibody_engine_agrees_with_the_chain(tmp_path):
+    """Two engines of the same laws: within 0.1 deg, as was wanted of them."""
+    keys = SpaceKeys("", tuple(90.0 * (k % 2) for k in range(14)), (0.0, 180.0, 90.0, 270.0), (1, 1, 2, 2))
+    rig, wrist = rig_in_space(preset("du2018"), keys), tmp_path / "wrist.toml"
+    wrist.write_text(toml(rig.to_dict()))
+    program = tmp_path / "program.csv"
+    program.write_text("drive_1_mm,drive_2_mm\n0,0\n0.3,0\n0.3,0.3\n0,0.3\n")
+    assert simulate(tmp_path, "--rig", str(wrist), "--engine", "multibody", "--program", str(program), "--quiet") == 0
+    here, there = read_record(tmp_path / "run.csv"), simulate_in_space(rig, wheels_of_file(program))
+    assert "multibody in space" in here.title
+    np.testing.assert_allclose(here.angle_deg, there.angle_deg, atol=0.1)
+    np.testing.assert_allclose(here.angle_2_deg, there.angle_2_deg, atol=0.1)
