@@ -14,7 +14,8 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from fem_models.joint.friction import friction_limits_N
-from fem_models.multibody.spatial.assembly import COMPRESSION, SpatialModel
+from fem_models.multibody.assembly import COMPRESSION
+from fem_models.multibody.spatial.assembly import SpatialModel
 from fem_models.multibody.spatial.flexures import NODE, NUDGE, Strains, cross, rotate
 from fem_models.rig.tendon_law import tendon_tension_N
 from hysteresis.arrays import Floats

@@ -16,7 +16,8 @@ from fem_models.load.stepping import (
     too_short,
 )
 from fem_models.load.stepping import jumped as has_jumped
-from fem_models.multibody.spatial.assembly import COMPRESSION, SpatialModel, assemble
+from fem_models.multibody.assembly import COMPRESSION
+from fem_models.multibody.spatial.assembly import SpatialModel, assemble
 from fem_models.multibody.spatial.equilibrium import Attempt, Balance, Drive, Equilibrium
 from fem_models.multibody.spatial.flexures import NODE, Strains
 from fem_models.rig.checks import SolverError

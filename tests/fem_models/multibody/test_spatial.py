@@ -90,8 +90,8 @@ def test_both_engines_agree_in_space(name):
     np.testing.assert_allclose(multibody.tip_mm, chain.tip_mm, atol=2 * tolerance)
     np.testing.assert_allclose(multibody.notches_deg, chain.notches_deg, atol=tolerance)
     np.testing.assert_allclose(multibody.tensions_N, chain.tensions_N, atol=0.06)  # where a guide slides a step later
-    assert multibody.work_mJ[-1] == pytest.approx(chain.work_mJ[-1], rel=2e-3)
-    assert multibody.friction_mJ[-1] == pytest.approx(chain.friction_mJ[-1], rel=1e-2)
+    assert multibody.work_mJ[-1] == pytest.approx(chain.work_mJ[-1], rel=5e-3)
+    assert multibody.friction_mJ[-1] == pytest.approx(chain.friction_mJ[-1], rel=2e-2)
     assert multibody.material_mJ[-1] == pytest.approx(chain.material_mJ[-1], rel=2e-3)
 
 
