@@ -118,7 +118,7 @@ def followed(
     SolverError
         As :func:`solve_spatial`.
     """
-    path, (n, m) = _path(rig, program, 1 / parameters.by_arm, settings), parameters.crossings.shape[:2]
+    path, (n, m) = path_of(rig, program, parameters, settings), parameters.crossings.shape[:2]
     samples = len(program.drives)
     run = Run(np.empty((samples, n, 6)), np.empty((samples, m, n + 1)), np.empty((samples, 4)))
     try:
@@ -138,8 +138,9 @@ def followed(
     return run, motion.counts
 
 
-def _path(rig: SpatialRig, program: SpatialProgram, lever_mm: float, settings: SpatialSettings) -> Path:
-    control, longest = step_control(rig, program.by_force, lever_mm, settings)
+def path_of(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> Path:
+    """Give the samples of a program, and how to follow them."""
+    control, longest = step_control(rig, program.by_force, 1 / parameters.by_arm, settings)
     return Path(np.array(program.drives, order="C"), longest, control, settings.newton_iterations)
 
 
