@@ -90,8 +90,8 @@ def run_tests(tests: Sequence[str], limit_s: float) -> Outcome:
         return Outcome("timeout", "", seconds)
     if code in (0, 5):
         return Outcome("survived", "", seconds, words[-300:])
-    if code == 4:  # tests that are not there: no answer
-        raise RuntimeError(f"pytest: {words[-500:]}")
+    if code in (2, 3, 4):  # interrupted, an error of pytest, tests that are not there: no answer
+        raise RuntimeError(f"pytest: {words[-1500:]}")
     found = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", words, re.MULTILINE)
     return Outcome("killed", found[1] if found else f"ended with code {code}", seconds)
 
