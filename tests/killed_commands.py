@@ -38,8 +38,8 @@ COMMANDS = {
 """Command lines after ``notchbend``, in the folder of a trial."""
 OTHER_THREADS = {"trace": ["--threads", "1"], "study": ["--workers", "1"]}
 """Options of the second run; other commands have no threads of their own, and get one processor."""
-MEANT_AGAIN = ("results/study.json.made.command",)
-"""What differs by design in the second run: the command of a study, which has the number of workers in it."""
+MEANT_AGAIN = ("results/study.json.made.command", "results/trace.json.made.command")
+"""What differs by design in the second run: the command, where it has the number of workers or threads in it."""
 MEANT_RESUMED = ("results/study.json.from_store",)
 """What differs by design after a kill: how many cases a resumed study had stored."""
 
