@@ -7,12 +7,15 @@ python tests/compile_kernels.py kernels-heated    # sections that heat themselve
 import sys
 from dataclasses import replace
 
+import numpy as np
+
 from fem_models.chain.along import line_along, moved_along, moved_run, taped_run
 from fem_models.load import sine
 from fem_models.rig import Rig, preset
 from fem_models.rig.effects import Superelastic
 from fem_models.rig.rig import notched_tube, with_notch
 from fem_models.spatial import solve_spatial, spatial_rig, wheel_drives
+from fem_models.spatial.motion.steps import at_rest, moved_to
 
 DU2018 = preset("du2018")
 
@@ -28,6 +31,7 @@ def compile_alike() -> None:
     """Compile what most tests need."""
     compile_chain(DU2018)
     solve_spatial(spatial_rig(DU2018), wheel_drives([[0.0], [0.1]]))
+    moved_to(at_rest(spatial_rig(DU2018)), np.array([0.1, -0.1]))
 
 
 def compile_others() -> None:

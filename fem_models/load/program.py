@@ -102,7 +102,7 @@ def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> L
         "above 0, up to amplitude_mm",
     )
     require(cycles >= 1, "cycles", cycles, "at least 1")
-    _require_few(
+    require_few(
         amplitude_mm / step_mm, cycles, "amplitude_mm, step_mm, cycles", f"{amplitude_mm:g}, {step_mm:g}, {cycles}"
     )
     quarter = math.ceil(amplitude_mm / step_mm - 1e-9)
@@ -130,7 +130,7 @@ def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cy
         samples_per_cycle,
         "a multiple of 4, at least 8",
     )
-    _require_few(samples_per_cycle / 4, cycles, "cycles, samples_per_cycle", f"{cycles}, {samples_per_cycle}")
+    require_few(samples_per_cycle / 4, cycles, "cycles, samples_per_cycle", f"{cycles}, {samples_per_cycle}")
     quarter = samples_per_cycle // 4
     k = np.arange(quarter + samples_per_cycle * cycles + 1)
     phase = k / samples_per_cycle
@@ -138,7 +138,7 @@ def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cy
     return LoadProgram(amplitude_mm * np.sin(2 * np.pi * phase), time_s=phase / rate_Hz, cycle=cycle)
 
 
-def _require_few(quarter: float, cycles: int, names: str, values: str) -> None:
+def require_few(quarter: float, cycles: int, names: str, values: str) -> None:
     """Refuse a program of too many samples before its arrays are made; ``quarter`` is the number in a quarter cycle."""
     # an int beyond the range of floats cannot be multiplied with one
     few = cycles <= MAX_SAMPLES and quarter * (1 + 4 * cycles) < MAX_SAMPLES

@@ -9,9 +9,9 @@ from typing import Any
 
 from fem_models.rig.checks import RigError
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.presets import preset
+from fem_models.rig.presets import NAMES_IN_SPACE, preset
 from fem_models.rig.rig import Material, Rig, Tendon, Wheel
-from fem_models.rig.rig_file import build, read_rig
+from fem_models.rig.rig_file import build, read_rig, rig_and_space_of_file
 from hysteresis.records.record import MEASURED_KEYS, Record
 
 # A rig with measured joints needs a material for its loop only; the modulus is not used.
@@ -36,6 +36,19 @@ def rig_of(record: Record) -> Rig | None:
     except RigError as error:
         raise RigError(f"{_where(record)}: {error}") from None
     return None if record.drive_unit == "N" else rig
+
+
+def bends_in_space(record: Record) -> bool:
+    """Tell whether the rig that the sidecar names bends in space: its geometry is then unknown to a model of one plane.
+
+    Raises
+    ------
+    RigError
+        A rig file that cannot be read.
+    """
+    if "file" in record.rig:
+        return rig_and_space_of_file(Path(record.source).parent / str(record.rig["file"]))[1] is not None
+    return record.rig.get("preset") in NAMES_IN_SPACE
 
 
 def notched_tube_of(record: Record) -> NotchedTube | None:

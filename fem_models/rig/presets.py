@@ -10,6 +10,7 @@ from fem_models.rig.checks import RigError
 from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
+from fem_models.rig.space_tables import IN_SPACE
 from hysteresis.messages import as_given
 
 DU2018 = "Hysteresis analysis of a notched continuum manipulator driven by tendon, Mech. Sci. 9, 2018"
@@ -174,6 +175,9 @@ PRESETS: dict[str, Preset] = {
     "notched-wrist-150": _wrist(150, 0.8, 1.2, 2.21, _FROM_90),
 }
 
+NAMES_IN_SPACE = ("zhang2026",)
+"""Presets of rigs that bend in space: :mod:`fem_models.rig.presets_in_space`."""
+
 
 def preset(name: str, *, preload_N: float | None = None) -> Rig:
     """Return the rig of a preset, at another preload if one is given.
@@ -181,8 +185,11 @@ def preset(name: str, *, preload_N: float | None = None) -> Rig:
     Raises
     ------
     RigError
-        Unknown name, or an impossible preload.
+        Unknown name, or an impossible preload; a rig that bends in space, which
+        :func:`fem_models.rig.presets_in_space.any_preset` gives.
     """
+    if name in NAMES_IN_SPACE:
+        raise RigError(f"preset = {name}: the rig {IN_SPACE}")
     if name not in PRESETS:
         raise RigError(f"preset = {as_given(name)}: expected one of {', '.join(PRESETS)}")
     rig = PRESETS[name].rig

@@ -29,6 +29,7 @@ from fem_models.rig.effects import (
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
+from fem_models.rig.space_tables import IN_SPACE, SpaceKeys, split_tables
 from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.records.rows import Value, table_of_rows
@@ -82,6 +83,8 @@ def build(table_name: str, table: object, where: str) -> Any:
     known = {f.name: f for f in fields(cls)}
     _require_sane_integers(table, where, f"{table_name}.")
     for key in table:
+        if (table_name, key) == ("notch", "turn_deg"):
+            raise RigError(f"{where}: notch.turn_deg = {quoted(table[key])}: {IN_SPACE}")
         if key not in known:
             raise RigError(
                 f"{where}: {table_name}.{as_given(key)} = {quoted(table[key])}: expected one of {listed(known)}"
@@ -114,19 +117,31 @@ def read_rig(path: Path | str) -> Rig:
 
     ``[tendon]`` stands for both tendons; ``[tendon_b]`` overrides it for unequal tendons. ``tendons = 1`` is a rig with
     a single tendon, [tendon] or [tendon_a]. Fields of [notch] may be lists, one number a notch; rows [[notch]] are
-    another spelling.
+    another spelling. A turn of 0 and tendons at 0 and 180 degrees are those of any planar rig.
 
     Raises
     ------
     RigError
-        One line with file, field, value and what was expected.
+        One line with file, field, value and what was expected; a rig that bends in space, which
+        :func:`fem_models.rig.in_space.read_any_rig` reads.
     """
-    path = Path(path)
+    rig, space = rig_and_space_of_file(Path(path))
+    return _planar(rig, space, str(path))
+
+
+def rig_and_space_of_file(path: Path) -> tuple[Rig, SpaceKeys | None]:
+    """Read the rig of a file, and what takes it into space, as :func:`rig_and_space`.
+
+    Raises
+    ------
+    RigError
+        As :func:`read_rig`, but for a rig in space.
+    """
     try:
         data = read_toml(path, "a rig file in TOML")
     except RecordError as error:
         raise RigError(str(error)) from None
-    return rig_of_tables(data, str(path), path.stem)
+    return rig_and_space(data, str(path), path.stem)
 
 
 def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> Rig:
@@ -139,9 +154,32 @@ def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> R
     RigError
         One line with ``where``, field, value and what was expected.
     """
+    return _planar(*rig_and_space(tables, where, name), where)
+
+
+def _planar(rig: Rig, space: SpaceKeys | None, where: str) -> Rig:
+    """Refuse a rig in space."""
+    if space is not None:
+        raise RigError(f"{where}: {space.found}: rig {rig.name} {IN_SPACE}")
+    return rig
+
+
+def rig_and_space(tables: Mapping[str, Any], where: str, name: str) -> tuple[Rig, SpaceKeys | None]:
+    """Make the rig of the tables, and what takes it into space, if anything does: it is then without turn.
+
+    Raises
+    ------
+    RigError
+        As :func:`rig_of_tables`, but for a rig in space.
+    """
     data = dict(tables)
     if isinstance(data.get("notch"), list):
         data["notch"] = notch_of_rows(data["notch"], where)
+    data, space = split_tables(data, where)
+    return _planar_rig(data, where, name), space
+
+
+def _planar_rig(data: dict[str, Any], where: str, name: str) -> Rig:
     for key in ("tendon", "tendon_a", "tendon_b"):
         if not isinstance(data.get(key, {}), Mapping):
             raise RigError(f"{where}: [{key}] = {quoted(data[key])}: expected a table")

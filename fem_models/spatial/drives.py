@@ -1,13 +1,16 @@
-"""The program of a wrist in space: a displacement or a tension for each tendon, sample by sample."""
+"""Programs of a wrist in space: a displacement or a tension for each tendon, or a motion of each wheel."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fem_models.load.program import LoadProgram, require_few
 from fem_models.rig.checks import require
+from fem_models.rig.in_space import RigInSpace
 from hysteresis.arrays import Floats
 from hysteresis.records.record import MAX_MAGNITUDE
 
@@ -59,3 +62,77 @@ def wheel_drives(wheels_mm: ArrayLike) -> Floats:
     wheels = np.asarray(wheels_mm, dtype=float)
     wheels = wheels[:, None] if wheels.ndim == 1 else wheels
     return np.stack([wheels, -wheels], axis=2).reshape(len(wheels), -1)
+
+
+@dataclass(frozen=True)
+class WheelProgram:
+    """Motion of the wheels of a rig in space, sample by sample from the rig at rest.
+
+    Parameters
+    ----------
+    wheels
+        Shape (steps, wheels), mm; or, ``by_force``, tensions of the tendons at their wheels, (steps, tendons), N.
+    time_s, cycle
+        Shape (steps,), of :class:`fem_models.load.LoadProgram`.
+
+    Raises
+    ------
+    RigError
+        As :class:`SpatialProgram`; times that do not increase.
+    """
+
+    wheels: NDArray[np.float64]
+    time_s: NDArray[np.float64] | None = None
+    cycle: NDArray[np.int64] | None = None
+    by_force: bool = False
+
+    def __post_init__(self) -> None:
+        checked = SpatialProgram(self.wheels, (self.by_force,) * np.shape(self.wheels)[-1])
+        first = LoadProgram(checked.drives[:, 0], self.time_s, self.cycle)
+        for name, value in (("wheels", checked.drives), ("time_s", first.time_s), ("cycle", first.cycle)):
+            object.__setattr__(self, name, value)
+
+    def of_tendons(self, rig: RigInSpace) -> SpatialProgram:
+        """Give the drives of the tendons.
+
+        Raises
+        ------
+        RigError
+            Another number of columns than the rig has wheels, or tendons.
+        """
+        given, wheels, tendons = self.wheels.shape[1], rig.wheel_count, len(rig.angles_deg)
+        if self.by_force:
+            require(
+                given == tendons, "tensions", f"{given} columns", f"one for each of {tendons} tendons of {rig.name}"
+            )
+            return SpatialProgram(self.wheels, (True,) * given)
+        require(given == wheels, "drives", f"{given} columns", f"one for each of {wheels} wheels of {rig.name}")
+        return SpatialProgram(self.wheels @ rig.winding())
+
+
+def first_wheel(program: LoadProgram, rig: RigInSpace) -> WheelProgram:
+    """Move the first wheel by a planar program; the others stand still."""
+    still = np.zeros((program.drive_mm.size, rig.wheel_count - 1))
+    return WheelProgram(np.column_stack([program.drive_mm, still]), program.time_s, program.cycle)
+
+
+def circle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> WheelProgram:
+    """Move two wheels once round: wheel 1 to its amplitude, then A cos and A sin, ``cycles`` times.
+
+    The way out is cycle 0. Samples are at most ``step_mm`` apart along the circle, and four to a quarter at least.
+
+    Raises
+    ------
+    RigError
+        An argument out of its range, or too many samples.
+    """
+    require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
+    require(math.isfinite(step_mm) and 0 < step_mm <= amplitude_mm, "step_mm", step_mm, "above 0, up to amplitude_mm")
+    require(cycles >= 1, "cycles", cycles, "at least 1")
+    require_few(2 * amplitude_mm / step_mm, cycles, "amplitude_mm, step_mm, cycles", f"{amplitude_mm:g}, {step_mm:g}")
+    out = np.linspace(0.0, amplitude_mm, math.ceil(amplitude_mm / step_mm - 1e-9) + 1)
+    quarter = max(4, math.ceil(0.5 * math.pi * amplitude_mm / step_mm - 1e-9))
+    k = np.arange(1, 4 * quarter * cycles + 1)
+    turn = 2 * math.pi * k / (4 * quarter)
+    wheels = [np.column_stack([out, 0 * out]), amplitude_mm * np.column_stack([np.cos(turn), np.sin(turn)])]
+    return WheelProgram(np.concatenate(wheels), cycle=np.concatenate([0 * out, (k - 1) // (4 * quarter) + 1]))

@@ -13,7 +13,8 @@ import numpy as np
 
 from fem_models.joint.friction import jenkins_elements
 from fem_models.rig.rig import Material
-from fem_models.spatial.rig import Space, SpatialJoint, SpatialRig, SpatialTendon
+from fem_models.rig.space_tables import Space
+from fem_models.spatial.rig import SpatialJoint, SpatialRig, SpatialTendon
 from fem_models.spatial.tables import (
     ARM,
     BRISTLE,
@@ -91,7 +92,7 @@ class Memory(NamedTuple):
 
 def spatial_parameters(rig: SpatialRig, by_force: tuple[bool, ...], settings: SpatialSettings) -> Parameters:
     """Reduce a rig to what the kernels need."""
-    dry, scale = rig.friction, _force_scale_N(rig)
+    dry, scale = rig.friction, force_scale_N(rig)
     crossings, tendons = _crossings(rig, settings), np.zeros((len(rig.tendons), TENDON))
     for row, one, force in zip(tendons, rig.tendons, by_force, strict=True):
         row[FREE], row[TOE] = one.tendon.EA_N / one.tendon.free_length_mm, one.tendon.toe_N
@@ -177,7 +178,8 @@ def _contact(rig: SpatialRig, joint: SpatialJoint) -> tuple[float, float, float]
     return joint.mechanics.contact_angle_rad, ring * stiff / (ring + stiff), float(not joint.mechanics.one_sided)
 
 
-def _force_scale_N(rig: SpatialRig) -> float:
+def force_scale_N(rig: SpatialRig) -> float:
+    """Scale of the forces of a rig: its preload, or what bends a joint by a degree where that may be little."""
     if len(rig.tendons) > 1 and rig.preload_N > 0:
         return float(rig.preload_N)
     arm = max(tendon.tendon.moment_arm_mm for tendon in rig.tendons)

@@ -14,16 +14,15 @@ from fem_models.joint.contact import ring_weight_N, tip_force_N, weight_N
 from fem_models.joint.flexure import elasticity
 from fem_models.rig import Rig
 from fem_models.rig.checks import require, require_in_range
+from fem_models.rig.in_space import KNOWN_EFFECTS, RigInSpace
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.rig import EFFECT_TABLES, Friction, Material, Tendon
+from fem_models.rig.rig import EFFECT_TABLES, Friction, Material, Tendon, with_joint
+from fem_models.rig.space_tables import Space, Weight
 from fem_models.spatial.stiffness import NotchStiffness, notch_stiffness
 from hysteresis.arrays import Floats
 
-KNOWN_EFFECTS = ("closure", "gravity", "tip_load", "tip_mass")
-"""Effects of a planar rig that the chain in space has, too."""
 MEASURED_RATIO = 100.0
 """Strong bending and torsion of a measured joint over its bending stiffness: not known, and stiff here."""
-Space = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -142,18 +141,13 @@ def spatial_rig(
     Raises
     ------
     RigError
-        An effect of the rig that the chain in space does not have, or a row of turns of another length.
+        An effect of the rig that the chain in space does not have, notches of different pitch, or a row of turns of
+        another length.
     """
     for name in EFFECT_TABLES:
         known = name in KNOWN_EFFECTS or getattr(rig, name) is None
         require(known, name, "given", f"none in space: of the effects there are {', '.join(KNOWN_EFFECTS)}")
-    mechanics, whole = joint_mechanics(rig), 0.0
-    require(
-        mechanics.hardening.is_linear,
-        "rig.hardening_slope",
-        "given",
-        "none in space: joints are linear but for their loop",
-    )
+    whole = 0.0
     if isinstance(turns_deg, int | float):
         whole = float(turns_deg)
         turns = [whole] * rig.joints
@@ -164,12 +158,10 @@ def spatial_rig(
         placed = [SpatialTendon(one, whole + 180.0 * i, twist_deg_per_mm) for i, one in enumerate(rig.tendons)]
     else:
         placed = [SpatialTendon(rig.tendon_a, whole + float(angle), twist_deg_per_mm) for angle in tendons_deg]
-    six, ring = stiffness or _stiffness(rig, mechanics), mechanics.ring.bending_Nmm_per_rad
-    series = (ring, ring / (1 + rig.material.poissons_ratio))  # G J = E I/(1 + nu) of a round tube
     weight, tip = ring_weight_N(rig), tip_force_N(rig)
     return SpatialRig(
         name=rig.name,
-        joints=tuple(SpatialJoint(turn, rig.pitch_mm, mechanics, six, series) for turn in turns),
+        joints=_joints(rig, turns, stiffness),
         tendons=tuple(placed),
         preload_N=rig.preload_N,
         material=rig.material,
@@ -177,6 +169,44 @@ def spatial_rig(
         contact_Nmm_per_rad=rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0,
         loads=DeadLoads(_in_space(weight, whole), _in_space(tip, whole)),
     )
+
+
+def of_rig_in_space(rig: RigInSpace) -> SpatialRig:
+    """Make the chain in space of a rig that a file describes.
+
+    Raises
+    ------
+    RigError
+        As :func:`spatial_rig`.
+    """
+    planar = spatial_rig(rig.rig, turns_deg=rig.turns_deg)
+    tendons = tuple(SpatialTendon(*one) for one in zip(rig.tendons, rig.angles_deg, strict=True))
+    loads = planar.loads
+    force = _sum(_sum(loads.tip_N, rig.tip_force_N), _weight_N(rig.tip))
+    return replace(planar, tendons=tendons, loads=DeadLoads(_sum(loads.ring_weight_N, _weight_N(rig.ring)), force))
+
+
+def _weight_N(weight: Weight | None) -> Space:
+    if weight is None:
+        return 0.0, 0.0, 0.0
+    x, y, z = (weight_N(weight.mass_g) * part / math.hypot(*weight.direction) for part in weight.direction)
+    return x, y, z
+
+
+def _joints(rig: Rig, turns_deg: Sequence[float], stiffness: NotchStiffness | None) -> tuple[SpatialJoint, ...]:
+    """Make the joints, notches of different depth among them; all have one pitch."""
+    pitch = rig.pitch_mm
+    kinds = [_kind(with_joint(rig, number), stiffness) for number in range(1 if rig.joint.alike else rig.joints)]
+    return tuple(SpatialJoint(turn, pitch, *kinds[min(k, len(kinds) - 1)]) for k, turn in enumerate(turns_deg))
+
+
+def _kind(rig: Rig, stiffness: NotchStiffness | None) -> tuple[JointMechanics, NotchStiffness, tuple[float, float]]:
+    mechanics = joint_mechanics(rig)
+    linear = mechanics.hardening.is_linear
+    require(linear, "rig.hardening_slope", "given", "none in space: joints are linear but for their loop")
+    ring = mechanics.ring.bending_Nmm_per_rad
+    series = (ring, ring / (1 + rig.material.poissons_ratio))  # G J = E I/(1 + nu) of a round tube
+    return mechanics, stiffness or _stiffness(rig, mechanics), series
 
 
 def _in_space(planar: tuple[float, float], turn_deg: float) -> Space:
@@ -219,5 +249,5 @@ def with_masses(
     )
 
 
-def _sum(one: Space, other: list[float]) -> Space:
+def _sum(one: Space, other: Sequence[float]) -> Space:
     return one[0] + other[0], one[1] + other[1], one[2] + other[2]

@@ -19,7 +19,7 @@ from fem_models.rig.checks import SolverError, require
 from fem_models.spatial.drives import SpatialProgram
 from fem_models.spatial.kernels.follow import Path, Run, follow, motion_at_rest
 from fem_models.spatial.kernels.joint import work_space
-from fem_models.spatial.parameters import Parameters, SpatialSettings, memory_at_rest, spatial_parameters
+from fem_models.spatial.parameters import Parameters, SpatialSettings, force_scale_N, memory_at_rest, spatial_parameters
 from fem_models.spatial.place import bending_deg, tip_and_frame
 from fem_models.spatial.rig import SpatialRig
 from hysteresis.arrays import Floats
@@ -87,7 +87,7 @@ def solve_spatial(
     require(given == len(rig.tendons), "drives", f"{given} columns", f"one for each of {len(rig.tendons)} tendons")
     parameters = spatial_parameters(rig, program.by_force, settings)
     run, counts = followed(rig, program, parameters, settings)
-    _require_open(rig, run)
+    require_open(rig, run.joints[:, :, 2])
     tip, frame = tip_and_frame(rig, parameters, run.joints)
     bending, torsion = bending_deg(frame)
     work, friction, material, stored = run.energies.T
@@ -118,7 +118,7 @@ def followed(
     SolverError
         As :func:`solve_spatial`.
     """
-    path, (n, m) = _path(rig, program, parameters, settings), parameters.crossings.shape[:2]
+    path, (n, m) = path_of(rig, program, parameters, settings), parameters.crossings.shape[:2]
     samples = len(program.drives)
     run = Run(np.empty((samples, n, 6)), np.empty((samples, m, n + 1)), np.empty((samples, 4)))
     try:
@@ -138,28 +138,44 @@ def followed(
     return run, motion.counts
 
 
-def _path(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> Path:
-    """Bound the steps as :mod:`fem_models.load.stepping`, lengths over the longest step of a drive."""
-    forces = np.array(program.by_force)
-    longest = np.where(forces, settings.max_force_step * parameters.scale, settings.max_step_mm)
+def path_of(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> Path:
+    """Give the samples of a program, and how to follow them."""
+    control, longest = step_control(rig, program.by_force, 1 / parameters.by_arm, settings)
+    return Path(np.array(program.drives, order="C"), longest, control, settings.newton_iterations)
+
+
+def step_control(
+    rig: SpatialRig, by_force: tuple[bool, ...], lever_mm: float, settings: SpatialSettings
+) -> tuple[StepControl, Floats]:
+    """Bound the steps as :mod:`fem_models.load.stepping`, lengths over the longest step of a drive, (tendons,).
+
+    ``lever_mm`` is that of the tendons about the joints.
+    """
+    forces = np.array(by_force)
+    longest = np.where(forces, settings.max_force_step * force_scale_N(rig), settings.max_step_mm)
     arm = min(one.tendon.moment_arm_mm for one in rig.tendons)
     rotation, least, slide, least_slide = 5 / arm * settings.max_step_mm, 2e-3, 5.0 * settings.max_step_mm, 0.02
     if forces.any():  # joints and tendons a hundred times softer than elastic
         length = sum(joint.pitch_mm for joint in rig.joints)
         weak = min(joint.stiffness.weak for joint in rig.joints)
         step, stretch = float(longest[forces].max()), 100 * length / min(one.tendon.EA_N for one in rig.tendons)
-        rotation, least, least_slide = max(rotation, 100 * step / parameters.by_arm / weak), 0.05, 0.1
-        slide = max(slide, len(rig.joints) * rotation / parameters.by_arm + step * stretch)
-    control = StepControl(1.0, settings.max_halvings, rotation, least, slide, least_slide)
-    return Path(np.array(program.drives, order="C"), longest.astype(float), control, settings.newton_iterations)
+        rotation, least, least_slide = max(rotation, 100 * step * lever_mm / weak), 0.05, 0.1
+        slide = max(slide, len(rig.joints) * rotation * lever_mm + step * stretch)
+    return StepControl(1.0, settings.max_halvings, rotation, least, slide, least_slide), longest.astype(float)
 
 
-def _require_open(rig: SpatialRig, run: Run) -> None:
-    """Refuse weak bending past the closure of a notch, on a rig without contact of the edges."""
+def require_open(rig: SpatialRig, weak_rad: Floats) -> None:
+    """Refuse weak bending, shape (s, N), past the closure of a notch, on a rig without contact of the edges.
+
+    Raises
+    ------
+    SolverError
+        With joint, sample and angles.
+    """
     if rig.contact_Nmm_per_rad > 0:
         return
     for k, joint in enumerate(rig.joints):
-        angle, limit = run.joints[:, k, 2], joint.mechanics.closure_angle_rad
+        angle, limit = weak_rad[:, k], joint.mechanics.closure_angle_rad
         past = np.flatnonzero((angle if joint.mechanics.one_sided else np.abs(angle)) > limit)
         if past.size:
             raise SolverError(

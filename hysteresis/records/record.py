@@ -40,8 +40,17 @@ FIELDS: dict[str, str] = {
     "angle": "angle_deg",
     "tension_a": "tension_a_N",
     "tension_b": "tension_b_N",
+    "tension_c": "tension_c_N",
+    "tension_d": "tension_d_N",
+    "angle_2": "angle_2_deg",
+    "torsion": "torsion_deg",
+    "drive_2": "drive_2",
+    "drive_3": "drive_3",
+    "drive_4": "drive_4",
 }
 """Key of the sidecar's ``[columns]`` -> field of :class:`Record`; a bare CSV names its columns as these fields."""
+FURTHER_DRIVES = ("drive_2", "drive_3", "drive_4")
+"""Keys of the wheels beside the first one, in the unit of the drive."""
 LIST_FIELDS: dict[str, str] = {"notches": "notches_deg", "tip": "tip_mm"}
 """Keys of ``[columns]`` that name a list of columns, with the field of :class:`Record` that they fill."""
 MEASURED_KEYS = (
@@ -84,7 +93,15 @@ class Record:
     tension_a_N: Floats | None = None
     tension_b_N: Floats | None = None
     notches_deg: Floats | None = None  # shape (m, notches), base to tip
-    tip_mm: Floats | None = None  # shape (m, 2): along the straight tube, and across it in the bending plane
+    tip_mm: Floats | None = None  # shape (m, 2) or (m, 3): along the straight tube, across it in the bending plane, and
+    # across that plane
+    tension_c_N: Floats | None = None
+    tension_d_N: Floats | None = None
+    angle_2_deg: Floats | None = None  # bending in the second plane
+    torsion_deg: Floats | None = None
+    drive_2: Floats | None = None  # of further wheels, in the unit of the drive
+    drive_3: Floats | None = None
+    drive_4: Floats | None = None
     rig: Mapping[str, Any] = field(default_factory=dict)
     tube: Mapping[str, Any] = field(default_factory=dict)
     notch: Mapping[str, Any] = field(default_factory=dict)
@@ -101,7 +118,7 @@ class Record:
         shapes: dict[str, tuple[int | None, ...]] = {
             **dict.fromkeys(FIELDS.values(), (m,)),
             "notches_deg": (m, None),
-            "tip_mm": (m, 2),
+            "tip_mm": (m, 3 if self.tip_mm is not None and np.shape(self.tip_mm)[1:] == (3,) else 2),
             "kinematics": (None, 2),
         }
         for name, shape in shapes.items():
@@ -149,6 +166,7 @@ class Record:
         """Return the ``[columns]`` table of the record's file: key -> column, or list of columns, of the CSV."""
         load = self.drive_unit == "N"
         names = {**FIELDS, "drive": f"drive_{self.drive_unit}", "force": "force_N"}
+        names |= {key: f"{key}_{self.drive_unit}" for key in FURTHER_DRIVES}
         del names["drive" if load else "force"]
         columns: dict[str, str | list[str]] = {
             key: name for key, name in names.items() if getattr(self, FIELDS[key]) is not None
@@ -156,7 +174,7 @@ class Record:
         if self.notches_deg is not None:
             columns["notches"] = [f"notch_{i + 1}_deg" for i in range(self.notches_deg.shape[1])]
         if self.tip_mm is not None:
-            columns["tip"] = ["tip_x_mm", "tip_y_mm"]
+            columns["tip"] = ["tip_x_mm", "tip_y_mm", "tip_z_mm"][: self.tip_mm.shape[1]]
         return columns
 
     def columns(self) -> dict[str, NDArray[Any]]:
@@ -204,7 +222,7 @@ class Record:
             coordinates["notch"] = np.arange(1, self.notches_deg.shape[1] + 1)
         if self.tip_mm is not None:
             variables["tip_mm"] = (("sample", "axis"), self.tip_mm)
-            coordinates["axis"] = ["along", "across"]
+            coordinates["axis"] = ["along", "across", "out_of_plane"][: self.tip_mm.shape[1]]
         dataset = xr.Dataset(variables, coordinates, {"title": self.title, "kind": self.kind})
         for table in ("rig", "tube", "notch"):
             dataset.attrs |= {f"{table}_{key}": value for key, value in getattr(self, table).items()}

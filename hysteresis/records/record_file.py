@@ -15,6 +15,7 @@ from hysteresis.arrays import Floats
 from hysteresis.files import MOST_TOML_BYTES, RecordError, inside, place, present, read_bytes, read_text, write_files
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.own import MAKER
+from hysteresis.records.planes import require_one_wheel, second_plane
 from hysteresis.records.record import FIELDS, LIST_FIELDS, MAX_COUNT, MAX_MAGNITUDE, Record, bad_cycles
 from hysteresis.records.sidecar import (
     Columns,
@@ -82,19 +83,25 @@ def read_record(path: Path | str) -> Record:
     )
 
 
-def read_records(paths: Sequence[Path]) -> list[Record]:
-    """Read the records of one rig.
+def read_records(paths: Sequence[Path], plane: int = 1) -> list[Record]:
+    """Read the records of one rig, for a model of one bending plane; 2 is the second one, with the second wheel.
 
     Raises
     ------
     RecordError
-        As :func:`read_record`, or a file that is given twice: it would count as a test that was repeated.
+        As :func:`read_record`, or a file that is given twice: it would count as a test that was repeated; a second
+        wheel that moves (:mod:`hysteresis.records.planes`).
     """
     files = [place(path) for path in paths]
     for i, path in enumerate(paths):
         if files[i] in files[:i]:
             raise RecordError(f"{path}: given twice: expected different records")
-    return [read_record(path) for path in paths]
+    records = [read_record(path) for path in paths]
+    if plane == 2:
+        return [second_plane(record) for record in records]
+    for record in records:
+        require_one_wheel(record)
+    return records
 
 
 def read_columns(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> dict[str, Floats]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, quoted
-from hysteresis.records.record import FIELDS, KINDS, LIST_FIELDS, MEASURED_KEYS, DriveUnit, Kind
+from hysteresis.records.record import FIELDS, FURTHER_DRIVES, KINDS, LIST_FIELDS, MEASURED_KEYS, DriveUnit, Kind
 from hysteresis.records.rows import check_list, is_number, table_of_rows
 
 Columns = Mapping[str, list[str]]
@@ -121,7 +121,7 @@ def check_rig_tables(where: Path, tables: Mapping[str, Any]) -> None:
 
 def bare_columns(names: Sequence[str]) -> Columns:
     """Map the columns of a CSV without ``[columns]``: the drive and the angle, and those of the others that exist."""
-    bare = {**FIELDS, "drive": "drive_mm"}
+    bare = {**FIELDS, "drive": "drive_mm", **{key: f"{key}_mm" for key in FURTHER_DRIVES}}
     del bare["force"]
     return {key: [name] for key, name in bare.items() if key in ("drive", "angle") or name in names}
 
@@ -134,8 +134,9 @@ def _columns(where: Path, table: Mapping[str, Any]) -> Columns:
             expected = "a list of column names" if key in LIST_FIELDS else "the name of a column"
             raise RecordError(f"{where}: columns.{key} = {quoted(value)}: expected {expected}")
         columns[key] = group
-    if len(columns.get("tip", ["x", "y"])) != 2:
-        raise RecordError(f"{where}: columns.tip = {quoted(columns['tip'])}: expected two columns, along and across")
+    if len(columns.get("tip", ["x", "y"])) not in (2, 3):
+        expected = "two columns, along and across, or three of a tip in space"
+        raise RecordError(f"{where}: columns.tip = {quoted(columns['tip'])}: expected {expected}")
     if "angle" not in columns:
         raise RecordError(f"{where}: columns.angle: missing: expected the name of a column")
     if ("drive" in columns) == ("force" in columns):

@@ -59,6 +59,7 @@ COMMANDS: dict[str, Entry] = {
             "notchbend simulate --preset du2018 --preload 20 --amplitude 2.2 --out loop.csv",
             "notchbend simulate --rig mine.toml --amplitude 2 --cycles 3 --engine chain --out mine.csv",
             "notchbend simulate --preset du2018 --program drive.csv --out loop.csv",
+            "notchbend simulate --preset zhang2026 --amplitude 1 --circle --out circle.csv",
         ),
     ),
     "validate": Entry(
@@ -101,7 +102,13 @@ COMMANDS: dict[str, Entry] = {
         (
             "notchbend compensate bench.csv --reference wanted.csv --out drive.csv",
             "notchbend compensate results/fit/identify.json --reference wanted.csv --out drive.csv",
+            "notchbend compensate wrist.toml --reference circle.csv --out drives.csv",
         ),
+    ),
+    "workspace": Entry(
+        "Find what the tip of a rig in space reaches.",
+        "in_space.workspace:workspace_of_rig",
+        ("notchbend workspace --preset zhang2026 --amplitude 1.2 --out results/workspace",),
     ),
     "export": Entry(
         "Write a rig for another simulator.",

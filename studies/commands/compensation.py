@@ -18,7 +18,7 @@ from hysteresis.laws.elements import Element, elements_of
 from hysteresis.laws.inverse import UnreachableError, compensating_drive, uncompensated_drive
 from hysteresis.own import MAKER
 from hysteresis.records.record import RecordError
-from hysteresis.records.record_file import read_columns, read_record
+from hysteresis.records.record_file import read_columns, read_records
 from hysteresis.records.sidecar import toml
 from studies.commands.identification import identify_records
 from studies.results import read_result
@@ -71,7 +71,7 @@ def known_layer(source: Path, *, settings: IdentifySettings, progress: bool) -> 
     """
     if source.suffix.lower() == ".json":
         return read_layer(source)
-    record = read_record(source)
+    record = read_records([source])[0]
     return layer_of(identify_records([record], settings=settings, use_rig=False, progress=progress))
 
 

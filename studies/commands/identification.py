@@ -10,7 +10,7 @@ import numpy as np
 
 from fem_models.analytic import theory_curve
 from fem_models.rig import RigError
-from fem_models.rig.of_record import rig_of
+from fem_models.rig.of_record import bends_in_space, rig_of
 from hysteresis import Fit, identify
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
@@ -69,7 +69,9 @@ def _require_moving(record: Record) -> None:
 
 
 def _analytic(record: Record) -> Kinematics | None:
-    """Give the analytic kinematics of a record's rig; None without a rig, or with a theory of the user's own."""
+    """Give the analytic kinematics of a record's rig; None without a planar rig, or with a theory of the user's own."""
+    if bends_in_space(record):
+        return None
     rig = rig_of(record)  # checks the geometry in the sidecar even if the user's own theory is used
     if rig is None or record.kinematics is not None:
         return None

@@ -18,7 +18,7 @@ import json
 from collections.abc import Callable, Iterable
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 from rich.console import Console
@@ -26,15 +26,21 @@ from rich.table import Table
 
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
-from fem_models.rig.presets import PRESETS
+from fem_models.rig.presets import NAMES_IN_SPACE, PRESETS
 from hysteresis.arrays import Floats
 from hysteresis.own import foreign, marked_values
 from hysteresis.plain import to_plain
 from hysteresis.records.record import RecordError
 from studies.engines import forces_of_file, program_of_file
 
+if TYPE_CHECKING:
+    from fem_models.rig.in_space import RigInSpace
+    from fem_models.spatial.drives import WheelProgram
+
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if it does not exist.")]
 Records = Annotated[list[Path], typer.Argument(help="The records, CSV.")]
+ALL = (*PRESETS, *NAMES_IN_SPACE)
+"""Names of the presets; those of rigs in space are for commands that know them, and the others say so."""
 COMMAND = "command"
 """Field of a group that is no option: the command as it was given."""
 
@@ -158,7 +164,7 @@ class Overwrite:
 class RigChoice:
     """A rig: a preset or a file, with its own preload or another."""
 
-    preset: Annotated[str | None, typer.Option("--preset", help=f"One of {', '.join(PRESETS)}; or --rig.")] = None
+    preset: Annotated[str | None, typer.Option("--preset", help=f"One of {', '.join(ALL)}; or --rig.")] = None
     rig: Annotated[Path | None, typer.Option("--rig", help="A rig file, TOML, in place of --preset.")] = None
     preload: Annotated[
         float | None, typer.Option("--preload", help="Preload of the tendons, N; by default that of the rig.")
@@ -179,6 +185,26 @@ class RigChoice:
         assert self.rig is not None
         rig = read_rig(self.rig)
         return rig if self.preload is None else replace(rig, preload_N=self.preload)
+
+    def read_any(self) -> Rig | RigInSpace:
+        """Give the rig, of one plane or in space.
+
+        Raises
+        ------
+        RigError
+            As :meth:`read`.
+        """
+        from fem_models.rig.in_space import read_any_rig
+        from fem_models.rig.presets_in_space import any_preset
+
+        if self.preset is not None and self.rig is None:
+            return any_preset(self.preset, preload_N=self.preload)
+        if self.preset is not None or self.rig is None:
+            return self.read()
+        rig = read_any_rig(self.rig)
+        if self.preload is None:
+            return rig
+        return replace(rig, preload_N=self.preload) if isinstance(rig, Rig) else rig.with_preload(self.preload)
 
 
 @dataclass(frozen=True)
@@ -234,9 +260,14 @@ class ProgramChoice:
     program: Annotated[
         Path | None,
         typer.Option(
-            "--program", help="In place of --amplitude: CSV of drive_mm and, if any, time_s; or tendon_force_N."
+            "--program",
+            help="In place of --amplitude: CSV of drive_mm and, if any, time_s; or tendon_force_N. In space "
+            "drive_1_mm, drive_2_mm, or tension_1_N to tension_4_N.",
         ),
     ] = None
+    circle: Annotated[
+        bool, typer.Option("--circle", help="Two wheels once round, at --amplitude; of a rig in space.")
+    ] = False
 
     def read(self) -> LoadProgram:
         """Read or make the program.
@@ -244,8 +275,10 @@ class ProgramChoice:
         Raises
         ------
         RigError, RecordError
-            Options that exclude each other, or a file that cannot be read.
+            Options that exclude each other, or a file that cannot be read; --circle, which is of a rig in space.
         """
+        if self.circle:
+            raise RigError("--circle: both wheels of a rig in space: expected --amplitude alone of a planar rig")
         if self.program is not None:
             self._require_alone(self.program)
             return program_of_file(self.program)
@@ -261,6 +294,29 @@ class ProgramChoice:
             )
         return sine(self.amplitude, self.rate, cycles=cycles)
 
+    def in_space(self, rig: RigInSpace) -> WheelProgram:
+        """Read or make the program of a rig in space: a planar program moves the first wheel.
+
+        Raises
+        ------
+        RigError, RecordError
+            As :meth:`read`; a circle of a rig that has not two wheels.
+        """
+        from fem_models.spatial.drives import circle, first_wheel
+        from studies.in_space.programs import wheels_of_file
+
+        if self.program is not None:
+            self._require_alone(self.program)
+            return wheels_of_file(self.program)
+        if not self.circle:
+            return first_wheel(self.read(), rig)
+        if rig.wheel_count != 2:
+            raise RigError(f"--circle: rig {rig.name} has {rig.wheel_count} wheels: expected 2")
+        if self.amplitude is None or self.rate is not None:
+            raise RigError("--circle: expected --amplitude, and no --rate")
+        cycles = 1 if self.cycles is None else self.cycles
+        return circle(self.amplitude, step_mm=0.1 if self.step is None else self.step, cycles=cycles)
+
     def forces(self) -> Floats | None:
         """Read the tensions at the wheel, N, shape (m,); None for a program in mm, which :meth:`read` gives.
 
@@ -275,6 +331,6 @@ class ProgramChoice:
         return forces_of_file(self.program)
 
     def _require_alone(self, program: Path) -> None:
-        for name in ("amplitude", "rate", "step", "cycles"):
-            if (value := getattr(self, name)) is not None:
+        for name in ("amplitude", "rate", "step", "cycles", "circle"):
+            if (value := getattr(self, name)) not in (None, False):
                 raise RigError(f"--{name} {value}: --program {program} has the whole program: expected one of the two")

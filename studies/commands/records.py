@@ -20,6 +20,8 @@ from hysteresis.fitting.optimizers import Method
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.laws.elements import LawName
 from hysteresis.own import marked_png
+from hysteresis.plain import to_plain
+from hysteresis.records.planes import Coupling, coupling, not_used
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import check_target, files_of_record, read_records
 from studies.commands.identification import files_of_fit, identify_records, write_fit
@@ -57,6 +59,9 @@ def identify(
     records: Annotated[list[Path], typer.Argument(help="The records to fit, CSV; several are fitted jointly.")],
     out: Out,
     search: SearchChoice,
+    plane: Annotated[
+        int, typer.Option("--plane", min=1, max=2, help="Bending plane; 2 is the second wheel and the second angle.")
+    ] = 1,
     replacing: Overwrite,
     common: Common,
 ) -> None:
@@ -68,7 +73,7 @@ def identify(
         if place(path) in targets:
             raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
     replacing.allow(files)
-    loaded = read_records(records)
+    loaded = read_records(records, plane)
     settings = _settings(
         search.elements,
         search.law,
@@ -84,15 +89,22 @@ def identify(
 
     write_files({figure: marked_png(figure_of_fit(fit))})
     _warn_of_geometry(loaded, common)
-    common.show(
-        fit.to_dict() | made_entry(made), str(fit), f"wrote {out / 'identify.json'} and {figure}", _page_of(out)
-    )
+    coupled = [one for one in map(coupling, loaded) if one is not None]
+    beside = {"coupling": [to_plain(one) for one in coupled]} if coupled else {}
+    words = [_coupling_line(one) for one in coupled]
+    wrote = f"wrote {out / 'identify.json'} and {figure}"
+    common.show(fit.to_dict() | beside | made_entry(made), str(fit), *words, wrote, _page_of(out))
+
+
+def _coupling_line(one: Coupling) -> str:
+    moves = f"the other plane moves with {100 * one.share:.2g} % of this one"
+    return f"{one.record}: {moves}, at most {one.largest_deg:.2g} deg"
 
 
 def _warn_of_geometry(records: Sequence[Record], common: Common) -> None:
-    """Say on standard error of which records the geometry is unknown."""
+    """Say on standard error of which records the geometry is unknown, and which columns are not used."""
     if not common.quiet:
-        for words in without_geometry(records):
+        for words in [*without_geometry(records), *filter(None, map(not_used, records))]:
             typer.echo(f"notchbend: {words}", err=True)
 
 
@@ -196,9 +208,15 @@ def effects(*, common: Common) -> None:
 
 def compensate(
     *,
-    record: Annotated[Path, typer.Argument(help="The record to identify, CSV, or an identify.json.")],
+    record: Annotated[
+        Path,
+        typer.Argument(help="The record to identify, CSV, or an identify.json; or the file of a rig in space, TOML."),
+    ],
     reference: Annotated[
-        Path, typer.Option("--reference", help="Angles to follow, CSV: angle_deg and, optionally, time_s.")
+        Path,
+        typer.Option(
+            "--reference", help="Angles to follow, CSV: angle_deg, of a rig in space angle_2_deg, and, if any, time_s."
+        ),
     ],
     out: Annotated[Path, typer.Option("--out", help="The drive to write, CSV.")],
     elements: Elements = 0,
@@ -206,7 +224,15 @@ def compensate(
     replacing: Overwrite,
     common: Common,
 ) -> None:
-    """Find the drive that makes the angle follow a reference, from a record of the rig or its identify.json."""
+    """Find the drive that makes the angle follow a reference, from a record of the rig or its identify.json.
+
+    Of a rig in space, from its file: the motion of both wheels, with the chain in space as the model.
+    """
+    if record.suffix.lower() == ".toml":
+        from studies.in_space.compensation import compensate_rig
+
+        compensate_rig(record, reference, out, replacing, common)
+        return
     from studies.commands.compensation import compensated, known_layer, read_reference, write_columns
 
     check_target(out, [record, reference])

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
+from fem_models.rig.in_space import RigInSpace
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.plain import to_plain
@@ -84,18 +85,23 @@ def run(
 
 RecordOut = Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")]
 
+EngineChoice = Annotated[
+    EngineName | None,
+    typer.Option(
+        "--engine",
+        help="Model; multibody is the most complete and the default, chain the fastest, and that in space.",
+    ),
+]
+InTime = Annotated[bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")]
+
 
 def simulate(
     *,
     out: RecordOut = Path("results/simulated.csv"),
     rig: RigChoice,
     program: ProgramChoice,
-    engine: Annotated[
-        EngineName, typer.Option("--engine", help="Model; multibody is the most complete, chain the fastest.")
-    ] = "multibody",
-    dynamic: Annotated[
-        bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")
-    ] = False,
+    engine: EngineChoice = None,
+    dynamic: InTime = False,
     over: EnsembleChoice,
     replacing: Overwrite,
     common: Common,
@@ -104,7 +110,12 @@ def simulate(
     check_target(out, [file for file in (rig.rig, program.program) if file is not None])
     bands = out.with_name(f"{out.stem}-ensemble.csv")
     replacing.allow([*files_of_record(out), *([bands] if over.ensemble else [])])
-    chosen, force_N, members = rig.read(), program.forces(), over.members(rig)
+    chosen = rig.read_any()
+    if not isinstance(chosen, Rig):
+        _simulate_in_space(chosen, rig, program, engine, over, dynamic=dynamic, out=out, common=common)
+        return
+    engine = engine or "multibody"
+    force_N, members = program.forces(), over.members(rig)
     if members:
         _require_chain(engine, dynamic, force_N is not None)
     message = f"simulating {chosen.name} with {engine}"
@@ -121,10 +132,7 @@ def simulate(
             record, strain = _simulate(chosen, load, engine, dynamic, count)
         only_times = load.time_s is not None and not _rate_matters(chosen, engine, dynamic)
         remarks = ["quasi-static: the rate sets the times only"] if only_times else []
-    if rig.rig is not None:
-        preload: dict[str, str | float] = {"preload_N": chosen.preload_N} if chosen.preload_N > 0 else {}
-        record = replace(record, rig={"file": str(rig.rig.absolute()), **preload})
-    write_record(record, out)
+    write_record(_of_file(record, rig, chosen.preload_N), out)
     summary = to_plain(loop_summary(record), finite=False)
     shown = values_table(summary)
     if strain is None:
@@ -145,6 +153,37 @@ def simulate(
         )
         remarks = [*remarks, f"ranges along the drive: {bands}"]
     common.show(summary, shown, *remarks, f"record: {out}")
+
+
+def _of_file(record: Record, rig: RigChoice, preload_N: float) -> Record:
+    """Name the rig's file in a record."""
+    if rig.rig is None:
+        return record
+    preload: dict[str, str | float] = {"preload_N": preload_N} if preload_N > 0 else {}
+    return replace(record, rig={"file": str(rig.rig.absolute()), **preload})
+
+
+def _simulate_in_space(
+    chosen: RigInSpace,
+    rig: RigChoice,
+    program: ProgramChoice,
+    engine: EngineName | None,
+    over: EnsembleChoice,
+    *,
+    dynamic: bool,
+    out: Path,
+    common: Common,
+) -> None:
+    from studies.in_space.simulation import simulate_any, summary_of
+
+    over.require_off(f"rig {chosen.name}, which bends in space")
+    load = program.in_space(chosen)
+    with status(common.shows_progress, f"simulating {chosen.name} in space"):
+        record = simulate_any(chosen, load, engine, dynamic)
+    write_record(_of_file(record, rig, chosen.preload_N), out)
+    summary = to_plain(summary_of(record), finite=False)
+    remarks = ["quasi-static: the rate sets the times only"] if load.time_s is not None else []
+    common.show(summary, values_table(summary), *remarks, f"record: {out}")
 
 
 def _rate_matters(rig: Rig, engine: EngineName, dynamic: bool) -> bool:

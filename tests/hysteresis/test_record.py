@@ -38,7 +38,7 @@ def test_arrays_are_read_only_copies() -> None:
         ({"drive": [0, 2e9, 0]}, r"record: drive: magnitude 2e\+09: expected at most 1e\+09"),
         ({"time_s": [0, 1, 1e16]}, r"record: time_s: magnitude 1e\+16: expected at most 9"),
         ({"notches_deg": [1, 2, 3]}, r"record: notches_deg: shape \(3,\): expected shape \(3, any\)"),
-        ({"tip_mm": np.zeros((3, 3))}, r"record: tip_mm: shape \(3, 3\): expected shape \(3, 2\)"),
+        ({"tip_mm": np.zeros((3, 4))}, r"record: tip_mm: shape \(3, 4\): expected shape \(3, 2\)"),
         ({"kinematics": [[0, 0], [0, 1]]}, "record: kinematics: not increasing"),
         ({"drive_unit": "inch"}, "record: drive_unit: 'inch'"),
         ({"kind": "guess"}, "record: kind: 'guess'"),

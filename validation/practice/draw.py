@@ -52,6 +52,7 @@ SetName = Literal[
     "score-15",
     "score-16",
     "score-17",
+    "score-18",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -72,6 +73,7 @@ SETS: dict[SetName, int] = {
     "score-15": 20_261_136,
     "score-16": 20_261_137,
     "score-17": 20_261_138,
+    "score-18": 20_261_139,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

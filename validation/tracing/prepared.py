@@ -198,7 +198,7 @@ def channel_values(record: Read) -> dict[str, Floats]:
         out = {f"notch_{k + 1}": column for k, column in enumerate(record.notches_deg.T)}
     tensions = {"tension_a": record.tension_a_N, "tension_b": record.tension_b_N}
     out |= {name: values for name, values in tensions.items() if values is not None}
-    return out if record.tip_mm is None else out | dict(zip(TIP, record.tip_mm.T, strict=True))
+    return out if record.tip_mm is None else out | dict(zip(TIP, record.tip_mm.T[:2], strict=True))
 
 
 def channel_unit(name: str) -> str:

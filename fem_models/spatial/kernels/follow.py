@@ -283,3 +283,18 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion
             return s, reached
         note(s, rig, memory, work, motion, run)
     return -1, 0.0
+
+
+@spatial_njit(nogil=True, from_python=True)
+def go_on(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, work: Work) -> float:
+    """Go on from an equilibrium to the samples after the first one, which is not visited, and fill their results.
+
+    Returns the part of the way to a sample that has no equilibrium, or 1.
+    """
+    reach = path.control.max_step
+    for s in range(1, path.drives.shape[0]):
+        reached, reach = walk(s, path, rig, memory, motion, work, reach)
+        if reached < 1.0:
+            return reached
+        note(s, rig, memory, work, motion, run)
+    return 1.0

@@ -110,11 +110,11 @@ COMMON = ["seed", "quiet", "json"]
 OPTIONS = {
     "run": ["records", "out", "rig", "preset", "preload", "amplitude", "ensemble", "force", *COMMON],
     "simulate": [
-        "out", "preset", "rig", "preload", "amplitude", "cycles", "step", "rate", "program", "engine", "dynamic",
-        "ensemble", "force", *COMMON,
+        "out", "preset", "rig", "preload", "amplitude", "cycles", "step", "rate", "program", "circle", "engine",
+        "dynamic", "ensemble", "force", *COMMON,
     ],
     "validate": ["out", "preset", "rig", "preload", "amplitude", "force", *COMMON],
-    "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", "force", *COMMON],
+    "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", "plane", "force", *COMMON],
     "separate": ["out", "records", "preset", "rig", "preload", "amplitude", "engine", "ensemble", "force", *COMMON],
     "trace": ["records", "out", "reference", "threads", "force", *COMMON],
     "effects": COMMON,

@@ -1,0 +1,1 @@
+"""Rigs that bend in space: their runs, workspace and compensation as commands."""

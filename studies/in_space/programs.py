@@ -1,0 +1,58 @@
+"""Programs of several wheels, from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fem_models.rig import RigError
+from fem_models.rig.space_tables import MOST_TENDONS
+from fem_models.spatial.drives import WheelProgram
+from hysteresis.messages import listed
+from hysteresis.records.record import RecordError
+from hysteresis.records.record_file import column_names, read_columns
+
+DRIVES = tuple(f"drive_{k + 1}_mm" for k in range(MOST_TENDONS))
+TENSIONS = tuple(f"tension_{k + 1}_N" for k in range(MOST_TENDONS))
+FIRST_OF_RECORD = "drive_mm"
+"""Column of the first wheel in a record, which is a program, too."""
+
+
+def wheels_of_file(path: Path) -> WheelProgram:
+    """Read a program: a CSV with drive_1_mm, drive_2_mm, ..., one for each wheel, or tension_1_N, ... for each tendon.
+
+    drive_mm stands for drive_1_mm; time_s may stand beside drives.
+
+    Raises
+    ------
+    RecordError, RigError
+        One line with file, line, column, value and what was expected.
+    """
+    names = column_names(path)
+    drives, tensions = _given(names, DRIVES, FIRST_OF_RECORD), _given(names, TENSIONS)
+    if not drives and not tensions:
+        expected = f"{DRIVES[0]!r}, {DRIVES[1]!r}, ..., or {TENSIONS[0]!r}, ..."
+        raise RecordError(f"{path}: columns {listed(names)}: expected {expected}")
+    if tensions and (drives or "time_s" in names):
+        found = drives[0] if drives else "time_s"
+        raise RecordError(f"{path}: column {found!r} beside {tensions[0]!r}: expected tensions alone, step by step")
+    wanted = drives or tensions
+    columns = read_columns(path, wanted, optional=["time_s"])
+    try:
+        values = np.column_stack([columns[name] for name in wanted])
+        return WheelProgram(values, columns.get("time_s"), by_force=bool(tensions))
+    except RigError as error:
+        raise RigError(f"{path}: {error}") from None
+
+
+def _given(names: Sequence[str], wanted: Sequence[str], first: str = "") -> list[str]:
+    """Give the columns from the first one on that are there; a RecordError in the caller names what is missing."""
+    begin = [first] if first in names and wanted[0] not in names else [wanted[0]]
+    out = list[str]()
+    for name in [*begin, *wanted[1:]]:
+        if name not in names:
+            break
+        out.append(name)
+    return out
