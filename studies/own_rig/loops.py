@@ -144,7 +144,7 @@ def draw_rig(rig: Rig, record: Record, out: Path) -> Picture:
     except (SceneError, RigError, MissingError) as error:  # joints that were measured have no shape to draw
         return Picture(caption=caption, missing=str(error))
     try:
-        with tempfile.TemporaryDirectory(prefix=".tube-", dir=out) as folder:
+        with tempfile.TemporaryDirectory() as folder:  # in ``out`` it would stay there if the process is killed
             render(rig, joints, Path(folder) / "tube.png")
             write_files({out / "tube.png": marked_png((Path(folder) / "tube.png").read_bytes())})
     except SceneError as error:

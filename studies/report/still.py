@@ -126,6 +126,7 @@ def _text(figure: Figure) -> str:
     stream = io.StringIO()
     with warnings.catch_warnings():  # about characters that the font lacks: titles of users may have any
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
+        warnings.filterwarnings("ignore", message="constrained_layout not applied", category=UserWarning)  # long names
         figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
     text = stream.getvalue()
     return text[text.index("<svg") :]  # without the XML head, which is not allowed inside a page

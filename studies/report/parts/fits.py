@@ -57,7 +57,7 @@ def run_fit(folder: Path, item: FitEntry, seed: int, command: str) -> FitSection
         One line with the file that is missing or cannot be read.
     """
     path = inside(folder / "run.json", "fits[].name", f"identify-{item.name}.csv", [".csv"])
-    found = read_result(StoredFit, path.with_name(f"identify-{item.name}.json"), fit.WHAT)
+    found = read_result(StoredFit, path.with_suffix(".json"), fit.WHAT)  # a name may have folders in it
     unit = read_record(record_of_run(folder, item.record)).drive_unit
     plate = draw(fit_row(_series(path, "run"), unit, item.name))
     again = f"notchbend identify DIR/records/{item.record}.csv --out DIR/again --seed {seed}"

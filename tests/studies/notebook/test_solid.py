@@ -11,7 +11,7 @@ import notchbend as nb
 from fem_models.joint import joint_mechanics
 from fem_models.view import SceneError
 from studies.notebook import solid
-from studies.own_rig.loops import draw_rig
+from studies.own_rig import loops
 
 
 def requires_opengl(figure_of):
@@ -78,7 +78,21 @@ def test_a_run_without_the_extra_stores_why_there_is_no_picture(tmp_path, monkey
     """What ``notchbend run`` draws at its end."""
     monkeypatch.setattr(hysteresis.extras, "find_spec", lambda name: None)
     rig = nb.preset("du2018")
-    picture = draw_rig(rig, nb.simulate(rig, nb.triangle(0.5, cycles=1), engine="chain"), tmp_path)
+    picture = loops.draw_rig(rig, nb.simulate(rig, nb.triangle(0.5, cycles=1), engine="chain"), tmp_path)
     assert not list(tmp_path.iterdir())
     assert (picture.file, picture.tube) == (None, None)
     assert picture.missing.endswith("pip install 'notchbend[view]'")
+
+
+def test_a_run_that_is_killed_while_it_draws_leaves_no_folder(tmp_path, monkeypatch):
+    """What stands in the folder of results while the tube is drawn is what the next run replaces."""
+    seen = []
+
+    def drawn(rig, joints, path):
+        seen.extend(one.name for one in tmp_path.iterdir())
+        raise SceneError("killed")
+
+    monkeypatch.setattr(loops, "render", drawn)
+    rig = nb.preset("du2018")
+    loops.draw_rig(rig, nb.simulate(rig, nb.triangle(0.5, cycles=1), engine="chain"), tmp_path)
+    assert seen == ["tube.json"]
