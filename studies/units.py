@@ -9,6 +9,7 @@ _UNITS = {
     "N_per_mm": "N/mm",
     "mm_per_N": "mm/N",
     "percent": "%",
+    "mm2": "mm^2",
 } | {unit: unit for unit in ("GPa", "MPa", "deg", "mm", "mJ", "Hz", "N", "g", "s")}
 """Units by the ending of a name, the longest ending first."""
 

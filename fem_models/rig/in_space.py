@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from fem_models.rig.checks import RigError, require, require_in_range
 from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import EFFECT_TABLES, Rig, Tendon
-from fem_models.rig.rig_file import rig_and_space_of_file
+from fem_models.rig.rig_file import rig_and_space, rig_and_space_of_file
 from fem_models.rig.space_tables import Space, SpaceKeys, Weight, wheels_of_pairs
 from hysteresis.arrays import Floats
 from hysteresis.display import html_table
@@ -152,6 +153,23 @@ def rig_in_space(rig: Rig, keys: SpaceKeys | None = None) -> RigInSpace:
     angles = keys.angles_deg or tuple(180.0 * j for j in range(len(rig.tendons)))
     wheels = keys.wheels or wheels_of_pairs(angles)
     return RigInSpace(rig, turns, angles, wheels, keys.tip_force_N, keys.ring, keys.tip)
+
+
+def rig_in_space_of_tables(tables: Mapping[str, Any], where: str) -> RigInSpace:
+    """Make a rig in space from the tables of a rig file or from :meth:`RigInSpace.to_dict`.
+
+    One whose turns are 0 and whose tendons are those of a planar rig is still one in space here.
+
+    Raises
+    ------
+    RigError
+        One line with ``where``, field, value and what was expected.
+    """
+    rig, keys = rig_and_space(tables, where, "rig")
+    try:
+        return rig_in_space(rig, keys)
+    except RigError as error:
+        raise RigError(f"{where}: {error}") from None
 
 
 def read_any_rig(path: Path | str) -> Rig | RigInSpace:

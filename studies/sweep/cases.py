@@ -17,6 +17,7 @@ from fem_models.joint import joint_row
 from fem_models.joint.strain import SUPERELASTIC, limits_passed, peak_strain, strain_limits
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig
+from fem_models.rig.in_space import rig_in_space_of_tables
 from fem_models.rig.rig_file import rig_of_tables
 from hysteresis import identify
 from hysteresis.arrays import Floats
@@ -24,8 +25,9 @@ from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.metrics import loop_width
 from hysteresis.records.record import Record
 from studies.engines import solver_of
+from studies.in_space.quantities import groups_in_space, winds_both_ways
 from studies.sweep.inputs import CaseInputs, CaseTables, ProgramTable, with_values
-from studies.sweep.quantities import GROUPS, quantity_names
+from studies.sweep.quantities import GROUPS, IN_SPACE, quantity_names
 from validation.separation import loop_program, separate
 
 Quantities = dict[str, float]
@@ -109,7 +111,14 @@ def _evaluate(inputs: CaseInputs, found: Quantities) -> None:
     """Fill ``found`` group by group, so that the groups computed before a failure are kept."""
     # with_values raises here, as it did when the case was made: its error becomes the message of the case
     tables: CaseTables = inputs if inputs.values is None else with_values(inputs, inputs.values)
-    rig = rig_of_tables(tables.rig, f"rig {tables.rig.get('name', '')}")
+    where = f"rig {tables.rig.get('name', '')}"
+    if inputs.engine == IN_SPACE:
+        wrist = rig_in_space_of_tables(tables.rig, where)
+        drive = program_of_table(tables.program, one_way=not winds_both_ways(wrist))
+        for part in groups_in_space(wrist, drive, inputs.groups):
+            found |= part
+        return
+    rig = rig_of_tables(tables.rig, where)
     program = program_of_table(tables.program, one_way=rig.tendon_b is None)
     engine, groups = inputs.engine, inputs.groups
     if engine == "solid":

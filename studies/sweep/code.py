@@ -23,6 +23,8 @@ FILES = (
     "validation/separation/rig_calibration.py",
     "studies/__init__.py",
     "studies/engines.py",
+    "studies/in_space/__init__.py",
+    "studies/in_space/quantities.py",
     "studies/sweep/__init__.py",
     "studies/sweep/cases.py",
     "studies/sweep/code.py",
@@ -34,6 +36,7 @@ LIBRARIES = {
     "analytic": ("numpy", "scipy"),
     "multibody": ("numpy", "scipy", "exudyn"),
     "solid": ("numpy", "scipy", "numba", "gmsh", "scikit-fem", "cholespy"),
+    "chain-in-space": ("numpy", "scipy", "numba"),
 }
 """Libraries that an engine computes with."""
 

@@ -23,11 +23,18 @@ DERIVED: dict[str, tuple[str, ...]] = {
     "tube.wall_mm": ("tube.inner_diameter_mm",),
     "notch.depth_gradient_mm": (),
     "notch.angle_deg": ("notch.width_mm",),
+    "notch.turn_step_deg": (),
 }
 """Numbers that a rig file does not have, in the order in which they are applied, and the numbers that each one sets.
 
-The gradient of the depth sets the depths about their mean, which may be varied beside it.
+The gradient of the depth sets the depths about their mean, which may be varied beside it. The step of the turn turns
+each notch of a rig in space on from the one before, beginning with the turn of the first.
 """
+
+TURN = "notch.turn_deg"
+"""Turn of all notches of a rig in space about the tube axis."""
+TURN_KEYS = (TURN, "notch.turn_step_deg")
+"""Numbers that only rigs in space have."""
 
 MEMBER = "ensemble.member"
 """Number of a member of the ensemble of the rig's preset, from 0 on: it sets all constants of that member."""
@@ -36,7 +43,7 @@ FIELDS: dict[str, bool] = (
     numbers_of_a_rig()
     | {f"program.{name}": whole for name, whole in PROGRAM.items()}
     | dict.fromkeys(DERIVED, False)
-    | {MEMBER: True}
+    | {MEMBER: True, TURN: False}
 )
 """Every number that a study may vary, by its dotted name; True for a whole number."""
 
@@ -113,10 +120,12 @@ def with_values(base: CaseTables, values: Mapping[str, float]) -> CaseTables:
         if table == "program":
             program = ProgramTable(**(vars(program) | {field: number}))
         elif table == "tendon":
-            for side in ("tendon_a", "tendon_b"):
+            for side in ("tendon", "tendon_a", "tendon_b"):  # "tendon" is that of a rig in space
                 if side in rig:
                     rig[side][field] = number
         elif table:
+            if name == "tip_load.force_N" and isinstance(rig.get(table, {}).get(field), list | tuple):
+                raise RigError(f"{name} = {number:g}: expected fixed where the force has three components")
             rig.setdefault(table, {})[field] = number
         else:
             rig[field] = number
@@ -168,10 +177,22 @@ def _set_angle(rig: Mapping[str, Any], angle_deg: float) -> None:
         raise RigError(f"notch.angle_deg = {angle_deg:g}: depth_mm and root_width_mm: expected one a notch") from None
 
 
+def _set_turns(rig: Mapping[str, Any], step_deg: float) -> None:
+    """Turn each notch on from the one before it."""
+    notch = rig.get("notch", {})
+    count = notch.get("count", 0)
+    if not 1 <= count <= MOST_JOINTS:
+        expected = f"1 to {MOST_JOINTS:,} notches"
+        raise RigError(f"notch.turn_step_deg = {step_deg:g}: notch.count = {count}: expected {expected}")
+    first = float(np.ravel(notch.get("turn_deg", 0.0))[0])
+    notch["turn_deg"] = [first + step_deg * k for k in range(count)]
+
+
 _DERIVE: dict[str, Callable[[Mapping[str, Any], float], None]] = {
     "tube.wall_mm": _set_wall,
     "notch.depth_gradient_mm": _set_gradient,
     "notch.angle_deg": _set_angle,
+    "notch.turn_step_deg": _set_turns,
 }
 
 

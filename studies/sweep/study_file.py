@@ -11,8 +11,10 @@ from itertools import islice, product
 from pathlib import Path
 from typing import Any, cast
 
-from fem_models.rig import RigError, preset, read_rig
+from fem_models.rig import RigError
 from fem_models.rig.ensemble import member_constants
+from fem_models.rig.in_space import RigInSpace, read_any_rig, rig_in_space_of_tables
+from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig_file import rig_of_tables
 from hysteresis.files import inside, read_bytes, read_text, read_toml
 from hysteresis.messages import as_given, listed, quoted
@@ -21,8 +23,8 @@ from studies.engines import program_of_file
 from studies.results.study import Goal, Sample
 from studies.sweep.cases import program_of_table
 from studies.sweep.errors import StudyError
-from studies.sweep.inputs import FIELDS, MEMBER, PROGRAM, CaseTables, ProgramTable, clash, with_values
-from studies.sweep.quantities import ENGINE_GROUPS, GROUPS, quantity_names
+from studies.sweep.inputs import FIELDS, MEMBER, PROGRAM, TURN_KEYS, CaseTables, ProgramTable, clash, with_values
+from studies.sweep.quantities import ENGINE_GROUPS, GROUPS, IN_SPACE, quantity_names
 
 METHODS = ("sobol", "latin-hypercube")
 MAX_CASES = 1_000_000
@@ -207,7 +209,6 @@ SeedOf = Callable[[_Table], int]
 def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
     if type(top.data.get("schema")) is not int or top.data["schema"] != 1:
         raise top.complain("schema", "1")
-    engine = top.text("engine", "chain", list(ENGINE_GROUPS))
     base_seed = top.whole("seed", 0, 0, 2**31)
 
     def seed(table: _Table) -> int:
@@ -215,7 +216,7 @@ def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
         return own if given_seed is None else given_seed
 
     inputs: dict[Path, str] = {path: _sha256(path)}
-    tables = _tables(path, top, inputs)
+    tables, engine = _tables(path, top, inputs)
     sample = _sample(top, seed)
     axes = _axes(top.table("vary"), sampled=sample is not None)
     names = [axis.name for axis in axes]
@@ -262,9 +263,10 @@ def _require_rig(study: Study) -> None:
     """Refuse a rig that no value of the axes makes possible; the message is that of the first case."""
     spans = [axis.values or (axis.low, 0.5 * (axis.low + axis.high), axis.high) for axis in study.axes]
     names, first = [axis.name for axis in study.axes], ""
+    made = rig_in_space_of_tables if study.engine == IN_SPACE else rig_of_tables
     for values in islice(product(*spans), MOST_RIGS):
         try:
-            rig_of_tables(with_values(study.tables, dict(zip(names, values, strict=True))).rig, "rig")
+            made(with_values(study.tables, dict(zip(names, values, strict=True))).rig, "rig")
             return
         except RigError as error:
             first = first or str(error)
@@ -295,16 +297,16 @@ def _sha256(path: Path) -> str:
     return hashlib.sha256(read_bytes(path, "an input of the study")).hexdigest()
 
 
-def _tables(path: Path, top: _Table, inputs: dict[Path, str]) -> CaseTables:
-    """Read rig and load program; files of theirs, relative to the study file's folder, are added to ``inputs``."""
+def _tables(path: Path, top: _Table, inputs: dict[Path, str]) -> tuple[CaseTables, str]:
+    """Read rig, load program and engine; files, relative to the study file's folder, are added to ``inputs``."""
     table = top.table("rig")
     if ("preset" in table.data) == ("file" in table.data):
         raise StudyError("[rig]: expected either preset or file")
     if "preset" in table.data:
-        rig = preset(table.text("preset"))
+        rig = any_preset(table.text("preset"))
     else:
         file = inside(path, "rig.file", table.text("file"), [".toml"])
-        rig = read_rig(file)
+        rig = read_any_rig(file)
         inputs[file] = _sha256(file)
     changed = {}
     for name, value in _dotted({k: v for k, v in table.data.items() if k not in ("preset", "file")}):
@@ -314,7 +316,23 @@ def _tables(path: Path, top: _Table, inputs: dict[Path, str]) -> CaseTables:
             )
         changed[name] = _value(f"rig.{name}", value, FIELDS[name])
     program = _program(path, top.table("program", "amplitude_mm", "cycles", "step_mm", "rate_Hz", "file"), inputs)
-    return with_values(CaseTables(rig.to_dict(), program), changed)
+    engine = _engine(top, rig.name, in_space=isinstance(rig, RigInSpace))
+    if engine == IN_SPACE and program.drive_mm is not None:
+        raise StudyError(f"program.file: expected amplitude_mm with the rig {rig.name}, which bends in space")
+    return with_values(CaseTables(rig.to_dict(), program), changed), engine
+
+
+def _engine(top: _Table, rig: str, *, in_space: bool) -> str:
+    """Give the engine: of a rig in space its chain, which is the default."""
+    engine = top.text("engine", "chain", list(ENGINE_GROUPS))
+    if in_space and engine not in ("chain", IN_SPACE):
+        raise top.complain("engine", f"chain, for the rig {rig} bends in space")
+    if engine == IN_SPACE and not in_space:
+        raise top.complain("engine", f"chain, for the rig {rig} bends in one plane")
+    turned = [] if in_space else [name for name, _ in _axes_dotted(top.table("vary").data) if name in TURN_KEYS]
+    if turned:
+        raise StudyError(f"vary.{turned[0]}: expected absent with the rig {rig}, which bends in one plane")
+    return IN_SPACE if in_space else engine
 
 
 def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
