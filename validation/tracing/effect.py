@@ -37,7 +37,6 @@ Need = Literal[
     "declared plateau",
     "reference",
     "torsion",
-    "second wheel",
 ]
 Values = Mapping[str, float]
 

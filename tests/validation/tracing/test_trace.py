@@ -274,7 +274,7 @@ def test_catalogue_is_complete():
     names = [effect.name for effect in catalogue()]
     assert len(names) == len(set(names)) == 25
     for effect in catalogue():
-        assert effect.rig_forms
+        assert effect.rig_forms or effect.space_forms
         assert effect.curve_forms or effect.name in ("drive_gain", "temperature")
         assert len(effect.physics) > 80
         assert len(effect.distinguished_by) > 40

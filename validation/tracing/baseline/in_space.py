@@ -193,7 +193,8 @@ def _angle_records(record: Record, wheels_mm: Floats, angles: Sequence[str], num
     """Each angle of a record as a record, over the drive of the wheel that moves most."""
     drive = wheels_mm[:, int(np.ptp(wheels_mm, axis=0).argmax())]
     name = record.source.removesuffix(".csv") or f"record {number + 1}"
-    values = {"angle": record.angle_deg, "angle_2": record.angle_2_deg, "torsion": record.torsion_deg}
+    given = {"angle": record.angle_deg, "angle_2": record.angle_2_deg, "torsion": record.torsion_deg}
+    values = {name: value for name, value in given.items() if value is not None}
     plain = Record(
         drive, record.angle_deg, title=record.title, kind=record.kind, time_s=record.time_s, cycle=record.cycle,
         rig=record.rig, source=record.source,
