@@ -79,6 +79,8 @@ from validation.tracing.verdict import (
     with_remaining_error,
 )
 
+TURNED_SENSOR = "a sensor that is turned about the tube axis by as much reads nearly the same as turned tendons"
+
 
 def trace_records(
     records: Sequence[Record],
@@ -151,7 +153,10 @@ def _trace_in_space(
         trace = _trace_as_declared(Search(problem, KNOWN_RIG, effects, threads, report))
     trace = with_remaining_error(partial_above_floor(confirmed_on_heldout(above_noise(trace))))
     trace = doubted_with_leap(doubted_without_noise(trace))
-    return replace(trace, words=(*trace.words, *problem.channel_words, *sensor_words(trace.records, trace.floor.deg)))
+    turned = (TURNED_SENSOR,) if "plane_coupling" in trace.names else ()
+    return replace(
+        trace, words=(*trace.words, *turned, *problem.channel_words, *sensor_words(trace.records, trace.floor.deg))
+    )
 
 
 def _out_of_plane(one: Coupling) -> str:
