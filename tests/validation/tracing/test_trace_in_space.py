@@ -24,22 +24,22 @@ EFFECTS = {effect.name: effect for effect in catalogue()}
 
 @pytest.fixture(scope="module")
 def wrist():
-    """Four notches of the published wrist, in turns of 90 degrees: a run takes some milliseconds."""
-    notch = replace(ZHANG.rig.joint.notch, count=4)
-    rig = replace(ZHANG.rig, name="four", joint=replace(ZHANG.rig.joint, notch=notch))
-    return replace(ZHANG, rig=rig, turns_deg=ZHANG.turns_deg[:4])
+    """Two notches of the published wrist, turned by 90 degrees: a run takes some milliseconds."""
+    notch = replace(ZHANG.rig.joint.notch, count=2)
+    rig = replace(ZHANG.rig, name="two", joint=replace(ZHANG.rig.joint, notch=notch))
+    return replace(ZHANG, rig=rig, turns_deg=ZHANG.turns_deg[:2])
 
 
 @pytest.fixture(scope="module")
 def file(wrist, tmp_path_factory):
-    path = tmp_path_factory.mktemp("rig") / "four.toml"
+    path = tmp_path_factory.mktemp("rig") / "two.toml"
     path.write_text(toml(wrist.to_dict()))
     return path
 
 
 def record(wrist, file, *, turn_deg=0.0, delay_s=0.0, seed=0, noise_deg=NOISE_DEG, second=False):
     """Give a record of the wrist with hidden turned tendons or a delay; of the first wheel, or the second one."""
-    program = first_wheel(sine(0.25, 0.1, cycles=2, samples_per_cycle=40), wrist)
+    program = first_wheel(sine(0.2, 0.1, cycles=2, samples_per_cycle=16), wrist)
     if second:
         program = WheelProgram(program.wheels[:, ::-1], program.time_s, program.cycle)
     chain = of_rig_in_space(wrist)
@@ -78,7 +78,8 @@ def test_a_clean_record_lacks_nothing(wrist, file):
 
 
 def test_a_delay_is_no_coupling(wrist, file):
-    trace = traced(record(wrist, file, delay_s=0.1, seed=2))
+    """Friction at one rate takes a part of a delay of 3 % of the cycle; the rest has its name."""
+    trace = traced(record(wrist, file, delay_s=0.3, seed=2))
     assert trace.names == ("time_delay",)
 
 
@@ -86,7 +87,7 @@ def test_the_second_wheel_is_a_drive_and_held_out_samples_are_alike(wrist, file)
     """The record of the second wheel alone: its path is that of the wheel, and every angle has the same folds."""
     problem = space_problem([record(wrist, file), record(wrist, file, second=True)])
     assert problem.angles == ("angle", "angle_2", "torsion")
-    assert all(np.ptp(one.drive) == pytest.approx(0.5) for one in problem.records)
+    assert all(np.ptp(one.drive) == pytest.approx(0.4) for one in problem.records)
     masks = problem.divided().train
     for k in range(0, 6, 3):
         assert all(np.array_equal(masks[k], masks[k + i]) for i in range(3))
@@ -153,7 +154,7 @@ def test_bending_out_of_the_plane_of_a_planar_rig_has_a_word():
     """Simulated with du2018 itself; a second angle of a tenth of the first one is not explained by it."""
     from fem_models.chain.solve import simulate_chain
 
-    run = simulate_chain(preset("du2018"), sine(1.0, 0.1, cycles=2, samples_per_cycle=30))
+    run = simulate_chain(preset("du2018"), sine(1.0, 0.1, cycles=2, samples_per_cycle=32))
     noise = np.random.default_rng(0).normal(0, NOISE_DEG, (2, run.drive.size))
     planar = Record(
         run.drive, run.angle_deg + noise[0], angle_2_deg=0.1 * run.angle_deg + noise[1], time_s=run.time_s,
