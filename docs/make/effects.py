@@ -25,6 +25,7 @@ _NEEDS: dict[Need, str] = {
     "drive in mm": "a drive in mm of tendon",
     "declared plateau": "a plateau that is declared",
     "reference": "a reference",
+    "torsion": "torsion in all records",
 }
 
 
@@ -39,6 +40,7 @@ def _section(effect: Effect) -> str:
         _row("known, at the end" if form.refines else "known", form.parameters, form.needs) for form in effect.rig_forms
     ]
     rows += [_row("unknown", form.parameters, form.needs) for form in effect.curve_forms]
+    rows += [_row("known, in space", form.parameters, form.needs) for form in effect.space_forms]
     distinguished = textwrap.fill(f"*Distinguished by.* {effect.distinguished_by}", _WIDTH, break_long_words=False)
     physics = textwrap.fill(effect.physics, _WIDTH, break_long_words=False, break_on_hyphens=False)
     parts = [f"## {effect.name}", physics, distinguished, table(["geometry", "parameters", "needs"], rows)]
@@ -47,7 +49,7 @@ def _section(effect: Effect) -> str:
 
 def _plausible(effect: Effect) -> list[str]:
     """Ranges outside of which a fit is shown and not named, each once, with its reason."""
-    forms = [*effect.rig_forms, *effect.curve_forms]
+    forms = [*effect.rig_forms, *effect.curve_forms, *effect.space_forms]
     there = [(p.name, p.sensible) for form in forms for p in form.parameters if p.sensible is not None]
     lines = dict.fromkeys(f"`{name}`: {_range(sensible)}: {sensible.because}." for name, sensible in there)
     if not lines:

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from fem_models.rig.checks import RigError
+from fem_models.rig.in_space import RigInSpace, read_any_rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.rig.presets import NAMES_IN_SPACE, preset
+from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig import Material, Rig, Tendon, Wheel
 from fem_models.rig.rig_file import build, read_rig, rig_and_space_of_file
 from hysteresis.records.record import MEASURED_KEYS, Record
@@ -49,6 +51,27 @@ def bends_in_space(record: Record) -> bool:
     if "file" in record.rig:
         return rig_and_space_of_file(Path(record.source).parent / str(record.rig["file"]))[1] is not None
     return record.rig.get("preset") in NAMES_IN_SPACE
+
+
+def rig_in_space_of(record: Record) -> RigInSpace:
+    """Return the rig in space that the sidecar names (:func:`bends_in_space`), at the preload of the record.
+
+    Raises
+    ------
+    RigError
+        As :func:`rig_of`.
+    """
+    preload = record.rig.get("preload_N")
+    if "file" in record.rig:
+        rig = read_any_rig(Path(record.source).parent / str(record.rig["file"]))
+    else:
+        rig = any_preset(str(record.rig.get("preset")))
+    if not isinstance(rig, RigInSpace):
+        raise RigError(f"{_where(record)}: rig: of one plane: expected a rig in space")
+    try:
+        return rig.with_preload(preload)
+    except RigError as error:
+        raise RigError(f"{_where(record)}: {error}") from None
 
 
 def notched_tube_of(record: Record) -> NotchedTube | None:

@@ -92,16 +92,27 @@ def read_records(paths: Sequence[Path], plane: int = 1) -> list[Record]:
         As :func:`read_record`, or a file that is given twice: it would count as a test that was repeated; a second
         wheel that moves (:mod:`hysteresis.records.planes`).
     """
-    files = [place(path) for path in paths]
-    for i, path in enumerate(paths):
-        if files[i] in files[:i]:
-            raise RecordError(f"{path}: given twice: expected different records")
-    records = [read_record(path) for path in paths]
+    records = read_whole_records(paths)
     if plane == 2:
         return [second_plane(record) for record in records]
     for record in records:
         require_one_wheel(record)
     return records
+
+
+def read_whole_records(paths: Sequence[Path]) -> list[Record]:
+    """Read the records of one rig, with all of its wheels.
+
+    Raises
+    ------
+    RecordError
+        As :func:`read_record`, or a file that is given twice.
+    """
+    files = [place(path) for path in paths]
+    for i, path in enumerate(paths):
+        if files[i] in files[:i]:
+            raise RecordError(f"{path}: given twice: expected different records")
+    return [read_record(path) for path in paths]
 
 
 def read_columns(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> dict[str, Floats]:

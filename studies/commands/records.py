@@ -179,7 +179,7 @@ def trace(
 
     With --reference: what changed between the reference and the records.
     """
-    from studies.commands.tracing import FILES, require_kept, summary, trace_files, write_trace
+    from studies.commands.tracing import FILES, read_for_trace, require_kept, summary, trace_files, write_trace
 
     old = reference or []
     require_kept(out, [*records, *old])
@@ -187,7 +187,8 @@ def trace(
     made = made_now(common.command)
     found = trace_files(records, reference=old, seed=common.seed, threads=threads, progress=common.shows_progress)
     write_trace(found, out, made=made)
-    _warn_of_geometry(read_records(records), common)
+    if not found.in_space:
+        _warn_of_geometry(read_for_trace(records), common)
     values = found.report.to_dict() | made_entry(made)
     common.show(values, *summary(found.report), f"report: {out / 'report.html'}")
 

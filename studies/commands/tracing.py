@@ -10,16 +10,20 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_models.rig.of_record import bends_in_space
 from hysteresis.files import place, write_files
 from hysteresis.own import marked_page, marked_png, marked_values
+from hysteresis.records.planes import require_one_wheel
 from hysteresis.records.record import Record, RecordError
-from hysteresis.records.record_file import read_records
+from hysteresis.records.record_file import read_whole_records
 from studies.commands.identification import STANDSTILL_DEG
 from studies.progress import stages
 from studies.report.trace_page import trace_page
 from studies.results.made import Made, made_entry
 from studies.results.trace_samples import SAMPLES, TraceSamples, samples_csv, samples_of
 from validation.tracing import catalogue, trace_records
+from validation.tracing.baseline.in_space import SpaceProblem
+from validation.tracing.effect import acting
 from validation.tracing.figures import figures
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.outcome import Trace
@@ -35,12 +39,16 @@ FILES = ("trace.json", "report.html", NEXT, SAMPLES, *PICTURES)
 
 @dataclass(frozen=True, eq=False)
 class Traced:
-    """A trace as it is stored: the report in trace.json, figures as PNG by file, samples and next program as CSV."""
+    """A trace as it is stored: the report in trace.json, figures as PNG by file, samples and next program as CSV.
+
+    ``in_space`` is whether the rig bends in two planes.
+    """
 
     report: TraceReport
     figures: dict[str, bytes]
     program: str | None
     samples: TraceSamples
+    in_space: bool = False
 
 
 def require_kept(out: Path, records: Iterable[Path]) -> None:
@@ -72,8 +80,23 @@ def trace_files(
     RecordError, RigError, SolverError
         Records that cannot be used, a rig that cannot exist, or one that cannot follow its drive.
     """
-    new, old = read_records(paths), read_records(reference)
+    new, old = read_for_trace(paths), read_for_trace(reference)
     return trace_loaded(new, reference=old, seed=seed, threads=threads, progress=progress)
+
+
+def read_for_trace(paths: Sequence[Path]) -> list[Record]:
+    """Read records; those of a rig that does not bend in space for a model of one plane.
+
+    Raises
+    ------
+    RecordError, RigError
+        As :func:`hysteresis.records.record_file.read_records`; a rig file that cannot be read.
+    """
+    records = read_whole_records(paths)
+    if not any(map(bends_in_space, records)):
+        for record in records:
+            require_one_wheel(record)
+    return records
 
 
 def trace_loaded(
@@ -119,7 +142,8 @@ def trace_loaded(
         figures=tuple(FigureFile(name, caption) for name, (_, caption) in drawn.items()),
         samples_file=SAMPLES,
     )
-    return Traced(found, {name: png for name, (png, _) in drawn.items()}, program, samples_of(trace))
+    pictures = {name: png for name, (png, _) in drawn.items()}
+    return Traced(found, pictures, program, samples_of(trace), _is_in_space(trace))
 
 
 def with_ending(traced: Traced, ending: str) -> tuple[TraceReport, dict[str, str | bytes]]:
@@ -141,7 +165,11 @@ def limits_of(trace: Trace) -> list[DetectionLimit]:
     """Give the detection limits of the records; none where named effects leave nothing to find."""
     if trace.verdict not in ("none", "partial", "unexplained"):
         return []
-    return detection_limits(trace.augmented, catalogue(), trace.floor.deg)
+    return detection_limits(trace.augmented, acting(catalogue(), in_space=_is_in_space(trace)), trace.floor.deg)
+
+
+def _is_in_space(trace: Trace) -> bool:
+    return isinstance(trace.baseline.model.problem, SpaceProblem)
 
 
 def write_trace(traced: Traced, out: Path, *, made: Made | None = None) -> None:
@@ -172,6 +200,7 @@ def summary(report: TraceReport) -> list[str]:
 
 
 def _require_moving(record: Record) -> None:
-    if np.ptp(record.angle_deg) < STANDSTILL_DEG:
+    second = 0.0 if record.angle_2_deg is None else np.ptp(record.angle_2_deg)
+    if max(np.ptp(record.angle_deg), second) < STANDSTILL_DEG:
         found = f"angle = {record.angle_deg[0]:g} deg in all {record.angle_deg.size} samples"
         raise RecordError(f"{record.source or record.title}: {found}: expected an angle that changes")

@@ -10,9 +10,9 @@ import importlib
 import math
 import pkgutil
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from fem_models.rig import Rig
 from fem_models.rig.effects import Closure
 from hysteresis.arrays import Floats, Ints
 from validation.tracing.settings import SAME_CYCLES
+
+if TYPE_CHECKING:
+    from fem_models.spatial.rig import SpatialRig
 
 Need = Literal[
     "time",
@@ -33,6 +36,7 @@ Need = Literal[
     "drive in mm",
     "declared plateau",
     "reference",
+    "torsion",
 ]
 Values = Mapping[str, float]
 
@@ -294,18 +298,79 @@ class CurveForm:
 
 
 @dataclass(frozen=True)
+class SpaceForm:
+    """One way in which an effect acts on a known rig that bends in space.
+
+    Parameters
+    ----------
+    parameters, needs
+        As of :class:`RigForm`.
+    starts
+        Starting values, one mapping a start, from the orders of magnitude.
+    chain
+        The chain in space with the effect, from the one without it.
+    wheels
+        What the wheels wind in, from what is logged; shape (m, wheels), mm.
+    observe
+        The angle that is read, from that of the rig; shape (m,) -> (m,).
+    angles
+        The angles that ``observe`` acts on: ``angle``, ``angle_2``, ``torsion``.
+    """
+
+    parameters: tuple[FreeParameter, ...]
+    starts: Callable[[Scale], Sequence[Values]]
+    chain: Callable[[SpatialRig, Values], SpatialRig] | None = None
+    wheels: Callable[[Floats, Values], Floats] | None = None
+    observe: Callable[[Floats, SampleInputs, Values], Floats] | None = None
+    angles: tuple[str, ...] = ("angle", "angle_2", "torsion")
+    needs: frozenset[Need] = frozenset()
+    refines: bool = False
+
+
+def read_in_planes(
+    parameters: tuple[FreeParameter, ...],
+    starts: Callable[[Scale], Sequence[Values]],
+    observe: Callable[[Floats, SampleInputs, Values], Floats],
+    needs: frozenset[Need] = frozenset(),
+) -> tuple[SpaceForm, SpaceForm]:
+    """Make two forms of an effect on the reading: on the first bending angle, and on the second one.
+
+    Parameters of the second one end in ``_2``.
+    """
+
+    def starts_of_second(scale: Scale) -> list[Values]:
+        return [{f"{name}_2": value for name, value in one.items()} for one in starts(scale)]
+
+    def observe_second(angle_deg: Floats, inputs: SampleInputs, values: Values) -> Floats:
+        own = {name.removesuffix("_2"): value for name, value in values.items()}
+        return observe(angle_deg, inputs, own)
+
+    second = tuple(replace(one, name=f"{one.name}_2") for one in parameters)
+    return (
+        SpaceForm(parameters, starts, observe=observe, angles=("angle",), needs=needs),
+        SpaceForm(second, starts_of_second, observe=observe_second, angles=("angle_2",), needs=needs),
+    )
+
+
+@dataclass(frozen=True)
 class Effect:
     """An effect of the catalogue.
 
     ``physics`` is one paragraph with its source. ``distinguished_by`` names the effects that look alike, and the record
-    that separates them.
+    that separates them. ``space_forms`` act on a known rig in space, the others on all other rigs.
     """
 
     name: str
     physics: str
     distinguished_by: str
-    rig_forms: tuple[RigForm, ...]
+    rig_forms: tuple[RigForm, ...] = ()
     curve_forms: tuple[CurveForm, ...] = ()
+    space_forms: tuple[SpaceForm, ...] = ()
+
+
+def acting(effects: Sequence[Effect], *, in_space: bool) -> tuple[Effect, ...]:
+    """Effects that have a form for a known rig in space, or for all other rigs."""
+    return tuple(one for one in effects if (one.space_forms if in_space else one.rig_forms or one.curve_forms))
 
 
 @cache

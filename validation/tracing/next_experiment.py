@@ -23,6 +23,7 @@ from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.path import branches
 from validation.tracing.baseline.curve import CurveProblem
+from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.baseline.rig_problem import Added, RigProblem, observed_angle_deg
 from validation.tracing.baseline.runs import Run
@@ -120,6 +121,8 @@ def next_experiment(trace: Trace) -> Experiment:
     Where an effect is named: the program at which the model with it differs most from those that explain the records as
     well, or else from the runner-up. For ``none`` and ``unexplained``: the protocol that the records lack.
     """
+    if isinstance(trace.baseline.model.problem, SpaceProblem):
+        return Experiment(_lacking_in_space(trace))
     if trace.verdict in ("none", "unexplained"):
         return Experiment(_lacking(trace))
     competitors = competitors_of(trace)
@@ -362,6 +365,17 @@ def _lacking(trace: Trace) -> str:
     if trace.verdict == "unexplained":
         return "the same records again: a residual that does not repeat is no property of the rig"
     return "nothing: the records differ in preload, amplitude and rate, and have many cycles and a dwell"
+
+
+def _lacking_in_space(trace: Trace) -> str:
+    """Say which wheels did not move in any record of a rig in space, or else what :func:`_lacking` says."""
+    problem = trace.baseline.model.problem
+    assert isinstance(problem, SpaceProblem)
+    moved = np.any([np.ptp(run.wheels_mm, axis=0) > 0 for run in problem.runs], axis=0)
+    still = ", ".join(str(k + 1) for k, moves in enumerate(moved) if not moves)
+    if still:
+        return f"a record in which wheel {still} moves: the other plane shows which turn or sensor couples them"
+    return _lacking(trace)
 
 
 def _absent(trace: Trace) -> dict[str, tuple[str, str]]:

@@ -16,6 +16,7 @@ from scipy.stats import t as student
 
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
+from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.effect import FreeParameter, Quantity, Sensible
 from validation.tracing.fitting.fitted import Fitted
@@ -56,7 +57,7 @@ def implausible(fitted: Fitted) -> list[str]:
     sizes = _sizes(fitted)
     estimates = list(_estimates(fitted, known.matrix, known.freedom))
     out = [words for one in estimates if (words := _outside(fitted, one, sizes))]
-    for name in fitted.names if isinstance(fitted.model.problem, KnownRigProblem) else ():
+    for name in fitted.names if isinstance(fitted.model.problem, KnownRigProblem | SpaceProblem) else ():
         own = [one for one in estimates if one.effect == name]
         amounts = [one.place for one in own if one.parameter.acts_from_zero]
         shape = [one.place for one in own if not one.parameter.acts_from_zero]
@@ -134,7 +135,7 @@ def _outside(fitted: Fitted, one: EstimatedParameter, sizes: Mapping[str, float]
     if sensible is None:
         return ""
     absolute = sensible.per == "1" and _is_of_a_known_rig(parameter)
-    if absolute and not isinstance(fitted.model.problem, KnownRigProblem):
+    if absolute and not isinstance(fitted.model.problem, KnownRigProblem | SpaceProblem):
         return ""
     size = _size(fitted, one, sensible.per, sizes)
     low, high = sorted((sensible.low * size, sensible.high * size))

@@ -19,6 +19,7 @@ from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
 from hysteresis.records.metrics import Errors, errors
 from hysteresis.records.record import Record
+from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.baseline.rig_problem import observed_angle_deg
 from validation.tracing.baseline.runs import Run
@@ -47,6 +48,8 @@ def second_opinion(trace: Trace, cycles: float = MULTIBODY_CYCLES) -> SecondOpin
         Of the drive, over all records that are run: whole records, the shortest first, at least one.
     """
     problem = trace.baseline.model.problem
+    if isinstance(problem, SpaceProblem):
+        return SecondOpinion(None, None, "not run: the rig bends in two planes")
     if not trace.known or not isinstance(problem, KnownRigProblem):
         return SecondOpinion(None, None, "not run: the geometry is unknown")
     try:

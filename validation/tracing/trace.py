@@ -23,11 +23,13 @@ from threadpoolctl import threadpool_limits
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
-from fem_models.rig.of_record import rig_of
+from fem_models.rig.of_record import bends_in_space, rig_of
 from hysteresis.records.path import cycle_index, require_reversal
+from hysteresis.records.planes import Coupling, coupling
 from hysteresis.records.record import Record, RecordError
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
+from validation.tracing.baseline.in_space import SpaceProblem, space_problem
 from validation.tracing.baseline.known_rig import (
     KnownRigProblem,
     known_rig_problem,
@@ -36,7 +38,7 @@ from validation.tracing.baseline.known_rig import (
 )
 from validation.tracing.baseline.motor_drive import MotorDriveProblem, motor_drive_problem
 from validation.tracing.cross_validated import play_baselines, trace_by_folds, trace_change
-from validation.tracing.effect import Effect, catalogue
+from validation.tracing.effect import Effect, acting, catalogue
 from validation.tracing.fitting import Fitted, Model, fit
 from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
@@ -77,6 +79,8 @@ from validation.tracing.verdict import (
     with_remaining_error,
 )
 
+TURNED_SENSOR = "a sensor that is turned about the tube axis by as much reads nearly the same as turned tendons"
+
 
 def trace_records(
     records: Sequence[Record],
@@ -109,12 +113,15 @@ def trace_records(
     if not records:
         raise RecordError("no record: expected at least one")
     report = progress or (lambda words: None)
+    every = catalogue() if effects is None else effects
+    if any(bends_in_space(record) for record in (*records, *reference)):
+        return _trace_in_space(records, reference, acting(every, in_space=True), threads, report)
+    tried = acting(every, in_space=False)
     numbered, old = _numbered(records), _numbered(reference)
     if old:
-        return _traced_change(numbered, old, catalogue() if effects is None else effects, report)
+        return _traced_change(numbered, old, tried, report)
     problem = known_rig_problem(numbered) or motor_drive_problem(numbered)
     notes = problem.channel_words if problem else _rigs_not_used(numbered)
-    tried = catalogue() if effects is None else effects
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
         if problem is None:
             trace = _trace_unknown_geometry(numbered, tried, threads, report)
@@ -125,7 +132,39 @@ def trace_records(
         trace = named_in_part(trace, threads) if trace.verdict == "unexplained" and problem is not None else trace
         trace = with_remaining_error(trace)
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)))
+    notes = (*notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
+
+
+def _trace_in_space(
+    records: Sequence[Record],
+    reference: Sequence[Record],
+    effects: Sequence[Effect],
+    threads: int,
+    report: Progress,
+) -> Trace:
+    """Trace records of a known rig in space."""
+    if reference:
+        where = records[0].source or "record"
+        raise RecordError(f"{where}: rig: bends in space: expected no --reference, which knows one plane")
+    problem = space_problem(records)
+    assert problem is not None  # one of the rigs bends in space
+    with threadpool_limits(1, user_api="blas"):
+        trace = _trace_as_declared(Search(problem, KNOWN_RIG, effects, threads, report))
+    trace = with_remaining_error(partial_above_floor(confirmed_on_heldout(above_noise(trace))))
+    trace = doubted_with_leap(doubted_without_noise(trace))
+    turned = (TURNED_SENSOR,) if "plane_coupling" in trace.names else ()
+    return replace(
+        trace, words=(*trace.words, *turned, *problem.channel_words, *sensor_words(trace.records, trace.floor.deg))
+    )
+
+
+def _out_of_plane(one: Coupling) -> str:
+    """Word on the second angle of a record whose rig, as far as it is known, bends in one plane."""
+    return (
+        f"{Path(one.record).name or 'a record'}: angle_2 moves by up to {one.largest_deg:.2g} deg, "
+        f"{100 * one.share:.2g} % of angle: bending out of the plane, which no model of one plane explains"
+    )
 
 
 def _numbered(records: Sequence[Record]) -> list[Record]:
@@ -198,7 +237,8 @@ def _baseline_of_known_rig(search: Search) -> Fitted:
     prior is too weak to bring it back.
     """
     problem = search.problem
-    model, holdout = Model(problem), divide_records(problem.records)
+    model = Model(problem)
+    holdout = problem.divided() if isinstance(problem, SpaceProblem) else divide_records(problem.records)
     start = model.coordinates(problem.start, [])
     found = fit(model, holdout, start, threads=search.threads)
     if not isinstance(problem, MotorDriveProblem):

@@ -145,7 +145,7 @@ def test_every_effect_has_a_range_of_sense_with_a_reason():
     """Effects whose files say nothing here: closure and plateau are ranged by geometry and metal in their own files."""
     without = set()
     for one in catalogue():
-        forms = [*one.rig_forms, *one.curve_forms]
+        forms = [*one.rig_forms, *one.curve_forms, *one.space_forms]
         parameters = [p for form in forms for p in form.parameters]
         if not any(p.sensible for p in parameters):
             without.add(one.name)

@@ -267,15 +267,19 @@ def test_same_records_same_trace():
 
 
 def test_catalogue_is_complete():
-    """All effects of the page of effects; each is described and acts on both kinds of model, but for two.
+    """All effects of the page of effects; each is described and acts on both kinds of model, but for four.
 
-    A gain of the drive is part of any unknown geometry, and the temperature shifts a plateau that a rig declares.
+    A gain of the drive is part of any unknown geometry, the temperature shifts a plateau that a rig declares, and a
+    rig in one plane has neither a second plane nor torsion.
     """
     names = [effect.name for effect in catalogue()]
-    assert len(names) == len(set(names)) == 25
+    assert len(names) == len(set(names)) == 27
     for effect in catalogue():
-        assert effect.rig_forms
-        assert effect.curve_forms or effect.name in ("drive_gain", "temperature")
+        if effect.name in ("plane_coupling", "torsion"):
+            assert effect.space_forms
+        else:
+            assert effect.rig_forms
+            assert effect.curve_forms or effect.name in ("drive_gain", "temperature")
         assert len(effect.physics) > 80
         assert len(effect.distinguished_by) > 40
 

@@ -126,8 +126,8 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
         channels=channels,
         channel_words=words,
         setup=setup if load_control else replace(setup, needs=setup.needs | {"drive in mm"}),
-        parameters=LOAD_CONTROL if load_control else _parameters(rigs),
-        start=_start(rigs[0], load_control=load_control),
+        parameters=LOAD_CONTROL if load_control else drive_parameters(rigs),
+        start=declared_start(rigs[0], load_control=load_control),
     )
 
 
@@ -152,7 +152,7 @@ def _require_the_rigs_sense(records: Sequence[Record]) -> None:
             )
 
 
-def _parameters(rigs: Sequence[Rig]) -> tuple[FreeParameter, ...]:
+def drive_parameters(rigs: Sequence[Rig]) -> tuple[FreeParameter, ...]:
     """Parameters of the baseline under a drive in mm, within bounds about what is declared.
 
     Friction and stretch compensate each other. Without bounds a missing effect drives both to values that no rig has,
@@ -175,7 +175,7 @@ def _opened(rig: Rig) -> Rig:
     return rig if rig.closure is not None else replace(rig, closure=OPEN_NOTCHES)
 
 
-def _start(rig: Rig, *, load_control: bool) -> Values:
+def declared_start(rig: Rig, *, load_control: bool) -> Values:
     """Start from declared values; friction and loop above zero, where the angle has no slope in them."""
     mu = max(rig.friction.capstan_coefficient, 0.02)
     material = rig.material

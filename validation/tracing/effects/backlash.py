@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
+
+import numpy as np
 
 from fem_models.rig import Rig
 from fem_models.rig.effects import Backlash
@@ -17,6 +20,7 @@ from validation.tracing.effect import (
     RigForm,
     Scale,
     Sensible,
+    SpaceForm,
     Values,
 )
 
@@ -30,7 +34,12 @@ def _rig(rig: Rig, values: Values) -> Rig:
     return replace(rig, backlash=Backlash(declared + values["width_mm"]))
 
 
-def _starts(scale: Scale, rig: Rig) -> list[Values]:
+def _wheels(wheels_mm: Floats, values: Values) -> Floats:
+    """Give every wheel a play; at rest it stands in the middle."""
+    return np.column_stack([play(column, values["width_mm"], 0.0) for column in wheels_mm.T])
+
+
+def _starts(scale: Scale, rig: Rig | None) -> list[Values]:
     return [{"width_mm": part * scale.drive} for part in (0.02, 0.08, 0.25)]
 
 
@@ -54,4 +63,5 @@ EFFECT = Effect(
     "same as play.",
     rig_forms=(RigForm((WIDTH,), _starts, rig=_rig, needs=frozenset({"wheel"})),),
     curve_forms=(_CURVE,),
+    space_forms=(SpaceForm((WIDTH,), partial(_starts, rig=None), wheels=_wheels),),
 )

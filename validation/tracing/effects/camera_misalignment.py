@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 from validation.tracing.effect import (
@@ -14,6 +16,7 @@ from validation.tracing.effect import (
     Scale,
     Sensible,
     Values,
+    read_in_planes,
 )
 
 SENSIBLE_GAIN = Sensible(
@@ -79,4 +82,8 @@ EFFECT = Effect(
         RigForm((GAIN, PERSPECTIVE), _both, observe=observe),
     ),
     curve_forms=(_CURVE, _CURVE_GAIN),
+    space_forms=(
+        *read_in_planes((GAIN,), partial(_gain, rig=None), observe),
+        *read_in_planes((PERSPECTIVE,), partial(_perspective, rig=None), observe),
+    ),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from fem_models.rig import Rig
 from fem_models.rig.effects import DriveGain
@@ -16,6 +17,7 @@ from validation.tracing.effect import (
     RigForm,
     Scale,
     Sensible,
+    SpaceForm,
     Values,
 )
 
@@ -48,7 +50,12 @@ _CURVE = CurveForm(
 )
 
 
-def _starts(scale: Scale, rig: Rig) -> list[Values]:
+def _wheels(wheels_mm: Floats, values: Values) -> Floats:
+    """Wind more or less with every wheel."""
+    return (1.0 + values["error"]) * wheels_mm
+
+
+def _starts(scale: Scale, rig: Rig | None) -> list[Values]:
     return [{"error": side * 0.02} for side in (-1, 1)]
 
 
@@ -62,4 +69,5 @@ EFFECT = Effect(
     "are, and bends the tube further, so that the loop and the ends of the stroke change.",
     rig_forms=(RigForm((ERROR,), _starts, rig=_rig, needs=frozenset({"drive in mm"})),),
     curve_forms=(_CURVE,),
+    space_forms=(SpaceForm((ERROR,), partial(_starts, rig=None), wheels=_wheels),),
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from fem_models.rig import Rig
@@ -17,6 +19,7 @@ from validation.tracing.effect import (
     Scale,
     Sensible,
     Values,
+    read_in_planes,
 )
 
 SENSIBLE_DEG = Sensible(
@@ -78,4 +81,5 @@ EFFECT = Effect(
         RigForm((SIZE, TIME), _to_a_limit, observe=observe, needs=_TIME),
     ),
     curve_forms=(*_CURVES,),
+    space_forms=read_in_planes((RATE,), partial(_steady, rig=None), observe, _TIME),
 )

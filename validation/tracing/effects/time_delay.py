@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from fem_models.rig import Rig
@@ -15,6 +17,7 @@ from validation.tracing.effect import (
     SampleInputs,
     Scale,
     Sensible,
+    SpaceForm,
     Values,
 )
 
@@ -47,4 +50,5 @@ EFFECT = Effect(
     "the stroke, too, where a delay vanishes.",
     rig_forms=(RigForm((DELAY,), _starts, observe=observe, needs=frozenset({"time"})),),
     curve_forms=(_CURVE,),
+    space_forms=(SpaceForm((DELAY,), partial(_starts, rig=None), observe=observe, needs=frozenset({"time"})),),
 )
