@@ -233,4 +233,4 @@ def _not_fitted(records: Sequence[Record]) -> tuple[str, ...]:
     names = ("tension_a_N", "tension_b_N", "tension_c_N", "tension_d_N", "notches_deg", "tip_mm")
     there = [name for name in names if any(getattr(one, name) is not None for one in records)]
     files = ", ".join(dict.fromkeys(Path(one.source).name for one in records if one.source))
-    return (f"{files or 'the records'}: {', '.join(there)}: not fitted, for a rig in space",) if there else ()
+    return (f"not fitted for a rig in space: {', '.join(there)} of {files or 'the records'}",) if there else ()
