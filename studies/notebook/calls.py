@@ -244,7 +244,8 @@ def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | No
         loop is a thin line beside its angle, a second chart shows it less its backbone.
     view
         Of a rig: ``"solid"`` draws the bent tube and its tendons, coloured by bending strain; ``"side"`` the straight
-        tube with its notches in the bending plane, to scale.
+        tube with its notches in the bending plane, to scale. A rig in space is drawn straight and bent, side by side,
+        whatever the view.
     joint_angles_deg
         Of a rig in three dimensions: shape (joints,), base to tip, such as a sample of ``record.notches_deg``. By
         default all joints bend alike, the tip to 60 deg or to where the notches almost close.

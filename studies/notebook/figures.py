@@ -15,11 +15,13 @@ from numpy.typing import ArrayLike
 
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
+from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.view import SceneError
 from hysteresis import Fit, Record
 from hysteresis.arrays import Floats
 from hysteresis.records.backbone import backbone_of, is_thin
+from studies.notebook.in_space import wrist_figure
 from studies.notebook.results import Compensation, StudyResult
 from studies.notebook.solid import NotebookFigure, shown_angles_deg, solid_figure
 from studies.report.charts import TONES, Chart, Line
@@ -48,6 +50,8 @@ def figure_of(what: object, view: View = "solid", joint_angles_deg: ArrayLike | 
     if view not in get_args(View):
         raise ValueError(f"view = {view!r}: expected one of {', '.join(get_args(View))}")
     match what:
+        case RigInSpace():
+            return wrist_figure(what, joint_angles_deg)
         case Rig() if view == "solid":
             return _solid_view(what, joint_angles_deg)
         case Rig():
