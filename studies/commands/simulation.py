@@ -89,7 +89,7 @@ EngineChoice = Annotated[
     EngineName | None,
     typer.Option(
         "--engine",
-        help="Model; multibody is the most complete and the default, chain the fastest, and that in space.",
+        help="Model: multibody, the most complete; chain, the fastest. By default multibody, in space chain.",
     ),
 ]
 InTime = Annotated[bool, typer.Option("--dynamic", help="Integrate over time, with inertia; multibody model only.")]
