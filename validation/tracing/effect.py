@@ -311,6 +311,9 @@ class SpaceForm:
         The chain in space with the effect, from the one without it.
     wheels
         What the wheels wind in, from what is logged; shape (m, wheels), mm.
+    sensor
+        Components across the tube as a sensor reads them, from those towards y and z: of the bending angles, and of
+        the place of the tip; shape (m, 2) -> (m, 2). It acts before ``observe``.
     observe
         The angle that is read, from that of the rig; shape (m,) -> (m,).
     angles
@@ -321,6 +324,7 @@ class SpaceForm:
     starts: Callable[[Scale], Sequence[Values]]
     chain: Callable[[SpatialRig, Values], SpatialRig] | None = None
     wheels: Callable[[Floats, Values], Floats] | None = None
+    sensor: Callable[[Floats, Values], Floats] | None = None
     observe: Callable[[Floats, SampleInputs, Values], Floats] | None = None
     angles: tuple[str, ...] = ("angle", "angle_2", "torsion")
     needs: frozenset[Need] = frozenset()

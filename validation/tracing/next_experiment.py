@@ -31,7 +31,7 @@ from validation.tracing.effect import SampleInputs, Values
 from validation.tracing.fitting import holdout
 from validation.tracing.fitting.fitted import Fitted, rms
 from validation.tracing.fitting.holdout import Protocol
-from validation.tracing.outcome import Trace, competitors_of
+from validation.tracing.outcome import Trace, competitors_of, turns_are_alike
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.problem import Problem
 from validation.tracing.settings import (
@@ -113,6 +113,12 @@ class Limits:
         """Whether a run stays within; strains of measured joints are not known and not limited."""
         strain, tension = _reached(solution)
         return not (strain > (1 + _ROUNDING) * self.strain or tension > (1 + _ROUNDING) * self.tension_N)
+
+
+SLACK_WITH_WEIGHT = (
+    "both angles with slack tendons, before and after a weight is hung on the tip to the side, in the plane of one "
+    "angle: a turned sensor shows a part of the change in the other angle, turned tendons show none"
+)
 
 
 def next_experiment(trace: Trace) -> Experiment:
@@ -368,7 +374,12 @@ def _lacking(trace: Trace) -> str:
 
 
 def _lacking_in_space(trace: Trace) -> str:
-    """Say which wheels did not move in any record of a rig in space, or else what :func:`_lacking` says."""
+    """Say which wheels did not move in any record of a rig in space, or else what :func:`_lacking` says.
+
+    Which of two turns there is no record of the wheels shows, but a look at both angles.
+    """
+    if turns_are_alike(trace):
+        return SLACK_WITH_WEIGHT
     problem = trace.baseline.model.problem
     assert isinstance(problem, SpaceProblem)
     moved = np.any([np.ptp(run.wheels_mm, axis=0) > 0 for run in problem.runs], axis=0)

@@ -136,3 +136,9 @@ def competitors_of(trace: Trace) -> list[Fitted]:
 
     near = [c for c in others if as_good(c)] or others[:1]
     return [trace.augmented, *(c.fitted for c in near[:MOST_COMPETITORS])]
+
+
+def turns_are_alike(trace: Trace) -> bool:
+    """Whether turned tendons and a turned sensor explain records of a rig in space alike."""
+    turns, others = {"plane_coupling", "turned_sensor"}, {name for names in trace.confusable for name in names}
+    return bool(turns & set(trace.names)) and turns <= {*trace.names, *others}

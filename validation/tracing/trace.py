@@ -47,7 +47,7 @@ from validation.tracing.fitting.evidence import (
 )
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.smooth import smooth_functions
-from validation.tracing.outcome import Trace
+from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import Progress
 from validation.tracing.sensors.readings import sensor_words
@@ -79,7 +79,15 @@ from validation.tracing.verdict import (
     with_remaining_error,
 )
 
-TURNED_SENSOR = "a sensor that is turned about the tube axis by as much reads nearly the same as turned tendons"
+ALIKE_TURNS = (
+    "the records do not show which is turned about the tube axis, the tendons (plane_coupling) or the sensor "
+    "(turned_sensor): a wrist that is as stiff in both planes reads nearly the same"
+)
+TURN_OF = {
+    "plane_coupling": "the tendons are turned against the notches; a sensor that is turned by as much fits worse here",
+    "turned_sensor": "the sensor is turned against the rig, or the tube with its tendons in its mounting; tendons that "
+    "are turned by as much fit worse here",
+}
 
 
 def trace_records(
@@ -153,10 +161,23 @@ def _trace_in_space(
         trace = _trace_as_declared(Search(problem, KNOWN_RIG, effects, threads, report))
     trace = with_remaining_error(partial_above_floor(confirmed_on_heldout(above_noise(trace))))
     trace = doubted_with_leap(doubted_without_noise(trace))
-    turned = (TURNED_SENSOR,) if "plane_coupling" in trace.names else ()
     return replace(
-        trace, words=(*trace.words, *turned, *problem.channel_words, *sensor_words(trace.records, trace.floor.deg))
+        trace,
+        words=(
+            *trace.words,
+            *_turn_words(trace),
+            *problem.channel_words,
+            *sensor_words(trace.records, trace.floor.deg),
+        ),
     )
+
+
+def _turn_words(trace: Trace) -> tuple[str, ...]:
+    """Say which turn about the tube axis mixes the two planes, or that the records do not show which."""
+    if turns_are_alike(trace):
+        return (ALIKE_TURNS,)
+    found, tried = set(TURN_OF) & set(trace.names), {name for one in trace.candidates for name in one.names}
+    return tuple(TURN_OF[name] for name in found) if len(found) == 1 and tried >= set(TURN_OF) else ()
 
 
 def _out_of_plane(one: Coupling) -> str:

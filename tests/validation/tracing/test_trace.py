@@ -273,9 +273,9 @@ def test_catalogue_is_complete():
     rig in one plane has neither a second plane nor torsion.
     """
     names = [effect.name for effect in catalogue()]
-    assert len(names) == len(set(names)) == 27
+    assert len(names) == len(set(names)) == 28
     for effect in catalogue():
-        if effect.name in ("plane_coupling", "torsion"):
+        if effect.name in ("plane_coupling", "torsion", "turned_sensor"):
             assert effect.space_forms
         else:
             assert effect.rig_forms

@@ -91,7 +91,10 @@ class SpaceProblem(RecordSet):
                 chain = chain if form.chain is None else form.chain(chain, more)
                 wheels = wheels if form.wheels is None else form.wheels(wheels, more)
             solved = run.solve(chain, wheels)
-            series = (*solved.bending_deg.T, solved.torsion_deg)
+            bending = solved.bending_deg
+            for form, more in added:
+                bending = bending if form.sensor is None else form.sensor(bending, more)
+            series = (*bending.T, solved.torsion_deg)
             for angle, at, own in zip(self.angles, run.at, series, strict=False):
                 read, inputs = own[at], self.inputs[len(out)]
                 for form, more in added:
