@@ -107,6 +107,8 @@ class PreparedRecord:
 
 TIP = ("tip_along", "tip_across")
 """Channels of the tip's place: along the straight tube, and across it."""
+TIP_IN_SPACE = ("tip_x", "tip_y", "tip_z")
+"""The same of a rig in space."""
 
 
 class Read(Protocol):
@@ -136,13 +138,14 @@ class Channel:
     Parameters
     ----------
     name
-        ``notch_1``, counted from the base, ``tension_a``, ``tension_b``, or ``tip_along``, ``tip_across``.
+        ``notch_1``, counted from the base, ``tension_a`` to ``tension_d``, or ``tip_along``, ``tip_across``; in space
+        ``tip_x``, ``tip_y``, ``tip_z``.
     unit
         ``deg``, ``N`` or ``mm``.
     weight
         Degrees of the angle that one unit counts as in the fit.
     measured
-        Values of each record, shapes (m_i,).
+        Values of each record, shapes (m_i,); in space of each run, whose angles stand as records.
     """
 
     name: str
@@ -203,7 +206,7 @@ def channel_values(record: Read) -> dict[str, Floats]:
 
 def channel_unit(name: str) -> str:
     """Give the unit of a channel."""
-    return "deg" if name.startswith("notch") else "mm" if name in TIP else "N"
+    return "deg" if name.startswith("notch") else "mm" if name in (*TIP, *TIP_IN_SPACE) else "N"
 
 
 def prepared(record: Record, kept: Ints) -> PreparedRecord:

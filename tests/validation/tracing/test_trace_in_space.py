@@ -16,10 +16,12 @@ from fem_models.spatial.motion.run_record import record_of
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.sidecar import toml
 from validation.tracing import catalogue, trace_records
-from validation.tracing.baseline.in_space import space_problem
+from validation.tracing.baseline.in_space import space_problem, with_parameters
 from validation.tracing.effect import Scale, acting
 from validation.tracing.effects.turned_sensor import sensor
+from validation.tracing.fitting.channel_errors import channel_words
 from validation.tracing.next_experiment import next_experiment
+from validation.tracing.result import trace_report
 from validation.tracing.second_opinion import second_opinion
 
 ZHANG = any_preset("zhang2026")
@@ -86,8 +88,11 @@ def equal_planes(tmp_path_factory):
     return equal, path
 
 
-def by_multibody(equal_planes, *, sensor_turn_deg=0.0, turn_deg=0.0, seed=0):
-    """Record of the Exudyn model, in which the friction is not that of the sidecar, with a turned sensor or tendons."""
+def by_multibody(equal_planes, *, sensor_turn_deg=0.0, turn_deg=0.0, seed=0, channels=False):
+    """Record of the Exudyn model, in which the friction is not that of the sidecar, with a turned sensor or tendons.
+
+    ``channels`` adds tensions with 0.05 N of noise, and the tip with 0.02 mm, by the same sensor as the angles.
+    """
     equal, path = equal_planes
     dry = replace(equal.rig.friction, capstan_coefficient=0.08, sheath_N=0.06)
     chain = of_rig_in_space(replace(equal, rig=replace(equal.rig, friction=dry)))
@@ -100,9 +105,15 @@ def by_multibody(equal_planes, *, sensor_turn_deg=0.0, turn_deg=0.0, seed=0):
     angle = np.cos(turn) * towards_y + np.sin(turn) * towards_z
     angle_2 = np.cos(turn) * towards_z - np.sin(turn) * towards_y
     noisy = [one + noise.normal(0, NOISE_DEG, one.size) for one in (angle, angle_2, run.torsion_deg)]
+    more = {}
+    if channels:
+        more = {f"tension_{k}_N": getattr(read, f"tension_{k}_N") + noise.normal(0, 0.05, angle.size) for k in "abcd"}
+        y, z = run.tip_mm[:, 1:].T
+        place = (run.tip_mm[:, 0], np.cos(turn) * y + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * y)
+        more["tip_mm"] = np.stack([one + noise.normal(0, 0.02, angle.size) for one in place], axis=1)
     return Record(
         read.drive, noisy[0], angle_2_deg=noisy[1], torsion_deg=noisy[2], drive_2=read.drive_2, time_s=read.time_s,
-        cycle=read.cycle, rig={"file": str(path), "preload_N": equal.preload_N},
+        cycle=read.cycle, rig={"file": str(path), "preload_N": equal.preload_N}, **more,
     )  # fmt: skip
 
 
@@ -127,6 +138,41 @@ def test_the_set_holds_both_turns_where_the_planes_are_as_stiff(equal_planes, hi
 def test_the_other_engine_with_noise_lacks_nothing(equal_planes):
     tried = [EFFECTS[name] for name in ("plane_coupling", "turned_sensor", "time_delay")]
     assert trace_records([by_multibody(equal_planes, seed=1)], threads=1, effects=tried).verdict == "none"
+
+
+def test_tensions_and_tip_are_fitted_with_the_angles(equal_planes):
+    """Errors of each channel on held-out data are the noise that was put in, within the spread of so few samples."""
+    tried = [EFFECTS[name] for name in ("turned_sensor", "time_delay")]
+    turned = by_multibody(equal_planes, sensor_turn_deg=4.0, channels=True)
+    trace = trace_records([turned], threads=1, effects=tried)
+    assert trace.names == ("turned_sensor",)
+    table = trace_report(trace).channels
+    assert list(table) == ["angle", *(f"tension_{k}" for k in "abcd"), "tip_x", "tip_y", "tip_z"]
+    for name, own in table.items():
+        if name.startswith("tension"):
+            assert own["rmse_N"] == pytest.approx(0.05, rel=0.5)
+        if name.startswith("tip"):
+            assert own["rmse_mm"] == pytest.approx(0.02, rel=0.5)
+    assert "tension d" in channel_words(table)[0]
+    assert not any("not fitted" in words for words in trace.words)
+
+
+def test_channels_of_a_run_are_those_of_the_chain(equal_planes):
+    """One series for each record and channel beside the angles, which stand as records."""
+    problem = space_problem([by_multibody(equal_planes, channels=True), by_multibody(equal_planes, channels=True)])
+    series = problem.predict_series(problem.start, ())
+    assert len(series) == 6 + 2 * 7
+    assert problem.divided().with_channels == (0, 3)
+    (run, _), names = problem.runs, [one.name for one in problem.channels]
+    solved = run.solve(with_parameters(run.chain, problem.start), run.wheels_mm)
+    assert np.array_equal(series[6 + 2 * names.index("tension_c")], solved.tensions_N[run.at[0], 2, 0])
+    assert np.array_equal(series[6 + 2 * names.index("tip_y")], solved.tip_mm[run.at[0], 1])
+    (form,) = EFFECTS["turned_sensor"].space_forms
+    turned = problem.predict_series(problem.start, [(form, {"sensor_turn_deg": 90.0})])
+    assert np.allclose(turned[6 + 2 * names.index("tip_z")], -solved.tip_mm[run.at[0], 1], atol=1e-12)
+    partly = space_problem([by_multibody(equal_planes, channels=True), by_multibody(equal_planes)])
+    assert partly.channels == ()
+    assert "tension_a" in partly.channel_words[0]
 
 
 def test_a_weight_on_slack_tendons_shows_which_is_turned(equal_planes):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from fem_models.spatial import SpatialProgram, SpatialRig, SpatialSolution, of_r
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.path import cycle_index, require_reversal
 from hysteresis.records.record import FURTHER_DRIVES, Record, RecordError
+from validation.tracing.baseline.channels_in_space import channels_in_space, in_space, left_out
 from validation.tracing.baseline.known_rig import declared_start, drive_parameters
 from validation.tracing.baseline.samples import kept_samples
 from validation.tracing.effect import Effect, FreeParameter, Need, Scale, SpaceForm, Values
@@ -80,11 +80,16 @@ class SpaceProblem(RecordSet):
         count = len(self.angles)
         parts = [divide_records(self.records[k::count]) for k in range(count)]
         by_record = zip(*(part.train for part in parts), strict=True)
-        return Holdout(tuple(mask for masks in by_record for mask in masks), parts[0].by)
+        first = tuple(range(0, len(self.records), count))
+        return Holdout(tuple(mask for masks in by_record for mask in masks), parts[0].by, first)
 
     def predict(self, values: Values, added: Added) -> list[Floats]:
         """Angles of all records; see :meth:`validation.tracing.problem.Problem.predict`."""
-        out = list[Floats]()
+        return self.predict_series(values, added)[: len(self.records)]
+
+    def predict_series(self, values: Values, added: Added) -> list[Floats]:
+        """Angles of all records, then each channel of all runs."""
+        out, others = list[Floats](), list[dict[str, Floats]]()
         for run in self.runs:
             chain, wheels = with_parameters(run.chain, values), run.wheels_mm
             for form, more in added:
@@ -101,7 +106,8 @@ class SpaceProblem(RecordSet):
                     if form.observe is not None and angle in form.angles:
                         read = form.observe(read, inputs, more)
                 out.append(read)
-        return out
+            others.append({name: own[run.at[0]] for name, own in in_space(solved, added).items()})
+        return [*out, *(own[channel.name] for channel in self.channels for own in others)]
 
 
 def with_parameters(chain: SpatialRig, values: Values) -> SpatialRig:
@@ -153,11 +159,13 @@ def space_problem(records: Sequence[Record]) -> SpaceProblem | None:
         at = tuple(np.searchsorted(along, one.kept) for one in ready)
         used += ready
         runs.append(SpaceRun(of_rig_in_space(rig), rig.winding(), path[along], at))
+    channels = channels_in_space(records, used, min(len(rig.angles_deg) for rig in rigs))
     needs: set[Need] = {"time"} if all(one.inputs.timed for one in used) else set()
     needs |= {"torsion"} if twists else set()
     return SpaceProblem(
         records=tuple(used),
-        channel_words=_not_fitted(records),
+        channels=channels,
+        channel_words=left_out(records, channels),
         parameters=drive_parameters([rig.rig for rig in rigs]),
         start=declared_start(rigs[0].rig, load_control=False),
         runs=tuple(runs),
@@ -229,11 +237,3 @@ def _scale(used: Sequence[PreparedRecord], runs: Sequence[SpaceRun]) -> Scale:
         speed=float(max(speeds)),
         cycles=max(1.0, float(max(one.inputs.cycle.max() for one in used))),
     )
-
-
-def _not_fitted(records: Sequence[Record]) -> tuple[str, ...]:
-    """Say which columns of the records are not fitted."""
-    names = ("tension_a_N", "tension_b_N", "tension_c_N", "tension_d_N", "notches_deg", "tip_mm")
-    there = [name for name in names if any(getattr(one, name) is not None for one in records)]
-    files = ", ".join(dict.fromkeys(Path(one.source).name for one in records if one.source))
-    return (f"not fitted for a rig in space: {', '.join(there)} of {files or 'the records'}",) if there else ()

@@ -68,17 +68,19 @@ def _by_channel(fitted: Fitted, unit: str = "deg") -> dict[str, dict[str, dict[s
         ("angle", unit, problem.observed, fitted.errors)
     ]
     if fitted.channels is not None:
-        count = len(masks)
-        for k, channel in enumerate(problem.channels):
-            own = fitted.channels.errors[k * count : (k + 1) * count]
+        at = 0
+        for channel in problem.channels:
+            own = fitted.channels.errors[at : at + len(channel.measured)]
+            at += len(own)
             series.append((channel.name, channel.unit, channel.measured, [e / channel.weight for e in own]))
-    out = {}
+    out, owners = {}, [fitted.holdout.record_of(len(masks) + i) for i in range(len(series[-1][2]))]
     for name, unit, measured, errors in series:
-        unseen, outside = errors, [~mask for mask in masks]
+        fitted_on = masks if name == "angle" else [masks[i] for i in owners]
+        unseen, outside = errors, [~mask for mask in fitted_on]
         if name == "angle" and fitted.fold_errors is not None:
             unseen, outside = fitted.fold_errors, [~np.isnan(error) for error in fitted.fold_errors]
         out[name] = {
-            "train": _errors(unit, measured, errors, masks),
+            "train": _errors(unit, measured, errors, fitted_on),
             "heldout": _errors(unit, measured, unseen, outside),
         }
     return out

@@ -127,12 +127,11 @@ class Fitted:
     @cached_property
     def rows(self) -> Rows:
         """All that the model is fitted to, in one row."""
-        mask = self.holdout.train_mask
         if self.channels is None:
-            return Rows(self.error_deg, self.jacobian, mask)
-        count = len(self.channels.errors) // len(self.errors)
+            return Rows(self.error_deg, self.jacobian, self.holdout.train_mask)
+        mask = np.concatenate(self.holdout.series_masks(len(self.model.problem.channels)))
         errors = np.concatenate([self.error_deg, *self.channels.errors])
-        return Rows(errors, np.vstack([self.jacobian, self.channels.jacobian]), np.tile(mask, 1 + count))
+        return Rows(errors, np.vstack([self.jacobian, self.channels.jacobian]), mask)
 
     @cached_property
     def square(self) -> float:
@@ -160,7 +159,7 @@ class Fitted:
     def train_samples(self) -> float:
         """Number of independent samples that the training samples are worth."""
         masks = self.holdout.train
-        errors = [error[masks[i % len(masks)]] for i, error in enumerate(self._series)]
+        errors = [error[masks[self.holdout.record_of(i)]] for i, error in enumerate(self._series)]
         count = int(self.rows.train.sum())
         branches = round(count / self.rows.errors.size * self._branches)
         return independent_samples(count, lag_one_correlation(errors), branches)
@@ -183,7 +182,8 @@ class Fitted:
 
     @property
     def _branches(self) -> int:
-        return self._branches_of_angle * len(self._series) // len(self.errors)
+        records = self.model.problem.records
+        return sum(records[self.holdout.record_of(i)].branch_count for i in range(len(self._series)))
 
     @property
     def _branches_of_angle(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -20,16 +20,29 @@ class Holdout:
     """Training masks of all records, shapes (m_i,), and by what rule the other samples are held out.
 
     The angle of every record has an unknown offset (its zero), which is taken out of the errors. So has each channel of
-    a record; errors of channels follow those of the angle, record by record.
+    a record; errors of channels follow those of the angle, record by record. ``with_channels`` are the records that
+    channels belong to: all of them, unless each angle of a run stands as a record.
     """
 
     train: tuple[Mask, ...]
     by: str
+    with_channels: tuple[int, ...] | None = None
 
     @cached_property
     def train_mask(self) -> Mask:
         """Training mask of all records in one row, shape (m,)."""
         return np.concatenate(self.train)
+
+    def record_of(self, series: int) -> int:
+        """Record of a series: the angles of all records come first, then each channel of its records."""
+        count = len(self.train)
+        owners = range(count) if self.with_channels is None else self.with_channels
+        return series if series < count else owners[(series - count) % len(owners)]
+
+    def series_masks(self, channels: int) -> list[Mask]:
+        """Training masks of all series, with so many channels."""
+        owners = len(self.train if self.with_channels is None else self.with_channels)
+        return [self.train[self.record_of(i)] for i in range(len(self.train) + channels * owners)]
 
     def is_held_out(self, i: int) -> bool:
         """Whether a record is held out as a whole, but for its beginning."""
@@ -41,8 +54,7 @@ class Holdout:
 
     def without_offsets(self, errors: Sequence[Floats]) -> list[Floats]:
         """Errors of each record less its offset, and so those of each channel."""
-        count = len(self.train)
-        return [e - self.offset_deg(i % count, e) for i, e in enumerate(errors)]
+        return [e - self.offset_deg(self.record_of(i), e) for i, e in enumerate(errors)]
 
     def stacked(self, errors: Sequence[Floats]) -> Floats:
         """Errors of all records less their offsets in one row, shape (m,); then those of the channels."""
@@ -50,7 +62,7 @@ class Holdout:
 
     def everything(self) -> Holdout:
         """Put all samples of the same records into the training set."""
-        return Holdout(tuple(np.ones_like(mask) for mask in self.train), self.by)
+        return replace(self, train=tuple(np.ones_like(mask) for mask in self.train))
 
 
 @dataclass(frozen=True)

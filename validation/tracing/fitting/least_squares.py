@@ -41,8 +41,8 @@ class _Evaluations:
             try:
                 self.begin(x)
             except (SolverError, RigError):
-                series = 1 + len(self.model.problem.channels)
-                self.visited[key] = np.full(series * self.holdout.train_mask.size, INFEASIBLE_DEG)
+                masks = self.holdout.series_masks(len(self.model.problem.channels))
+                self.visited[key] = np.full(sum(mask.size for mask in masks), INFEASIBLE_DEG)
         return self.visited[key]
 
     def begin(self, x: Floats) -> None:
@@ -101,7 +101,7 @@ def fit(
     low, high = model.bounds()
     start = np.clip(start, low + INSIDE_BOUNDS, high - INSIDE_BOUNDS)
     own, weight = model.baseline_size, model.problem.prior_weight_deg
-    train = np.tile(holdout.train_mask, 1 + len(model.problem.channels))
+    train = np.concatenate(holdout.series_masks(len(model.problem.channels)))
     mean = start[:own] if prior_mean is None else prior_mean
     at = _Evaluations(model, holdout, threads, known)
     at.begin(start)  # raises where there is no solution; later points count as far off
@@ -123,9 +123,9 @@ def fit(
 
 def fitted_at(model: Model, holdout: Holdout, x: Floats, errors: Floats, jacobian: Floats, evaluations: int) -> Fitted:
     """Make a fitted model of the errors of all samples and channels at its coordinates, and of their derivatives."""
-    sizes, angle = [mask.size for mask in holdout.train], holdout.train_mask.size
-    series = np.split(errors, np.cumsum(sizes * (1 + len(model.problem.channels)))[:-1])
-    of_angle, others = tuple(series[: len(sizes)]), tuple(series[len(sizes) :])
+    sizes, angle = [mask.size for mask in holdout.series_masks(len(model.problem.channels))], holdout.train_mask.size
+    series = np.split(errors, np.cumsum(sizes)[:-1])
+    of_angle, others = tuple(series[: len(holdout.train)]), tuple(series[len(holdout.train) :])
     channels = ChannelErrors(others, jacobian[angle:]) if others else None
     return Fitted(model, holdout, x, of_angle, jacobian[:angle], evaluations, channels)
 
