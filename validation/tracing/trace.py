@@ -19,6 +19,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fem_models.rig import RigError
@@ -29,7 +30,7 @@ from hysteresis.records.planes import Coupling, coupling
 from hysteresis.records.record import Record, RecordError
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
-from validation.tracing.baseline.in_space import SpaceProblem, space_problem
+from validation.tracing.baseline.in_space import SpaceProblem, space_problem, with_reference
 from validation.tracing.baseline.known_rig import (
     KnownRigProblem,
     known_rig_problem,
@@ -45,6 +46,7 @@ from validation.tracing.fitting.evidence import (
     is_worth_adding,
     nothing_to_explain,
 )
+from validation.tracing.fitting.fitted import rms
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.outcome import Trace, turns_are_alike
@@ -61,6 +63,7 @@ from validation.tracing.settings import (
     MOST_STEPS,
     NOT_ALIKE,
     POLICIES,
+    REFERENCE_MOST,
 )
 from validation.tracing.verdict import (
     above_noise,
@@ -152,24 +155,36 @@ def _trace_in_space(
     report: Progress,
 ) -> Trace:
     """Trace records of a known rig in space."""
-    if reference:
-        where = records[0].source or "record"
-        raise RecordError(f"{where}: rig: bends in space: expected no --reference, which knows one plane")
-    problem = space_problem(records)
+    problem, shared = space_problem((*records, *reference)), list[str]()
     assert problem is not None  # one of the rigs bends in space
     with threadpool_limits(1, user_api="blas"):
+        if reference:
+            report("the reference alone")
+            before = _trace_in_space(reference, (), effects, threads, report)
+            own = before.augmented.model.values(before.augmented.x)[1]
+            forms = [(one.form, values) for one, values in zip(before.effects, own, strict=True)]
+            problem = with_reference(problem, len(reference), forms)
+            if forms:
+                shared = [f"the reference itself shows {' + '.join(before.names)}, which all records are given"]
         trace = _trace_as_declared(Search(problem, KNOWN_RIG, effects, threads, report))
+    trace = replace(trace, reference=len(reference) * len(problem.angles))
     trace = with_remaining_error(partial_above_floor(confirmed_on_heldout(above_noise(trace))))
     trace = doubted_with_leap(doubted_without_noise(trace))
-    return replace(
-        trace,
-        words=(
-            *trace.words,
-            *_turn_words(trace),
-            *problem.channel_words,
-            *sensor_words(trace.records, trace.floor.deg),
-        ),
-    )
+    trace = _left_by_reference(trace)
+    notes = (*shared, *_turn_words(trace), *problem.channel_words, *sensor_words(trace.records, trace.floor.deg))
+    return replace(trace, words=(*trace.words, *notes))
+
+
+def _left_by_reference(trace: Trace) -> Trace:
+    """Find no change where nothing is named, and the model leaves as much on the reference as on the new records."""
+    errors = trace.baseline.errors
+    if not trace.reference or trace.verdict != "unexplained":
+        return trace
+    left, before = (rms(np.concatenate(part)) for part in (errors[: -trace.reference], errors[-trace.reference :]))
+    if left > REFERENCE_MOST * before:
+        return trace
+    words = f"the model leaves {left:.2g} deg on the new records and {before:.2g} deg on the reference"
+    return replace(trace, verdict="none", floor=replace(trace.floor, reference_deg=before), words=(words,))
 
 
 def _turn_words(trace: Trace) -> tuple[str, ...]:

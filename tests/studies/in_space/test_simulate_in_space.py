@@ -86,7 +86,6 @@ def test_tensions_of_a_file(tmp_path):
         (("separate", *PRESET), "bends in space, which simulate"),
         (("run", *PRESET), "bends in space, which simulate"),
         (("identify", "RECORD"), "columns.drive_2: this wheel moves"),
-        (("trace", "RECORD", "--reference", "RECORD"), "expected no --reference"),
         (("separate", "RECORD"), "columns.drive_2: this wheel moves"),
         (("compensate", "RECORD", "--reference", "RECORD"), "columns.drive_2: this wheel moves"),
     ],

@@ -52,7 +52,8 @@ class SpaceRun:
 class SpaceProblem(RecordSet):
     """Records of a known rig in space; see :class:`validation.tracing.problem.Problem`.
 
-    ``records`` are the ``angles`` of the first record, then those of the second one, and so on.
+    ``records`` are the ``angles`` of the first record, then those of the second one, and so on. Effects that are added
+    do not act on the last ``reference`` runs; those of ``shared`` act on all, and are parameters of the baseline.
     """
 
     parameters: tuple[FreeParameter, ...]
@@ -61,6 +62,8 @@ class SpaceProblem(RecordSet):
     angles: tuple[str, ...]
     scale: Scale
     needs: frozenset[Need]
+    reference: int = 0
+    shared: tuple[SpaceForm, ...] = ()
 
     @property
     def prior_weight_deg(self) -> float:
@@ -78,10 +81,17 @@ class SpaceProblem(RecordSet):
     def divided(self) -> Holdout:
         """Divide the records into training samples and held-out samples: all angles of a record alike."""
         count = len(self.angles)
-        parts = [divide_records(self.records[k::count]) for k in range(count)]
+        parts = [self._divided(self.records[k::count]) for k in range(count)]
         by_record = zip(*(part.train for part in parts), strict=True)
         first = tuple(range(0, len(self.records), count))
         return Holdout(tuple(mask for masks in by_record for mask in masks), parts[0].by, first)
+
+    def _divided(self, records: Sequence[PreparedRecord]) -> Holdout:
+        """Divide within each record where some are a reference: else all that has changed may be held out."""
+        if not self.reference:
+            return divide_records(records)
+        parts = [divide_records([one]) for one in records]
+        return Holdout(tuple(part.train[0] for part in parts), "; ".join(dict.fromkeys(part.by for part in parts)))
 
     def predict(self, values: Values, added: Added) -> list[Floats]:
         """Angles of all records; see :meth:`validation.tracing.problem.Problem.predict`."""
@@ -90,24 +100,45 @@ class SpaceProblem(RecordSet):
     def predict_series(self, values: Values, added: Added) -> list[Floats]:
         """Angles of all records, then each channel of all runs."""
         out, others = list[Floats](), list[dict[str, Floats]]()
-        for run in self.runs:
+        traced = len(self.runs) - self.reference
+        shared = [(form, {p.name: values[_of_all(p.name)] for p in form.parameters}) for form in self.shared]
+        for number, run in enumerate(self.runs):
             chain, wheels = with_parameters(run.chain, values), run.wheels_mm
-            for form, more in added:
+            acting = (*shared, *(added if number < traced else ()))
+            for form, more in acting:
                 chain = chain if form.chain is None else form.chain(chain, more)
                 wheels = wheels if form.wheels is None else form.wheels(wheels, more)
             solved = run.solve(chain, wheels)
             bending = solved.bending_deg
-            for form, more in added:
+            for form, more in acting:
                 bending = bending if form.sensor is None else form.sensor(bending, more)
             series = (*bending.T, solved.torsion_deg)
             for angle, at, own in zip(self.angles, run.at, series, strict=False):
                 read, inputs = own[at], self.inputs[len(out)]
-                for form, more in added:
+                for form, more in acting:
                     if form.observe is not None and angle in form.angles:
                         read = form.observe(read, inputs, more)
                 out.append(read)
-            others.append({name: own[run.at[0]] for name, own in in_space(solved, added).items()})
+            others.append({name: own[run.at[0]] for name, own in in_space(solved, acting).items()})
         return [*out, *(own[channel.name] for channel in self.channels for own in others)]
+
+
+def _of_all(name: str) -> str:
+    """Name of a parameter of an effect that all records have, reference included."""
+    return f"{name}_of_all"
+
+
+def with_reference(problem: SpaceProblem, reference: int, shared: Sequence[tuple[SpaceForm, Values]]) -> SpaceProblem:
+    """Compare records with the last of them, so many runs; effects of those are shared by all."""
+    more = [(one, values[one.name]) for form, values in shared for one in form.parameters]
+    return replace(
+        problem,
+        reference=reference,
+        shared=tuple(form for form, _ in shared),
+        parameters=(*problem.parameters, *(replace(one, name=_of_all(one.name)) for one, _ in more)),
+        start={**problem.start, **{_of_all(one.name): value for one, value in more}},
+        needs=problem.needs | {"reference"},
+    )
 
 
 def with_parameters(chain: SpatialRig, values: Values) -> SpatialRig:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,14 +19,27 @@ from validation.tracing.effect import (
     RigForm,
     Scale,
     Sensible,
+    SpaceForm,
     Values,
 )
+
+if TYPE_CHECKING:
+    from fem_models.spatial.rig import SpatialRig
 
 SENSIBLE_BASE_CAPSTAN = Sensible(0.0, 1.6, "mu phi of steel on steel, 0.5, round half a turn")
 SENSIBLE_GUIDE = Sensible(0.0, 2.0, "guides in series would hold the tendons at usual preloads")
 SENSIBLE_CAPSTAN = Sensible(0.0, 1.0, "mu of dry metal or polymer is below 1")
 BASE = FreeParameter("base_capstan", "-", 0.0, 2.0, 0.01, linear=True, sensible=SENSIBLE_BASE_CAPSTAN)
 GUIDE = FreeParameter("guide_N", "N", 0.0, 5.0, 0.02, linear=True, sensible=SENSIBLE_GUIDE)
+CAPSTAN = FreeParameter(
+    "capstan",
+    "-",
+    -0.5,
+    1.0,
+    0.01,
+    linear=True,
+    sensible=Sensible(-0.5, 0.5, "mu of dry metal or polymer changes by less"),
+)
 LEAST_MU = 1e-3
 
 
@@ -55,6 +69,16 @@ def _wrap(f: Floats, curve: CurveContext, values: Values) -> Floats:
     return np.exp(values["capstan"] * np.radians(np.abs(f - curve.straight_deg)))
 
 
+def _chain(rig: SpatialRig, values: Values) -> SpatialRig:
+    """Add to the capstan friction in the bends, which a fit without a reference has as its own."""
+    mu = rig.friction.capstan_coefficient + values["capstan"]
+    return replace(rig, friction=replace(rig.friction, capstan_coefficient=mu))
+
+
+def _space_starts(scale: Scale) -> list[Values]:
+    return [{"capstan": value} for value in (-0.02, 0.02, 0.1)]
+
+
 _CURVE = CurveForm(
     (RelativeParameter("capstan", "-", 0.0, 5.0, 0.05, amount=True, sensible=SENSIBLE_CAPSTAN),),
     ({"capstan": 0.1}, {"capstan": 0.6}),
@@ -74,4 +98,5 @@ EFFECT = Effect(
         RigForm((GUIDE,), _guide_starts, rig=_at_guides),
     ),
     curve_forms=(_CURVE,),
+    space_forms=(SpaceForm((CAPSTAN,), _space_starts, chain=_chain, needs=frozenset({"reference"})),),
 )
