@@ -117,7 +117,8 @@ class Limits:
 
 SLACK_WITH_WEIGHT = (
     "both angles with slack tendons, before and after a weight is hung on the tip to the side, in the plane of one "
-    "angle: a turned sensor shows a part of the change in the other angle, turned tendons show none"
+    "angle: a turned sensor shows a part of the change in the other angle, turned tendons show none; the place of "
+    "the tip, recorded beside the angles, often shows it, too"
 )
 
 
