@@ -50,10 +50,6 @@ NITINOL_T_PER_MM3 = 6.45e-9
 SMOOTH_RATIO = 0.02
 """Spring of a guide without friction, over EA/pitch."""
 
-LEAD_PITCHES = 10
-"""How far before a notch the connector of a tendon starts, over the pitch. What slides into a segment, at most some 5 %
-of a pitch, changes its stiffness by 0.5 %. With a longer one Newton's method finds the end of slack less often."""
-
 MASSLESS = RingInertia(0.0, 0.0)
 
 
@@ -309,11 +305,13 @@ def _add_material(
     return jenkins, flags, hardening, [_dashpot(mbs, m) for m in ends] if rig.drag else []
 
 
-def _add_segments(mbs: Any, rig: Rig, joints: JointRow, side: int, backbone: _Backbone, slip: list[int]) -> list[int]:
+def _add_segments(
+    mbs: Any, rig: Rig, joints: JointRow, side: int, backbone: _Backbone, slip: list[int], lead_pitches: float
+) -> list[int]:
     """Tendon from guide to guide: through the ring's hole, across the notch, into the next ring's hole.
 
     Exudyn's connector divides by its present length at rest, which slip changes, so that its force would grow with the
-    square of the slip. Here it starts :data:`LEAD_PITCHES` before the notch, on the line of the ring's hole. There it
+    square of the slip. Here it starts ``lead_pitches`` before the notch, on the line of the ring's hole. There it
     pulls the ring as much forwards as back: the force on ring and tendon is the same, and nearly linear.
 
     Tendon a is on the side 1, tendon b on -1. The tendon lies at its arm from the neutral axis of a flexure, on which
@@ -332,7 +330,7 @@ def _add_segments(mbs: Any, rig: Rig, joints: JointRow, side: int, backbone: _Ba
             middle, centre = joints.places.middles[i], joints.places.centres[i]
             holes, before = [middle - before - half_notch, centre - middle - half_notch], centre
         shorter = 2 * (y_mm * math.sin(half_angle) + half_gap * (1 - math.cos(half_angle)))  # the path, at rest
-        stretch, lead = rig.preload_N * pitch / tendon.EA_N, LEAD_PITCHES * pitch
+        stretch, lead = rig.preload_N * pitch / tendon.EA_N, lead_pitches * pitch
         points = [(near, holes[0] - lead), (near, holes[0]), (far, -holes[1])]
         path = [
             mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=ring.body, localPosition=[ring.centre_mm + x, y_mm, 0]))
@@ -376,6 +374,12 @@ def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> list[DeadLoad]:
     return dead
 
 
+def _add_wheel(mbs: Any, ground: int) -> tuple[int, int]:
+    """Constraint that drives the wheel, and the marker of its coordinate."""
+    _, marker = _scalar_node(mbs)
+    return int(mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, marker]))), marker
+
+
 def assemble(
     rig: Rig,
     joints: JointRow,
@@ -383,17 +387,17 @@ def assemble(
     inertia: RingInertia = MASSLESS,
     *,
     load_control: bool = False,
+    lead_pitches: float = 100.0,
 ) -> Model:
     """Build the system of a rig, straight and preloaded; ``bristle_ratio`` as in :func:`bristle_N_per_mm`.
 
     ``inertia`` is that of every ring that moves; all other coordinates have no mass. Under load control forces act on
-    the tendons at the base, in place of the wheel.
+    the tendons at the base, in place of the wheel. ``lead_pitches`` is that of the settings.
     """
     mbs = exu.SystemContainer().AddSystem()
     ground = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
     backbone = _add_backbone(mbs, rig, joints, ground, inertia)
-    _, wheel_marker = _scalar_node(mbs)
-    wheel = mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[ground, wheel_marker]))
+    wheel, wheel_marker = _add_wheel(mbs, ground)
     free_spans, forces, segments, guides, slip_nodes, dashpots = [], [], [], [], [], []
     for side, tendon in zip((1, -1), rig.tendons, strict=False):
         nodes, markers = map(list, zip(*(_scalar_node(mbs) for _ in range(rig.joints)), strict=True))
@@ -401,7 +405,7 @@ def assemble(
             forces.append(int(mbs.AddLoad(items.LoadCoordinate(markerNumber=markers[0], load=rig.preload_N))))
         else:
             free_spans.append(_add_free_span(mbs, rig, side, markers[0], wheel_marker))
-        segments += _add_segments(mbs, rig, joints, side, backbone, [*markers, ground])
+        segments += _add_segments(mbs, rig, joints, side, backbone, [*markers, ground], lead_pitches)
         guides += _add_guides(mbs, rig, tendon, bristle_ratio, ground, markers)
         slip_nodes += nodes
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
@@ -412,7 +416,7 @@ def assemble(
     ends = np.stack([near, first[1:]], axis=1).ravel()
     return Model(
         mbs=mbs,
-        wheel=int(wheel),
+        wheel=wheel,
         free_spans=free_spans,
         forces=forces,
         dead=dead,

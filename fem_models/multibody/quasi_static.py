@@ -13,7 +13,7 @@ velocity law never slips in a static solution.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -69,12 +69,11 @@ def solve_multibody(
     Raises
     ------
     SolverError
-        When a step does not converge even after ``max_halvings`` halvings.
+        When a step does not converge even after ``max_halvings`` halvings, with long leads of the tendons and short.
     RigError
         From :func:`fem_models.load.schedule.schedule`.
     """
-    stepper = Stepper(rig, joint_row(rig), settings or MultibodySettings())
-    return _run(stepper, schedule(rig, program), program, progress)
+    return _run_with_either_lead(rig, settings or MultibodySettings(), schedule(rig, program), program, progress)
 
 
 def solve_multibody_by_force(rig: Rig, force_N: Floats, settings: MultibodySettings | None = None) -> MultibodySolution:
@@ -90,8 +89,27 @@ def solve_multibody_by_force(rig: Rig, force_N: Floats, settings: MultibodySetti
         From :func:`fem_models.load.schedule.force_schedule`.
     """
     plan = force_schedule(rig, force_N)
-    stepper = Stepper(rig, joint_row(rig), settings or MultibodySettings(), load_control=True)
-    return _run(stepper, plan, plan.drive_mm)
+    return _run_with_either_lead(rig, settings or MultibodySettings(), plan, plan.drive_mm, load_control=True)
+
+
+def _run_with_either_lead(
+    rig: Rig,
+    settings: MultibodySettings,
+    plan: Schedule,
+    program: LoadProgram | Floats,
+    progress: Count = lambda done, of: None,
+    *,
+    load_control: bool = False,
+) -> MultibodySolution:
+    """Run with long leads of the tendons, which are nearer to their law; where no step is found, with short ones."""
+    joints = joint_row(rig)
+    try:
+        return _run(Stepper(rig, joints, settings, load_control=load_control), plan, program, progress)
+    except SolverError:
+        if settings.short_lead_pitches >= settings.lead_pitches:
+            raise
+    short = replace(settings, lead_pitches=settings.short_lead_pitches)
+    return _run(Stepper(rig, joints, short, load_control=load_control), plan, program, progress)
 
 
 def _run(

@@ -17,7 +17,7 @@ from fem_models.joint.friction import friction_limits_N
 from fem_models.multibody.assembly import COMPRESSION
 from fem_models.multibody.spatial.assembly import SpatialModel
 from fem_models.multibody.spatial.flexures import NODE, NUDGE, Strains, cross, rotate
-from fem_models.rig.tendon_law import tendon_tension_N
+from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 from hysteresis.arrays import Floats
 
 UNKNOWNS = 6  # of a ring: place and spin
@@ -127,14 +127,19 @@ class Equilibrium:
         return forces._replace(limit=0.0 * forces.limit)
 
     def free_tensions(self, slip: Floats, drive: Drive) -> Floats:
-        """Tensions between the drives and the base, shape (m,)."""
-        rig, model = self.model.rig, self.model
-        return np.array(
-            [
-                wound if force else tendon_tension_N(one.tendon, wound - slid, rig.preload_N, 0.0)
-                for one, force, wound, slid in zip(rig.tendons, model.by_force, drive.tendons, slip, strict=True)
-            ]
-        )
+        """Tensions between the drives and the base, shape (m,).
+
+        What is slack there pushes as little as Exudyn's segments do: between both a slack tendon may lie anywhere.
+        """
+        rig, model, least = self.model.rig, self.model, COMPRESSION * self.scale
+        out = drive.tendons.copy()
+        for j, (one, force, slid) in enumerate(zip(rig.tendons, model.by_force, slip, strict=True)):
+            if not force:
+                out[j] = tendon_tension_N(one.tendon, drive.tendons[j] - slid, rig.preload_N, 0.0)
+                if out[j] == 0.0:
+                    beyond = tendon_stretch_mm(one.tendon, 0.0, rig.preload_N, 0.0) - (drive.tendons[j] - slid)
+                    out[j] = -least * np.tanh(one.tendon.EA_N / one.tendon.free_length_mm * beyond / least)
+        return out
 
     def wraps(self, q: Floats) -> Floats:
         """Turn of every tendon at every guide, shape (m, N): at both edges of the ring that it is on."""
@@ -207,8 +212,6 @@ class Equilibrium:
         turned = float(np.linalg.norm(phi[1] - phi[0], axis=1).max()) / part
         share = min(1.0, LARGEST_ROTATION / max(turned, 1e-300))
         new = Strains(*(one[0] + share / part * (one[1] - one[0]) for one in (moved, phi)))
-        out = q.copy()
-        out[self.model.slip] += share * step[self.slips].ravel()
         out = q.copy()
         out[self.model.slip] += step[self.slips].ravel()
         out[self.model.rings] = flexures.placed(new).reshape(-1, NODE)

@@ -152,11 +152,29 @@ class Stepper:
         attempt = Attempt(self.settings.newton_iterations, None if fine else self.now.state)
         found = self.solver.find(q, load, state, attempt)
         self.counts.iterations += self.solver.iterations
+        if found is None and (fine or self.solver.iterations == attempt.iterations):
+            found = self._from_smooth(load, headings, attempt)
         if found is None:
             return None
         rotation = np.linalg.norm(self.strains(found.q).rotation - here.rotation, axis=1).max()
         slide = np.abs(self.slips(found.q) - slip).max()
         return None if has_jumped(float(rotation), float(slide), size, self.control) else found
+
+    def _from_smooth(self, load: Drive, headings: Floats, attempt: Attempt) -> Balance | None:
+        """Look from the equilibrium without friction, with guides that slide as tendons do on the way to it.
+
+        From a straight wrist, whose tendons have no wrap and no friction, guides would take turns to stick and slide.
+        """
+        smooth = self.solver.find(
+            self.now.q, load, np.ones_like(self.now.state), attempt._replace(before=None, smooth=True)
+        )
+        self.counts.iterations += self.solver.iterations
+        if smooth is None:
+            return None
+        state = np.sign(self.slips(smooth.q) - self.slips(self.now.q))
+        found = self.solver.find(smooth.q, load, state, attempt)
+        self.counts.iterations += self.solver.iterations
+        return found
 
     def _learn(self, found: Balance, size: float, headings: Floats) -> None:
         """Note what a step changed, for the next one to start from."""

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import fem_models.multibody.assembly as planar_assembly
 from fem_models.chain.solve import solve_chain
 from fem_models.load import triangle
 from fem_models.multibody import solve_multibody
@@ -16,8 +15,17 @@ from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Gravity, Superelastic, TipStop
 from fem_models.rig.joints import Notch
+from fem_models.rig.presets_in_space import any_preset
 from fem_models.rig.rig import Friction, with_notch
-from fem_models.spatial import SpatialProgram, solve_spatial, spatial_rig, wheel_drives, with_masses
+from fem_models.spatial import (
+    SpatialProgram,
+    WheelProgram,
+    of_rig_in_space,
+    solve_spatial,
+    spatial_rig,
+    wheel_drives,
+    with_masses,
+)
 
 RIG = preset("du2018")
 CAPSTAN = replace(RIG, friction=Friction(0.1, 0.05, 0.2))
@@ -42,13 +50,13 @@ def circle(amplitude_mm, samples):
 @pytest.mark.parametrize(
     ("rig", "turn_deg"),
     [
+        (RIG, 0.0),
         (replace(RIG, friction=Friction(0.2, 0.05, rest_wrap_deg=20.0)), 0.0),
         (replace(RIG, gravity=Gravity(1.0, -60.0)), 37.0),
     ],
 )
-def test_a_planar_rig_is_that_of_the_planar_multibody(rig, turn_deg, monkeypatch):
-    """At any angle about the axis. The leads of the planar tendons are longer here: by default they cost 5e-3 deg."""
-    monkeypatch.setattr(planar_assembly, "LEAD_PITCHES", 100)
+def test_a_planar_rig_is_that_of_the_planar_multibody(rig, turn_deg):
+    """At any angle about the axis."""
     program = triangle(1.2, step_mm=0.2)
     planar, chain = solve_multibody(rig, program), solve_chain(rig, program)
     space = solve_spatial_multibody(spatial_rig(rig, turns_deg=turn_deg), wheel_drives(program.drive_mm))
@@ -93,6 +101,24 @@ def test_both_engines_agree_in_space(name):
     assert multibody.work_mJ[-1] == pytest.approx(chain.work_mJ[-1], rel=5e-3)
     assert multibody.friction_mJ[-1] == pytest.approx(chain.friction_mJ[-1], rel=2e-2)
     assert multibody.material_mJ[-1] == pytest.approx(chain.material_mJ[-1], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("wheel_1_mm", "least_N"),
+    [
+        pytest.param([*np.linspace(0, 0.8, 9), *np.linspace(0.7, 0, 8)], 0.2, id="out and back"),
+        pytest.param(np.linspace(0, 1.3, 9), 0.0, id="until a tendon is slack"),
+    ],
+)
+def test_a_wrist_whose_friction_is_that_of_wraps_alone(wheel_1_mm, least_N):
+    """Straight, it has no friction at all, and guides could take turns to stick and slide for ever."""
+    rig = any_preset("zhang2026")
+    drives = WheelProgram(np.column_stack([wheel_1_mm, np.zeros(len(wheel_1_mm))])).of_tendons(rig)
+    wrist = of_rig_in_space(rig)
+    multibody, chain = solve_spatial_multibody(wrist, drives), solve_spatial(wrist, drives)
+    assert chain.tensions_N.min() == pytest.approx(least_N, abs=0.05)
+    np.testing.assert_allclose(multibody.bending_deg, chain.bending_deg, atol=1e-3)
+    np.testing.assert_allclose(multibody.tensions_N, chain.tensions_N, atol=1e-3)
 
 
 def test_a_wrist_turned_about_its_axis_with_gravity_gives_the_same():
