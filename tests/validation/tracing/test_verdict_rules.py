@@ -148,6 +148,39 @@ def test_candidates_are_ranked_with_their_intervals():
     assert not any(row.chosen for row in ranked_models(nothing))
 
 
+@pytest.mark.parametrize(("folds", "order"), [(None, ["creep", "drag", ""]), ((), ["drag", "creep", ""])])
+def test_candidates_are_ranked_by_folds_where_there_are_any_else_by_the_criterion(folds, order):
+    signs = (-1.0) ** np.arange(200)
+
+    def one(rmse: float, *names: str) -> SimpleNamespace:
+        return SimpleNamespace(
+            names=names, heldout_rmse_deg=rmse, heldout_errors=[rmse * signs], heldout_error_deg=rmse * signs,
+            fold_errors=folds,
+        )  # fmt: skip
+
+    rows = ((one(0.1, "drag"), 30.0), (one(0.2, "creep"), 50.0))
+    candidates = [SimpleNamespace(names=c.names, fitted=c, delta_bic=gain) for c, gain in rows]
+    trace = SimpleNamespace(candidates=candidates, baseline=one(0.4), augmented=rows[0][0], names=("drag",))
+    ranked = ranked_models(trace)
+    assert [row.name for row in ranked] == order
+    assert [row.bic_above_best for row in ranked] == ([None] * 3 if folds is not None else [0.0, 20.0, 50.0])
+
+
+@pytest.mark.parametrize("gain", [0.0, 1000.0, 4000.0])
+def test_what_counts_as_alike_grows_with_what_the_best_model_gains(monkeypatch: pytest.MonkeyPatch, gain: float):
+    """It is a share of the gain over the baseline, and never below very strong evidence (Kass and Raftery 1995: 10)."""
+    problem = SimpleNamespace(records=[SimpleNamespace(only_loads=False)])
+    baseline = SimpleNamespace(**vars(fitted(1.0, bic=-1000.0)), noise=NOISE, model=SimpleNamespace(problem=problem))
+    best = SimpleNamespace(**vars(fitted(0.2, names=("gravity",), bic=-1000.0 - gain)), noise=NOISE, residuals=[])
+    monkeypatch.setattr(verdict, "_verdict", lambda *given: ("unexplained", []))
+    monkeypatch.setattr(verdict, "_is_noise", lambda *given: None)
+    for policy in verdict.POLICIES.values():
+        found = verdict.judge(policy, baseline, SMOOTH, SimpleNamespace(best=best, stages=[[best]]))
+        assert found.alike == max(10.0, policy.distinct_share * gain)
+        assert [one.delta_bic for one in found.candidates] == [gain]
+    assert any(policy.distinct_share * 4000.0 > 10.0 for policy in verdict.POLICIES.values())
+
+
 def replace_names(trace: SimpleNamespace, names: tuple[str, ...]) -> SimpleNamespace:
     return SimpleNamespace(**{**vars(trace), "names": names, "augmented": trace.baseline})
 
