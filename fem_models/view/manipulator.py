@@ -24,10 +24,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem_models.joint import joint_mechanics
-from fem_models.joint.section import cut_height_mm, section
+from fem_models.joint.section import cut_height_mm
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube, NotchShape
 from fem_models.rig.rig import with_joint
+from fem_models.view.bending import bending_along
 from hysteresis.arrays import Floats, Ints
 from hysteresis.extras import require_extra
 
@@ -170,14 +171,10 @@ def _spine(rig: Rig, joint_angles_deg: ArrayLike, detail: float = 1.0) -> _Spine
     for i, outline in enumerate(outlines):
         middle, centre = places.middles[i], places.centres[i]
         local = _local_stations(outline, middle - end, centre - middle, detail)
-        fine = np.linspace(-outline.opening / 2, outline.opening / 2, 801)
         notched = with_joint(rig, i).joint
-        flexibility, cut = np.ones_like(fine), np.full_like(local, outline.cut)
-        if isinstance(notched, NotchedTube):
-            flexibility, cut = 1 / section(notched, fine).second_moment_mm4, cut_height_mm(notched, local)
-        share = np.concatenate([[0.0], np.cumsum((flexibility[1:] + flexibility[:-1]) / 2 * np.diff(fine))])
-        curvature = abs(angles[i]) * np.interp(local, fine, flexibility / share[-1], left=0.0, right=0.0)
-        angle = heading + angles[i] * np.interp(local, fine, share / share[-1])
+        cut = cut_height_mm(notched, local) if isinstance(notched, NotchedTube) else np.full_like(local, outline.cut)
+        share, curvature = bending_along(notched, outline.opening, local)
+        curvature, angle = abs(angles[i]) * curvature, heading + angles[i] * share
         half, neutral = np.full_like(local, outline.opening / 2), np.full_like(local, outline.neutral)
         row = np.array([middle + local, local, angle, curvature, neutral, cut, half])
         rows.append(row if i == 0 else row[:, 1:])  # the end of a joint's part is the start of the next

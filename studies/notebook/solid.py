@@ -71,5 +71,5 @@ def solid_figure(rig: Rig, joint_angles_deg: ArrayLike) -> NotebookFigure:
     axes.imshow(picture)
     axes.set_axis_off()
     words = f"{rig!r}, tip at {angles.sum():.3g} deg"
-    figure.text(0.02, 0.96, words, fontsize=9.5, va="top")
+    figure.text(0.02, 0.96, words, fontsize=9.5, va="top", parse_math=False)
     return figure
