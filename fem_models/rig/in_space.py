@@ -104,6 +104,10 @@ class RigInSpace:
             out[wheel - 1, j] = -1.0 if wheel in self.wheels[:j] else 1.0
         return out
 
+    def winds_both_ways(self, wheel: int) -> bool:
+        """Whether a wheel, counted from 1, has a second tendon, which a positive drive lets out."""
+        return self.wheels.count(wheel) > 1
+
     def with_preload(self, preload_N: float | None) -> RigInSpace:
         """Return the rig at another preload; itself for None."""
         return self if preload_N is None else replace(self, rig=replace(self.rig, preload_N=preload_N))

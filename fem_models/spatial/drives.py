@@ -116,10 +116,30 @@ def first_wheel(program: LoadProgram, rig: RigInSpace) -> WheelProgram:
     return WheelProgram(np.column_stack([program.drive_mm, still]), program.time_s, program.cycle)
 
 
-def circle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> WheelProgram:
+def round_axes(rig: RigInSpace) -> Floats:
+    """Give the drives of all wheels on two axes of a circle, shape (2, wheels): the first and the second one go round.
+
+    Two wheels are the axes themselves. Of three or four, each takes the cosine and the sine of the angle of its first
+    tendon. That is what tendons are wound in by when a tube bends without a change of its length: none pulls against
+    another one.
+
+    Raises
+    ------
+    RigError
+        A rig with one wheel, which has no circle.
+    """
+    require(rig.wheel_count >= 2, "wheels", rig.wheel_count, f"2 to 4 of rig {rig.name}, to go round")
+    if rig.wheel_count == 2:
+        return np.eye(2)
+    first = np.radians([rig.angles_deg[rig.wheels.index(k + 1)] for k in range(rig.wheel_count)])
+    return np.stack([np.cos(first), np.sin(first)])
+
+
+def circle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1, axes: Floats | None = None) -> WheelProgram:
     """Move two wheels once round: wheel 1 to its amplitude, then A cos and A sin, ``cycles`` times.
 
-    The way out is cycle 0. Samples are at most ``step_mm`` apart along the circle, and four to a quarter at least.
+    ``axes``, of :func:`round_axes`, are those of more wheels. The way out is cycle 0. Samples are at most ``step_mm``
+    apart along the circle, and four to a quarter at least.
 
     Raises
     ------
@@ -135,4 +155,5 @@ def circle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> Whe
     k = np.arange(1, 4 * quarter * cycles + 1)
     turn = 2 * math.pi * k / (4 * quarter)
     wheels = [np.column_stack([out, 0 * out]), amplitude_mm * np.column_stack([np.cos(turn), np.sin(turn)])]
-    return WheelProgram(np.concatenate(wheels), cycle=np.concatenate([0 * out, (k - 1) // (4 * quarter) + 1]))
+    round_mm = np.concatenate(wheels) @ (np.eye(2) if axes is None else axes)
+    return WheelProgram(round_mm, cycle=np.concatenate([0 * out, (k - 1) // (4 * quarter) + 1]))

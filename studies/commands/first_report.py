@@ -27,6 +27,7 @@ from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
 from studies.commands.tracing import PICTURES, trace_loaded, with_ending
 from studies.own_rig.loops import draw_rig, joints_deg, write_loop
+from studies.own_rig.programs import CYCLES
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.made import Made
@@ -47,7 +48,6 @@ from validation.practice.bench_record import SHIPPED
 PRESET = "du2018"
 PRELOADS_N = (10.0, 20.0)
 AMPLITUDE_MM = 2.2
-CYCLES = 3
 PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista", "plotly")
 
 Step = Callable[[str], None]

@@ -266,7 +266,7 @@ class ProgramChoice:
         ),
     ] = None
     circle: Annotated[
-        bool, typer.Option("--circle", help="Two wheels once round, at --amplitude; of a rig in space.")
+        bool, typer.Option("--circle", help="All wheels once round, at --amplitude; of a rig in space.")
     ] = False
 
     def read(self) -> LoadProgram:
@@ -302,7 +302,7 @@ class ProgramChoice:
         RigError, RecordError
             As :meth:`read`; a circle of a rig that has not two wheels.
         """
-        from fem_models.spatial.drives import circle, first_wheel
+        from fem_models.spatial.drives import circle, first_wheel, round_axes
         from studies.in_space.programs import wheels_of_file
 
         if self.program is not None:
@@ -310,12 +310,13 @@ class ProgramChoice:
             return wheels_of_file(self.program)
         if not self.circle:
             return first_wheel(self.read(), rig)
-        if rig.wheel_count != 2:
-            raise RigError(f"--circle: rig {rig.name} has {rig.wheel_count} wheels: expected 2")
+        if rig.wheel_count < 2:
+            raise RigError(f"--circle: rig {rig.name} has one wheel: expected 2 to 4")
         if self.amplitude is None or self.rate is not None:
             raise RigError("--circle: expected --amplitude, and no --rate")
         cycles = 1 if self.cycles is None else self.cycles
-        return circle(self.amplitude, step_mm=0.1 if self.step is None else self.step, cycles=cycles)
+        step = 0.1 if self.step is None else self.step
+        return circle(self.amplitude, step_mm=step, cycles=cycles, axes=round_axes(rig))
 
     def forces(self) -> Floats | None:
         """Read the tensions at the wheel, N, shape (m,); None for a program in mm, which :meth:`read` gives.

@@ -3,71 +3,35 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
 from fem_models.rig import Rig, RigError
+from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.motion.workspace import TipCompliance, Workspace, tip_compliance, workspace
 from hysteresis.arrays import Floats
 from hysteresis.files import write_files
 from hysteresis.own import marked_png
-from hysteresis.plain import optional
 from studies.commands.options import Common, Out, Overwrite, RigChoice
 from studies.commands.tables import values_table
 from studies.progress import counted
 from studies.results import write_result
 from studies.results.made import Made, made_now
-
-Matrix = tuple[tuple[float, float, float], ...]
-FILES = ("workspace.json", "workspace.csv", "workspace.png")
-
-
-@dataclass(frozen=True)
-class ComplianceAt:
-    """Tip compliance, mm/N, rows and columns x, y, z: guides that stick, and a wrist without friction and loop."""
-
-    drive_1_mm: float
-    drive_2_mm: float
-    held_mm_per_N: Matrix
-    sliding_mm_per_N: Matrix
-
-
-@dataclass(frozen=True)
-class WorkspaceSummary:
-    """What a tip reaches.
-
-    Areas are those within the outermost circle of the drives, seen along the straight tube. ``spread`` is the distance
-    of the tips that the same drives reach when the wheels go round forth and back: what friction leaves open.
-    """
-
-    schema: int
-    rig: str
-    preload_N: float
-    amplitude_mm: float
-    largest_bending_deg: float
-    reach_y_mm: float
-    reach_z_mm: float
-    least_x_mm: float
-    area_mm2: float
-    area_without_friction_mm2: float
-    largest_spread_mm: float
-    mean_spread_mm: float
-    least_tension_N: float
-    largest_tension_N: float
-    compliance: tuple[ComplianceAt, ...]
-    made: Made | None = optional()
+from studies.results.workspace import FILES, WAYS, ComplianceAt, Matrix, WorkspaceSummary
 
 
 def workspace_of_rig(
     *,
     out: Out,
     rig: RigChoice,
-    amplitude: Annotated[float, typer.Option("--amplitude", help="Largest drive of both wheels, mm.")],
+    amplitude: Annotated[float, typer.Option("--amplitude", help="Largest drive of the wheels, mm.")],
     circles: Annotated[int, typer.Option("--circles", help="Circles of the drives, up to the amplitude.")] = 4,
-    directions: Annotated[int, typer.Option("--directions", help="Directions on each circle.")] = 36,
+    directions: Annotated[
+        int, typer.Option("--directions", help="Directions on each circle; of one wheel the places on its way.")
+    ] = 36,
     replacing: Overwrite,
     common: Common,
 ) -> None:
@@ -80,55 +44,90 @@ def workspace_of_rig(
     made = made_now(common.command)
     with counted(common.shows_progress, f"workspace of {chosen.name}") as count:
         found = workspace(chosen, amplitude, circles=circles, directions=directions, progress=count)
-    places = amplitude * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    gives = [tip_compliance(chosen, place) for place in places]
-    summary = WorkspaceSummary(
-        schema=1,
-        rig=chosen.name,
-        preload_N=chosen.preload_N,
-        amplitude_mm=amplitude,
-        largest_bending_deg=float(np.linalg.norm(found.forth_deg, axis=2).max()),
-        reach_y_mm=float(np.abs(found.forth_mm[..., 1]).max()),
-        reach_z_mm=float(np.abs(found.forth_mm[..., 2]).max()),
-        least_x_mm=float(found.forth_mm[..., 0].min()),
-        area_mm2=found.area_mm2(found.forth_mm),
-        area_without_friction_mm2=found.area_mm2(found.smooth_mm),
-        largest_spread_mm=float(found.spread_mm.max()),
-        mean_spread_mm=float(found.spread_mm.mean()),
-        least_tension_N=found.least_tension_N,
-        largest_tension_N=found.largest_tension_N,
-        compliance=tuple(_compliance(one) for one in gives),
-        made=made,
-    )
-    write_files({targets[1]: _table(found), targets[2]: marked_png(_figure(found))})
-    write_result(targets[0], summary)
+    summary = write_workspace(chosen, amplitude, found, compliance_of(chosen, amplitude), out, made)
     numbers = {name: value for name, value in vars(summary).items() if isinstance(value, str | int | float)}
     common.show(
         summary, values_table(numbers), *map(_line, summary.compliance), f"wrote {', '.join(map(str, targets))}"
     )
 
 
+def compliance_of(rig: RigInSpace, amplitude_mm: float) -> tuple[ComplianceAt, ...]:
+    """Give the tip compliance of the straight wrist, and with each wheel at an amplitude.
+
+    Raises
+    ------
+    SolverError
+        A drive without equilibrium.
+    """
+    places = np.vstack([np.zeros(rig.wheel_count), amplitude_mm * np.eye(rig.wheel_count)])
+    return tuple(_compliance(tip_compliance(rig, place)) for place in places)
+
+
+def write_workspace(
+    rig: RigInSpace,
+    amplitude_mm: float,
+    found: Workspace,
+    compliance: tuple[ComplianceAt, ...],
+    out: Path,
+    made: Made | None,
+) -> WorkspaceSummary:
+    """Write a workspace as numbers, table and picture: the files of :data:`studies.results.workspace.FILES`.
+
+    Raises
+    ------
+    RecordError
+        A folder that cannot be written to.
+    """
+    curve = found.is_curve
+    summary = WorkspaceSummary(
+        schema=1,
+        rig=rig.name,
+        preload_N=rig.preload_N,
+        amplitude_mm=amplitude_mm,
+        file=FILES[1],
+        circles=found.wheels_mm.shape[0],
+        directions=found.wheels_mm.shape[1],
+        largest_bending_deg=float(np.linalg.norm(found.forth_deg, axis=2).max()),
+        reach_y_mm=float(np.abs(found.forth_mm[..., 1]).max()),
+        reach_z_mm=float(np.abs(found.forth_mm[..., 2]).max()),
+        least_x_mm=float(found.forth_mm[..., 0].min()),
+        area_mm2=None if curve else found.area_mm2(found.forth_mm),
+        area_without_friction_mm2=None if curve else found.area_mm2(found.smooth_mm),
+        length_mm=found.length_mm(found.forth_mm) if curve else None,
+        largest_spread_mm=float(found.spread_mm.max()),
+        mean_spread_mm=float(found.spread_mm.mean()),
+        least_tension_N=found.least_tension_N,
+        largest_tension_N=found.largest_tension_N,
+        compliance=compliance,
+        made=made,
+    )
+    write_files({out / FILES[1]: _table(found), out / FILES[2]: marked_png(_figure(found))})
+    write_result(out / FILES[0], summary)
+    return summary
+
+
 def _compliance(one: TipCompliance) -> ComplianceAt:
-    first, second = one.wheels_mm.tolist()
-    return ComplianceAt(first, second, _rows(one.held), _rows(one.sliding))
+    drives = {f"drive_{k + 1}_mm": drive for k, drive in enumerate(one.wheels_mm.tolist())}
+    return ComplianceAt(**drives, held_mm_per_N=_rows(one.held), sliding_mm_per_N=_rows(one.sliding))
 
 
 def _rows(matrix: Floats) -> Matrix:
-    return tuple((float(x), float(y), float(z)) for x, y, z in matrix)
+    first, second, third = ((float(x), float(y), float(z)) for x, y, z in matrix)
+    return first, second, third
 
 
 def _line(one: ComplianceAt) -> str:
     held, sliding = (np.linalg.norm(np.array(rows), ord=2) for rows in (one.held_mm_per_N, one.sliding_mm_per_N))
     return (
-        f"at drives ({one.drive_1_mm:g}, {one.drive_2_mm:g}) mm the tip gives at most {held:.3g} mm/N "
+        f"at drives ({', '.join(f'{drive:g}' for drive in one.drives_mm)}) mm the tip gives at most {held:.3g} mm/N "
         f"where guides stick, {sliding:.3g} mm/N without friction"
     )
 
 
 def _table(found: Workspace) -> str:
     """Rows of all circles and directions as CSV: drives, and tips without friction, forth and back."""
-    names = ["drive_1_mm", "drive_2_mm"]
-    names += [f"{way}_{axis}_mm" for way in ("smooth", "forth", "back") for axis in "xyz"]
+    names = [f"drive_{k + 1}_mm" for k in range(found.wheels_mm.shape[2])]
+    names += [f"{way}_{axis}_mm" for way in WAYS for axis in "xyz"]
     values = np.concatenate([found.wheels_mm, found.smooth_mm, found.forth_mm, found.back_mm], axis=2)
     rows = values.reshape(-1, len(names)).tolist()
     return "\n".join([",".join(names), *(",".join(map(repr, row)) for row in rows)]) + "\n"
@@ -141,14 +140,11 @@ def _figure(found: Workspace) -> bytes:
     across, along = figure.subplots(1, 2)
     for k in range(len(found.wheels_mm)):
         label = k == 0
-        for tips, colour, name in (
-            (found.smooth_mm, "0.6", "no friction, no loop"),
-            (found.forth_mm, "tab:blue", "with friction, forth"),
-            (found.back_mm, "tab:orange", "with friction, back"),
-        ):
-            closed = np.concatenate([tips[k], tips[k][:1]])
-            across.plot(closed[:, 1], closed[:, 2], color=colour, lw=1.2, label=name if label else None)
-            along.plot(closed[:, 0], closed[:, 1], color=colour, lw=1.2)
+        for (way, name), colour in zip(WAYS.items(), ("0.6", "tab:blue", "tab:orange"), strict=True):
+            tips = getattr(found, f"{way}_mm")[k]
+            drawn = tips if found.is_curve else np.concatenate([tips, tips[:1]])
+            across.plot(drawn[:, 1], drawn[:, 2], color=colour, lw=1.2, label=name if label else None)
+            along.plot(drawn[:, 0], drawn[:, 1], color=colour, lw=1.2)
     across.set(xlabel="tip y, mm", ylabel="tip z, mm", aspect="equal", title="seen along the tube")
     along.set(xlabel="tip x, mm", ylabel="tip y, mm", aspect="equal", title="from the side")
     figure.legend(loc="outside lower center", ncols=3, frameon=False)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from fem_models.chain import simulate_chain
-from fem_models.load import LoadProgram, triangle
+from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
@@ -27,13 +27,14 @@ from hysteresis.records.metrics import errors, loop_width, noise_floor
 from hysteresis.records.path import cycle_index
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import write_record
-from studies.commands.first_report import CYCLES, rig_numbers, versions_found
+from studies.commands.first_report import rig_numbers, versions_found
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_records, separate_rig
 from studies.commands.tracing import NEXT, trace_loaded, with_ending
 from studies.ensemble import run_ensemble
 from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.new_record import without_geometry
+from studies.own_rig.programs import programs_of_report
 from studies.own_rig.strain import drive_to_angle_mm
 from studies.progress import steps
 from studies.results import write_result
@@ -53,10 +54,8 @@ from studies.results.run import (
     read_run,
 )
 from validation.engines import compare_engines
-from validation.separation import loop_program
 
 UNKNOWN = "-unknown-geometry"
-_MOST_STEP_MM, _LEAST_STEPS = 0.1, 20
 _CYCLE_S = 20.0  # of a rig whose loop depends on the rate
 _REFUSED = (RecordError, RigError, SolverError)
 
@@ -207,11 +206,7 @@ def _numbers(design: Design) -> tuple[RigNumber, ...]:
 
 def _programs(rig: Rig, amplitude_mm: float) -> tuple[LoadProgram, LoadProgram]:
     """Give the program of a loop and that of the analytic curve; one tendon is driven from rest to the amplitude."""
-    if rig.tendon_b is None:
-        loop, theory = loop_program(0.0, amplitude_mm), LoadProgram(np.linspace(0.0, amplitude_mm, 41))
-    else:
-        step = min(_MOST_STEP_MM, amplitude_mm / _LEAST_STEPS)
-        loop, theory = triangle(amplitude_mm, step_mm=step, cycles=CYCLES), triangle(amplitude_mm, step_mm=step)
+    loop, theory = programs_of_report(amplitude_mm, both_ways=rig.tendon_b is not None)
     if not _depends_on_rate(rig):
         return loop, theory
     assert loop.cycle is not None

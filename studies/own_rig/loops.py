@@ -14,7 +14,7 @@ from fem_models.load import LoadProgram
 from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig import Rig, RigError
 from fem_models.view import SceneError, render
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Ints
 from hysteresis.extras import MissingError
 from hysteresis.files import write_files
 from hysteresis.own import marked_png
@@ -65,25 +65,27 @@ def write_loop(
     write_record(simulate_analytic(ideal or rig, theory), out / "records" / f"{curve}.csv")
     parts = (loop_summary(solution.record), energy_summary(solution), strain_summary(rig, solution))
     numbers = {key: value for part in parts for key, value in vars(part).items()}
+    drive, both_ways = solution.record.drive, rig.tendon_b is not None
     loop = RunLoop(
         record=name,
         theory=curve,
         preload_N=rig.preload_N,
-        slack_from_mm=_slack_from_mm(rig, solution),
-        fatigue_amplitude_mm=fatigue_amplitude_mm(rig, solution.record.drive, solution.peak_strain),
+        slack_from_mm=slack_from_mm(rig.preload_N, drive, solution.segment_tensions_N) if both_ways else None,
+        fatigue_amplitude_mm=fatigue_amplitude_mm(drive, solution.peak_strain, both_ways=both_ways),
         **numbers,
     )
     return solution, loop
 
 
-def fatigue_amplitude_mm(rig: Rig, drive: Floats, strain: Floats) -> float | None:
+def fatigue_amplitude_mm(drive: Floats, strain: Floats, *, both_ways: bool) -> float | None:
     """Find the amplitude of a cycle beyond which a fibre alternates by more than the limit of fatigue.
 
     Parameters
     ----------
     drive, strain
         Shapes (m,) and (m, N): a run whose last branch rises from one end of a closed cycle to the other. The cycle is
-        from -x to x, and of a single tendon from 0 to x; a fibre's strain amplitude is half its range on that branch.
+        from -x to x, and not ``both_ways``, of a single tendon, from 0 to x; a fibre's strain amplitude is half its
+        range on that branch.
 
     Returns
     -------
@@ -94,8 +96,8 @@ def fatigue_amplitude_mm(rig: Rig, drive: Floats, strain: Floats) -> float | Non
     x, e = drive[part], strain[part]
     if not np.isfinite(e).all() or x[-1] <= x[0]:
         return None
-    amplitude = np.linspace(0.0, float(x[-1] if rig.tendon_b is None else min(x[-1], -x[0])), _AMPLITUDES)
-    back = np.zeros_like(amplitude) if rig.tendon_b is None else -amplitude
+    amplitude = np.linspace(0.0, float(min(x[-1], -x[0]) if both_ways else x[-1]), _AMPLITUDES)
+    back = -amplitude if both_ways else np.zeros_like(amplitude)
     half = [0.5 * np.abs(np.interp(amplitude, x, one) - np.interp(back, x, one)) for one in e.T]
     worst = np.maximum.accumulate(np.max(half, axis=0))
     if worst[-1] <= FATIGUE.strain:
@@ -103,12 +105,15 @@ def fatigue_amplitude_mm(rig: Rig, drive: Floats, strain: Floats) -> float | Non
     return float(np.interp(FATIGUE.strain, worst, amplitude))
 
 
-def _slack_from_mm(rig: Rig, solution: MultibodySolution) -> float | None:
-    """Give the smallest drive at which a tendon is slack: at 1 % of the preload or less; None where none is."""
-    if rig.tendon_b is None or rig.preload_N <= 0:
+def slack_from_mm(preload_N: float, drive: Floats, tensions_N: Floats) -> float | None:
+    """Give the smallest drive, shape (m,), at which a tendon is slack: at 1 % of the preload or less.
+
+    ``tensions_N``, shape (m, ...), are those of all pieces of tendon. None where none is slack, or without a preload.
+    """
+    if preload_N <= 0:
         return None
-    slack = solution.segment_tensions_N.reshape(len(solution.record.drive), -1).min(axis=1) <= _SLACK * rig.preload_N
-    return float(np.abs(solution.record.drive[slack]).min()) if slack.any() else None
+    slack = tensions_N.reshape(len(drive), -1).min(axis=1) <= _SLACK * preload_N
+    return float(np.abs(drive[slack]).min()) if slack.any() else None
 
 
 def strain_summary(rig: Rig, solution: MultibodySolution) -> Strain:
@@ -121,14 +126,17 @@ def strain_summary(rig: Rig, solution: MultibodySolution) -> Strain:
 
 def energy_summary(solution: MultibodySolution) -> Energy:
     """Sum the work of the wheel and the losses over the last cycle."""
-    cycle = solution.record.cycle
+    s, cycle = solution, solution.record.cycle
     assert cycle is not None
-    last = np.flatnonzero(cycle == cycle[-1])
-    first, end = last[0] - 1, last[-1]
-    s = solution
-    work, friction, material, viscous = (
-        float(e[end] - e[first]) for e in (s.wheel_work_mJ, s.friction_loss_mJ, s.material_loss_mJ, s.viscous_loss_mJ)
+    return energy_of_cycle(
+        cycle, np.array([s.wheel_work_mJ, s.friction_loss_mJ, s.material_loss_mJ, s.viscous_loss_mJ])
     )
+
+
+def energy_of_cycle(cycle: Ints, energies_mJ: Floats) -> Energy:
+    """Sum over the last cycle: work, losses by friction, in the material, viscous ones; from the start, (4, m)."""
+    last = np.flatnonzero(cycle == cycle[-1])
+    work, friction, material, viscous = (energies_mJ[:, last[-1]] - energies_mJ[:, last[0] - 1]).tolist()
     # a rig that dissipates nothing has neither work nor losses; the gap is then that of rounding
     gap = 100 * (friction + material + viscous - work) / work if abs(work) > 1e-9 else 0.0
     return Energy(work, friction, material, viscous, gap)

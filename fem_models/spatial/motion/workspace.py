@@ -11,7 +11,7 @@ import numpy as np
 from fem_models.rig.checks import require
 from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.rig import Friction
-from fem_models.spatial.drives import WheelProgram
+from fem_models.spatial.drives import WheelProgram, round_axes
 from fem_models.spatial.motion.steps import Equilibrium, at_rest, moved_to
 from fem_models.spatial.rig import of_rig_in_space
 from fem_models.spatial.solve import SpatialSolution, solve_spatial
@@ -24,16 +24,17 @@ STUCK = 1e6
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """Tips for drives on circles of both wheels: k circles, d directions.
+    """Tips for drives on circles of all w wheels: k circles, d directions. One wheel has a curve: k is 1.
 
     Parameters
     ----------
     wheels_mm
-        Shape (k, d, 2).
+        Shape (k, d, w).
     smooth_mm, smooth_deg
         Tip, shape (k, d, 3), and bending, (k, d, 2), of the wrist without friction and without a loop of the material.
     forth_mm, back_mm, forth_deg, back_deg
-        The same with both, the wheels going round from wheel 1 to wheel 2, and back.
+        The same with both, the wheels going round from the first axis to the second one, and back; on a curve up, and
+        down.
     least_tension_N, largest_tension_N
         At the wheels, with friction.
     """
@@ -49,14 +50,26 @@ class Workspace:
     largest_tension_N: float
 
     @property
+    def is_curve(self) -> bool:
+        """Whether the tip reaches a curve, of one wheel, in place of an area."""
+        return self.wheels_mm.shape[2] == 1
+
+    @property
     def spread_mm(self) -> Floats:
         """Distance of the tips that the same drives reach on the way forth and back, shape (k, d)."""
         return np.asarray(np.linalg.norm(self.forth_mm - self.back_mm, axis=2))
 
     def area_mm2(self, tip_mm: Floats) -> float:
-        """Area that the tip reaches, seen along the tube: that within the outermost circle (shoelace formula)."""
+        """Area that the tip reaches, seen along the tube: that within the outermost circle (shoelace formula).
+
+        Of circles, not of a curve.
+        """
         y, z = tip_mm[-1, :, 1], tip_mm[-1, :, 2]
         return 0.5 * abs(float(y @ np.roll(z, -1) - z @ np.roll(y, -1)))
+
+    def length_mm(self, tip_mm: Floats) -> float:
+        """Length of a curve of tips."""
+        return float(np.linalg.norm(np.diff(tip_mm[-1], axis=0), axis=1).sum())
 
 
 def workspace(
@@ -67,39 +80,36 @@ def workspace(
     directions: int = 36,
     progress: Callable[[int, int], None] | None = None,
 ) -> Workspace:
-    """Find the tips for drives on circles of both wheels, up to an amplitude.
+    """Find the tips for drives on circles of all wheels, up to an amplitude (:func:`round_axes`).
 
     Each circle starts from rest. The wheels go once round before the tips are taken, so that friction has its
-    direction, then once forth and once back.
+    direction, then once forth and once back. One wheel goes from end to end in place of that, with as many samples as
+    there are directions; a wheel with one tendon from rest to the amplitude.
 
     Raises
     ------
     RigError
-        A rig without two wheels, an argument out of its range, a notch that closes.
+        An argument out of its range, a notch that closes.
     SolverError
         A drive without equilibrium.
     """
-    require(rig.wheel_count == 2, "wheels", f"{rig.wheel_count}", "2 of a rig whose workspace is wanted")
     require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude", amplitude_mm, "above 0")
     require(1 <= circles <= 100, "circles", circles, "from 1 to 100")
     require(8 <= directions <= 360, "directions", directions, "from 8 to 360")
-    turn = 2 * math.pi * np.arange(directions) / directions
-    unit = np.column_stack([np.cos(turn), np.sin(turn)])
+    one_wheel = rig.wheel_count == 1
+    rings = _curve(rig, amplitude_mm, directions) if one_wheel else _circles(rig, amplitude_mm, circles, directions)
     parts, tensions = list[tuple[SpatialSolution, SpatialSolution]](), list[tuple[float, float]]()
-    for k in range(circles):
-        ring = amplitude_mm * (k + 1) / circles * unit
-        # out, round, round again, and back: the last two are looked at
-        way = np.concatenate([0 * ring[:1], ring, ring, ring[:1], ring[::-1], ring[::-1]])
+    for k, ring in enumerate(rings):
+        way, forth, back = _way(ring)
         friction, smooth = (_run(one, way) for one in (rig, smooth_rig(rig)))
         parts.append((friction, smooth))
         pulls = friction.tensions_N[:, :, 0]
         tensions.append((float(pulls.min()), float(pulls.max())))
         if progress is not None:
-            progress(k + 1, circles)
-    forth, back = slice(1 + directions, 1 + 2 * directions), slice(2 + 3 * directions, 2 + 4 * directions)
+            progress(k + 1, len(rings))
     runs, smooth_runs = zip(*parts, strict=True)
     return Workspace(
-        wheels_mm=np.array([amplitude_mm * (k + 1) / circles * unit for k in range(circles)]),
+        wheels_mm=rings,
         smooth_mm=np.array([run.tip_mm[forth] for run in smooth_runs]),
         smooth_deg=np.array([run.bending_deg[forth] for run in smooth_runs]),
         forth_mm=np.array([run.tip_mm[forth] for run in runs]),
@@ -109,6 +119,29 @@ def workspace(
         least_tension_N=min(low for low, _ in tensions),
         largest_tension_N=max(high for _, high in tensions),
     )
+
+
+def _way(ring: Floats) -> tuple[Floats, slice, slice]:
+    """Drives from rest on over a circle or a curve, shape (d, w), and the parts of them that are looked at."""
+    d = len(ring)
+    if ring.shape[1] > 1:  # out, round, round again, and back twice
+        way = np.concatenate([0 * ring[:1], ring, ring, ring[:1], ring[::-1], ring[::-1]])
+        return way, slice(1 + d, 1 + 2 * d), slice(2 + 3 * d, 2 + 4 * d)
+    way = np.concatenate([0 * ring[:1], ring[::-1], ring, ring[::-1]])  # to one end, down, up, and down
+    return way, slice(1 + d, 1 + 2 * d), slice(1 + 2 * d, 1 + 3 * d)
+
+
+def _circles(rig: RigInSpace, amplitude_mm: float, circles: int, directions: int) -> Floats:
+    """Drives of all wheels, shape (circles, directions, wheels)."""
+    turn = 2 * math.pi * np.arange(directions) / directions
+    unit = np.column_stack([np.cos(turn), np.sin(turn)]) @ round_axes(rig)
+    return np.array([amplitude_mm * (k + 1) / circles * unit for k in range(circles)])
+
+
+def _curve(rig: RigInSpace, amplitude_mm: float, samples: int) -> Floats:
+    """Drives of one wheel, rising, shape (1, samples, 1)."""
+    low = -amplitude_mm if rig.winds_both_ways(1) else 0.0
+    return np.linspace(low, amplitude_mm, samples)[None, :, None]
 
 
 def smooth_rig(rig: RigInSpace) -> RigInSpace:
@@ -127,7 +160,7 @@ class TipCompliance:
     Parameters
     ----------
     wheels_mm
-        Shape (2,), where it was taken.
+        Shape (w,), where it was taken.
     held
         All guides stick, and so do the elements of the material: the stiffest that the wrist can be.
     sliding
