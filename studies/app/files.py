@@ -7,7 +7,6 @@ names of our own.
 from __future__ import annotations
 
 import io
-import re
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -19,14 +18,10 @@ from fem_models.rig import Rig
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_record, write_record
 from hysteresis.records.sidecar import toml
+from studies.results.files import file_stem
 
 MOST_BYTES = 20_000_000
 """Largest file that is opened in the page: some 300,000 samples."""
-
-
-def file_stem(name: str) -> str:
-    """Give a name for files: letters, digits, dots and dashes of the rig's name."""
-    return re.sub(r"[^A-Za-z0-9.]+", "-", name)[:60].strip(".-") or "rig"
 
 
 def rig_text(rig: Rig) -> str:

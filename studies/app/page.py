@@ -21,12 +21,13 @@ from fem_models.view import SceneError
 from hysteresis.plain import to_plain
 from hysteresis.records.record import Record, RecordError
 from studies.app.advice import in_words
-from studies.app.files import file_stem, opened_record, record_files, rig_text
+from studies.app.files import opened_record, record_files, rig_text
 from studies.app.guard import HOST, Guard
 from studies.app.loop_svg import Curve, Kind, less_backbone, loop_svg
 from studies.app.playground import Answer, Slider, answer, outer_mm, sliders
 from studies.app.scene import TOP_STRAIN_PERCENT, mesh_of
 from studies.engines import MissingError
+from studies.results.files import file_stem
 
 LIGHT, DARK = (1.0, 1.0, 1.0), (0.09, 0.11, 0.145)
 """Background of the tube, as ``--card`` in ``app.css``."""

@@ -42,6 +42,7 @@ from studies.results.run import (
     checksums,
 )
 from studies.results.trace_samples import SAMPLES
+from studies.results.wrist import FILE as WRIST
 from validation.engines import compare_engines
 from validation.practice.bench_record import SHIPPED
 
@@ -67,7 +68,7 @@ def files_of_run(out: Path) -> list[Path]:
     loops = [f"{PRESET}-{preload:g}N" for preload in PRELOADS_N]
     records = [*loops, *(f"{name}-analytic" for name in loops), SHIPPED.stem]
     fits = [f"identify-{name}" for name in (*loops, SHIPPED.stem, f"{SHIPPED.stem}-unknown-geometry")]
-    jsons = ["run", *fits, f"separate-{loops[-1]}", f"trace-{SHIPPED.stem}", "tube"]
+    jsons = ["run", Path(WRIST).stem, *fits, f"separate-{loops[-1]}", f"trace-{SHIPPED.stem}", "tube"]
     names = [*(f"{name}.json" for name in jsons), *(f"{name}.csv" for name in fits), "report.html", "tube.png"]
     return [
         *(out / name for name in (*names, *PICTURES, SAMPLES)),
@@ -88,7 +89,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
     SolverError, RecordError, OSError
         From the parts; files that are already written stay, each of them complete.
     """
-    for name in ("run.json", "report.html"):
+    for name in ("run.json", WRIST, "report.html"):
         (out / name).unlink(missing_ok=True)
     with steps(progress, total=3 * len(PRELOADS_N) + 5) as step, _saying_what_is_stored(out):
         records, loops, checks = _simulated(out, step)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import shlex
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
@@ -39,6 +39,9 @@ from studies.results import write_result
 from studies.results.made import made_now
 from studies.results.run import loop_summary
 
+if TYPE_CHECKING:
+    from studies.in_space.design_report import WristDesign
+
 PRESET = "du2018"
 
 
@@ -55,16 +58,21 @@ def run(
     """Write the design report of your rig and records; without options the main job on the defaults.
 
     With --rig or --preset: loops at each --preload, strain and limits, cross-checks, the layer and the trace of the
-    records, contributions to the loop, and what to do next.
+    records, contributions to the loop, and what to do next. Of a rig in space: the loop of each wheel, tensions, the
+    path of the tip, its compliance, and the workspace.
     """
+    rig = own.read() if own.is_given(records or []) else None
+    if isinstance(rig, RigInSpace):
+        _run_in_space(own.design_in_space(rig, records or []), out, replacing, common)
+        return
     require_exudyn()
     from studies.report.page import page_of, write_page
 
     made = made_now(common.command)
-    if own.is_given(records or []):
+    if rig is not None:
         from studies.own_rig.design_report import design_report, files_of_design
 
-        design, loaded = own.design(records or [])
+        design, loaded = own.design(rig, records or [])
         replacing.allow(files_of_design(out, design, loaded))
         for words in () if common.quiet else without_geometry(loaded, beside_rig=True):
             typer.echo(f"notchbend: {words}", err=True)
@@ -81,6 +89,20 @@ def run(
         shown = [*verdict_lines(page.verdicts)]
     report = write_page(out, page)
     common.show(summary, *shown, f"report: {report}")
+
+
+def _run_in_space(design: WristDesign, out: Path, replacing: Overwrite, common: Common) -> None:
+    """Write the report of a rig in space."""
+    from studies.in_space.design_report import files_of_wrist, wrist_report
+    from studies.report.page import page_of, write_page
+
+    replacing.allow(files_of_wrist(out, design))
+    summary = wrist_report(design, out, made=made_now(common.command), progress=common.shows_progress)
+    page = page_of(out)
+    todo = [f"{i}. {words}" for i, words in enumerate(page.advice, start=1)]
+    notes = [f"note: {words}" for words in summary.notes]
+    ends = ["What to do next:", *todo, f"report: {write_page(out, page)}"]
+    common.show(summary, *verdict_lines(page.verdicts), *notes, *ends)
 
 
 RecordOut = Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")]

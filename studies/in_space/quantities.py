@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -15,6 +14,7 @@ from fem_models.spatial.rig import of_rig_in_space
 from fem_models.spatial.solve import SpatialSolution, solve_spatial
 from hysteresis.arrays import Floats
 from hysteresis.records.metrics import loop_width
+from studies.in_space.loops import lost_motion_mm, plane_of_loop
 
 CIRCLES, DIRECTIONS = 2, 24
 """Circles of the drives in a workspace, half the amplitude and all of it, and directions on each."""
@@ -26,7 +26,7 @@ SLACK = 0.01
 
 def winds_both_ways(rig: RigInSpace) -> bool:
     """Whether a wheel has two tendons, so that it can be driven either way."""
-    return len(set(rig.wheels)) < len(rig.wheels)
+    return any(rig.winds_both_ways(wheel) for wheel in rig.wheels)
 
 
 def groups_in_space(rig: RigInSpace, program: LoadProgram, groups: Sequence[str]) -> Iterator[dict[str, float]]:
@@ -84,20 +84,11 @@ def _planes(rig: RigInSpace, program: LoadProgram) -> dict[str, float]:
 
 
 def _loop(program: LoadProgram, run: SpatialSolution) -> dict[tuple[str, str], float]:
-    """Measure the loop of one wheel, by name and unit.
-
-    The plane of the loop is that in which the tip bends most. ``lost_motion`` is the largest width of the loop along
-    the drive: how far the wheel goes back until the tip is where it was.
-    """
-    most = run.bending_deg[int(np.linalg.norm(run.bending_deg, axis=1).argmax())]
-    size = float(np.linalg.norm(most))
-    y, z = most / size if size > 0 else np.array([1.0, 0.0])
-    angle = run.bending_deg @ np.array([y, z])
-    across = run.bending_deg @ np.array([-z, y])
-    lost_mm = loop_width(angle, program.drive_mm, program.cycle).max_deg if size > 0 else math.nan
+    """Measure the loop of one wheel, by name and unit, in the plane in which the tip bends most."""
+    plane = plane_of_loop(program.drive_mm, run.bending_deg)
     return {
-        ("full_scale_angle", "deg"): float(np.abs(angle).max()),
-        ("loop_width", "deg"): loop_width(program.drive_mm, angle, program.cycle).max_deg,
-        ("lost_motion", "mm"): lost_mm,
-        ("across", "deg"): float(np.abs(across).max()),
+        ("full_scale_angle", "deg"): float(np.abs(plane.angle_deg).max()),
+        ("loop_width", "deg"): loop_width(program.drive_mm, plane.angle_deg, program.cycle).max_deg,
+        ("lost_motion", "mm"): lost_motion_mm(program, plane),
+        ("across", "deg"): plane.across_deg,
     }

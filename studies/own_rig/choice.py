@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
+from fem_models.rig import Rig, RigError, ensemble
 from fem_models.rig.checks import require
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.presets import PRESETS
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_records
+from studies.commands.options import ALL
 from studies.results.run import RunSummary
 
 if TYPE_CHECKING:
+    from fem_models.rig.in_space import RigInSpace
+    from studies.in_space.design_report import WristDesign
     from studies.own_rig.design_report import Design
 
 
@@ -27,9 +29,7 @@ class OwnRigChoice:
     """A rig, its preloads and its amplitude."""
 
     rig: Annotated[Path | None, typer.Option("--rig", help="Rig file, TOML, or --preset: a report of your rig.")] = None
-    preset: Annotated[str | None, typer.Option("--preset", help=f"In place of --rig, one of {', '.join(PRESETS)}.")] = (
-        None
-    )
+    preset: Annotated[str | None, typer.Option("--preset", help=f"In place of --rig, one of {', '.join(ALL)}.")] = None
     preload: Annotated[
         list[float] | None,
         typer.Option("--preload", help="Preload, N; may be repeated. By default those of the records, else the rig's."),
@@ -58,28 +58,64 @@ class OwnRigChoice:
             raise RigError(f"{clash}: of which rig? expected --rig FILE or --preset NAME beside it")
         return False
 
-    def design(self, paths: Sequence[Path]) -> tuple[Design, list[Record]]:
-        """Read the rig at each preload, and the records.
+    def read(self) -> Rig | RigInSpace:
+        """Read the rig, of one plane or in space.
 
         Raises
         ------
-        RigError, RecordError
-            Both a file and a preset, an impossible rig, a record that cannot be read or that is of another rig.
+        RigError
+            Both a file and a preset, options that exclude each other, an impossible rig.
         """
-        from studies.own_rig.design_report import Design, amplitude_of
+        from fem_models.rig.in_space import read_any_rig
+        from fem_models.rig.presets_in_space import any_preset
 
         if self.rig is not None and self.preset is not None:
             raise RigError(f"--rig {self.rig} and --preset {self.preset}: expected one of the two")
         if self.ensemble and self.preset is None:
             raise RigError(f"--ensemble with --rig {self.rig}: expected --preset")
-        rig = read_rig(self.rig) if self.rig is not None else preset(self.preset or "")
-        records = read_records(paths)
-        preloads = self.preload or _preloads(rig, records)
-        twice = next((value for i, value in enumerate(preloads) if value in preloads[:i]), None)
+        given = self.preload or []
+        twice = next((value for i, value in enumerate(given) if value in given[:i]), None)
         if twice is not None:
             raise RigError(f"--preload {twice:g}: given twice: expected different preloads")
         if self.amplitude is not None:
             require(self.amplitude > 0, "--amplitude", self.amplitude, "above 0")
+        return read_any_rig(self.rig) if self.rig is not None else any_preset(self.preset or "")
+
+    def design_in_space(self, rig: RigInSpace, paths: Sequence[Path]) -> WristDesign:
+        """Take the rig to each preload.
+
+        Raises
+        ------
+        RigError
+            Records or --ensemble, which the report of a rig in space has not; an impossible preload.
+        """
+        from studies.in_space.design_report import WristDesign
+        from studies.own_rig.strain import drive_to_angle_mm
+
+        if paths:
+            found = f"{paths[0]}: rig {rig.name} bends in space, and its report takes no records"
+            raise RigError(f"{found}: expected none, or notchbend trace, which takes them")
+        if self.ensemble:
+            raise RigError(f"--ensemble with rig {rig.name}, which bends in space: expected --preset of a planar rig")
+        return WristDesign(
+            name=rig.name,
+            option=self.option(),
+            rigs=tuple(rig.with_preload(value) for value in self.preload or [rig.preload_N]),
+            amplitude_mm=self.amplitude or drive_to_angle_mm(rig.rig),
+        )
+
+    def design(self, rig: Rig, paths: Sequence[Path]) -> tuple[Design, list[Record]]:
+        """Take the rig to each preload, and read the records.
+
+        Raises
+        ------
+        RigError, RecordError
+            An impossible preload, a record that cannot be read or that is of another rig.
+        """
+        from studies.own_rig.design_report import Design, amplitude_of
+
+        records = read_records(paths)
+        preloads = self.preload or _preloads(rig, records)
         _require_same_rig(rig, records, self.option())
         design = Design(
             name=self.preset if self.rig is None and self.preset else rig.name,

@@ -39,6 +39,7 @@ from studies.own_rig.strain import drive_to_angle_mm
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.ensemble import EnsembleRanges
+from studies.results.files import without_folders
 from studies.results.made import Made
 from studies.results.run import (
     CrossCheckRow,
@@ -53,6 +54,7 @@ from studies.results.run import (
     checksums,
     read_run,
 )
+from studies.results.wrist import FILE as WRIST
 from validation.engines import compare_engines
 
 UNKNOWN = "-unknown-geometry"
@@ -101,6 +103,7 @@ def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> lis
     """Give the files of a folder that :func:`design_report` may replace, but the records of an earlier report."""
     patterns = (
         "run.json",
+        WRIST,
         "report.html",
         "tube.*",
         "identify-*.*",
@@ -112,7 +115,7 @@ def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> lis
     )
     found = [path for pattern in patterns for path in sorted(out.glob(pattern))]
     known = read_run(out).sha256 if is_own(out / "run.json") else {}
-    names = [*_named(design, records), *(f"{design.name}-*",)]
+    names = [*_named(design, records), f"{without_folders(design.name)}-*"]
     stems = [stem for name in names for stem in (name, f"{name}-predicted")]
     of_records = [path for stem in stems for end in ("csv", "toml") for path in out.glob(f"records/{stem}.{end}")]
     return [*found, *(path for path in of_records if path.stem not in known)]
@@ -132,7 +135,7 @@ def design_report(
         From the simulation of the loops, or records with the same name.
     """
     named = _named(design, records)
-    for name in ("run.json", "report.html"):
+    for name in ("run.json", WRIST, "report.html"):
         (out / name).unlink(missing_ok=True)
     for stale in [*out.glob("trace*.json"), *out.glob("separate*.json")]:
         stale.unlink()  # of an earlier report; the page would show them as those of this one
@@ -190,7 +193,7 @@ def _named(design: Design, records: Sequence[Record]) -> dict[str, Record]:
 
 
 def _loop_name(design: Design, rig: Rig) -> str:
-    return f"{design.name}-{rig.preload_N:g}N"
+    return f"{without_folders(design.name)}-{rig.preload_N:g}N"
 
 
 def _numbers(design: Design) -> tuple[RigNumber, ...]:

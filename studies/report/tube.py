@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem_models.rig import Rig
 from fem_models.rig.checks import MOST_MM
+from fem_models.rig.in_space import RigInSpace
+from fem_models.view.in_space import wrist_surface
 from fem_models.view.manipulator import tendon_lines, tube_mesh
 from hysteresis.arrays import Floats, Ints
 from hysteresis.files import RecordError, write_files
@@ -47,7 +49,7 @@ rotates without effort."""
 HEAT = ("#b9c0c9", "#f2c14e", "#e4572e", "#8c1c13")
 """Colours from no strain to the largest strain, as in :mod:`fem_models.view.manipulator`."""
 LIGHT = np.array([-0.35, 0.75, 0.75])
-TENDON_TONES = ("blue", "green")
+TENDON_TONES = ("blue", "green", "orange", "purple")
 UP = Point(0, 1, 0)
 VIEWS = {
     "Oblique": Camera(Point(-0.3, 0.35, 0.9), UP),
@@ -101,6 +103,31 @@ def write_tube(rig: Rig, joint_angles_deg: ArrayLike, path: Path) -> None:
         strain_percent=np.round(np.asarray(surface["strain_percent"], dtype=float), 4),
         tendons_mm=tendon_lines(rig, joint_angles_deg),
     )
+    write_stored(stored, path)
+
+
+def wrist_tube(rig: RigInSpace, joint_angles_deg: ArrayLike) -> StoredTube:
+    """Give the surface of a bent wrist in space and its tendons, coloured by the strain of the weak bending.
+
+    Raises
+    ------
+    SceneError
+        As :func:`fem_models.view.in_space.wrist_surface`.
+    """
+    found = wrist_surface(rig, joint_angles_deg)
+    used, numbers = np.unique(found.quads, return_inverse=True)
+    corners = numbers.reshape(-1, 4)
+    return StoredTube(
+        schema=1,
+        points_mm=np.round(found.points[used], 4),
+        triangles=np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]),
+        strain_percent=np.round(found.strain_percent[used], 4),
+        tendons_mm=dict(zip("abcd", found.lines, strict=False)),
+    )
+
+
+def write_stored(stored: StoredTube, path: Path) -> None:
+    """Write a surface as JSON: mm, and strain in percent."""
     write_files({path: json.dumps(marked_values(to_plain(stored)), separators=(",", ":")) + "\n"})
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import TypeVar
 
@@ -11,6 +12,16 @@ from hysteresis.own import marked_values
 from hysteresis.plain import from_plain, to_plain
 
 Result = TypeVar("Result")
+
+
+def file_stem(name: str) -> str:
+    """Give a name for files: letters, digits, dots and dashes of the rig's name."""
+    return re.sub(r"[^A-Za-z0-9.]+", "-", name)[:60].strip(".-") or "rig"
+
+
+def without_folders(name: str) -> str:
+    """Give the name of a rig for files; one with a slash, which would lead to another folder, by :func:`file_stem`."""
+    return file_stem(name) if set(name) & set("/\\\0") else name
 
 
 def write_result(path: Path, result: object) -> None:

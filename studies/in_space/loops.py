@@ -1,0 +1,90 @@
+"""What the loop of one wheel says of a rig in space: angles, lost motion, tensions, strain, energy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_models.joint import joint_row
+from fem_models.joint.strain import peak_strain
+from fem_models.load import LoadProgram
+from fem_models.rig.in_space import RigInSpace
+from fem_models.spatial.solve import SpatialSolution
+from hysteresis.arrays import Floats
+from hysteresis.records.metrics import dissipated_area, loop_width
+from studies.own_rig.loops import energy_of_cycle, fatigue_amplitude_mm, slack_from_mm
+from studies.own_rig.strain import strain_of
+from studies.results.wrist import WheelLoop
+
+
+@dataclass(frozen=True)
+class PlaneOfLoop:
+    """A loop in the plane in which the tip bends most.
+
+    ``angle_deg``, shape (m,), is the bending in it and ``direction_deg`` its angle from y towards z; ``across_deg`` is
+    the largest bending out of it.
+    """
+
+    direction_deg: float
+    angle_deg: Floats
+    across_deg: float
+
+
+def plane_of_loop(drive_mm: Floats, bending_deg: Floats) -> PlaneOfLoop:
+    """Find the plane of the largest bending of a run, shapes (m,) and (m, 2); a drive above 0 bends above 0."""
+    at = int(np.linalg.norm(bending_deg, axis=1).argmax())
+    most = bending_deg[at] * (-1.0 if drive_mm[at] < 0 else 1.0)
+    size = float(np.linalg.norm(most))
+    y, z = most / size if size > 0 else np.array([1.0, 0.0])
+    across = bending_deg @ np.array([-z, y])
+    return PlaneOfLoop(math.degrees(math.atan2(z, y)), bending_deg @ np.array([y, z]), float(np.abs(across).max()))
+
+
+def lost_motion_mm(program: LoadProgram, plane: PlaneOfLoop) -> float:
+    """Largest width of a loop along the drive: how far the wheel goes back until the tip is where it was.
+
+    NaN where nothing bends.
+    """
+    if not plane.angle_deg.any():
+        return math.nan
+    return loop_width(plane.angle_deg, program.drive_mm, program.cycle).max_deg
+
+
+def wheel_loop(
+    rig: RigInSpace, wheel: int, program: LoadProgram, run: SpatialSolution, names: tuple[str, str]
+) -> WheelLoop:
+    """Measure the loop of one wheel, counted from 0, as the planar report does.
+
+    ``names`` are the records of the loop and of the run without friction.
+    """
+    drive, cycle = program.drive_mm, program.cycle
+    assert cycle is not None
+    plane, both_ways = plane_of_loop(drive, run.bending_deg), rig.winds_both_ways(wheel + 1)
+    width = loop_width(drive, plane.angle_deg, cycle)
+    strain = peak_strain(joint_row(rig.rig), np.radians(run.notches_deg[:, :, 2]))
+    energies = np.array([run.work_mJ, run.friction_mJ, run.material_mJ, np.zeros_like(run.work_mJ)])
+    pulls = run.tensions_N[:, :, 0]
+    return WheelLoop(
+        record=names[0],
+        theory=names[1],
+        title=f"{rig.name}, preload {rig.preload_N:g} N, wheel {wheel + 1}",
+        full_scale_deg=float(np.abs(plane.angle_deg).max()),
+        loop_width_deg=width.max_deg,
+        widest_at_drive_mm=width.at_drive,
+        loop_width_at_zero_deg=width.at_zero_deg,
+        loop_area_deg_mm=dissipated_area(drive, plane.angle_deg, cycle),
+        **vars(energy_of_cycle(cycle, energies)),
+        **vars(strain_of(rig.rig, drive, strain)),
+        preload_N=rig.preload_N,
+        slack_from_mm=slack_from_mm(rig.preload_N, drive, run.tensions_N) if len(rig.wheels) > 1 else None,
+        fatigue_amplitude_mm=fatigue_amplitude_mm(drive, strain, both_ways=both_ways),
+        wheel=wheel + 1,
+        direction_deg=plane.direction_deg,
+        across_deg=plane.across_deg,
+        lost_motion_mm=lost_motion_mm(program, plane),
+        largest_torsion_deg=float(np.abs(run.torsion_deg).max()),
+        least_tension_N=float(pulls.min()),
+        largest_tension_N=float(pulls.max()),
+    )
