@@ -18,6 +18,9 @@ from studies.own_rig.loops import energy_of_cycle, fatigue_amplitude_mm, slack_f
 from studies.own_rig.strain import strain_of
 from studies.results.wrist import WheelLoop
 
+_DIGITS = 9
+"""Of angles that are 0 but for rounding."""
+
 
 @dataclass(frozen=True)
 class PlaneOfLoop:
@@ -39,7 +42,8 @@ def plane_of_loop(drive_mm: Floats, bending_deg: Floats) -> PlaneOfLoop:
     size = float(np.linalg.norm(most))
     y, z = most / size if size > 0 else np.array([1.0, 0.0])
     across = bending_deg @ np.array([-z, y])
-    return PlaneOfLoop(math.degrees(math.atan2(z, y)), bending_deg @ np.array([y, z]), float(np.abs(across).max()))
+    direction = round(math.degrees(math.atan2(z, y)), _DIGITS) + 0.0  # turns -0.0 into 0.0
+    return PlaneOfLoop(direction, bending_deg @ np.array([y, z]), round(float(np.abs(across).max()), _DIGITS))
 
 
 def lost_motion_mm(program: LoadProgram, plane: PlaneOfLoop) -> float:
@@ -84,7 +88,7 @@ def wheel_loop(
         direction_deg=plane.direction_deg,
         across_deg=plane.across_deg,
         lost_motion_mm=lost_motion_mm(program, plane),
-        largest_torsion_deg=float(np.abs(run.torsion_deg).max()),
+        largest_torsion_deg=round(float(np.abs(run.torsion_deg).max()), _DIGITS),
         least_tension_N=float(pulls.min()),
         largest_tension_N=float(pulls.max()),
     )

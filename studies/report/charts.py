@@ -89,7 +89,7 @@ class Chart:
     """One pair of axes. ``alt`` is the text in place of the picture; axis labels include the unit.
 
     ``x_range`` and ``y_range`` have the ends of an axis where these are given; ``legend`` is False where another
-    chart of the plate has it.
+    chart of the plate has it; ``equal`` is one scale for both axes.
     """
 
     title: str
@@ -100,6 +100,7 @@ class Chart:
     y_range: tuple[float, float] | None = None
     x_range: tuple[float, float] | None = None
     legend: bool = True
+    equal: bool = False
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,8 @@ def chart_json(chart: Chart) -> str:
         layout = replace(layout, xaxis=replace(layout.xaxis, range=chart.x_range))
     if chart.y_range is not None:
         layout = replace(layout, yaxis=replace(layout.yaxis, range=chart.y_range))
+    if chart.equal:
+        layout = replace(layout, yaxis=replace(layout.yaxis, scaleanchor="x"))
     spans = [mark for mark in chart.marks if isinstance(mark, Span)]
     if spans:
         layout = replace(layout, shapes=tuple(map(_shape, spans)))

@@ -5,7 +5,6 @@ Each part is shown if its results are in the folder.
 
 from __future__ import annotations
 
-import base64
 import re
 import shlex
 from collections.abc import Mapping
@@ -15,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from plotly.offline import get_plotlyjs
 
-from hysteresis.files import MB, inside, present, read_bytes, write_files
+from hysteresis.files import inside, present, write_files
 from hysteresis.messages import quoted
 from hysteresis.own import marked_page
 from hysteresis.records.record import RecordError
@@ -31,36 +30,40 @@ from studies.report.parts.comparisons import (
     validation_verdict,
 )
 from studies.report.parts.fits import FitSection, read_fit, run_fit
+from studies.report.parts.pictures import PictureSection, image_text, read_picture
 from studies.report.parts.predictions import PredictedRecord, predicted_records
+from studies.report.parts.reach import ReachSection, reach_verdict, read_reach
 from studies.report.parts.traced import trace_command, trace_plates
+from studies.report.parts.wrists import WristSection, read_wrist_section, wrist_verdicts
 from studies.report.plots import LOOPS_CAPTION, TOE_CAPTION, Drawn, columns_plate, draw, loops_plate, parts_plate
 from studies.report.study import Front, StudySection, read_front, read_study
 from studies.report.summary import Verdict
 from studies.report.templates import environment
-from studies.report.tube import VIEWS, read_tube
+from studies.report.tube import VIEWS
 from studies.results import read_result, trace
 from studies.results.compensation import ENDING
 from studies.results.made import Made
-from studies.results.run import Picture, RunLoop, RunSummary, read_run, record_of_run
+from studies.results.run import OF_RUNS, RunLoop, RunSummary, read_run, record_of_run
 from studies.results.separation import Separation
 from studies.results.trace import FigureFile, StoredTrace
 from studies.results.trace_samples import read_samples
+from studies.results.workspace import FILES as WORKSPACE_FILES
+from studies.results.wrist import FILE as WRIST
 
+REACH = WORKSPACE_FILES[0]
 TEMPLATES = Path(__file__).parent / "template"
-PNG = b"\x89PNG\r\n\x1a\n"
-MOST_IMAGE_BYTES = 64 * MB
-PARTS = ("run.json", "identify.json", "separate.json", "trace.json", "validate.json", "study.zarr", "pareto.json")
+PARTS = (
+    "run.json",
+    WRIST,
+    "identify.json",
+    "separate.json",
+    "trace.json",
+    "validate.json",
+    "study.zarr",
+    "pareto.json",
+    REACH,
+)
 """Results that a page can be made from; any of them is enough."""
-
-
-@dataclass(frozen=True)
-class PictureSection:
-    """The tube: a still image as base64 text, or the reason why there is none, and a view in three dimensions."""
-
-    caption: str
-    missing: str | None
-    data: str | None
-    view: str | None
 
 
 @dataclass(frozen=True)
@@ -123,6 +126,8 @@ class Page:
     legend: Mapping[str, str]
     verdicts: tuple[Verdict, ...]
     run: RunSection | None
+    wrist: WristSection | None
+    reach: ReachSection | None
     separations: tuple[SeparationSection, ...]
     fits: tuple[FitSection, ...]
     fits_command: str
@@ -142,8 +147,8 @@ class Page:
 
 
 def stands_alone(folder: Path) -> bool:
-    """Tell whether a folder has results, and none of a main run, whose records would have to be checked."""
-    return not present(folder / "run.json") and _has_results(folder)
+    """Tell whether a folder has results, and none of a run, whose records would have to be checked."""
+    return not any(present(folder / name) for name in OF_RUNS) and _has_results(folder)
 
 
 def _has_results(folder: Path) -> bool:
@@ -192,6 +197,7 @@ def page_of(folder: Path) -> Page:
         names = ", ".join((*PARTS, f"*{ENDING}"))
         raise RecordError(f"{folder}: none of {names}: expected results of a notchbend command")
     run = _run(folder) if present(folder / "run.json") else None
+    wrist, reach = read_wrist_section(folder), read_reach(folder)
     separations, traces, fits = _separations(folder, run), _traces(folder, run), _fits(folder, run)
     validation, compensations = read_validation(folder), read_compensations(folder)
     study, front = read_study(folder), read_front(folder / "pareto.json")
@@ -201,6 +207,10 @@ def page_of(folder: Path) -> Page:
         verdicts += summary.run_verdicts(run.result, fits, run.command)
     elif fits:
         verdicts += summary.layer_verdicts(fits)
+    if wrist is not None:
+        verdicts += wrist_verdicts(wrist)
+    if reach is not None:
+        verdicts.append(reach_verdict(reach))
     verdicts += [summary.separation_verdict(s.result, s.label, s.command) for s in separations]
     verdicts += [summary.trace_verdict(t.result, t.command) for t in traces]
     if validation is not None:
@@ -210,19 +220,23 @@ def page_of(folder: Path) -> Page:
         verdicts += summary.study_verdicts(study, study_command)
     if front is not None:
         verdicts.append(summary.front_verdict(len(front.rows), front.objectives, study_command))
-    made: list[Made | None] = [] if run is None else [run.result.made]
+    made: list[Made | None] = [one.result.made for one in (run, wrist) if one is not None]
+    if reach is not None and (wrist is None or reach.result.made != wrist.result.made):
+        made.append(reach.result.made)
     made += [one.result.made for one in separations] + [one.fit.made for one in fits]
     made += [one.result.made for one in traces] + ([] if validation is None else [validation.result.made])
     made += [one.result.made for one in compensations] + ([] if study is None else [study.made])
     known = tuple(one for one in made if one is not None)
     return Page(
-        title=_title(folder, run, study),
+        title=_title(folder, run, wrist, study),
         made=known,
         above=known[0].command if len(known) == 1 and made[0] is not None else "",
         advice=what_to_do(folder, study.feasible if study else None),
         legend=summary.LEGEND,
         verdicts=tuple(verdicts),
         run=run,
+        wrist=wrist,
+        reach=reach,
         separations=separations,
         fits=fits,
         fits_command=run.command if run else fits[0].command if fits else "",
@@ -234,7 +248,8 @@ def page_of(folder: Path) -> Page:
         study_command=study_command,
         front=front,
         front_plate=draw(front.plate) if front else None,
-        versions=(run.result.versions if run else {}) or (study.versions if study else {}),
+        versions=(run.result.versions if run else wrist.result.versions if wrist else {})
+        or (study.versions if study else {}),
         views=tuple(VIEWS),
         plotly=get_plotlyjs(),
         style=_text("style.css"),
@@ -246,10 +261,12 @@ def _text(name: str) -> str:
     return (TEMPLATES / name).read_text(encoding="utf-8")
 
 
-def _title(folder: Path, run: RunSection | None, study: StudySection | None) -> str:
+def _title(folder: Path, run: RunSection | None, wrist: WristSection | None, study: StudySection | None) -> str:
     if run is not None:
         own = run.result.own
         return own.name if own is not None else run.result.loops[-1].title.split(",")[0]
+    if wrist is not None:
+        return wrist.result.name
     return study.title if study is not None else folder.resolve().name
 
 
@@ -270,7 +287,7 @@ def _run(folder: Path) -> RunSection:
         result=run,
         command=command,
         loops_plate=draw(loops_plate(loops, labels, theories, caption)),
-        picture=_picture(folder, run.picture),
+        picture=read_picture(folder, "run.json", run.picture),
         simulate=tuple(_simulate_command(option, loop, amplitude) for loop in run.loops),
         validate=f"notchbend validate {option} --out DIR",
         predicted=predicted_records(folder, run),
@@ -287,16 +304,6 @@ def _fits(folder: Path, run: RunSection | None) -> tuple[FitSection, ...]:
     alone = read_fit(folder)
     of_run = () if run is None else (run_fit(folder, item, run.result.seed, run.command) for item in run.result.fits)
     return (*of_run, *(() if alone is None else (alone,)))
-
-
-def _picture(folder: Path, picture: Picture) -> PictureSection:
-    run = folder / "run.json"
-    return PictureSection(
-        caption=picture.caption,
-        missing=picture.missing,
-        data=None if picture.file is None else _image(inside(run, "picture.file", picture.file, [".png"])),
-        view=None if picture.tube is None else read_tube(inside(run, "picture.tube", picture.tube, [".json"])),
-    )
 
 
 def _separations(folder: Path, run: RunSection | None) -> tuple[SeparationSection, ...]:
@@ -367,7 +374,7 @@ def _traces(folder: Path, run: RunSection | None) -> tuple[TraceSection, ...]:
 def _figure(file: Path, item: FigureFile) -> FigureSection:
     """Read an image (PNG), or a CSV whose first column is drawn against the others."""
     if file.suffix.lower() == ".png":
-        return FigureSection(item.caption, _image(file), None)
+        return FigureSection(item.caption, image_text(file), None)
     return FigureSection(item.caption, None, _columns(file, item.caption))
 
 
@@ -379,10 +386,3 @@ def _columns(file: Path, caption: str) -> Drawn:
     if len(names) < 2 or not columns[names[0]].size:
         raise RecordError(f"{file}: {len(names)} columns: expected a header of two or more, and numbers")
     return draw(columns_plate(np.column_stack([columns[name] for name in names]), names, caption))
-
-
-def _image(path: Path) -> str:
-    png = read_bytes(path, "an image beside the results", most=MOST_IMAGE_BYTES)
-    if not png.startswith(PNG):
-        raise RecordError(f"{path}: no PNG: expected an image beside the results")
-    return base64.b64encode(png).decode()

@@ -43,6 +43,7 @@ class Axis:
     type: str | None = optional()
     ticklabelstandoff: int | None = optional()
     range: tuple[float, float] | None = optional()
+    scaleanchor: str | None = optional()
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,10 @@ from studies.report.still import chart_svg
 from studies.results.separation import Separation
 
 ANGLE = "bending angle, deg"
+DRIVE = "drive, mm"
 LESS = "angle less backbone, deg"
 _WIDTH_IN = {1: 9.4, 2: 4.7, 3: 3.4}  # width of a chart on paper, by the number of charts in a row
-_PRELOADS: tuple[Tone, ...] = ("orange", "blue", "green", "purple")
+PRELOADS: tuple[Tone, ...] = ("orange", "blue", "green", "purple")
 
 
 @dataclass(frozen=True)
@@ -75,37 +76,39 @@ def loops_plate(
     records: Sequence[Record], labels: Sequence[str], theories: Sequence[Record], caption: str = LOOPS_CAPTION
 ) -> Plate:
     """Chart the angle over the drive, its difference from the analytic curve of the rig, and the loop width."""
-    loops, against, widths, widest = [], [], [], []
-    for record, theory, label, tone in zip(records, theories, labels, cycle(_PRELOADS), strict=False):
+    loops, against = [], []
+    width, widest = width_chart(records, labels)
+    for record, theory, label, tone in zip(records, theories, labels, cycle(PRELOADS), strict=False):
         order = np.argsort(theory.drive, kind="stable")
         curve = np.interp(record.drive, theory.drive[order], theory.angle_deg[order])
-        width = loop_width(record.drive, record.angle_deg, record.cycle)
         loops.append(Line(record.drive, record.angle_deg, label, tone))
         against.append(Line(record.drive, record.angle_deg - curve, label, tone))
-        widths.append(Line(width.drive, width.width_deg, label, tone))
-        widest.append(f"{width.max_deg:.3g} deg at {label}")
-    drive = "drive, mm"
     return Plate(
         (
-            Chart("Bending angle", drive, ANGLE, tuple(loops), f"Loops of the angle; widest {', '.join(widest)}."),
+            Chart("Bending angle", DRIVE, ANGLE, tuple(loops), f"Loops of the angle; widest {', '.join(widest)}."),
             Chart(
                 "Difference from the analytic curve",
-                drive,
+                DRIVE,
                 "multibody - analytic, deg",
                 tuple(against),
                 "The same loops minus the curve of the model without friction: the difference is the hysteresis.",
             ),
-            Chart(
-                "Width of the loop",
-                drive,
-                "loop width, deg",
-                tuple(widths),
-                f"Vertical width of the loop over the drive: {', '.join(widest)}.",
-            ),
+            width,
         ),
         caption,
         columns=3,
     )
+
+
+def width_chart(records: Sequence[Record], labels: Sequence[str]) -> tuple[Chart, list[str]]:
+    """Chart the vertical width of loops over the drive; the widest of each in words, too."""
+    widths, widest = [], []
+    for record, label, tone in zip(records, labels, cycle(PRELOADS), strict=False):
+        width = loop_width(record.drive, record.angle_deg, record.cycle)
+        widths.append(Line(width.drive, width.width_deg, label, tone))
+        widest.append(f"{width.max_deg:.3g} deg at {label}")
+    alt = f"Vertical width of the loop over the drive: {', '.join(widest)}."
+    return Chart("Width of the loop", DRIVE, "loop width, deg", tuple(widths), alt), widest
 
 
 def fit_plate(series: Series, unit: str, name: str) -> Plate:

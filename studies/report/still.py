@@ -64,6 +64,8 @@ def draw_chart(figure: Figure, axes: Axes, chart: Chart) -> None:
         axes.set_xlim(*chart.x_range)
     if chart.y_range is not None:
         axes.set_ylim(*chart.y_range)
+    if chart.equal:
+        axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(chart.x_label)
     axes.set_ylabel(chart.y_label)
     if has_legend_above(chart):

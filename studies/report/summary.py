@@ -77,9 +77,9 @@ def run_verdicts(run: RunSummary, fits: Sequence[FitResult], command: str) -> li
     return [
         *(paper if own is None else [_own_full_scale(run.loops, own, command)]),
         _widths(run.loops, own, command),
-        _strain(run.loops, command),
+        strain_verdict(run.loops, command),
         *([_agreement(run.crosscheck, command)] if run.crosscheck else []),
-        _energy(run.loops, command),
+        energy_verdict(run.loops, command),
         *(_prediction(one, command) for one in (own.predictions if own is not None else ())),
         *([_layer(fits, command)] if fits and own is None else layer_verdicts(fits)),
     ]
@@ -136,7 +136,7 @@ def _widths(loops: Sequence[RunLoop], own: OwnRig | None, command: str) -> Verdi
     return Verdict(state, "Loop width", f"{values} deg", words, "loops", command)
 
 
-def _strain(loops: Sequence[RunLoop], command: str) -> Verdict:
+def strain_verdict(loops: Sequence[RunLoop], command: str) -> Verdict:
     """Judge the loop with the largest strain by the limits of Nitinol."""
     loop = max(loops, key=lambda one: one.peak_strain_percent)
     if not loop.strain_limits:
@@ -180,7 +180,8 @@ def _agreement(checks: Sequence[CrossCheckRow], command: str) -> Verdict:
     return Verdict(_state(good), "Models agree", f"{significant(frictionless, 2)} deg", words, "crosschecks", command)
 
 
-def _energy(loops: Sequence[RunLoop], command: str) -> Verdict:
+def energy_verdict(loops: Sequence[RunLoop], command: str) -> Verdict:
+    """Judge the error of the energy balance over a cycle."""
     gap = max(abs(loop.energy_gap_percent) for loop in loops)
     words = f"difference between the work of the wheel and the losses of a cycle (bound {ENERGY_PERCENT:g} %)"
     title = "Energy balance"

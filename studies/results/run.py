@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hysteresis.files import inside, read_bytes
+from hysteresis.files import inside, present, read_bytes
 from hysteresis.plain import optional
 from hysteresis.records.metrics import dissipated_area, loop_width
 from hysteresis.records.record import Record, RecordError
@@ -18,6 +18,8 @@ from studies.results.files import read_result
 from studies.results.made import Made
 
 WHAT = "the summary of `notchbend run`"
+OF_RUNS = ("run.json", "wrist.json")
+"""Summaries of runs, of a planar rig and of one in space, which say which records they were made from."""
 
 
 @dataclass(frozen=True)
@@ -226,20 +228,20 @@ class RunSummary:
 
 @dataclass(frozen=True)
 class _Checksums:
-    """The one field of ``run.json`` that says which records it belongs to."""
+    """The one field of a summary that says which records it belongs to."""
 
     sha256: Mapping[str, str]
 
 
-def record_of_run(folder: Path, name: str) -> Path:
-    """Give the file of a record of a run by its name.
+def record_of_run(folder: Path, name: str, summary: str = "run.json") -> Path:
+    """Give the file of a record of a run by its name, which the file ``summary`` of the folder has.
 
     Raises
     ------
     RecordError
         A name that leads out of the folder.
     """
-    return inside(folder / "run.json", "record", f"records/{name}.csv", [".csv"])
+    return inside(folder / summary, "record", f"records/{name}.csv", [".csv"])
 
 
 def checksums(folder: Path, names: Iterable[str]) -> dict[str, str]:
@@ -279,13 +281,15 @@ def require_unchanged(folder: Path) -> None:
     Raises
     ------
     RecordError
-        One line with the file: a record that is missing or has changed, or no ``run.json`` of a finished run.
+        One line with the file: a record that is missing or has changed, or none of :data:`OF_RUNS`.
     """
-    expected = read_result(_Checksums, folder / "run.json", WHAT).sha256
-    for name, found in checksums(folder, expected).items():
-        if found != expected[name]:
-            file = folder / "records" / f"{name}.csv"
-            raise RecordError(
-                f"{file}: sha256 {found[:12]}...: expected {expected[name][:12]}... of the run; "
-                "run `notchbend run` again"
-            )
+    summaries = [folder / name for name in OF_RUNS if present(folder / name)] or [folder / OF_RUNS[0]]
+    for summary in summaries:
+        expected = read_result(_Checksums, summary, WHAT).sha256
+        for name, found in checksums(folder, expected).items():
+            if found != expected[name]:
+                file = folder / "records" / f"{name}.csv"
+                raise RecordError(
+                    f"{file}: sha256 {found[:12]}...: expected {expected[name][:12]}... of the run; "
+                    "run `notchbend run` again"
+                )

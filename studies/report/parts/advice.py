@@ -10,9 +10,11 @@ from studies.report.parts.feasible import Feasible
 from studies.report.summary import OVER_NOISE, limit_words, words_of_part
 from studies.results import fit, read_result, trace
 from studies.results.fit import StoredFit
-from studies.results.run import RunLoop, RunSummary, StrainLimit, read_run
+from studies.results.run import RigNumber, RunLoop, RunSummary, StrainLimit, read_run
 from studies.results.separation import Separation
 from studies.results.trace import StoredTrace
+from studies.results.wrist import FILE as WRIST
+from studies.results.wrist import WristSummary, read_wrist
 
 _SEPARATION = "the result of `notchbend separate`"
 _STRONGEST = 2
@@ -33,9 +35,14 @@ def what_to_do(folder: Path, feasible: Feasible | None = None) -> tuple[str, ...
 def _advice(folder: Path, feasible: Feasible | None) -> Iterator[str]:
     run = read_run(folder) if present(folder / "run.json") else None
     if run is not None:
-        yield from _of_strain(run)
+        yield from _of_strain(run.loops, run.rig)
         yield from _of_slack(run.loops)
         yield from _of_predictions(run)
+    if present(folder / WRIST):
+        wrist = read_wrist(folder)
+        yield from _of_strain(wrist.loops, wrist.rig)
+        yield from _of_slack(wrist.loops)
+        yield from _of_wrist(wrist)
     for path in sorted(folder.glob("separate*.json")):
         yield from _of_separation(read_result(Separation, path, _SEPARATION))
     traces = [read_result(StoredTrace, path, trace.WHAT) for path in sorted(folder.glob("trace*.json"))]
@@ -49,9 +56,9 @@ def _advice(folder: Path, feasible: Feasible | None) -> Iterator[str]:
         yield from _of_missing(run)
 
 
-def _of_strain(run: RunSummary) -> Iterator[str]:
+def _of_strain(loops: Sequence[RunLoop], rig: Sequence[RigNumber]) -> Iterator[str]:
     """Say which limit is passed first, at which drive, and by how much."""
-    worst = max(run.loops, key=lambda loop: loop.peak_strain_percent)
+    worst = max(loops, key=lambda loop: loop.peak_strain_percent)
     passed = [row for row in worst.strain_limits if row.passed_at_mm is not None]
     if not worst.strain_limits:
         return
@@ -70,7 +77,7 @@ def _of_strain(run: RunSummary) -> Iterator[str]:
         f"{worst.record}, and by a factor of {times:.2g} at full drive. For many cycles stay below that, or strain "
         "each notch less: more notches, wider ones, or deeper ones."
     )
-    is_superelastic = any(number.name.startswith("superelastic.") for number in run.rig)
+    is_superelastic = any(number.name.startswith("superelastic.") for number in rig)
     if last is not low and not ("plateau" in last.name and is_superelastic):
         then = (
             "beyond it the linear law of the rig no longer holds: add [superelastic] to the rig file."
@@ -175,6 +182,20 @@ def _of_study(feasible: Feasible) -> Iterator[str]:
         f"No design of the study keeps all limits; the one that fewest keep is {broken.words} ({broken.kept} of "
         f"{feasible.cases}). The narrowest loop regardless of them is at {best.place()}{nearest}: widen the ranges, or "
         "drive it less."
+    )
+
+
+def _of_wrist(wrist: WristSummary) -> Iterator[str]:
+    """Say what to do about friction, and with records."""
+    two_wheels = {one.wheel for one in wrist.tendons} == {1, 2}
+    for path in wrist.paths[-1:] if two_wheels else ():
+        yield (
+            f"Path: friction moves the tip by up to {path.largest_apart_mm:.2g} mm from where it is without. "
+            f"`notchbend compensate` finds the motion of two wheels that takes friction into account."
+        )
+    yield (
+        "Records: this report is of the model alone. Measure a loop of each wheel while the others stand still, name "
+        "the rig in the sidecars, and give the records to `notchbend trace`; the report takes none."
     )
 
 
