@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike
@@ -15,7 +17,7 @@ _STEEL = "#b9c0c9"
 _TENDONS = ("#1f5fa8", "#2a8c55", "#c0562a", "#7a4fa3")
 _LIGHT = np.array([0.3, -0.6, 0.74])
 _ZOOM = 0.92
-_VIEW = {"elev": 24.0, "azim": -62.0}
+_ELEVATION_DEG, _AZIMUTH_DEG = 24.0, -62.0
 
 
 def wrist_figure(rig: RigInSpace, joint_angles_deg: ArrayLike | None = None) -> NotebookFigure:
@@ -49,7 +51,7 @@ def _draw(figure: NotebookFigure, number: int, surface: WristSurface, title: str
 
     # the layout of matplotlib does not count the labels of axes in space: each picture has room for them at its right
     place = (0.5 * (number - 1), 0.0, 0.46, 0.88)
-    axes = figure.add_axes(place, projection="3d", **_VIEW)
+    axes: Any = figure.add_axes(place, projection="3d", elev=_ELEVATION_DEG, azim=_AZIMUTH_DEG)
     quads = np.concatenate([surface.tube, *surface.tendons])
     tones = [_shaded(surface.tube, _STEEL)]
     tones += [_shaded(one, _TENDONS[j % len(_TENDONS)]) for j, one in enumerate(surface.tendons)]
