@@ -22,7 +22,7 @@ def draw_wrist(rig: RigInSpace, record: Record, out: Path) -> Picture:
     """Draw the wrist where it bends most in both planes, else in one; ``tube.json`` and ``tube.png``."""
     assert record.angle_2_deg is not None
     assert record.notches_deg is not None
-    both = np.abs(record.angle_deg * record.angle_2_deg)
+    both = np.minimum(record.angle_deg, record.angle_2_deg)
     total = np.hypot(record.angle_deg, record.angle_2_deg)
     at = int((both if both.max() > 1.0 else total).argmax())
     angles = record.notches_deg[at]

@@ -79,10 +79,8 @@ def loops_plate(
     loops, against = [], []
     width, widest = width_chart(records, labels)
     for record, theory, label, tone in zip(records, theories, labels, cycle(PRELOADS), strict=False):
-        order = np.argsort(theory.drive, kind="stable")
-        curve = np.interp(record.drive, theory.drive[order], theory.angle_deg[order])
         loops.append(Line(record.drive, record.angle_deg, label, tone))
-        against.append(Line(record.drive, record.angle_deg - curve, label, tone))
+        against.append(Line(record.drive, less_curve(record, theory), label, tone))
     return Plate(
         (
             Chart("Bending angle", DRIVE, ANGLE, tuple(loops), f"Loops of the angle; widest {', '.join(widest)}."),
@@ -98,6 +96,12 @@ def loops_plate(
         caption,
         columns=3,
     )
+
+
+def less_curve(record: Record, theory: Record) -> Floats:
+    """Angle of a record less that of a curve without hysteresis at the same drive, shape (m,), deg."""
+    order = np.argsort(theory.drive, kind="stable")
+    return record.angle_deg - np.interp(record.drive, theory.drive[order], theory.angle_deg[order])
 
 
 def width_chart(records: Sequence[Record], labels: Sequence[str]) -> tuple[Chart, list[str]]:

@@ -12,7 +12,7 @@ import numpy as np
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
 from studies.report.charts import Chart, Line, Plate, Tone
-from studies.report.plots import DRIVE, PRELOADS, width_chart
+from studies.report.plots import DRIVE, PRELOADS, less_curve, width_chart
 from studies.results.workspace import WAYS
 
 TENDON_TONES: tuple[Tone, ...] = ("blue", "green", "orange", "purple")
@@ -31,25 +31,41 @@ def in_plane(record: Record, direction_deg: float) -> Record:
 def wheel_plate(
     wheel: int, records: Sequence[Record], smooth: Sequence[Record], labels: Sequence[str], directions: Sequence[float]
 ) -> Plate:
-    """Chart both bending angles over the drive of a wheel, and the width of the loop; one record for each preload.
+    """Chart both bending angles over the drive of a wheel, what friction makes of them, and the width of the loop.
 
-    ``records`` have the drive of the wheel as their drive. ``directions`` are those of the planes in which they bend.
+    ``records`` and ``smooth``, without friction and loop, have the drive of the wheel as their drive, one for each
+    preload. ``directions`` are those of the planes in which they bend.
     """
     planes = [in_plane(record, direction) for record, direction in zip(records, directions, strict=True)]
+    curves = [in_plane(record, direction) for record, direction in zip(smooth, directions, strict=True)]
     width, widest = width_chart(planes, labels)
+    most = 1.05 * max(_largest(record) for record in records)
     charts = []
     for axis, name in (("y", "angle_deg"), ("z", "angle_2_deg")):
-        lines = []
-        for record, plain, label, tone in zip(records, smooth, labels, cycle(PRELOADS), strict=False):
-            lines.append(Line(plain.drive, getattr(plain, name), f"{label}, {_SMOOTH}", tone, "dash"))
-            lines.append(Line(record.drive, getattr(record, name), label, tone))
-        alt = f"Bending towards {axis} over the drive of wheel {wheel}, with friction and without."
-        charts.append(Chart(f"Bending towards {axis}", DRIVE, f"angle towards {axis}, deg", tuple(lines), alt))
-    caption = (
-        f"Wheel {wheel} moves, the others stand still. The width is that in the plane in which the tip bends most: "
-        f"{', '.join(widest)}."
+        lines = (Line(one.drive, getattr(one, name), *two) for one, two in zip(records, _tones(labels), strict=True))
+        alt = f"Bending towards {axis} over the drive of wheel {wheel}."
+        label = f"angle towards {axis}, deg"
+        charts.append(Chart(f"Bending towards {axis}", DRIVE, label, tuple(lines), alt, y_range=(-most, most)))
+    against = tuple(
+        Line(one.drive, less_curve(one, curve), *two)
+        for one, curve, two in zip(planes, curves, _tones(labels), strict=True)
     )
-    return Plate((*charts, width), caption, columns=3, heading=f"Wheel {wheel}")
+    alt = "The loops less the angle of the wrist without friction and loop, in the plane in which the tip bends most."
+    charts.append(Chart("Difference from no friction", DRIVE, "angle, deg", against, alt))
+    caption = (
+        f"Wheel {wheel} moves, the others stand still. Difference and width are those in the plane in which the tip "
+        f"bends most; the width is at most {', '.join(widest)}."
+    )
+    return Plate((*charts, width), caption, heading=f"Wheel {wheel}")
+
+
+def _largest(record: Record) -> float:
+    assert record.angle_2_deg is not None
+    return float(np.abs([record.angle_deg, record.angle_2_deg]).max())
+
+
+def _tones(labels: Sequence[str]) -> list[tuple[str, Tone]]:
+    return [(label, tone) for label, tone in zip(labels, cycle(PRELOADS), strict=False)]
 
 
 def tensions_plate(records: Mapping[str, Record], heading: str) -> Plate:
@@ -85,7 +101,11 @@ def path_plate(paths: Sequence[tuple[Record, Record]], labels: Sequence[str], ca
                 Line(record.tip_mm[:, first], record.tip_mm[:, second], "with friction", "blue"),
             )
             charts.append(_of_tip(f"{label}, {words}", first, second, lines))
-    return Plate(tuple(charts), caption)
+        apart = np.linalg.norm(record.tip_mm - smooth.tip_mm, axis=1)
+        line = Line(np.arange(apart.size, dtype=float), apart, "distance")
+        alt = f"Distance of the tips with friction and without, at most {apart.max():.2g} mm."
+        charts.append(Chart(f"{label}, between the two", "sample", "distance, mm", (line,), alt))
+    return Plate(tuple(charts), caption, columns=3)
 
 
 def reach_plate(tips: Mapping[str, Floats], caption: str) -> Plate:

@@ -120,7 +120,7 @@ def wrist_tube(rig: RigInSpace, joint_angles_deg: ArrayLike) -> StoredTube:
     return StoredTube(
         schema=1,
         points_mm=np.round(found.points[used], 4),
-        triangles=np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]),
+        triangles=np.concatenate([corners[:, [0, 2, 1]], corners[:, [0, 3, 2]]]),  # outwards
         strain_percent=np.round(found.strain_percent[used], 4),
         tendons_mm=dict(zip("abcd", found.lines, strict=False)),
     )

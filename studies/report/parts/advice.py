@@ -40,7 +40,7 @@ def _advice(folder: Path, feasible: Feasible | None) -> Iterator[str]:
         yield from _of_predictions(run)
     if present(folder / WRIST):
         wrist = read_wrist(folder)
-        yield from _of_strain(wrist.loops, wrist.rig)
+        yield from _of_strain(wrist.loops, wrist.rig, in_space=True)
         yield from _of_slack(wrist.loops)
         yield from _of_wrist(wrist)
     for path in sorted(folder.glob("separate*.json")):
@@ -56,7 +56,7 @@ def _advice(folder: Path, feasible: Feasible | None) -> Iterator[str]:
         yield from _of_missing(run)
 
 
-def _of_strain(loops: Sequence[RunLoop], rig: Sequence[RigNumber]) -> Iterator[str]:
+def _of_strain(loops: Sequence[RunLoop], rig: Sequence[RigNumber], *, in_space: bool = False) -> Iterator[str]:
     """Say which limit is passed first, at which drive, and by how much."""
     worst = max(loops, key=lambda loop: loop.peak_strain_percent)
     passed = [row for row in worst.strain_limits if row.passed_at_mm is not None]
@@ -79,11 +79,10 @@ def _of_strain(loops: Sequence[RunLoop], rig: Sequence[RigNumber]) -> Iterator[s
     )
     is_superelastic = any(number.name.startswith("superelastic.") for number in rig)
     if last is not low and not ("plateau" in last.name and is_superelastic):
-        then = (
-            "beyond it the linear law of the rig no longer holds: add [superelastic] to the rig file."
-            if "plateau" in last.name
-            else "the tube may not spring back."
-        )
+        then = "the tube may not spring back."
+        if "plateau" in last.name:
+            cure = ", and there is no other one in space." if in_space else ": add [superelastic] to the rig file."
+            then = f"beyond it the linear law of the rig no longer holds{cure}"
         yield f"Strain: {last.name} ({last.limit_percent:.3g} %) is passed from {_at(last)} on; {then}"
 
 
