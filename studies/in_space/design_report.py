@@ -1,6 +1,6 @@
 """The design report of a rig in space: the work of ``notchbend run --rig wrist.toml``.
 
-The loop of each wheel at each preload, the path of the tip round a circle of the drives with friction and without, the
+The loops of the wheels at each preload, the path of the tip round a circle of the drives with friction and without, the
 tip compliance, and the workspace. The engine is the chain in space.
 """
 
@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_models.load import LoadProgram
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.in_space import RigInSpace
@@ -30,7 +29,7 @@ from hysteresis.own import is_own
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import write_record
 from studies.commands.first_report import versions_found
-from studies.in_space.loops import wheel_loop
+from studies.in_space.loops import motions_of, wheel_loop
 from studies.in_space.picture import draw_wrist
 from studies.in_space.workspace import compliance_of, write_workspace
 from studies.own_rig.programs import programs_of_report
@@ -96,7 +95,7 @@ def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress:
     for path in [*stale, *out.glob("trace*.json"), *out.glob("separate*.json")]:
         path.unlink(missing_ok=True)  # of an earlier report; the page would show them as those of this one
     found, last = _Found(), design.rigs[-1]
-    with steps(progress, total=len(design.rigs) * (last.wheel_count + 1) + 3) as step:
+    with steps(progress, total=len(design.rigs) * (len(motions_of(last)) + 1) + 3) as step:
         for rig in design.rigs:
             _loops(design, rig, out, found, step)
             _path(design, rig, out, found, step)
@@ -185,24 +184,16 @@ def _store(found: _Found, out: Path, name: str, record: Record) -> str:
     return name
 
 
-def _only(rig: RigInSpace, wheel: int, program: LoadProgram) -> WheelProgram:
-    """Move one wheel, from 0, by a planar program."""
-    wheels = np.zeros((program.drive_mm.size, rig.wheel_count))
-    wheels[:, wheel] = program.drive_mm
-    return WheelProgram(wheels, program.time_s, program.cycle)
-
-
 def _loops(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step: Step) -> None:
-    """Run each wheel by itself, with friction and without."""
-    for wheel in range(rig.wheel_count):
-        name = f"{file_stem(design.name)}-{rig.preload_N:g}N-wheel-{wheel + 1}"
+    """Run each motion by itself, with friction and without."""
+    for motion in motions_of(rig):
+        name = f"{file_stem(design.name)}-{rig.preload_N:g}N-{motion.name.replace(' ', '-')}"
         step(f"simulating {name}")
-        loop, theory = programs_of_report(design.amplitude_mm, both_ways=rig.winds_both_ways(wheel + 1))
-        program = _only(rig, wheel, loop)
-        run, record = _run(rig, program, f"wheel {wheel + 1}")
-        _, plain = _run(smooth_rig(rig), _only(rig, wheel, theory), f"wheel {wheel + 1}, no friction, no loop")
+        loop, theory = programs_of_report(design.amplitude_mm, both_ways=motion.both_ways)
+        run, record = _run(rig, motion.of_wheels(loop), motion.name)
+        _, plain = _run(smooth_rig(rig), motion.of_wheels(theory), f"{motion.name}, no friction, no loop")
         names = _store(found, out, name, record), _store(found, out, f"{name}-smooth", plain)
-        found.loops.append(wheel_loop(rig, wheel, loop, run, names))
+        found.loops.append(wheel_loop(rig, motion, loop, run, names))
 
 
 def _path(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step: Step) -> None:
@@ -213,7 +204,8 @@ def _path(design: WristDesign, rig: RigInSpace, out: Path, found: _Found, step: 
     if is_circle:
         program = circle(amplitude, step_mm=min(_MOST_STEP_MM, amplitude / STEPS), axes=round_axes(rig))
     else:
-        program = _only(rig, 0, programs_of_report(amplitude, both_ways=rig.winds_both_ways(1))[0])
+        (motion,) = motions_of(rig)
+        program = motion.of_wheels(programs_of_report(amplitude, both_ways=motion.both_ways)[0])
     try:
         run, record = _run(rig, program, "path")
         smooth, plain = _run(smooth_rig(rig), program, "path, no friction, no loop")

@@ -11,6 +11,7 @@ from fem_models.joint import joint_row
 from fem_models.joint.strain import peak_strain
 from fem_models.load import LoadProgram
 from fem_models.rig.in_space import RigInSpace
+from fem_models.spatial.drives import WheelProgram, round_axes
 from fem_models.spatial.solve import SpatialSolution
 from hysteresis.arrays import Floats
 from hysteresis.records.metrics import dissipated_area, loop_width
@@ -56,16 +57,41 @@ def lost_motion_mm(program: LoadProgram, plane: PlaneOfLoop) -> float:
     return loop_width(plane.angle_deg, program.drive_mm, program.cycle).max_deg
 
 
+@dataclass(frozen=True)
+class Motion:
+    """A motion of which a report has the loop: ``unit`` has the drives of all wheels for a drive of 1 mm."""
+
+    name: str
+    unit: Floats
+    both_ways: bool
+
+    def of_wheels(self, program: LoadProgram) -> WheelProgram:
+        """Move the wheels by a planar program."""
+        return WheelProgram(program.drive_mm[:, None] * self.unit, program.time_s, program.cycle)
+
+
+def motions_of(rig: RigInSpace) -> tuple[Motion, ...]:
+    """Give the motions of a rig: each of one or two wheels while the other one stands still.
+
+    Three wheels or four bend the wrist towards y and towards z together, for a tendon whose opposite one stands still
+    would be pulled against it (:func:`fem_models.spatial.drives.round_axes`).
+    """
+    if rig.wheel_count > 2:
+        return tuple(Motion(f"towards {name}", row, True) for name, row in zip("yz", round_axes(rig), strict=True))
+    units = np.eye(rig.wheel_count)
+    return tuple(Motion(f"wheel {k + 1}", unit, rig.winds_both_ways(k + 1)) for k, unit in enumerate(units))
+
+
 def wheel_loop(
-    rig: RigInSpace, wheel: int, program: LoadProgram, run: SpatialSolution, names: tuple[str, str]
+    rig: RigInSpace, motion: Motion, program: LoadProgram, run: SpatialSolution, names: tuple[str, str]
 ) -> WheelLoop:
-    """Measure the loop of one wheel, counted from 0, as the planar report does.
+    """Measure the loop of a motion, as the planar report does.
 
     ``names`` are the records of the loop and of the run without friction.
     """
     drive, cycle = program.drive_mm, program.cycle
     assert cycle is not None
-    plane, both_ways = plane_of_loop(drive, run.bending_deg), rig.winds_both_ways(wheel + 1)
+    plane = plane_of_loop(drive, run.bending_deg)
     width = loop_width(drive, plane.angle_deg, cycle)
     strain = peak_strain(joint_row(rig.rig), np.radians(run.notches_deg[:, :, 2]))
     energies = np.array([run.work_mJ, run.friction_mJ, run.material_mJ, np.zeros_like(run.work_mJ)])
@@ -73,7 +99,7 @@ def wheel_loop(
     return WheelLoop(
         record=names[0],
         theory=names[1],
-        title=f"{rig.name}, preload {rig.preload_N:g} N, wheel {wheel + 1}",
+        title=f"{rig.name}, preload {rig.preload_N:g} N, {motion.name}",
         full_scale_deg=float(np.abs(plane.angle_deg).max()),
         loop_width_deg=width.max_deg,
         widest_at_drive_mm=width.at_drive,
@@ -83,8 +109,10 @@ def wheel_loop(
         **vars(strain_of(rig.rig, drive, strain)),
         preload_N=rig.preload_N,
         slack_from_mm=slack_from_mm(rig.preload_N, drive, run.tensions_N) if len(rig.wheels) > 1 else None,
-        fatigue_amplitude_mm=fatigue_amplitude_mm(drive, strain, both_ways=both_ways),
-        wheel=wheel + 1,
+        fatigue_amplitude_mm=fatigue_amplitude_mm(drive, strain, both_ways=motion.both_ways),
+        moves=motion.name,
+        unit=tuple(motion.unit.tolist()),
+        one_way=not motion.both_ways,
         direction_deg=plane.direction_deg,
         across_deg=plane.across_deg,
         lost_motion_mm=lost_motion_mm(program, plane),

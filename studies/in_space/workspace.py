@@ -17,6 +17,7 @@ from hysteresis.files import write_files
 from hysteresis.own import marked_png
 from studies.commands.options import Common, Out, Overwrite, RigChoice
 from studies.commands.tables import values_table
+from studies.in_space.loops import motions_of
 from studies.progress import counted
 from studies.results import write_result
 from studies.results.made import Made, made_now
@@ -52,14 +53,14 @@ def workspace_of_rig(
 
 
 def compliance_of(rig: RigInSpace, amplitude_mm: float) -> tuple[ComplianceAt, ...]:
-    """Give the tip compliance of the straight wrist, and with each wheel at an amplitude.
+    """Give the tip compliance of the straight wrist, and bent by each motion of its wheels at an amplitude.
 
     Raises
     ------
     SolverError
         A drive without equilibrium.
     """
-    places = np.vstack([np.zeros(rig.wheel_count), amplitude_mm * np.eye(rig.wheel_count)])
+    places = [np.zeros(rig.wheel_count), *(amplitude_mm * motion.unit for motion in motions_of(rig))]
     return tuple(_compliance(tip_compliance(rig, place)) for place in places)
 
 

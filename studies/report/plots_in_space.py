@@ -28,12 +28,17 @@ def in_plane(record: Record, direction_deg: float) -> Record:
     return replace(record, angle_deg=record.angle_deg * math.cos(turn) + record.angle_2_deg * math.sin(turn))
 
 
-def wheel_plate(
-    wheel: int, records: Sequence[Record], smooth: Sequence[Record], labels: Sequence[str], directions: Sequence[float]
-) -> Plate:
-    """Chart both bending angles over the drive of a wheel, what friction makes of them, and the width of the loop.
+def titled(moves: str) -> str:
+    """Give what moves with a capital letter."""
+    return moves[:1].upper() + moves[1:]
 
-    ``records`` and ``smooth``, without friction and loop, have the drive of the wheel as their drive, one for each
+
+def wheel_plate(
+    moves: str, records: Sequence[Record], smooth: Sequence[Record], labels: Sequence[str], directions: Sequence[float]
+) -> Plate:
+    """Chart both bending angles over the drive of a motion, what friction makes of them, and the width of the loop.
+
+    ``records`` and ``smooth``, without friction and loop, have the drive of the motion as their drive, one for each
     preload. ``directions`` are those of the planes in which they bend.
     """
     planes = [in_plane(record, direction) for record, direction in zip(records, directions, strict=True)]
@@ -43,7 +48,7 @@ def wheel_plate(
     charts = []
     for axis, name in (("y", "angle_deg"), ("z", "angle_2_deg")):
         lines = (Line(one.drive, getattr(one, name), *two) for one, two in zip(records, _tones(labels), strict=True))
-        alt = f"Bending towards {axis} over the drive of wheel {wheel}."
+        alt = f"Bending towards {axis} over the drive, {moves}."
         label = f"angle towards {axis}, deg"
         charts.append(Chart(f"Bending towards {axis}", DRIVE, label, tuple(lines), alt, y_range=(-most, most)))
     against = tuple(
@@ -53,10 +58,10 @@ def wheel_plate(
     alt = "The loops less the angle of the wrist without friction and loop, in the plane in which the tip bends most."
     charts.append(Chart("Difference from no friction", DRIVE, "angle, deg", against, alt))
     caption = (
-        f"Wheel {wheel} moves, the others stand still. Difference and width are those in the plane in which the tip "
+        f"Angles over the drive, {moves}. Difference and width are those in the plane in which the tip "
         f"bends most; the width is at most {', '.join(widest)}."
     )
-    return Plate((*charts, width), caption, heading=f"Wheel {wheel}")
+    return Plate((*charts, width), caption, heading=titled(moves))
 
 
 def _largest(record: Record) -> float:

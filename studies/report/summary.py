@@ -157,7 +157,7 @@ def limit_words(loop: RunLoop, row: StrainLimit) -> str:
     """Say where a limit is passed: the amplitude of a cycle for an alternating strain, else the drive from rest."""
     amplitude = loop.fatigue_amplitude_mm
     if row.kind == "alternating" and amplitude is not None:
-        return f"in cycles of more than {'±' if loop.preload_N else '0 to '}{amplitude:.2f} mm"
+        return f"in cycles of more than {'±' if loop.both_ways else '0 to '}{amplitude:.2f} mm"
     return "" if row.passed_at_mm is None else f"from {abs(row.passed_at_mm):.2f} mm on"
 
 

@@ -104,6 +104,11 @@ class RunLoop:
     slack_from_mm: float | None = optional()
     fatigue_amplitude_mm: float | None = optional()
 
+    @property
+    def both_ways(self) -> bool:
+        """Whether cycles go from -x to x; those of one tendon, which has no preload, from 0 to x."""
+        return bool(self.preload_N)
+
 
 @dataclass(frozen=True)
 class RigNumber:

@@ -14,7 +14,7 @@ from hysteresis.records.record_file import read_record
 from studies.report.parts.pictures import PictureSection, read_picture
 from studies.report.parts.reach import compliance_verdict
 from studies.report.plots import Drawn, draw
-from studies.report.plots_in_space import path_plate, tensions_plate, wheel_plate
+from studies.report.plots_in_space import path_plate, tensions_plate, titled, wheel_plate
 from studies.report.summary import Verdict, energy_verdict, preload_label, strain_verdict
 from studies.report.templates import significant
 from studies.results.run import record_of_run
@@ -27,7 +27,6 @@ _CIRCLE = (
 )
 _ONE_WHEEL = "The only wheel moves through its loop."
 _COLUMNS = {"drive": "drive", "angle_2": "angle_2_deg", "tip_x": "tip_mm", "tension_a": "tension_a_N"}
-_DRIVES = ("drive", "drive_2", "drive_3", "drive_4")
 
 
 @dataclass(frozen=True)
@@ -55,12 +54,12 @@ def read_wrist_section(folder: Path) -> WristSection | None:
         return None
     found = read_wrist(folder)
     preloads = list(dict.fromkeys(loop.preload_N or 0.0 for loop in found.loops))
-    loops = {loop.record: _of_wheel(_record(folder, loop.record), loop, folder) for loop in found.loops}
-    smooth = {loop.theory: _of_wheel(_record(folder, loop.theory), loop, folder) for loop in found.loops}
+    loops = {loop.record: _of_motion(_record(folder, loop.record), loop, folder) for loop in found.loops}
+    smooth = {loop.theory: _of_motion(_record(folder, loop.theory), loop, folder) for loop in found.loops}
     paths = [(_record(folder, path.record), _record(folder, path.smooth)) for path in found.paths]
     tensions = []
     for preload in preloads:
-        here = {f"Wheel {loop.wheel}": loops[loop.record] for loop in found.loops if loop.preload_N == preload}
+        here = {titled(loop.moves): loops[loop.record] for loop in found.loops if loop.preload_N == preload}
         for path, (record, _) in zip(found.paths, paths, strict=True):
             if path.circle and path.preload_N == preload:
                 here["Path"] = record
@@ -69,7 +68,9 @@ def read_wrist_section(folder: Path) -> WristSection | None:
         result=found,
         command=found.made.command if found.made else f"notchbend run {found.option} --out DIR",
         picture=read_picture(folder, FILE, found.picture),
-        wheels=tuple(_wheel(wheel, found.loops, loops, smooth) for wheel in sorted({one.wheel for one in found.loops})),
+        wheels=tuple(
+            _motion(one, found.loops, loops, smooth) for one in dict.fromkeys(loop.moves for loop in found.loops)
+        ),
         tensions=tuple(tensions),
         path=_path(found, paths),
         simulate=tuple(_commands(found)),
@@ -86,19 +87,20 @@ def _record(folder: Path, name: str) -> Record:
     return record
 
 
-def _of_wheel(record: Record, loop: WheelLoop, folder: Path) -> Record:
-    """Give a record with the drive of a wheel as its drive."""
-    name = _DRIVES[loop.wheel - 1] if 1 <= loop.wheel <= len(_DRIVES) else "drive"
-    drive = getattr(record, name)
-    if drive is None or not np.ptp(drive) > 0:
-        raise RecordError(f"{folder / FILE}: loops: wheel = {loop.wheel}: does not move in {loop.record}")
-    return replace(record, drive=drive)
+def _of_motion(record: Record, loop: WheelLoop, folder: Path) -> Record:
+    """Give a record with the drive of a loop as its drive, from the wheel that moves most."""
+    drives = [record.drive, record.drive_2, record.drive_3, record.drive_4][: len(loop.unit)]
+    largest = int(np.abs(loop.unit).argmax()) if loop.unit and np.isfinite(loop.unit).all() else 0
+    drive = drives[largest] if drives else None
+    if drive is None or not loop.unit[largest] or not np.ptp(drive) > 0:
+        raise RecordError(f"{folder / FILE}: loops: unit = {loop.unit}: no such wheels move in {loop.record}")
+    return replace(record, drive=drive / loop.unit[largest])
 
 
-def _wheel(wheel: int, loops: Sequence[WheelLoop], records: dict[str, Record], smooth: dict[str, Record]) -> Drawn:
-    own = [loop for loop in loops if loop.wheel == wheel]
+def _motion(moves: str, loops: Sequence[WheelLoop], records: dict[str, Record], smooth: dict[str, Record]) -> Drawn:
+    own = [loop for loop in loops if loop.moves == moves]
     plate = wheel_plate(
-        wheel,
+        moves,
         [records[loop.record] for loop in own],
         [smooth[loop.theory] for loop in own],
         [preload_label(loop) for loop in own],
@@ -130,7 +132,7 @@ def _commands(found: WristSummary) -> list[str]:
 def wrist_verdicts(section: WristSection) -> list[Verdict]:
     """Give the verdicts of a rig in space: bending, loops, strain, tensions, energy, path and compliance."""
     found, command = section.result, section.command
-    at = f"of the wheels one by one, at {found.amplitude_mm:g} mm"
+    at = f"one motion after the other, at {found.amplitude_mm:g} mm"
     out = [
         Verdict(
             "note",
@@ -142,7 +144,12 @@ def wrist_verdicts(section: WristSection) -> list[Verdict]:
         ),
         Verdict("note", "Loop width", f"{_each(found.loops, 'loop_width_deg')} deg", at, "loops", command),
         Verdict(
-            "note", "Lost motion", f"{_each(found.loops, 'lost_motion_mm')} mm", f"of the drive, {at}", "loops", command
+            "note",
+            "Lost motion",
+            f"{_each(found.loops, 'lost_motion_mm')} mm",
+            f"width along the drive, {at}",
+            "loops",
+            command,
         ),
         strain_verdict(found.loops, command),
         _tensions(found, command),
@@ -167,7 +174,7 @@ def _each(loops: Sequence[WheelLoop], name: str) -> str:
 
 
 def _names(loops: Sequence[WheelLoop]) -> str:
-    return ", ".join(f"wheel {loop.wheel} at {preload_label(loop)}" for loop in loops)
+    return ", ".join(f"{loop.moves} at {preload_label(loop)}" for loop in loops)
 
 
 def _tensions(found: WristSummary, command: str) -> Verdict:
