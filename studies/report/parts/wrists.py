@@ -36,7 +36,7 @@ class WristSection:
     result: WristSummary
     command: str
     picture: PictureSection
-    wheels: tuple[Drawn, ...]
+    loops: tuple[Drawn, ...]
     tensions: tuple[Drawn, ...]
     path: Drawn | None
     simulate: tuple[str, ...]
@@ -64,13 +64,12 @@ def read_wrist_section(folder: Path) -> WristSection | None:
             if path.circle and path.preload_N == preload:
                 here["Path"] = record
         tensions.append(draw(tensions_plate(here, f"{preload:g} N")))
+    motions = dict.fromkeys(loop.moves for loop in found.loops)
     return WristSection(
         result=found,
         command=found.made.command if found.made else f"notchbend run {found.option} --out DIR",
         picture=read_picture(folder, FILE, found.picture),
-        wheels=tuple(
-            _motion(one, found.loops, loops, smooth) for one in dict.fromkeys(loop.moves for loop in found.loops)
-        ),
+        loops=tuple(_motion(moves, found.loops, loops, smooth) for moves in motions),
         tensions=tuple(tensions),
         path=_path(found, paths),
         simulate=tuple(_commands(found)),
@@ -117,11 +116,11 @@ def _path(found: WristSummary, paths: Sequence[tuple[Record, Record]]) -> Drawn 
 
 
 def _commands(found: WristSummary) -> list[str]:
-    """Give the commands for the loop of the first wheel and for the circle, at each preload."""
-    out = []
+    """Give the commands for the loop of the first wheel, where it moves alone, and for the circle, at each preload."""
+    out, alone = [], not any(found.loops[0].unit[1:])
     for circle in (False, True):
         for path in found.paths:
-            if circle and not path.circle:
+            if not (path.circle if circle else alone):
                 continue
             ends = "--circle --out circle.csv" if circle else "--cycles 3 --out loop.csv"
             options = f"{found.option} --preload {path.preload_N:g} --amplitude {found.amplitude_mm:g}"
@@ -133,6 +132,7 @@ def wrist_verdicts(section: WristSection) -> list[Verdict]:
     """Give the verdicts of a rig in space: bending, loops, strain, tensions, energy, path and compliance."""
     found, command = section.result, section.command
     at = f"one motion after the other, at {found.amplitude_mm:g} mm"
+    lost = _each(found.loops, "lost_motion_mm")
     out = [
         Verdict(
             "note",
@@ -146,7 +146,7 @@ def wrist_verdicts(section: WristSection) -> list[Verdict]:
         Verdict(
             "note",
             "Lost motion",
-            f"{_each(found.loops, 'lost_motion_mm')} mm",
+            f"{lost} mm",
             f"width along the drive, {at}",
             "loops",
             command,
