@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from fem_models.chain.solve import ChainSolution
 from fem_models.joint.strain import limits_passed, strain_limits
 from fem_models.rig import Rig
+from hysteresis.arrays import Floats
 
-NO_EQUILIBRIUM = re.compile(r"no equilibrium between drives (\S+) and")
+NO_EQUILIBRIUM = re.compile(r"no equilibrium between drives (\S+|\([^()]*\)) and")
 CLOSES = re.compile(r"joint (\d+) at (\S+) deg, but its notch closes at (\S+) deg")
 SLACK_N = 1e-6
 LESS = {"amplitude_mm": "a smaller amplitude", "notch.depth_mm": "a less deep notch", "preload_N": "a lower preload"}
@@ -21,10 +22,20 @@ MORE = {"notch.width_mm": "a wider notch"}
 
 
 def warnings_of(rig: Rig, solution: ChainSolution) -> list[str]:
-    """Say which strain limits of Nitinol are passed, and which tendons go slack, with the drive where that starts."""
-    drive, out = solution.record.drive, list[str]()
-    if np.isfinite(solution.peak_strain).all():
-        for passed in limits_passed(drive, solution.peak_strain, strain_limits(rig)):
+    """Say of a run of the chain what :func:`warnings_of_run` says."""
+    # the only tendon of a rig may rest: its flexures spring back
+    tensions = solution.segment_tensions_N if rig.tendon_b is not None else None
+    return warnings_of_run(rig, solution.record.drive, solution.peak_strain, tensions)
+
+
+def warnings_of_run(rig: Rig, drive: Floats, strain: Floats, tensions_N: Floats | None) -> list[str]:
+    """Say which strain limits of Nitinol are passed, and which tendons go slack, with the drive where that starts.
+
+    Shapes (m,), (m, N), and (m, tendons, pieces); None where no tendon is meant to be taut.
+    """
+    out = list[str]()
+    if np.isfinite(strain).all():
+        for passed in limits_passed(drive, strain, strain_limits(rig)):
             if passed.drive is None:
                 continue
             limit, kind = (
@@ -35,9 +46,8 @@ def warnings_of(rig: Rig, solution: ChainSolution) -> list[str]:
                 f"{limit.name[0].upper()}{limit.name[1:]}: {kind} above {100 * limit.strain:.2g} % from "
                 f"{abs(passed.drive):.2f} mm on, at joint {passed.joint}; at most {100 * passed.largest:.2f} %"
             )
-    # the only tendon of a rig may rest: its flexures spring back
-    least = solution.segment_tensions_N.min(axis=2) if rig.tendon_b is not None else np.empty((0, 0))
-    for side, tension in zip("ab", least.T, strict=False):
+    least = np.empty((0, 0)) if tensions_N is None else tensions_N.min(axis=2)
+    for side, tension in zip("abcd", least.T, strict=False):
         if (at := _first(tension <= SLACK_N)) is not None:
             out.append(
                 f"Tendon {side} goes slack, first at a drive of {drive[at]:.2f} mm: a higher preload keeps it taut"
@@ -57,9 +67,8 @@ def in_words(error: Exception, values: Mapping[str, float], start: Mapping[str, 
     """
     words = " ".join(str(error).split())
     if found := NO_EQUILIBRIUM.search(words):
-        where = (
-            f"The tube finds no resting shape beyond a drive of {abs(float(found[1])):.2g} mm: it snaps, or buckles."
-        )
+        reached = max(abs(float(one)) for one in found[1].strip("()").split(", "))
+        where = f"The tube finds no resting shape beyond a drive of {reached:.2g} mm: it snaps, or buckles."
     elif found := CLOSES.search(words):
         where = f"The notch of joint {found[1]} is closed at {found[3]} deg, before the full drive."
     else:

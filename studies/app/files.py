@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fem_models.rig import Rig
+from fem_models.rig.in_space import RigInSpace
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_record, write_record
 from hysteresis.records.sidecar import toml
@@ -24,20 +25,26 @@ MOST_BYTES = 20_000_000
 """Largest file that is opened in the page: some 300,000 samples."""
 
 
-def rig_text(rig: Rig) -> str:
+def rig_text(rig: Rig | RigInSpace) -> str:
     """Write a rig as a rig file, TOML."""
     tables = dict(rig.to_dict())
-    return toml(tables if rig.tendon_b is not None else {"tendons": 1, **tables})
+    has_tendons = isinstance(rig, RigInSpace) or rig.tendon_b is not None
+    return toml(tables if has_tendons else {"tendons": 1, **tables})
 
 
-def record_files(record: Record, rig: Rig) -> bytes:
-    """Write a record, its sidecar and the rig that the sidecar names, as a ZIP file of one folder."""
+def record_files(records: Mapping[str, Record], rig: Rig | RigInSpace) -> bytes:
+    """Write records, their sidecars and the rig that the sidecars name, as a ZIP file of one folder.
+
+    ``records`` are given by the endings of their names.
+    """
     stem = file_stem(rig.name)
     with TemporaryDirectory() as folder:
         rig_file = Path(folder) / f"{stem}-rig.toml"
         rig_file.write_text(rig_text(rig), encoding="utf-8")
         preload = {"preload_N": rig.preload_N} if rig.preload_N > 0 else {}
-        write_record(replace(record, rig={"file": str(rig_file), **preload}), Path(folder) / f"{stem}.csv")
+        for ending, record in records.items():
+            named = replace(record, rig={"file": str(rig_file), **preload})
+            write_record(named, Path(folder) / f"{stem}{ending}.csv")
         packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as out:
             for path in sorted(Path(folder).iterdir()):

@@ -16,6 +16,7 @@ from typing import Any
 
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
+from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.rig import Tendon
 from fem_models.view import SceneError
 from hysteresis.plain import to_plain
@@ -23,15 +24,21 @@ from hysteresis.records.record import Record, RecordError
 from studies.app.advice import in_words
 from studies.app.files import opened_record, record_files, rig_text
 from studies.app.guard import HOST, Guard
-from studies.app.loop_svg import Curve, Kind, less_backbone, loop_svg
-from studies.app.playground import Answer, Slider, answer, outer_mm, sliders
-from studies.app.scene import TOP_STRAIN_PERCENT, mesh_of
+from studies.app.in_space import AnswerInSpace, answer_in_space
+from studies.app.loop_svg import plot_svg
+from studies.app.playground import Answer, Slider, answer, sliders
+from studies.app.scene import TOP_STRAIN_PERCENT
 from studies.engines import MissingError
 from studies.results.files import file_stem
 
 LIGHT, DARK = (1.0, 1.0, 1.0), (0.09, 0.11, 0.145)
 """Background of the tube, as ``--card`` in ``app.css``."""
 STYLE = Path(__file__).with_name("app.css")
+WORDS = {
+    False: "Chain model: one closed cycle for each move of a slider.",
+    True: "Chain in space: a closed cycle of each wheel and the path of the tip for each move of a slider.",
+}
+"""What is computed, of a planar rig and of one in space."""
 REFIT, REFIT_AFTER_S = 0.05, 0.4
 """Change of the length of the tube, as a share, from which the view is fitted again, and how long after."""
 
@@ -41,7 +48,7 @@ class ServeError(MissingError):
 
 
 def serve(
-    rig: Rig, amplitude_mm: float, *, port: int, browser: bool, measured: Record | None = None,
+    rig: Rig | RigInSpace, amplitude_mm: float, *, port: int, browser: bool, measured: Record | None = None,
     ready: Callable[[str], None] = lambda address: None,
 ) -> None:  # fmt: skip
     """Serve the page of a rig until it is interrupted; ``ready`` is called with the address to open.
@@ -60,7 +67,7 @@ def serve(
     ServeError
         A port that is not available.
     """
-    first = answer(rig, {s.name: s.start for s in sliders(rig, amplitude_mm)})
+    first = answer_of(rig, {s.name: s.start for s in sliders_of(rig, amplitude_mm)})
     _require_free(port)
     from trame.app import get_server
 
@@ -82,9 +89,20 @@ def serve(
     server.start(port=port, host=HOST, open_browser=False, show_connection_info=False, disable_logging=True, timeout=0)
 
 
-def _size_mm(found: Answer) -> float:
-    """Give the length of the straight tube."""
-    return found.rig.length_mm
+def sliders_of(rig: Rig | RigInSpace, amplitude_mm: float) -> tuple[Slider, ...]:
+    """Give the sliders of a rig, of one plane or in space: those of its tube, tendons and friction."""
+    return sliders(rig if isinstance(rig, Rig) else rig.rig, amplitude_mm)
+
+
+def answer_of(rig: Rig | RigInSpace, values: Mapping[str, float]) -> Answer | AnswerInSpace:
+    """Run the rig with the values of the sliders.
+
+    Raises
+    ------
+    RigError, SolverError
+        A rig that is not possible, or cannot follow the drive; one line.
+    """
+    return answer(rig, values) if isinstance(rig, Rig) else answer_in_space(rig, values)
 
 
 def _require_free(port: int) -> None:
@@ -100,12 +118,12 @@ def _require_free(port: int) -> None:
 class Page:
     """The page of one rig: the values of its sliders, the answer that it shows, and a measured record beside it."""
 
-    def __init__(self, server: Any, rig: Rig, amplitude_mm: float, first: Answer) -> None:
+    def __init__(self, server: Any, rig: Rig | RigInSpace, amplitude_mm: float, first: Answer | AnswerInSpace) -> None:
         self.server, self.state, self.rig, self.first, self.found = server, server.state, rig, first, first
-        self.sliders = sliders(rig, amplitude_mm)
+        self.sliders = sliders_of(rig, amplitude_mm)
         self.start = {slider.name: slider.start for slider in self.sliders}
         self.view: Any = None
-        self.size_mm = _size_mm(first)
+        self.size_mm = first.length_mm
         self.measured: Record | None = None
         self.wanted: dict[str, float] = {}
         self.task: asyncio.Task[None] | None = None
@@ -119,31 +137,25 @@ class Page:
             self.state[slider.key] = slider.start
         self.show(first)
 
-    def show(self, found: Answer) -> None:
+    def show(self, found: Answer | AnswerInSpace) -> None:
         """Show an answer on the page."""
         self.found = found
         with self.state:
             self.state.message = ""
             self.state.figures = [{"name": name, "value": value} for name, value in found.figures]
             self.state.warnings = list(found.warnings)
-            self.state.tube = to_plain(mesh_of(found.tube, found.tendons_mm, outer_mm(found.rig)))
+            self.state.tube = to_plain(found.mesh)
             self._draw()
-        if self.view is not None and abs(_size_mm(found) / self.size_mm - 1.0) > REFIT:
-            self.size_mm = _size_mm(found)
+        if self.view is not None and abs(found.length_mm / self.size_mm - 1.0) > REFIT:
+            self.size_mm = found.length_mm
             # the browser has to have the new tube before it fits the view to it
             asyncio.get_running_loop().call_later(REFIT_AFTER_S, self.view.reset_camera)
 
     def _draw(self) -> None:
-        whole = [Curve("before", self.first.drive_mm, self.first.angle_deg)]
-        records: list[tuple[Kind, Record]] = [("before", self.first.record), ("now", self.found.record)]
-        if self.measured is not None:
-            whole.append(Curve("measured", self.measured.drive, self.measured.angle_deg))
-            records.insert(1, ("measured", self.measured))
-        whole.append(Curve("now", self.found.drive_mm, self.found.angle_deg))
-        loops = [(kind, less_backbone(record)) for kind, record in records]
-        self.state.loop = loop_svg(whole, "bending angle, deg")
-        thin = [Curve(kind, *loop) for kind, loop in loops if loop is not None]
-        self.state.bare_loop = loop_svg(thin, "angle less its backbone, deg")
+        plots, before = self.found.plots, self.first.plots
+        beside = (None,) * len(plots) if self.measured is None else self.found.beside(self.measured)
+        drawn = zip(plots, before, beside, strict=True)
+        self.state.charts = [{"kind": plot.kind, "svg": plot_svg(plot, first, other)} for plot, first, other in drawn]
 
     def refuse(self, error: Exception, values: Mapping[str, float]) -> None:
         """Show why there is no answer; the last one stays, greyed out."""
@@ -165,7 +177,7 @@ class Page:
         while done != self.wanted:
             done = dict(self.wanted)
             try:
-                self.show(await asyncio.to_thread(answer, self.rig, done))
+                self.show(await asyncio.to_thread(answer_of, self.rig, done))
             except (RigError, SolverError, SceneError, ValueError) as error:
                 self.refuse(error, done)
 
@@ -197,7 +209,7 @@ class Page:
 
         self.state.change(*(slider.key for slider in self.sliders))(self._changed_when_served)
         self.server.trigger("rig_file")(lambda: rig_text(self.found.rig))
-        self.server.trigger("record_files")(lambda: record_files(self.found.record, self.found.rig))
+        self.server.trigger("record_files")(lambda: record_files(self.found.records, self.found.rig))
         self.server.trigger("open_record")(self.open)
         with DivLayout(self.server, classes="page"):
             client.Style(STYLE.read_text(encoding="utf-8"))
@@ -205,7 +217,7 @@ class Page:
             client.ClientTriggers(mounted=f"backdrop = {dark} ? {list(DARK)} : {list(LIGHT)}")
             with html.Header():
                 html.H1("{{ rig_name }}")
-                html.P("Chain model: one closed cycle for each move of a slider.", classes="soft")
+                html.P(WORDS[isinstance(self.rig, RigInSpace)], classes="soft")
             with html.Section(classes="controls", raw_attrs=['aria-label="Sliders"']):
                 for slider in self.sliders:
                     self._slider(html, slider)
@@ -215,9 +227,14 @@ class Page:
                 self._words(html)
                 with html.Div(classes="views"):
                     with html.Div(classes="loops"):
-                        self._legend(html)
-                        html.Div(v_html=("loop",), classes="loop")
-                        html.Div(v_html=("bare_loop",), classes="loop bare")
+                        self._legend(html, in_space=isinstance(self.rig, RigInSpace))
+                        html.Div(
+                            v_for="(chart, i) in charts",
+                            key=("i",),
+                            v_html="chart.svg",
+                            classes="loop",
+                            raw_attrs=[':class="chart.kind"'],
+                        )
                     self.view = self._tube(html, vtk, self.rig.tendons)
 
     @staticmethod
@@ -234,11 +251,13 @@ class Page:
             html.Li("{{ words }}", v_for="words in warnings", key=("words",))
 
     @staticmethod
-    def _legend(html: Any) -> None:
+    def _legend(html: Any, *, in_space: bool) -> None:
+        smooth = [("smooth", "no friction", None)] * in_space
         with html.P(classes="legend soft"):
             for kind, words, when in (
                 ("now", "these values", None),
                 ("before", "the rig's own numbers", None),
+                *smooth,
                 ("measured", "{{ measured_title }}", "measured_title !== ''"),
             ):
                 with html.Span(**({} if when is None else {"v_show": (when,)})):
@@ -282,7 +301,7 @@ class Page:
                 html.Span("0")
                 html.I(classes="heat")
                 html.Span(f"{TOP_STRAIN_PERCENT:g} % strain")
-                for name in "ab"[: len(tendons)]:
+                for name in "abcd"[: len(tendons)]:
                     with html.Span(classes="tendon"):
                         html.I(classes=f"tendon-{name}")
                         html.Span(f"tendon {name}")

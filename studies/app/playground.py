@@ -15,10 +15,12 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.rig import with_number
 from fem_models.view.manipulator import tendon_lines
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Ints
 from hysteresis.records.metrics import loop_width
 from hysteresis.records.record import Record
 from studies.app.advice import warnings_of
+from studies.app.loop_svg import Curves, Plot, less_backbone
+from studies.app.scene import MeshState, mesh_of
 from studies.report.tube import coarse_surface
 from validation.separation import loop_program
 
@@ -73,6 +75,33 @@ class Answer:
     tube: pv.PolyData
     tendons_mm: Mapping[str, Floats]
 
+    @property
+    def records(self) -> dict[str, Record]:
+        """The record that is saved, under the ending of its name."""
+        return {"": self.record}
+
+    @property
+    def plots(self) -> tuple[Plot, ...]:
+        """The closed cycle, and the loop less its backbone."""
+        return (
+            Plot("whole", "bending angle, deg", (self.drive_mm, self.angle_deg)),
+            Plot("bare", "angle less its backbone, deg", less_backbone(self.record)),
+        )
+
+    @property
+    def mesh(self) -> MeshState:
+        """The tube and its tendons for the browser."""
+        return mesh_of(self.tube, self.tendons_mm, outer_mm(self.rig))
+
+    @property
+    def length_mm(self) -> float:
+        """Length of the straight tube."""
+        return self.rig.length_mm
+
+    def beside(self, measured: Record) -> tuple[Curves | None, ...]:
+        """Give the curves of a measured record, one for each plot."""
+        return (measured.drive, measured.angle_deg), less_backbone(measured)
+
 
 def sliders(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
     """Give the sliders of a rig, around its own numbers; those of the notch only if it has one."""
@@ -126,6 +155,13 @@ def with_values(rig: Rig, values: Mapping[str, float]) -> Rig:
     return rig
 
 
+def closed_cycle(record: Record) -> Ints:
+    """Give the samples of the last cycle of a record of :func:`validation.separation.loop_program`, and its start."""
+    assert record.cycle is not None
+    last = np.flatnonzero(record.cycle == record.cycle[-1])
+    return np.append(last[0] - 1, last)
+
+
 def answer(rig: Rig, values: Mapping[str, float]) -> Answer:
     """Run a cycle of the rig with the values of the sliders.
 
@@ -143,10 +179,9 @@ def answer(rig: Rig, values: Mapping[str, float]) -> Answer:
     assert record.notches_deg is not None
     if not np.isfinite(record.angle_deg).all():
         raise SolverError(f"rig {rig.name}: angles that are not finite")
-    last = np.flatnonzero(record.cycle == record.cycle[-1])
-    closed = np.append(last[0] - 1, last)
+    closed = closed_cycle(record)
     width = loop_width(record.drive, record.angle_deg, record.cycle)
-    work = float(solution.wheel_work_mJ[-1] - solution.wheel_work_mJ[last[0] - 1])
+    work = float(solution.wheel_work_mJ[-1] - solution.wheel_work_mJ[closed[0]])
     tension = solution.segment_tensions_N[:, : len(rig.tendons)]
     strain = 100 * float(np.abs(solution.peak_strain).max())
     figures = [

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Ints
 from studies.report.tube import shaded
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ TOP_STRAIN_PERCENT = 6.0
 """End of the colour scale: the strain of the test for superelasticity (ASTM F2516)."""
 OBLIQUE = np.array([[0.93, 0.0, 0.37], [-0.13, 0.94, 0.32], [-0.35, -0.35, 0.87]])
 """Rotation to an oblique view, as in the pictures of :mod:`fem_models.view.manipulator`: about x, then about y."""
-TENDON_COLOURS = {"a": (47, 111, 184), "b": (58, 145, 92)}
+TENDON_COLOURS = {"a": (47, 111, 184), "b": (58, 145, 92), "c": (200, 100, 30), "d": (134, 96, 176)}
 """Red, green and blue of the tendons; they stand out from a light and a dark background, and from the wall."""
 TENDON_RADIUS = 0.028
 """Radius of a drawn tendon, in lengths of the tube's diameter."""
@@ -65,18 +65,25 @@ class MeshState:
 
 def mesh_of(tube: pv.PolyData, tendons_mm: Mapping[str, Floats], outer_mm: float) -> MeshState:
     """Give the surface of a tube with the colour of its strain, and its tendons, lines of shape (k, 3), as tubes."""
+    return mesh_of_parts(*_triangles(tube), np.asarray(tube["strain_percent"]), tendons_mm, outer_mm)
+
+
+def mesh_of_parts(
+    points_mm: Floats, triangles: Ints, strain_percent: Floats, tendons_mm: Mapping[str, Floats], outer_mm: float
+) -> MeshState:
+    """Give the same of a surface with points of shape (n, 3), triangles, (m, 3), and strains, (n,)."""
     import pyvista as pv
 
-    colours = [shaded(*_triangles(tube), np.asarray(tube["strain_percent"]), TOP_STRAIN_PERCENT)]
-    parts = [_triangles(tube)]
+    colours = [shaded(points_mm, triangles, strain_percent, TOP_STRAIN_PERCENT)]
+    parts = [(points_mm, triangles)]
     for name, line in tendons_mm.items():
         drawn = pv.lines_from_points(line).tube(radius=TENDON_RADIUS * outer_mm, n_sides=8).triangulate()
         parts.append(_triangles(drawn))
         colours.append(np.tile(np.array(TENDON_COLOURS[name], dtype=np.uint8), (drawn.n_points, 1)))
     before = np.cumsum([0, *(len(points) for points, _ in parts)])
-    triangles = np.concatenate([part[1] + start for part, start in zip(parts, before[:-1], strict=True)])
+    cells_of = np.concatenate([part[1] + start for part, start in zip(parts, before[:-1], strict=True)])
     points = np.concatenate([part[0] for part in parts])
-    cells = np.column_stack([np.full(len(triangles), 3), triangles])
+    cells = np.column_stack([np.full(len(cells_of), 3), cells_of])
     return MeshState(
         MeshPoints(
             points=_packed((points @ OBLIQUE.T).astype(np.float32)), polys=_packed(cells.ravel().astype(np.uint32))

@@ -10,15 +10,18 @@ from typing import Annotated
 
 import typer
 
+from fem_models.rig import Rig
 from fem_models.rig.checks import require
 from hysteresis.extras import require_extra
 from studies.commands.options import Common, EnsembleChoice, Out, Output, Overwrite, RigChoice
 from studies.commands.tables import study_table
+from studies.own_rig.strain import drive_to_angle_mm
 from studies.progress import status
 from studies.results.made import made_now
 from studies.results.run import require_unchanged
 
 PRESET = "du2018"
+AMPLITUDE_MM = 2.2
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,13 @@ class AppRig(RigChoice):
 def serve_app(
     *,
     rig: AppRig,
-    amplitude: Annotated[float, typer.Option("--amplitude", help="Amplitude of the drive to start with, mm.")] = 2.2,
+    amplitude: Annotated[
+        float | None,
+        typer.Option(
+            "--amplitude",
+            help=f"Amplitude of the drive to start with, mm; by default {AMPLITUDE_MM:g}, in space the one to 45 deg.",
+        ),
+    ] = None,
     port: Annotated[
         int, typer.Option("--port", min=0, max=65535, help="Port on 127.0.0.1; 0 takes any free port.")
     ] = 8765,
@@ -131,9 +140,11 @@ def serve_app(
     from studies.app import serve
     from studies.app.files import shown
 
-    require(amplitude > 0, "--amplitude", amplitude, "above 0")
-    chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read()
-
+    if amplitude is not None:
+        require(amplitude > 0, "--amplitude", amplitude, "above 0")
+    chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read_any()
+    if amplitude is None:
+        amplitude = AMPLITUDE_MM if isinstance(chosen, Rig) else drive_to_angle_mm(chosen.rig)
     measured = None if record is None else shown(read_record(record), str(record))
 
     def ready(address: str) -> None:

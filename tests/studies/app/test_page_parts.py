@@ -17,11 +17,12 @@ from fem_models.rig.rig_file import read_rig
 from hysteresis.records.metrics import loop_width
 from hysteresis.records.record import Record, RecordError
 from studies.app.advice import in_words, warnings_of
-from studies.app.files import MOST_BYTES, file_stem, opened_record, record_files, rig_text, shown
+from studies.app.files import MOST_BYTES, opened_record, record_files, rig_text, shown
 from studies.app.loop_svg import less_backbone
 from studies.app.playground import outer_mm
 from studies.app.scene import TENDON_COLOURS, mesh_of
 from studies.report.tube import coarse_surface
+from studies.results.files import file_stem
 from validation.practice.bench_record import SHIPPED
 from validation.separation import loop_program
 
@@ -96,7 +97,7 @@ def test_names_of_files_have_nothing_of_a_path_or_a_script():
 
 def test_a_saved_record_is_opened_again(solution):
     rig = replace(preset("du2018"), name="mine/../yours")
-    packed = zipfile.ZipFile(io.BytesIO(record_files(solution.record, rig)))
+    packed = zipfile.ZipFile(io.BytesIO(record_files({"": solution.record}, rig)))
     names = packed.namelist()
     assert names == [f"mine-..-yours/mine-..-yours{end}" for end in ("-rig.toml", ".csv", ".toml")]
     files = [{"name": name, "content": packed.read(name)} for name in names[1:]]
