@@ -22,7 +22,7 @@ from hysteresis.records.metrics import loop_width
 from hysteresis.records.record import Record
 from studies.app.advice import warnings_of_run
 from studies.app.loop_svg import Curves, Plot, less_backbone
-from studies.app.playground import AMPLITUDE, closed_cycle, with_values
+from studies.app.playground import AMPLITUDE, closed_cycle, outer_mm, with_values
 from studies.app.scene import MeshState, mesh_of_parts
 from studies.in_space.loops import Motion, PlaneOfLoop, lost_motion_mm, motions_of, plane_of_loop
 from studies.report.plots_in_space import in_plane
@@ -67,14 +67,14 @@ class AnswerInSpace:
         return self.rig.rig.length_mm
 
     def beside(self, measured: Record) -> tuple[Curves | None, ...]:
-        """Give the curves of a measured record, one for each plot: its wheels in their order, and its tip."""
-        drives, out = (measured.drive, measured.drive_2), list[Curves | None]()
-        for drive, direction in zip(drives, self.directions_deg, strict=False):
-            if drive is None or not np.ptp(drive) > 0 or measured.angle_2_deg is None:
-                out += [None, None]
-                continue
-            one = replace(in_plane(measured, direction), drive=drive)
-            out += [(one.drive, one.angle_deg), less_backbone(one)]
+        """Give the curves of a measured record, one for each plot: the loop of the wheel that moves alone, and the tip."""
+        drives = (measured.drive, measured.drive_2, measured.drive_3, measured.drive_4)
+        moving = [k for k, drive in enumerate(drives) if drive is not None and np.ptp(drive) > 0]
+        out: list[Curves | None] = [None, None] * len(self.directions_deg)
+        alone = moving[0] if len(moving) == 1 and measured.angle_2_deg is not None else len(drives)
+        if alone < len(self.directions_deg) and (drive := drives[alone]) is not None:
+            one = replace(in_plane(measured, self.directions_deg[alone]), drive=drive)
+            out[2 * alone : 2 * alone + 2] = [(one.drive, one.angle_deg), less_backbone(one)]
         tip = measured.tip_mm
         return (*out, None if tip is None or tip.shape[1] < 3 else (tip[:, _Y], tip[:, _Z]))
 
@@ -179,4 +179,4 @@ def _mesh(rig: RigInSpace, path: SpatialSolution) -> MeshState:
     at = int((both if both.max() > 1.0 else np.linalg.norm(path.bending_deg, axis=1)).argmax())
     stored = wrist_tube(rig, path.notches_deg[at, :, 2])
     parts = stored.points_mm, stored.triangles, stored.strain_percent
-    return mesh_of_parts(*parts, stored.tendons_mm, 2 * float(np.hypot(*stored.points_mm[:, 1:].T)[:72].max()))
+    return mesh_of_parts(*parts, stored.tendons_mm, outer_mm(rig.rig))

@@ -107,7 +107,7 @@ def test_what_a_rig_file_cannot_say(tmp_path, changed, words):
 
 
 def test_a_planar_reader_names_the_key_and_who_knows_it(tmp_path):
-    with pytest.raises(RigError, match=r"rig.toml: notch.turn_deg: rig du2018 bends in space, which simulate"):
+    with pytest.raises(RigError, match=r"rig.toml: notch.turn_deg: rig du2018 bends in space, which run, simulate"):
         read_rig(written(tmp_path, notch={"turn_deg": 90}))
     with pytest.raises(RigError, match="preset = zhang2026: the rig bends in space"):
         preset("zhang2026")
