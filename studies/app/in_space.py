@@ -67,7 +67,7 @@ class AnswerInSpace:
         return self.rig.rig.length_mm
 
     def beside(self, measured: Record) -> tuple[Curves | None, ...]:
-        """Give the curves of a measured record, one for each plot: the loop of the wheel that moves alone, and the tip."""
+        """Give the curves of a measured record, one for each plot: the loop of a wheel that moves alone, the tip."""
         drives = (measured.drive, measured.drive_2, measured.drive_3, measured.drive_4)
         moving = [k for k, drive in enumerate(drives) if drive is not None and np.ptp(drive) > 0]
         out: list[Curves | None] = [None, None] * len(self.directions_deg)
@@ -102,6 +102,7 @@ def answer_in_space(rig: RigInSpace, values: Mapping[str, float]) -> AnswerInSpa
     figures = [("Largest angle", f"{bending.max():.2f} deg")]
     for one in loops:
         width = loop_width(one.record.drive, one.record.angle_deg, one.record.cycle).max_deg
+        figures.append((f"Direction, {one.motion.name}", f"{one.plane.direction_deg:.1f} deg from y"))
         figures.append((f"Loop width, {one.motion.name}", f"{width:.2f} deg"))
         figures.append((f"Lost motion, {one.motion.name}", f"{lost_motion_mm(one.program, one.plane):.3f} mm"))
     figures += [
@@ -159,12 +160,11 @@ def _warnings(rig: RigInSpace, one: _Loop) -> list[str]:
 
 def _plots(one: _Loop) -> tuple[Plot, Plot]:
     """Chart the closed cycle of a motion, and the same less its backbone."""
-    where = f"{one.motion.name}, {one.plane.direction_deg:.0f} deg from y"
     closed = closed_cycle(one.record)
     whole = one.record.drive[closed], one.record.angle_deg[closed]
     return (
-        Plot("whole", f"angle, deg ({where})", whole),
-        Plot("bare", f"less backbone, deg ({one.motion.name})", less_backbone(one.record)),
+        Plot("whole", f"{one.motion.name}: angle, deg", whole),
+        Plot("bare", f"{one.motion.name}: less backbone, deg", less_backbone(one.record)),
     )
 
 

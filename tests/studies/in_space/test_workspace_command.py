@@ -32,6 +32,31 @@ def test_workspace_writes_numbers_table_and_figure(tmp_path, wrist, capsys):
     assert (tmp_path / "ws/workspace.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize(("angles", "wheels"), [([0], 1), ([30, 210], 1), ([0, 120, 240], 3)])
+def test_workspace_of_one_wheel_and_of_three(angles, wheels, tmp_path, capsys):
+    rig, out = tmp_path / "rig.toml", tmp_path / "ws"
+    rig.write_text(toml(any_preset("zhang2026").to_dict() | {"tendons": {"angles_deg": angles}}))
+    line = ["workspace", "--rig", str(rig), "--amplitude", "0.5", "--circles", "2", "--directions", "12"]
+    for _ in range(2):  # its own files are replaced
+        assert call([*line, "--out", str(out), "--quiet"]) == 0
+    written = json.loads((out / "workspace.json").read_text())
+    rows = np.loadtxt(out / "workspace.csv", delimiter=",", skiprows=1)
+    assert rows.shape == ((24 if wheels > 1 else 12), wheels + 9)
+    assert ("area_mm2" in written, "length_mm" in written) == (wheels > 1, wheels == 1)
+    assert len(written["compliance"]) == 1 + min(wheels, 2)
+    assert f"drive_{wheels}_mm" in written["compliance"][0]
+    assert f"drive_{wheels + 1}_mm" not in written["compliance"][0]
+    assert call(["report", str(out), "--quiet"]) == 0
+    page = (out / "report.html").read_text()
+    assert 'id="workspace"' in page
+    assert 'id="stiffness"' in page
+    assert ("length of the curve" in page) == (wheels == 1)
+    program = tmp_path / "circle.csv"
+    circle = call(["simulate", "--rig", str(rig), "--amplitude", "0.5", "--circle", "--out", str(program), "--quiet"])
+    assert circle == (0 if wheels > 1 else 2)
+    assert ("has one wheel: expected 2 to 4" in capsys.readouterr().err) == (wheels == 1)
+
+
 def test_compensate_writes_drives_that_simulate_takes(tmp_path, wrist, capsys):
     reference, out = tmp_path / "wanted.csv", tmp_path / "drives.csv"
     turn = np.linspace(0, 2 * np.pi, 13)
