@@ -128,10 +128,10 @@ class RigInSpace:
         return out
 
     def __repr__(self) -> str:
-        return (
-            f"RigInSpace({self.name!r}, {self.joints} notches, {len(self.angles_deg)} tendons on "
-            f"{self.wheel_count} wheels, preload {self.preload_N:g} N)"
-        )
+        counts = {"notch": self.joints, "tendon": len(self.angles_deg), "wheel": self.wheel_count}
+        ends = {"notch": "es"}
+        notches, tendons, wheels = (f"{n} {name}{ends.get(name, 's') * (n != 1)}" for name, n in counts.items())
+        return f"RigInSpace({self.name!r}, {notches}, {tendons} on {wheels}, preload {self.preload_N:g} N)"
 
     def _repr_html_(self) -> str:
         parts = {name: value for name, value in self.to_dict().items() if name != "name"}

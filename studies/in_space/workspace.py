@@ -146,8 +146,10 @@ def _figure(found: Workspace) -> bytes:
             drawn = tips if found.is_curve else np.concatenate([tips, tips[:1]])
             across.plot(drawn[:, 1], drawn[:, 2], color=colour, lw=1.2, label=name if label else None)
             along.plot(drawn[:, 0], drawn[:, 1], color=colour, lw=1.2)
-    across.set(xlabel="tip y, mm", ylabel="tip z, mm", aspect="equal", title="seen along the tube")
-    along.set(xlabel="tip x, mm", ylabel="tip y, mm", aspect="equal", title="from the side")
+    across.set(xlabel="tip y, mm", ylabel="tip z, mm", title="seen along the tube")
+    along.set(xlabel="tip x, mm", ylabel="tip y, mm", title="from the side")
+    for axes in (across, along):
+        axes.set_aspect("equal", adjustable="datalim")  # a curve in one plane has no height
     figure.legend(loc="outside lower center", ncols=3, frameon=False)
     buffer = io.BytesIO()
     figure.savefig(buffer, dpi=110)

@@ -36,7 +36,7 @@ def wrist_figure(rig: RigInSpace, joint_angles_deg: ArrayLike | None = None) -> 
     angles = shown_angles_deg(rig.rig) if joint_angles_deg is None else np.asarray(joint_angles_deg, dtype=float)
     bent = wrist_surface(rig, angles)
     figure = NotebookFigure(figsize=(9.4, 4.6))
-    words = f"bent, tip at ({', '.join(f'{value:.3g}' for value in bent.tip_mm)}) mm"
+    words = f"bent, tip at ({', '.join(f'{value:.3g}' for value in bent.tip_mm.round(9) + 0.0)}) mm"
     straight = wrist_surface(rig, 0 * angles)
     corners = np.concatenate([one.tube.reshape(-1, 3) for one in (straight, bent)])
     box = np.array([corners.min(axis=0), corners.max(axis=0)])  # one for both, so that they have one scale
@@ -60,7 +60,7 @@ def _draw(figure: NotebookFigure, number: int, surface: WristSurface, title: str
     low, high = box
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(high - low, zoom=_ZOOM)
-    for axis, words, pad in ((axes.xaxis, "x, mm", 3.0), (axes.yaxis, "y, mm", 1.0), (axes.zaxis, "z, mm", -2.0)):
+    for axis, words, pad in ((axes.xaxis, "x, mm", 5.0), (axes.yaxis, "y, mm", 1.0), (axes.zaxis, "z, mm", -2.0)):
         axis.set_label_text(words, fontsize=8.5)
         axis.labelpad = pad
     axes.locator_params(nbins=5)
