@@ -185,6 +185,27 @@ def write_page(folder: Path, found: Page) -> Path:
     return path
 
 
+@dataclass(frozen=True)
+class _Parts:
+    """What was read from a folder, part by part."""
+
+    run: RunSection | None
+    wrist: WristSection | None
+    reach: ReachSection | None
+    separations: tuple[SeparationSection, ...]
+    fits: tuple[FitSection, ...]
+    traces: tuple[TraceSection, ...]
+    validation: ValidationSection | None
+    compensations: tuple[CompensationSection, ...]
+    study: StudySection | None
+    front: Front | None
+
+    @property
+    def study_command(self) -> str:
+        """The command that makes the study again."""
+        return self.study.command if self.study is not None else "notchbend study STUDY.toml --out DIR"
+
+
 def page_of(folder: Path) -> Page:
     """Read the results in a folder, and draw their charts.
 
@@ -197,76 +218,88 @@ def page_of(folder: Path) -> Page:
         names = ", ".join((*PARTS, f"*{ENDING}"))
         raise RecordError(f"{folder}: none of {names}: expected results of a notchbend command")
     run = _run(folder) if present(folder / "run.json") else None
-    wrist, reach = read_wrist_section(folder), read_reach(folder)
-    separations, traces, fits = _separations(folder, run), _traces(folder, run), _fits(folder, run)
-    validation, compensations = read_validation(folder), read_compensations(folder)
-    study, front = read_study(folder), read_front(folder / "pareto.json")
-    study_command = study.command if study is not None else "notchbend study STUDY.toml --out DIR"
-    verdicts: list[Verdict] = []
-    if run is not None:
-        verdicts += summary.run_verdicts(run.result, fits, run.command)
-    elif fits:
-        verdicts += summary.layer_verdicts(fits)
-    if wrist is not None:
-        verdicts += wrist_verdicts(wrist)
-    if reach is not None:
-        verdicts.append(reach_verdict(reach))
-    verdicts += [summary.separation_verdict(s.result, s.label, s.command) for s in separations]
-    verdicts += [summary.trace_verdict(t.result, t.command) for t in traces]
-    if validation is not None:
-        verdicts.append(validation_verdict(validation))
-    verdicts += [compensation_verdict(one) for one in compensations]
-    if study is not None:
-        verdicts += summary.study_verdicts(study, study_command)
-    if front is not None:
-        verdicts.append(summary.front_verdict(len(front.rows), front.objectives, study_command))
-    made: list[Made | None] = [one.result.made for one in (run, wrist) if one is not None]
-    if reach is not None and (wrist is None or reach.result.made != wrist.result.made):
-        made.append(reach.result.made)
-    made += [one.result.made for one in separations] + [one.fit.made for one in fits]
-    made += [one.result.made for one in traces] + ([] if validation is None else [validation.result.made])
-    made += [one.result.made for one in compensations] + ([] if study is None else [study.made])
+    parts = _Parts(
+        run=run,
+        wrist=read_wrist_section(folder),
+        reach=read_reach(folder),
+        separations=_separations(folder, run),
+        fits=_fits(folder, run),
+        traces=_traces(folder, run),
+        validation=read_validation(folder),
+        compensations=read_compensations(folder),
+        study=read_study(folder),
+        front=read_front(folder / "pareto.json"),
+    )
+    made, study, fits, front = _made(parts), parts.study, parts.fits, parts.front
     known = tuple(one for one in made if one is not None)
+    versions = [one.result.versions for one in (run, parts.wrist) if one is not None]
+    versions += [study.versions] if study is not None else []
     return Page(
-        title=_title(folder, run, wrist, study),
+        title=_title(folder, parts),
         made=known,
         above=known[0].command if len(known) == 1 and made[0] is not None else "",
         advice=what_to_do(folder, study.feasible if study else None),
         legend=summary.LEGEND,
-        verdicts=tuple(verdicts),
-        run=run,
-        wrist=wrist,
-        reach=reach,
-        separations=separations,
-        fits=fits,
+        verdicts=tuple(_verdicts(parts)),
         fits_command=run.command if run else fits[0].command if fits else "",
-        traces=traces,
-        validation=validation,
-        compensations=compensations,
-        study=study,
         study_plates=tuple(draw(plate) for plate in study.plates) if study else (),
-        study_command=study_command,
-        front=front,
+        study_command=parts.study_command,
         front_plate=draw(front.plate) if front else None,
-        versions=(run.result.versions if run else wrist.result.versions if wrist else {})
-        or (study.versions if study else {}),
+        versions=next((found for found in versions if found), {}),
         views=tuple(VIEWS),
         plotly=get_plotlyjs(),
         style=_text("style.css"),
         script=_text("page.js"),
+        **vars(parts),
     )
+
+
+def _verdicts(parts: _Parts) -> list[Verdict]:
+    """Give the verdicts in the order of the page."""
+    run, fits, out = parts.run, parts.fits, list[Verdict]()
+    if run is not None:
+        out += summary.run_verdicts(run.result, fits, run.command)
+    elif fits:
+        out += summary.layer_verdicts(fits)
+    if parts.wrist is not None:
+        out += wrist_verdicts(parts.wrist)
+    if parts.reach is not None:
+        out.append(reach_verdict(parts.reach))
+    out += [summary.separation_verdict(s.result, s.label, s.command) for s in parts.separations]
+    out += [summary.trace_verdict(t.result, t.command) for t in parts.traces]
+    if parts.validation is not None:
+        out.append(validation_verdict(parts.validation))
+    out += [compensation_verdict(one) for one in parts.compensations]
+    if parts.study is not None:
+        out += summary.study_verdicts(parts.study, parts.study_command)
+    if parts.front is not None:
+        out.append(summary.front_verdict(len(parts.front.rows), parts.front.objectives, parts.study_command))
+    return out
+
+
+def _made(parts: _Parts) -> list[Made | None]:
+    """Say how each result came about; a workspace of the report of a rig in space is not listed again."""
+    wrist, reach = parts.wrist, parts.reach
+    out: list[Made | None] = [one.result.made for one in (parts.run, wrist) if one is not None]
+    if reach is not None and (wrist is None or reach.result.made != wrist.result.made):
+        out.append(reach.result.made)
+    out += [one.result.made for one in parts.separations] + [one.fit.made for one in parts.fits]
+    out += [one.result.made for one in parts.traces]
+    out += [] if parts.validation is None else [parts.validation.result.made]
+    return out + [one.result.made for one in parts.compensations] + ([] if parts.study is None else [parts.study.made])
 
 
 def _text(name: str) -> str:
     return (TEMPLATES / name).read_text(encoding="utf-8")
 
 
-def _title(folder: Path, run: RunSection | None, wrist: WristSection | None, study: StudySection | None) -> str:
+def _title(folder: Path, parts: _Parts) -> str:
+    run, study = parts.run, parts.study
     if run is not None:
         own = run.result.own
         return own.name if own is not None else run.result.loops[-1].title.split(",")[0]
-    if wrist is not None:
-        return wrist.result.name
+    if parts.wrist is not None:
+        return parts.wrist.result.name
     return study.title if study is not None else folder.resolve().name
 
 
