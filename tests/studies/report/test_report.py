@@ -127,3 +127,12 @@ def test_shipped_record_is_what_its_script_makes():
 )
 def test_numbers_have_three_digits(value, text):
     assert significant(value) == text
+
+
+def test_a_rig_with_one_tendon_has_a_report_without_cross_checks(tmp_path):
+    """They need two tendons; its page could not be read, for want of a row of them for each loop."""
+    assert call(["run", "--preset", "notched-wrist-90", "--amplitude", "0.3", "--out", str(tmp_path), "--quiet"]) == 0
+    page = (tmp_path / "report.html").read_text()
+    assert "no cross-checks: they need two tendons" in page
+    assert 'id="crosschecks"' not in page
+    assert 'id="loops"' in page
