@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,35 +15,14 @@ from fem_models.spatial.motion.compensated import compensated_wheels
 from fem_models.spatial.motion.run_record import simulate_in_space
 from fem_models.spatial.motion.workspace import smooth_rig
 from hysteresis.arrays import Floats
-from hysteresis.plain import optional
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import check_target, files_of_record, read_columns, write_record
 from studies.commands.options import Common, Overwrite
 from studies.commands.tables import values_table
 from studies.progress import Count, counted
 from studies.results import write_result
-from studies.results.compensation import ENDING
-from studies.results.made import Made, made_now
-
-
-@dataclass(frozen=True)
-class SpaceCompensation:
-    """Errors of the drives that were found, and root mean square of those for the wrist without friction and loop, deg.
-
-    An error is the distance of both angles from the wanted ones. It is that of the model: the drives are simulated
-    again from rest.
-    """
-
-    schema: int
-    rig: str
-    reference: str
-    drive: str
-    samples: int
-    rms_deg: float
-    largest_error_deg: float
-    rms_without_compensation_deg: float
-    largest_correction_mm: float
-    made: Made | None = optional()
+from studies.results.compensation import ENDING, SpaceCompensation
+from studies.results.made import made_now
 
 
 def compensate_rig(rig: Path, reference: Path, out: Path, replacing: Overwrite, common: Common) -> None:

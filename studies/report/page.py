@@ -30,6 +30,7 @@ from studies.report.parts.comparisons import (
     validation_verdict,
 )
 from studies.report.parts.fits import FitSection, read_fit, run_fit
+from studies.report.parts.followed import FollowedSection, followed_verdict, read_followed
 from studies.report.parts.pictures import PictureSection, image_text, read_picture
 from studies.report.parts.predictions import PredictedRecord, predicted_records
 from studies.report.parts.reach import ReachSection, reach_verdict, read_reach
@@ -134,6 +135,7 @@ class Page:
     traces: tuple[TraceSection, ...]
     validation: ValidationSection | None
     compensations: tuple[CompensationSection, ...]
+    followed: tuple[FollowedSection, ...]
     study: StudySection | None
     study_plates: tuple[Drawn, ...]
     study_command: str
@@ -197,6 +199,7 @@ class _Parts:
     traces: tuple[TraceSection, ...]
     validation: ValidationSection | None
     compensations: tuple[CompensationSection, ...]
+    followed: tuple[FollowedSection, ...]
     study: StudySection | None
     front: Front | None
 
@@ -227,6 +230,7 @@ def page_of(folder: Path) -> Page:
         traces=_traces(folder, run),
         validation=read_validation(folder),
         compensations=read_compensations(folder),
+        followed=read_followed(folder),
         study=read_study(folder),
         front=read_front(folder / "pareto.json"),
     )
@@ -270,6 +274,7 @@ def _verdicts(parts: _Parts) -> list[Verdict]:
     if parts.validation is not None:
         out.append(validation_verdict(parts.validation))
     out += [compensation_verdict(one) for one in parts.compensations]
+    out += [followed_verdict(one) for one in parts.followed]
     if parts.study is not None:
         out += summary.study_verdicts(parts.study, parts.study_command)
     if parts.front is not None:
@@ -286,7 +291,8 @@ def _made(parts: _Parts) -> list[Made | None]:
     out += [one.result.made for one in parts.separations] + [one.fit.made for one in parts.fits]
     out += [one.result.made for one in parts.traces]
     out += [] if parts.validation is None else [parts.validation.result.made]
-    return out + [one.result.made for one in parts.compensations] + ([] if parts.study is None else [parts.study.made])
+    out += [one.result.made for one in parts.compensations] + [one.result.made for one in parts.followed]
+    return out + ([] if parts.study is None else [parts.study.made])
 
 
 def _text(name: str) -> str:

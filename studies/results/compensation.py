@@ -8,6 +8,7 @@ from hysteresis.plain import optional
 from studies.results.made import Made
 
 WHAT = "the summary of `notchbend compensate`"
+WHAT_IN_SPACE = "the summary of `notchbend compensate` of a rig in space"
 ENDING = "-compensate.json"
 """End of the names of these files; they stand beside the drive, ``STEM.csv``."""
 
@@ -31,4 +32,24 @@ class CompensationSummary:
     record: str | None = optional()
     reference: str | None = optional()
     drive: str | None = optional()
+    made: Made | None = optional()
+
+
+@dataclass(frozen=True)
+class SpaceCompensation:
+    """Errors of the drives that were found, and root mean square of those for the wrist without friction and loop, deg.
+
+    An error is the distance of both angles from the wanted ones. It is that of the model: the drives are simulated
+    again from rest.
+    """
+
+    schema: int
+    rig: str
+    reference: str
+    drive: str
+    samples: int
+    rms_deg: float
+    largest_error_deg: float
+    rms_without_compensation_deg: float
+    largest_correction_mm: float
     made: Made | None = optional()

@@ -12,6 +12,7 @@ from hysteresis.files import inside, present
 from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import column_names, read_columns
 from studies.report.charts import Chart, Line, Plate
+from studies.report.parts.followed import is_in_space
 from studies.report.plots import ANGLE, Drawn, draw
 from studies.report.summary import Verdict
 from studies.report.templates import significant
@@ -61,14 +62,15 @@ def read_validation(folder: Path) -> ValidationSection | None:
 
 
 def read_compensations(folder: Path) -> tuple[CompensationSection, ...]:
-    """Read the summaries of a folder with the drives beside them.
+    """Read the summaries of a folder with the drives beside them; those of rigs in space are another part.
 
     Raises
     ------
     RecordError
         One line with the file that is missing or cannot be read.
     """
-    return tuple(_compensation(path) for path in sorted(folder.glob(f"*{compensation.ENDING}")))
+    paths = sorted(folder.glob(f"*{compensation.ENDING}"))
+    return tuple(_compensation(path) for path in paths if not is_in_space(path))
 
 
 def _compensation(path: Path) -> CompensationSection:

@@ -1,6 +1,7 @@
 """``workspace``, and ``compensate`` with a rig in space."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -69,6 +70,15 @@ def test_compensate_writes_drives_that_simulate_takes(tmp_path, wrist, capsys):
     assert call(["simulate", "--rig", str(wrist), "--program", str(out), "--out", str(again), "--quiet"]) == 0
     record = read_record(again)
     np.testing.assert_allclose(np.column_stack([record.angle_deg, record.angle_2_deg]), rows, atol=2e-3)
+    (tmp_path / "again.csv").unlink()
+    assert call(["report", str(tmp_path), "--quiet"]) == 0
+    page = (tmp_path / "report.html").read_text()
+    assert page.count('class="still"') == 3  # drives, angles, tensions
+    assert f"{summary['samples']} samples of rig mine" in page
+    found = re.search(r'<td class="found">(.*?)</td>', page)[1]
+    assert [float(one) for one in found.removesuffix(" deg").split(" → ")] == pytest.approx(
+        [summary["rms_without_compensation_deg"], summary["rms_deg"]], rel=5e-3
+    )
 
 
 def test_what_is_refused(tmp_path, wrist, capsys):

@@ -182,6 +182,9 @@ def test_names_of_a_hostile_rig_file_are_text(tmp_path):
     rig, out = rig_file(tmp_path / "wrist.toml", name=f"../../{TEXT}"), tmp_path / "report"
     assert call(["run", "--rig", str(rig), "--amplitude", "0.3", "--out", str(out), "--quiet"]) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["report", "wrist.toml"]
+    (tmp_path / "wanted.csv").write_text("angle_deg,angle_2_deg\n0,0\n2,0\n2,1\n0,2\n")
+    line = ["compensate", str(rig), "--reference", str(tmp_path / "wanted.csv"), "--out", str(out / "drives.csv")]
+    assert call([*line, "--quiet"]) == 0
     summary = json.loads((out / "wrist.json").read_text())
     summary |= {"option": TEXT, "notes": [TEXT], "versions": {TEXT: TEXT}}
     summary["picture"]["caption"] = TEXT
