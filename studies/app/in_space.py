@@ -102,7 +102,7 @@ def answer_in_space(rig: RigInSpace, values: Mapping[str, float]) -> AnswerInSpa
     figures = [("Largest angle", f"{bending.max():.2f} deg")]
     for one in loops:
         width = loop_width(one.record.drive, one.record.angle_deg, one.record.cycle).max_deg
-        figures.append((f"Direction, {one.motion.name}", f"{one.plane.direction_deg:.1f} deg from y"))
+        figures.append((f"Direction, {one.motion.name}", f"{round(one.plane.direction_deg, 1) + 0.0:.1f} deg from y"))
         figures.append((f"Loop width, {one.motion.name}", f"{width:.2f} deg"))
         figures.append((f"Lost motion, {one.motion.name}", f"{lost_motion_mm(one.program, one.plane):.3f} mm"))
     figures += [

@@ -43,8 +43,7 @@ def plane_of_loop(drive_mm: Floats, bending_deg: Floats) -> PlaneOfLoop:
     size = float(np.linalg.norm(most))
     y, z = most / size if size > 0 else np.array([1.0, 0.0])
     across = bending_deg @ np.array([-z, y])
-    direction = round(math.degrees(math.atan2(z, y)), _DIGITS) + 0.0  # turns -0.0 into 0.0
-    return PlaneOfLoop(direction, bending_deg @ np.array([y, z]), round(float(np.abs(across).max()), _DIGITS))
+    return PlaneOfLoop(math.degrees(math.atan2(z, y)), bending_deg @ np.array([y, z]), float(np.abs(across).max()))
 
 
 def lost_motion_mm(program: LoadProgram, plane: PlaneOfLoop) -> float:
@@ -113,8 +112,8 @@ def wheel_loop(
         moves=motion.name,
         unit=tuple(motion.unit.tolist()),
         one_way=not motion.both_ways,
-        direction_deg=plane.direction_deg,
-        across_deg=plane.across_deg,
+        direction_deg=round(plane.direction_deg, _DIGITS) + 0.0,  # turns -0.0 into 0.0
+        across_deg=round(plane.across_deg, _DIGITS),
         lost_motion_mm=lost_motion_mm(program, plane),
         largest_torsion_deg=round(float(np.abs(run.torsion_deg).max()), _DIGITS),
         least_tension_N=float(pulls.min()),

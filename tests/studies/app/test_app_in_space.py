@@ -49,7 +49,7 @@ def test_every_slider_moves_the_answer():
     values = start_of(WRIST, 0.8)
     first = answer_of(WRIST, values)
     assert [plot.kind for plot in first.plots] == ["whole", "bare", "whole", "bare", "path"]
-    assert first.directions_deg == (0.0, 90.0)
+    assert first.directions_deg == pytest.approx((0.0, 90.0), abs=1e-9)
     assert list(first.records) == ["-wheel-1", "-wheel-2", "-path"]
     for slider in sliders_of(WRIST, 0.8):
         moved = answer_of(WRIST, values | {slider.name: slider.start + 5 * slider.step})
