@@ -24,7 +24,7 @@ from studies.app.advice import warnings_of_run
 from studies.app.loop_svg import Curves, Plot, less_backbone
 from studies.app.playground import AMPLITUDE, closed_cycle, outer_mm, with_values
 from studies.app.scene import MeshState, mesh_of_parts
-from studies.in_space.loops import Motion, PlaneOfLoop, lost_motion_mm, motions_of, plane_of_loop
+from studies.in_space.loops import Motion, PlaneOfLoop, facing_drive, lost_motion_mm, motions_of
 from studies.report.plots_in_space import in_plane
 from studies.report.tube import wrist_tube
 from validation.separation import loop_program
@@ -124,7 +124,7 @@ def answer_in_space(rig: RigInSpace, values: Mapping[str, float]) -> AnswerInSpa
 def _loop(rig: RigInSpace, motion: Motion, amplitude_mm: float) -> _Loop:
     program = loop_program(-amplitude_mm if motion.both_ways else 0.0, amplitude_mm)
     run, wheels = _run(rig, motion.of_wheels(program)), motion.of_wheels(program)
-    stored, plane = record_of(rig, wheels, run), plane_of_loop(program.drive_mm, run.bending_deg)
+    stored, plane = record_of(rig, wheels, run), facing_drive(program.drive_mm, run.bending_deg)
     record = replace(stored, drive=program.drive_mm, angle_deg=plane.angle_deg)
     return _Loop(motion, program, run, stored, record, plane)
 

@@ -36,14 +36,22 @@ class PlaneOfLoop:
     across_deg: float
 
 
-def plane_of_loop(drive_mm: Floats, bending_deg: Floats) -> PlaneOfLoop:
-    """Find the plane of the largest bending of a run, shapes (m,) and (m, 2); a drive above 0 bends above 0."""
-    at = int(np.linalg.norm(bending_deg, axis=1).argmax())
-    most = bending_deg[at] * (-1.0 if drive_mm[at] < 0 else 1.0)
+def plane_of_loop(bending_deg: Floats) -> PlaneOfLoop:
+    """Find the plane of the largest bending of a run, shape (m, 2)."""
+    most = bending_deg[int(np.linalg.norm(bending_deg, axis=1).argmax())]
     size = float(np.linalg.norm(most))
     y, z = most / size if size > 0 else np.array([1.0, 0.0])
     across = bending_deg @ np.array([-z, y])
     return PlaneOfLoop(math.degrees(math.atan2(z, y)), bending_deg @ np.array([y, z]), float(np.abs(across).max()))
+
+
+def facing_drive(drive_mm: Floats, bending_deg: Floats) -> PlaneOfLoop:
+    """Find the same plane, turned so that the largest drive, shape (m,), bends above 0."""
+    plane = plane_of_loop(bending_deg)
+    if plane.angle_deg[int(drive_mm.argmax())] >= 0:
+        return plane
+    direction = plane.direction_deg + (180.0 if plane.direction_deg <= 0 else -180.0)
+    return PlaneOfLoop(direction, -plane.angle_deg, plane.across_deg)
 
 
 def lost_motion_mm(program: LoadProgram, plane: PlaneOfLoop) -> float:
@@ -90,7 +98,7 @@ def wheel_loop(
     """
     drive, cycle = program.drive_mm, program.cycle
     assert cycle is not None
-    plane = plane_of_loop(drive, run.bending_deg)
+    plane = facing_drive(drive, run.bending_deg)
     width = loop_width(drive, plane.angle_deg, cycle)
     strain = peak_strain(joint_row(rig.rig), np.radians(run.notches_deg[:, :, 2]))
     energies = np.array([run.work_mJ, run.friction_mJ, run.material_mJ, np.zeros_like(run.work_mJ)])

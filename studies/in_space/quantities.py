@@ -85,7 +85,7 @@ def _planes(rig: RigInSpace, program: LoadProgram) -> dict[str, float]:
 
 def _loop(program: LoadProgram, run: SpatialSolution) -> dict[tuple[str, str], float]:
     """Measure the loop of one wheel, by name and unit, in the plane in which the tip bends most."""
-    plane = plane_of_loop(program.drive_mm, run.bending_deg)
+    plane = plane_of_loop(run.bending_deg)
     return {
         ("full_scale_angle", "deg"): float(np.abs(plane.angle_deg).max()),
         ("loop_width", "deg"): loop_width(program.drive_mm, plane.angle_deg, program.cycle).max_deg,
