@@ -134,6 +134,9 @@ def test_values_are_cut_and_lines_are_printable():
     assert quoted("a\x1b[31m") == "'a\\x1b[31m'"
     assert listed("abc") == "a, b, c"
     assert re.fullmatch(r"name0, .*, name\d+ and \d+ more", listed(f"name{i}" for i in range(999)))
+    fours = ["abcd"] * 20  # six characters each with comma and space: five of them in 50 - 20
+    assert listed(fours, 50) == "abcd, abcd, abcd, abcd, abcd and 15 more"
+    assert listed(fours, 20 * 6 - 2) == ", ".join(fours)
     assert one_line("a\n\x1b[31m") == "a \\x1b[31m"
     assert len(one_line("word " * 999 + "expected this")) == 280
     assert one_line("word " * 999 + "expected this").endswith("expected this")

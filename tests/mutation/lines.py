@@ -77,11 +77,25 @@ def read_tests(coverage_files: Iterable[Path], time_files: Iterable[Path]) -> Te
 @cache
 def collected() -> frozenset[str]:
     """Tests that pytest finds today: one that is gone since a map was made would keep it from running the others."""
-    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:xdist", "tests"]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "--collect-only",
+        "-q",
+        "-o",
+        "addopts=--import-mode=importlib",
+        "-p",
+        "no:xdist",
+        "tests",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"pytest --collect-only: {done.stdout[-500:]}")
-    return frozenset(line.strip() for line in done.stdout.splitlines() if "::" in line)
+    found = frozenset(line.strip() for line in done.stdout.splitlines() if "::" in line)
+    if not found:
+        raise RuntimeError(f"pytest --collect-only names no test: {done.stdout[-500:]}")
+    return found
 
 
 def is_compiled(source: str, line: int) -> bool:

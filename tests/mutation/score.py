@@ -33,6 +33,8 @@ def try_mutant(mutant: Mutant, tests: Tests, most_s: float) -> tuple[Outcome, in
     caches = ("hysteresis", "validation") if "hysteresis/laws" in mutant.module else ()
     if "fem_models/chain" in mutant.module:
         caches = ("fem_models/chain",)
+    if not chosen:
+        sys.exit(f"{mutant.module}: no test of its room in the files of coverage and times: make them anew")
     normal = sum(tests.seconds.get(test, START_S) for test in chosen)
     limit = START_S + TIMES_NORMAL * normal + (COMPILE_S if caches else 0.0)
     with with_change(ROOT, mutant.module, code, caches):

@@ -90,6 +90,9 @@ def run_tests(tests: Sequence[str], limit_s: float) -> Outcome:
         return Outcome("timeout", "", seconds)
     if code in (0, 5):
         return Outcome("survived", "", seconds, words[-300:])
+    imported = re.search(r"^ERROR (tests/\S+\.py) - (?!KeyboardInterrupt)\w", words, re.MULTILINE)
+    if code in (2, 4) and imported:  # what a test module does as it is imported is checked, too
+        return Outcome("killed", imported[1], seconds)
     if code in (2, 3, 4):  # interrupted, an error of pytest, tests that are not there: no answer
         raise RuntimeError(f"pytest: {words[-1500:]}")
     found = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", words, re.MULTILINE)

@@ -1,14 +1,17 @@
 """Stiffness of one notch against closed forms and a fine Timoshenko beam."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import skfem
 from notched_rigs import PAIR, SHEAR, WRIST, YOUNG, V, make_rig, planar
 from scipy.integrate import quad
 
-from fem_models.joint.flexure import beam
+from fem_models.joint.flexure import beam, flexure, root_length_mm
 from fem_models.joint.section import section
 from fem_models.rig import Rig
+from fem_models.rig.rig import with_notch
 
 
 def test_full_tube_when_the_depth_vanishes():
@@ -89,3 +92,16 @@ def test_the_fine_beam_converges_to_the_closed_form_at_second_order():
     exact = 1 / beam(V).bending_Nmm_per_rad
     gaps = np.array([abs(fine_beam(V, 1.0, 0.0, n)[0] / exact - 1) for n in (200, 400, 800)])
     np.testing.assert_allclose(np.log2(gaps[:-1] / gaps[1:]), 2, atol=0.2)
+
+
+@pytest.mark.parametrize("rig", [PAIR, WRIST, V], ids=["pair", "one-sided", "v"])
+def test_roots_are_lengths_of_the_narrowest_section_in_series(rig):
+    """1/k = 1/k_between + 2 l/(E I); roots that are rigid leave the notch between them."""
+    notch = rig.joint.notch
+    soft, rigid = (with_notch(rig, replace(notch, rigid_roots=yes)) for yes in (False, True))
+    rigidity = YOUNG * float(section(soft.joint, 0.0).second_moment_mm4)
+    between = beam(soft).bending_Nmm_per_rad
+    assert flexure(rigid).bending_Nmm_per_rad == pytest.approx(between, rel=1e-12)
+    more = 2 * root_length_mm(soft.joint) / rigidity
+    assert more * between > 0.02
+    assert 1 / flexure(soft).bending_Nmm_per_rad == pytest.approx(1 / between + more, rel=1e-12)

@@ -211,3 +211,64 @@ def test_an_effect_in_part_is_named_with_all_that_are_as_good(monkeypatch: pytes
         near = replace(trace, baseline=fitted(before))
         assert (verdict.named_in_part(near) is not near) is is_named
     assert verdict.named_in_part(replace(trace, candidates=())).verdict == "unexplained"
+
+
+@pytest.mark.parametrize(
+    ("before", "expected", "words"),
+    [(0.99 * AT_FLOOR * 0.1, "none", ("before",)), (0.3, "unexplained", ("the residual depends on time", "before"))],
+)
+def test_what_the_residual_depends_on_is_said_where_it_is_above_the_noise(monkeypatch, before, expected, words):
+    monkeypatch.setattr(verdict, "smooth_functions", lambda fit: SMOOTH)
+    alone = fitted(before, before)
+    alone.heldout_errors = [np.full(50, before)]
+    found = SimpleNamespace(baseline=alone, best=alone, candidates=(), alike=())
+    trace = verdict.judge_by_folds(found, ("before",), floor=NOISE)
+    assert (trace.verdict, trace.words) == (expected, words)
+
+
+def selected(monkeypatch, said: str, *, only_loads: bool = False, repeats: float = 0.5):
+    """Judge a selection whose verdict is given; return the trace, and the model whose noise was asked for."""
+    seen = []
+    monkeypatch.setattr(verdict, "_verdict", lambda *given: (said, []))
+    monkeypatch.setattr(verdict, "_is_noise", lambda policy, baseline, named, floor: seen.append(named))
+    monkeypatch.setattr(verdict, "implausible", lambda fit: ())
+    monkeypatch.setattr(verdict, "remarks", lambda fit: [])
+    monkeypatch.setattr(verdict, "repeatability_deg", lambda records, residuals: repeats)
+    baseline, best = fitted(1.0), fitted(0.2, names=("gravity",), bic=-50.0)
+    for one in (baseline, best):
+        one.noise, one.residuals = NOISE, []
+        one.model = SimpleNamespace(problem=SimpleNamespace(records=[SimpleNamespace(only_loads=only_loads)]))
+    policy = SimpleNamespace(name="known rig", distinct_share=0.1)
+    trace = verdict.judge(policy, baseline, SMOOTH, SimpleNamespace(best=best, stages=()))
+    return trace, seen, baseline, best
+
+
+def test_the_noise_is_asked_of_the_model_that_is_named(monkeypatch):
+    _, seen, _, best = selected(monkeypatch, "effect")
+    assert seen == [best]
+    trace, seen, baseline, _ = selected(monkeypatch, "unexplained")
+    assert seen == [baseline]
+    assert trace.words == ("the residual depends on time",)
+    assert selected(monkeypatch, "none")[1] == []
+
+
+def test_trials_that_only_load_have_the_noise_of_their_repeats(monkeypatch):
+    floor = selected(monkeypatch, "effect", only_loads=True)[0].floor
+    assert (floor.repeats_deg, floor.by_repeats) == (0.5, True)
+    floor = selected(monkeypatch, "effect")[0].floor
+    assert (floor.repeats_deg, floor.by_repeats) == (None, NOISE.by_repeats)
+
+
+@pytest.mark.parametrize("repeats", [None, 0.05])
+def test_noise_of_a_sensor_raises_the_floor_that_shows_it(monkeypatch, repeats):
+    """Where cycles repeat it is what one differs from the next, else the noise of neighbouring samples."""
+    monkeypatch.setattr(verdict, "sensor_noise_deg", lambda records, residuals: 0.9)
+    monkeypatch.setattr(verdict, "is_beyond_chance", lambda *given: False)
+    monkeypatch.setattr(verdict, "significant_ratio", lambda *given: 1.2)
+    baseline = fitted(1.0)
+    baseline.residuals, baseline.model = [], SimpleNamespace(problem=SimpleNamespace(records=[]))
+    before = NoiseFloor(local_deg=0.1, repeats_deg=repeats)
+    floor, words = verdict._is_noise(None, baseline, baseline, before)
+    assert floor.by_repeats
+    assert (floor.local_deg, floor.repeats_deg) == ((0.9, None) if repeats is None else (0.1, 0.9))
+    assert words[0].endswith(f"{'correlated noise of the sensor' if repeats is None else 'the next'}, 0.9 deg")

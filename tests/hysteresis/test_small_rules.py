@@ -1,0 +1,62 @@
+"""Rules of files, folds, intervals and kernels on the smallest cases that show them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hysteresis.files import write_files
+from hysteresis.fitting.uncertainty import Parameter, Reader
+from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.laws.stops import follow_stops
+from hysteresis.records.folds import _block_masks
+
+
+def test_folders_of_a_file_are_made_with_those_above(tmp_path):
+    path = tmp_path / "a" / "b" / "c.txt"
+    write_files({path: "d"})
+    assert path.read_text() == "d"
+    write_files({path: "e"})
+    assert path.read_text() == "e"
+
+
+def test_the_direction_of_a_branch_of_two_samples():
+    """Up to the last tenth of the drive and down to the first one; a fold has other tenths up and down."""
+    masks = _block_masks(np.array([0.0, 10.0, 0.0]))
+    assert [mask.tolist() for mask in masks] == [
+        [False, False, True],  # the last tenth on the way up, the first on the way down
+        [True, False, False],  # the first tenth on the way up
+        [False, True, False],  # the last tenth on the way down, to which the turning point counts
+        [False, False, False],
+    ]
+
+
+def test_an_interval_has_the_unit_of_its_value():
+    assert str(Parameter(1.5, 1.0, 2.0, "deg")) == "1.5 (1 to 2) deg"
+    assert str(Parameter(1.5, 1.0, 2.0, "-")) == "1.5 (1 to 2)"
+    assert str(Parameter(1.5, None, None, "deg")) == "1.5 deg"
+
+
+def test_a_reader_follows_one_entry():
+    reader = Reader(None, 4, (np.full(4, -1.0), np.full(4, 1.0)))
+    assert reader.along(2).tolist() == [0, 0, 1, 0]
+    assert reader.along(0, -2.0).tolist() == [-2, 0, 0, 0]
+
+
+@pytest.mark.parametrize("n", [1.0, 2.5])
+@pytest.mark.parametrize("gamma_share", [0.0, 0.8])
+def test_a_saturated_loop_stays_saturated(n, gamma_share):
+    """Far beyond saturation, in one step or in many small ones, the state is the saturation."""
+    path = np.r_[0.0, 1e5, 1e5 + 1e-3 * np.arange(1, 50)]
+    beta = 1.0 - 0.5 * gamma_share
+    h = hysteresis(path, BoucWen(2.0, beta, 1.0 - beta, n))
+    np.testing.assert_allclose(h[1:], h[1], rtol=0, atol=1e-12)
+    assert h[1] == pytest.approx((2.0 / 1.0) ** (1 / n), rel=1e-12)
+
+
+def test_the_first_stop_is_as_wide_as_the_law_is_there():
+    """A law that starts saturated begins at b(f) times its saturation: skew and bow are not alike, nor f the centre."""
+    skew, bow, centre, half, first = 0.3, -0.2, 1.0, 5.0, 4.0
+    x = (first - centre) / half
+    h = follow_stops(np.array([first, 4.5]), np.array([[0.9, 2.0, 0.6, 0.2, skew, bow, 1.0]]), centre, half)[0]
+    assert h[0] == pytest.approx(2.0 * math.exp(skew * x + bow * x**2), rel=1e-9)
