@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import math
 import os
 import random
 import shutil
@@ -24,6 +25,9 @@ from pathlib import Path
 
 from same_results import STUDY, compare
 
+from fem_models.rig.presets_in_space import any_preset
+from hysteresis.records.sidecar import toml
+
 NOTCHBEND = [sys.executable, "-c", "from notchbend_start import main; main()"]
 COMMANDS = {
     "simulate": ["simulate", "--preset", "du2018", "--amplitude", "2.2", "--cycles", "40", "--out", "results/loop.csv"],
@@ -34,6 +38,10 @@ COMMANDS = {
     "export": ["export", "--to", "mujoco", "--preset", "du2018", "--out", "results/du2018.xml"],
     "report": ["report", "results"],
     "run": ["run", "--out", "results"],
+    "run in space": ["run", "--preset", "zhang2026", "--amplitude", "1", "--out", "results"],
+    "workspace": ["workspace", "--preset", "zhang2026", "--amplitude", "1", "--out", "results"],
+    "compensate": ["compensate", "20N.csv", "--reference", "wanted.csv", "--out", "results/drive.csv"],
+    "compensate in space": ["compensate", "wrist.toml", "--reference", "wanted.csv", "--out", "results/drives.csv"],
 }
 """Command lines after ``notchbend``, in the folder of a trial."""
 OTHER_THREADS = {"trace": ["--threads", "1"], "study": ["--workers", "1"]}
@@ -48,6 +56,11 @@ def prepare(folder: Path, name: str) -> None:
     """Fill the folder of a trial with the inputs of its command."""
     folder.mkdir(parents=True)
     (folder / "study.toml").write_text(STUDY)
+    (folder / "wrist.toml").write_text(toml(any_preset("zhang2026").to_dict()))
+    angle = [4 * math.sin(math.tau * i / 60) for i in range(61)]
+    across = [2 * math.sin(2 * math.tau * i / 60) for i in range(61)]
+    rows = [f"{one:.6f},{other:.6f}" for one, other in zip(angle, across, strict=True)]
+    (folder / "wanted.csv").write_text("\n".join(["angle_deg,angle_2_deg", *rows]) + "\n")
     for preload in ("20", "10"):
         given = [
             "--preset",
@@ -128,7 +141,7 @@ def main() -> int:
     options = parser.parse_args()
     drawn, failed = random.Random(options.seed), 0
     for name in options.only:
-        command, top = COMMANDS[name], options.out.absolute() / name
+        command, top = COMMANDS[name], options.out.absolute() / name.replace(" ", "-")
         prepare(top / "inputs", name)
         shutil.copytree(top / "inputs", top / "peace")
         start = time.perf_counter()
