@@ -104,7 +104,8 @@ def answer_in_space(rig: RigInSpace, values: Mapping[str, float]) -> AnswerInSpa
         width = loop_width(one.record.drive, one.record.angle_deg, one.record.cycle).max_deg
         figures.append((f"Direction, {one.motion.name}", f"{round(one.plane.direction_deg, 1) + 0.0:.1f} deg from y"))
         figures.append((f"Loop width, {one.motion.name}", f"{width:.2f} deg"))
-        figures.append((f"Lost motion, {one.motion.name}", f"{lost_motion_mm(one.program, one.plane):.3f} mm"))
+        lost = lost_motion_mm(one.program, one.plane)
+        figures.append((f"Lost motion, {one.motion.name}", "none" if lost is None else f"{lost:.3f} mm"))
     figures += [
         ("Friction moves the tip by", f"{apart.max():.3f} mm"),
         ("Tension", f"{pulls.min():.1f} to {pulls.max():.1f} N"),

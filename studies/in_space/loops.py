@@ -22,6 +22,9 @@ from studies.results.wrist import WheelLoop
 _DIGITS = 9
 """Of angles that are 0 but for rounding."""
 
+ROUNDING_DEG = 1e-6
+"""Least range of a bending angle that tells a loop: the chain is solved to 1e-10 of its forces."""
+
 
 @dataclass(frozen=True)
 class PlaneOfLoop:
@@ -54,13 +57,13 @@ def facing_drive(drive_mm: Floats, bending_deg: Floats) -> PlaneOfLoop:
     return PlaneOfLoop(direction, -plane.angle_deg, plane.across_deg)
 
 
-def lost_motion_mm(program: LoadProgram, plane: PlaneOfLoop) -> float:
+def lost_motion_mm(program: LoadProgram, plane: PlaneOfLoop) -> float | None:
     """Largest width of a loop along the drive: how far the wheel goes back until the tip is where it was.
 
-    NaN where nothing bends.
+    None where nothing bends but for rounding.
     """
-    if not plane.angle_deg.any():
-        return math.nan
+    if np.ptp(plane.angle_deg) < ROUNDING_DEG:
+        return None
     return loop_width(plane.angle_deg, program.drive_mm, program.cycle).max_deg
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -86,9 +87,10 @@ def _planes(rig: RigInSpace, program: LoadProgram) -> dict[str, float]:
 def _loop(program: LoadProgram, run: SpatialSolution) -> dict[tuple[str, str], float]:
     """Measure the loop of one wheel, by name and unit, in the plane in which the tip bends most."""
     plane = plane_of_loop(run.bending_deg)
+    lost = lost_motion_mm(program, plane)
     return {
         ("full_scale_angle", "deg"): float(np.abs(plane.angle_deg).max()),
         ("loop_width", "deg"): loop_width(program.drive_mm, plane.angle_deg, program.cycle).max_deg,
-        ("lost_motion", "mm"): lost_motion_mm(program, plane),
+        ("lost_motion", "mm"): math.nan if lost is None else lost,
         ("across", "deg"): plane.across_deg,
     }

@@ -50,8 +50,8 @@ class WheelLoop(RunLoop):
     ``moves`` says what moves, and ``unit`` has the drives of all wheels for 1 mm of the loop's: three wheels or four
     move together, towards y and towards z. ``one_way`` is a wheel with one tendon, from rest to the amplitude.
     Angles of the loop are in the plane in which the tip bends most, ``direction_deg`` from y towards z; ``across_deg``
-    is the largest bending out of it. ``lost_motion_mm`` is the largest width of the loop along the drive. Strains are
-    those of the weak bending of the notches.
+    is the largest bending out of it. ``lost_motion_mm`` is the largest width of the loop along the drive, None
+    where nothing bends. Strains are those of the weak bending of the notches.
     """
 
     moves: str
@@ -59,7 +59,7 @@ class WheelLoop(RunLoop):
     one_way: bool
     direction_deg: float
     across_deg: float
-    lost_motion_mm: float
+    lost_motion_mm: float | None
     largest_torsion_deg: float
     least_tension_N: float
     largest_tension_N: float

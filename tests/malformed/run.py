@@ -22,9 +22,10 @@ from hysteresis.records.path import require_reversal
 from hysteresis.records.record import Record
 from malformed.samples import Reader
 from malformed.spoil import spoil
-from studies.commands import separation
+from studies.commands import separation, tracing
 from studies.commands.cli import call
 from studies.sweep import StudyError
+from validation.tracing.baseline.in_space import space_problem
 
 MOST_S = 5.0
 """Most computing time of a command."""
@@ -57,8 +58,7 @@ class Tried:
 
 def try_all(readers: list[Reader], count: int, seed: int, work: Path) -> Iterator[Tried]:
     """Spoil ``count`` files, one at a time, over all readers in turn; each comes from a generator of its own."""
-    read_only = (patch.dict(studies.sweep.__dict__, {"run_study": _taken}), patch.object(separation, *_READ_ONLY))
-    with read_only[0], read_only[1]:
+    with _read_only():
         for i in range(count):
             rng = random.Random(f"{seed}-{i}")
             reader = readers[i % len(readers)]
@@ -72,7 +72,7 @@ def try_all(readers: list[Reader], count: int, seed: int, work: Path) -> Iterato
 
 def try_good(readers: list[Reader], work: Path) -> list[Tried]:
     """Read the files as they are: all are taken, and what is compiled at first use is compiled."""
-    with patch.dict(studies.sweep.__dict__, {"run_study": _taken}), patch.object(separation, *_READ_ONLY):
+    with _read_only():
         tried = []
         for reader in readers:
             at = work / f"good-{reader.name}"
@@ -92,7 +92,20 @@ def _read(records: Sequence[Record], **_: object) -> None:
     raise StudyError(TAKEN)
 
 
-_READ_ONLY = ("separate_records", _read)
+def _read_in_space(records: Sequence[Record], **_: object) -> None:
+    space_problem(records)
+    raise StudyError(TAKEN)
+
+
+@contextmanager
+def _read_only() -> Iterator[None]:
+    """Files are read and checked, and nothing long is computed."""
+    with (
+        patch.dict(studies.sweep.__dict__, {"run_study": _taken}),
+        patch.object(separation, "separate_records", _read),
+        patch.object(tracing, "trace_records", _read_in_space),
+    ):
+        yield
 
 
 def _tried(reader: Reader, name: str, way: str, at: Path, most_s: float = MOST_S) -> Tried:

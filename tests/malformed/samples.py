@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from fem_models.load import triangle
 from fem_models.rig import preset
 from hysteresis import identify
 from hysteresis.fitting.settings import IdentifySettings
+from studies.commands.cli import call
 from studies.commands.identification import write_fit
 from studies.results.manifest import KEY, digests
 
@@ -85,6 +87,58 @@ peak_strain_percent = "min"
 [pareto.limits]
 tension_max_N = { max = 40.0 }
 """
+WRIST = """name = "wrist"
+preload_N = 5.0
+[tube]
+outer_diameter_mm = 3.5
+inner_diameter_mm = 2.74
+[notch]
+shape = "rectangular_pair"
+count = 4
+depth_mm = 1.6
+width_mm = 0.6
+spacing_mm = 0.4
+turn_deg = [0, 90, 0, 90]
+[material]
+youngs_modulus_GPa = 60.0
+[tendon]
+EA_N = 5000.0
+moment_arm_mm = 1.5
+free_length_mm = 200.0
+[tendons]
+angles_deg = [0, 180, 90, 270]
+wheels = [1, 1, 2, 2]
+[wheel]
+radius_mm = 10.0
+[friction]
+capstan_coefficient = 0.1
+[tip_load]
+force_N = [0.0, 0.01, 0.02]
+[gravity]
+ring_mass_g = 0.1
+direction = [0, -1, 0]
+[tip_mass]
+mass_g = 2
+direction = [0, -1, 0]
+"""
+SIDECAR_IN_SPACE = """schema = 1
+title = "two planes"
+[columns]
+drive = "drive_mm"
+drive_2 = "drive_2_mm"
+angle = "angle_deg"
+angle_2 = "angle_2_deg"
+torsion = "torsion_deg"
+tension_a = "a_N"
+tension_b = "b_N"
+tension_c = "c_N"
+tension_d = "d_N"
+tip = ["x_mm", "y_mm", "z_mm"]
+time = "time_s"
+[rig]
+file = "wrist.toml"
+preload_N = 5.0
+"""
 
 
 @dataclass(frozen=True)
@@ -99,9 +153,10 @@ class Reader:
 
 def readers(folder: Path, *, stored: bool = True) -> list[Reader]:
     """Make the good files, and give every reader of them; without ``stored`` only those of what a user writes."""
-    records, fits, study = (folder / name for name in ("records", "fits", "study"))
-    for one in (records, fits, study):
+    records, fits, study, space = (folder / name for name in ("records", "fits", "study", "space"))
+    for one in (records, fits, study, space):
         one.mkdir(parents=True)
+    _in_space(space)
     _records(records)
     _fits(fits)
     _records(study)
@@ -120,12 +175,51 @@ def readers(folder: Path, *, stored: bool = True) -> list[Reader]:
         Reader("fit and reference", fits, ("identify.json", "reference.csv"),
                lambda at: ["compensate", str(at / "identify.json"), "--reference", str(at / "reference.csv"),
                            "--out", str(at / "drive.csv"), "--quiet"]),
+        Reader("rig in space", space, ("wrist.toml",),
+               lambda at: [*simulate, str(at / "x.csv"), "--rig", str(at / "wrist.toml"), "--amplitude", "0.1"]),
+        *(Reader(f"{name} in space", space, (file,), partial(_program, simulate, file))
+          for name, file in (("program", "program.csv"), ("tensions", "tensions.csv"))),
+        Reader("record in space", space, ("loop.csv", "loop.toml", "wrist.toml"),
+               lambda at: ["trace", str(at / "loop.csv"), "--out", str(at / out), "--quiet"]),
     ]  # fmt: skip
     return [*own, *_stored(folder)] if stored else own
 
 
+def _program(simulate: list[str], file: str, at: Path) -> list[str]:
+    return [*simulate, str(at / "x.csv"), "--rig", str(at / "wrist.toml"), "--program", str(at / file)]
+
+
+def _in_space(folder: Path) -> None:
+    (folder / "wrist.toml").write_text(WRIST)
+    (folder / "program.csv").write_text("time_s,drive_1_mm,drive_2_mm\n0,0,0\n1,0.1,0\n2,0.1,-0.1\n3,-0.1,0\n")
+    (folder / "tensions.csv").write_text("tension_1_N,tension_2_N,tension_3_N,tension_4_N\n5,5,5,5\n6,5,5,5\n5,5,6,4\n")
+    (folder / "loop.toml").write_text(SIDECAR_IN_SPACE)
+    columns = [
+        "time_s",
+        "drive_mm",
+        "drive_2_mm",
+        "angle_deg",
+        "angle_2_deg",
+        "torsion_deg",
+        "a_N",
+        "b_N",
+        "c_N",
+        "d_N",
+    ]
+    rows = []
+    for i in range(49):
+        x = 0.1 * (abs(((i + 12) / 12) % 4 - 2) - 1)
+        values = [0.1 * i, x, 0, 20 * x, 0.5 * x, 0.1 * x, 5 - 20 * x, 5 + 20 * x, 5, 5, 4 - x * x, x, 0.1 * x]
+        rows.append(",".join(f"{value:.5f}" for value in values))
+    (folder / "loop.csv").write_text("\n".join([",".join([*columns, "x_mm", "y_mm", "z_mm"]), *rows]) + "\n")
+
+
 def _stored(folder: Path) -> list[Reader]:
-    run, trace, study = (folder / name for name in ("run", "trace", "results"))
+    run, trace, study, space = (folder / name for name in ("run", "trace", "results", "wrist"))
+    done = call(
+        ["run", "--rig", str(folder / "space" / "wrist.toml"), "--amplitude", "0.1", "--out", str(space), "--quiet"]
+    )
+    assert done == 0
     for one in (run, trace, study):
         one.mkdir()
     write_run(run)
@@ -135,7 +229,7 @@ def _stored(folder: Path) -> list[Reader]:
     zarr.open_group(store, mode="r+").attrs[KEY] = json.dumps(digests(store))
     return [
         Reader(f"stored {name}", at, _files(at), _report)
-        for name, at in (("run", run), ("trace", trace), ("study", study))
+        for name, at in (("run", run), ("trace", trace), ("study", study), ("wrist", space))
     ]
 
 

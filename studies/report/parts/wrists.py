@@ -170,7 +170,8 @@ def wrist_verdicts(section: WristSection) -> list[Verdict]:
 
 
 def _each(loops: Sequence[WheelLoop], name: str) -> str:
-    return " / ".join(significant(getattr(loop, name)) for loop in loops)
+    values = [getattr(loop, name) for loop in loops]
+    return " / ".join("none" if value is None else significant(value) for value in values)
 
 
 def _names(loops: Sequence[WheelLoop]) -> str:

@@ -242,3 +242,13 @@ def test_what_has_no_equilibrium_beside_the_loops_is_a_note(tmp_path, monkeypatc
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("no equilibrium here") == 3
     assert 'id="path"' not in page
+
+
+def test_a_wrist_that_does_not_bend_has_no_lost_motion(tmp_path):
+    """A tube of 359.9 mm bends by 1e-8 deg: widths along the drive are those of rounding."""
+    rig = rig_file(tmp_path / "stiff.toml", tube={"outer_diameter_mm": 359.9, "inner_diameter_mm": 2.74})
+    out = tmp_path / "out"
+    assert call(["run", "--rig", str(rig), "--amplitude", "0.2", "--out", str(out), "--quiet"]) == 0
+    assert [loop.lost_motion_mm for loop in read_wrist(out).loops] == [None, None]
+    assert "NaN" not in (out / "wrist.json").read_text()
+    assert call(["report", str(out), "--quiet"]) == 0
