@@ -215,12 +215,30 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
             part.unlink(missing_ok=True)
 
 
+@contextmanager
+def folder_beside(path: Path) -> Iterator[Path]:
+    """Make a hidden folder beside a file, for programs that write the file in parts, and remove it afterwards.
+
+    A process that is killed leaves it: the next one that writes the file removes it.
+    """
+    _remove_staged(path)
+    folder = path.with_name(f".{path.name}.{os.getpid()}.part")
+    folder.mkdir()
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 def _remove_staged(path: Path) -> None:
     """Remove what a process that is gone staged for a file."""
     for staged in path.parent.glob(f".{glob.escape(path.name)}.*"):
         number, _, kind = staged.name[len(path.name) + 2 :].partition(".")
         if kind in ("part", "old") and number.isdecimal() and not _runs(int(number)):
-            staged.unlink(missing_ok=True)
+            if staged.is_dir():
+                shutil.rmtree(staged, ignore_errors=True)
+            else:
+                staged.unlink(missing_ok=True)
 
 
 def _runs(process: int) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -22,6 +21,7 @@ from fem_models.solid.strain import equivalent, nodal_strain, principal
 from fem_models.view.manipulator import PURPOSE, SceneError
 from hysteresis.arrays import Floats
 from hysteresis.extras import require_extra
+from hysteresis.files import folder_beside
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -115,8 +115,8 @@ def draw_mesh(mesh: meshio.Mesh, path: Path, *, limit: float, window: tuple[int,
 def _staged(path: Path) -> Iterator[Path]:
     """Yield a file in a folder beside ``path``, and move it there when the block ends without an error."""
     try:
-        with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as folder:
-            half = Path(folder) / path.name
+        with folder_beside(path) as folder:
+            half = folder / path.name
             yield half
             half.replace(path)
     except OSError as error:

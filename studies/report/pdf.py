@@ -7,9 +7,9 @@ import os
 import re
 import shutil
 import subprocess
-import tempfile
 from pathlib import Path
 
+from hysteresis.files import folder_beside
 from hysteresis.own import marked_pdf
 from studies.engines import MissingError
 
@@ -42,8 +42,8 @@ def write_pdf(page: Path) -> Path:
     """
     target, program = page.with_suffix(".pdf"), browser()
     try:
-        with tempfile.TemporaryDirectory(prefix=".pdf-", dir=page.parent, ignore_cleanup_errors=True) as folder:
-            part, still = Path(folder).resolve() / "report.pdf", Path(folder) / "still.html"
+        with folder_beside(target) as folder:  # a Chromium in a container sees the page's folder, and no other
+            part, still = folder.resolve() / "report.pdf", folder / "still.html"
             # only still images are printed: without scripts it is a few seconds faster
             still.write_text(_SCRIPT.sub("", page.read_text(encoding="utf-8")), encoding="utf-8")
             if program is not None:

@@ -1,11 +1,14 @@
 """Rules of files, folds, intervals and kernels on the smallest cases that show them."""
 
 import math
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
-from hysteresis.files import write_files
+from hysteresis.files import folder_beside, write_files
 from hysteresis.fitting.uncertainty import Parameter, Reader
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.laws.stops import follow_stops
@@ -18,6 +21,25 @@ def test_folders_of_a_file_are_made_with_those_above(tmp_path):
     assert path.read_text() == "d"
     write_files({path: "e"})
     assert path.read_text() == "e"
+
+
+def test_a_folder_of_parts_is_removed_by_the_next_process_where_its_own_was_killed(tmp_path):
+    path = tmp_path / "report.pdf"
+    script = (
+        "import os, signal, sys\nfrom pathlib import Path\nfrom hysteresis.files import folder_beside\n"
+        "with folder_beside(Path(sys.argv[1])) as folder:\n"
+        "    (folder / 'half').write_text('x')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script, str(path)], check=False)
+    assert done.returncode == -signal.SIGKILL
+    (left,) = tmp_path.iterdir()
+    assert left.name == f".report.pdf.{left.name.split('.')[3]}.part"
+    with folder_beside(path) as folder:
+        assert list(tmp_path.iterdir()) == [folder]
+    assert list(tmp_path.iterdir()) == []
+    left.mkdir()
+    write_files({path: "whole"})
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_the_direction_of_a_branch_of_two_samples():
