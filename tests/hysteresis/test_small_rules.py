@@ -13,6 +13,8 @@ from hysteresis.fitting.uncertainty import Parameter, Reader
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.laws.stops import follow_stops
 from hysteresis.records.folds import _block_masks
+from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record_file import read_records, read_whole_records, write_record
 
 
 def test_folders_of_a_file_are_made_with_those_above(tmp_path):
@@ -40,6 +42,20 @@ def test_a_folder_of_parts_is_removed_by_the_next_process_where_its_own_was_kill
     left.mkdir()
     write_files({path: "whole"})
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_records_of_one_plane_are_given_once_and_move_one_wheel(tmp_path):
+    """A second wheel that moves is refused where a model of one plane reads the record."""
+    drive = np.array([0.0, 1.0, 0.0, -1.0, 0.0])
+    still, moves = (Record(drive, 10 * drive, angle_2_deg=drive, drive_2=part * drive) for part in (0.0, 0.5))
+    for name, one in (("still", still), ("moves", moves)):
+        write_record(one, tmp_path / f"{name}.csv")
+    assert len(read_records([tmp_path / "still.csv"])) == 1
+    with pytest.raises(RecordError, match=r"moves\.csv"):
+        read_records([tmp_path / "still.csv", tmp_path / "moves.csv"])
+    assert len(read_whole_records([tmp_path / "still.csv", tmp_path / "moves.csv"])) == 2
+    with pytest.raises(RecordError, match=r"still\.csv: given twice"):
+        read_whole_records([tmp_path / "still.csv", tmp_path / "moves.csv", tmp_path / "." / "still.csv"])
 
 
 def test_the_direction_of_a_branch_of_two_samples():

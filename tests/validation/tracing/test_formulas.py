@@ -13,6 +13,7 @@ from fem_models.rig.checks import SolverError
 from hysteresis.records.record import Record
 from validation.tracing.fitting.criterion import independent_samples, lag_one_correlation
 from validation.tracing.fitting.dependence import _portmanteau
+from validation.tracing.fitting.evidence import is_beyond_chance
 from validation.tracing.fitting.folds import _draws, folds_of
 from validation.tracing.fitting.holdout import Holdout, Protocol, _most_covered, divide_records
 from validation.tracing.fitting.least_squares import _Evaluations, differentiate
@@ -23,8 +24,8 @@ from validation.tracing.fitting.noise import (
     estimate_noise_floor,
 )
 from validation.tracing.prepared import PreparedRecord, prepared
-from validation.tracing.search.by_folds import _fits_best, either_sign
-from validation.tracing.settings import INFEASIBLE_DEG
+from validation.tracing.search.by_folds import _fits_best, _named, either_sign
+from validation.tracing.settings import FAR_BEYOND_CHANCE, INFEASIBLE_DEG
 
 BRANCH = 60
 
@@ -144,10 +145,36 @@ def test_a_new_rate_counts_as_much_as_a_new_preload():
     assert _most_covered([Protocol(20, 2, 0.1), Protocol(10, 2, 0.1), Protocol(5, 1, 1.0), Protocol(5, 2, 2.0)]) == 2
 
 
+def test_of_protocols_that_differ_in_amplitude_only_the_smallest_is_held_out_and_the_last_of_equals():
+    def of(*amplitudes: float) -> int:
+        return _most_covered([Protocol(20, one, 0.1) for one in amplitudes])
+
+    assert [of(2, 2, 1), of(1, 2, 3), of(3, 2, 1), of(2, 1, 1), of(1, 1, 1)] == [2, 0, 2, 2, 2]
+    unknown = [Protocol(np.nan, one, np.nan) for one in (2.0, 1.0, 3.0)]
+    assert _most_covered(unknown) == 1
+
+
 def test_an_effect_is_tried_beside_the_baseline_with_the_lowest_error():
     near, far = SimpleNamespace(mean_square=0.1), SimpleNamespace(mean_square=0.3)
     assert _fits_best([far, near]) is near
     assert _fits_best([near, far]) is near
+
+
+@pytest.mark.parametrize(("ratio", "folds", "named"), [(0.89, 3, True), (0.91, 3, False), (0.89, 2, False)])
+def test_folds_name_an_effect_that_takes_a_tenth_of_the_error_where_most_of_them_choose_it(ratio, folds, named):
+    """The rms of what is held out falls to the ratio; so many of four folds choose the effect."""
+    old = [np.resize([1.0, -1.0], 200)]
+    new = [ratio * old[0]]
+    plain, effect = (SimpleNamespace(names=names) for names in ((), ("drag",)))
+    fits = SimpleNamespace(
+        chosen=lambda models: [effect] * folds + [plain] * (4 - folds),
+        heldout=lambda chosen: old if chosen == "before" else new,
+        best=lambda front: front[0], everywhere=lambda one: new,
+    )  # fmt: skip
+    step = _named(fits, plain, "before", [plain], [effect])
+    assert (step is not None) is named
+    if step is not None:
+        assert (step.fitted, step.alike) == (effect, ())
 
 
 def test_starts_are_mirrored_where_the_bounds_allow_both_signs():
@@ -165,6 +192,27 @@ def test_the_first_branch_tells_the_noise_too():
     floor = estimate_noise_floor([one], [(-1.0) ** np.arange(one.kept.size)])
     assert floor.local_known
     assert floor.local_deg == pytest.approx(1.4826 * 8.0 / np.sqrt(20), rel=1e-12)
+
+
+def test_noise_is_at_least_a_part_of_the_angle_s_range_that_no_sensor_resolves():
+    """A residual of 0 on an angle of 2,000 deg: 1e-5 of that, or the error of its digits, or of the drive's steps."""
+    for digits, steps in ((0.0, 0.0), (0.5, 0.0), (0.0, 0.7)):
+        one = SimpleNamespace(
+            rounding_deg=digits, drive_step_deg=steps, branches=[slice(0, 20)], cycles_repeat=False,
+            record=SimpleNamespace(angle_deg=np.array([-500.0, 1500.0])),
+        )  # fmt: skip
+        found = estimate_noise_floor([one], [np.zeros(20)])
+        assert found.local_deg == pytest.approx(max(0.02, digits, steps), rel=1e-12)
+
+
+def test_a_baseline_that_absorbs_effects_lacks_one_that_gains_far_more_than_chance():
+    cases = [(1.01, True, ("play",), True), (0.99, True, ("play",), False), (9.0, False, ("play",), False)]
+    for margin, absorbs, names, expected in [*cases, (9.0, True, (), False)]:
+        after = SimpleNamespace(
+            train_bic=lambda samples, m=margin: 50.0 - m * FAR_BEYOND_CHANCE, train_samples=9.0, names=names
+        )
+        before = SimpleNamespace(train_bic=lambda samples: 50.0)
+        assert is_beyond_chance(before, after, SimpleNamespace(absorbs_effects=absorbs)) is expected
 
 
 def test_a_bootstrap_draws_every_block_alike():

@@ -226,12 +226,13 @@ def test_what_the_residual_depends_on_is_said_where_it_is_above_the_noise(monkey
     assert (trace.verdict, trace.words) == (expected, words)
 
 
-def selected(monkeypatch, said: str, *, only_loads: bool = False, repeats: float = 0.5):
+def selected(monkeypatch, said: str, *, only_loads: bool = False, repeats: float = 0.5, senseless: str = ""):
     """Judge a selection whose verdict is given; return the trace, and the model whose noise was asked for."""
     seen = []
     monkeypatch.setattr(verdict, "_verdict", lambda *given: (said, []))
     monkeypatch.setattr(verdict, "_is_noise", lambda policy, baseline, named, floor: seen.append(named))
-    monkeypatch.setattr(verdict, "implausible", lambda fit: ())
+    beyond = (senseless,) if senseless else ()
+    monkeypatch.setattr(verdict, "implausible", lambda fit: beyond if fit.names == ("gravity",) else ())
     monkeypatch.setattr(verdict, "remarks", lambda fit: [])
     monkeypatch.setattr(verdict, "repeatability_deg", lambda records, residuals: repeats)
     baseline, best = fitted(1.0), fitted(0.2, names=("gravity",), bic=-50.0)
@@ -272,3 +273,14 @@ def test_noise_of_a_sensor_raises_the_floor_that_shows_it(monkeypatch, repeats):
     assert floor.by_repeats
     assert (floor.local_deg, floor.repeats_deg) == ((0.9, None) if repeats is None else (0.1, 0.9))
     assert words[0].endswith(f"{'correlated noise of the sensor' if repeats is None else 'the next'}, 0.9 deg")
+
+
+@pytest.mark.parametrize(("others", "expected"), [((), "unexplained"), (("drag",), "effect")])
+def test_a_constant_beyond_sense_is_not_named_but_the_best_that_makes_sense(monkeypatch, others, expected):
+    good = [fitted(0.2, names=(name,), bic=-45.0) for name in others]
+    monkeypatch.setattr(verdict, "_as_good", lambda *given: good)
+    monkeypatch.setattr(verdict, "_confusable", lambda *given: ())
+    trace, _, _, _ = selected(monkeypatch, "effect", senseless="a mass of 9 kg")
+    assert trace.verdict == expected
+    assert trace.words[0] == "gravity would explain the residual, but a mass of 9 kg"
+    assert trace.augmented.names == others

@@ -136,11 +136,8 @@ def _most_covered(protocols: Sequence[Protocol]) -> int:
         others = [getattr(p, name) for j, p in enumerate(protocols) if j != i]
         return int(not any(_same(own, other) for other in others))
 
-    def cost(i: int) -> tuple[int, int, float, int]:
-        uncovered = 2 * is_new(i, "preload_N") + 2 * is_new(i, "rate_Hz")
-        largest = int(protocols[i].amplitude >= max(p.amplitude for p in protocols) * (1 - SAME_PROTOCOL))
-        alone = sum(_same(protocols[i].amplitude, p.amplitude) for p in protocols) == 1
-        return (uncovered, int(largest and alone), protocols[i].amplitude, -i)
+    def cost(i: int) -> tuple[int, float, int]:
+        return is_new(i, "preload_N") + is_new(i, "rate_Hz"), protocols[i].amplitude, -i
 
     return min(range(len(protocols)), key=cost)
 
