@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from hysteresis.files import folder_beside, write_files
-from hysteresis.fitting.uncertainty import Parameter, Reader
+from hysteresis.fitting.uncertainty import Parameter, Reader, _Blocks
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.laws.stops import follow_stops
+from hysteresis.records.backbone import backbone_of, is_thin
 from hysteresis.records.folds import _block_masks
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_records, read_whole_records, write_record
@@ -98,3 +99,34 @@ def test_the_first_stop_is_as_wide_as_the_law_is_there():
     x = (first - centre) / half
     h = follow_stops(np.array([first, 4.5]), np.array([[0.9, 2.0, 0.6, 0.2, skew, bow, 1.0]]), centre, half)[0]
     assert h[0] == pytest.approx(2.0 * math.exp(skew * x + bow * x**2), rel=1e-9)
+
+
+def test_steps_of_a_bootstrap_of_a_mean_scatter_as_its_standard_error():
+    """A model of one constant, the scale of its column being 3: blocks of equal length, errors that add up to 0.
+
+    A draw of k blocks moves the constant by the mean of what it drew: its variance is that of the block means over k.
+    The weight (1 - 1/k)^-1/2 of a block's residual makes it unbiased.
+    """
+    k, length, slope = 40, 25, 3.0
+    means = np.random.default_rng(2).normal(0, 0.7, k)
+    means -= means.mean()
+    column = np.full((length, 1), slope)
+    blocks = _Blocks.of([column] * k, [np.full(length, slope * mean) for mean in means])
+    steps = blocks.steps(np.random.default_rng(3))[:, 0]
+    expected = means.std() / np.sqrt(k) * (1 - 1 / k) ** -0.5
+    assert steps.mean() == pytest.approx(0.0, abs=4 * expected / np.sqrt(steps.size))
+    assert steps.std() == pytest.approx(expected, rel=4 / np.sqrt(2 * steps.size))
+
+
+def test_a_loop_is_thin_below_a_part_of_the_angle_s_range():
+    """A parallelogram 20 deg high around the line 10 x: thin where the loop is narrower than 3 deg."""
+    drive = np.concatenate([np.linspace(-1, 1, 201), np.linspace(1, -1, 201)[1:]] * 2)
+    way = np.sign(np.gradient(drive))
+    for half, thin in ((1.3, True), (1.8, False)):
+        record = Record(drive, 10.0 * drive - half * way * (np.abs(drive) < 0.99))
+        middle = backbone_of(record)
+        assert middle is not None
+        inner = np.abs(drive) < 0.9
+        np.testing.assert_allclose(middle[inner], 10.0 * drive[inner], atol=0.02)
+        assert is_thin(record, middle) is thin
+    assert backbone_of(Record(np.zeros(5), np.arange(5.0))) is None
