@@ -24,6 +24,7 @@ FILES = (
     "studies/__init__.py",
     "studies/engines.py",
     "studies/in_space/__init__.py",
+    "studies/in_space/plane.py",
     "studies/in_space/quantities.py",
     "studies/sweep/__init__.py",
     "studies/sweep/cases.py",
