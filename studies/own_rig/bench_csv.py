@@ -12,6 +12,7 @@ import numpy as np
 
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError, read_text
+from hysteresis.records.record import DriveUnit
 
 DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "space"}
 COMMENTS = ("#", "%", "//")
@@ -20,11 +21,22 @@ _WORDS = {
     "drive": r"drive|displacement|tendon|pull|wheel|motor|stroke|stage|actuator",
     "angle": r"angle|theta|bend|tip_deg|cam",
     "time": r"time|^t$|^t[ _(\[]|stamp|seconds",
-    "cycle": r"cycle|^lap$",
+    "cycle": r"cycle|^lap$|^trial$",
+    "force": r"tension|force",
 }
 """What the names of columns have in them, by key of the sidecar."""
-_NOT = {"drive": r"tension|force|_n$|time", "angle": r"time", "time": r"tendon", "cycle": r"time"}
-_OTHER_UNITS = {"angle": r"rad(\b|_|$)", "time": r"(^|[^a-z])ms(\b|_|$)"}
+_NOT = {
+    "drive": r"tension|force|_n$|time|^drive_[2-4]_",
+    "angle": r"time|^angle_2_",
+    "time": r"tendon",
+    "cycle": r"time",
+    "force": r"time",
+}
+_OTHER_UNITS = {
+    "angle": r"rad(\b|_|$)",
+    "time": r"(^|[^a-z])ms(\b|_|$)",
+    "force": r"(^|[^a-z])(g|gf|kg|kgf|mn|kn|lbf?)(\b|_|$)",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,14 +109,16 @@ def read_bench_csv(path: Path) -> BenchTable:
 
 
 def guess_column(table: BenchTable, key: str) -> str | None:
-    """Find the one column whose name says that it is the drive, the angle, the time or the cycle; None if none does.
+    """Find the one column whose name says that it is the drive, angle, time, cycle or force; None if none does.
 
     Raises
     ------
     RecordError
         Several columns that it could be, or one with another unit than the record's.
     """
-    exact = {"drive": "drive_mm", "angle": "angle_deg", "time": "time_s", "cycle": "cycle"}[key]
+    exact = {"drive": "drive_mm", "angle": "angle_deg", "time": "time_s", "cycle": "cycle", "force": "tendon_force_N"}[
+        key
+    ]
     if exact in table.columns:
         return exact
     found = [
@@ -115,18 +129,20 @@ def guess_column(table: BenchTable, key: str) -> str | None:
     if len(found) > 1:
         raise RecordError(
             f"{table.path}: columns {', '.join(map(repr, found))}: any of them may be the {key}: "
-            f"expected --{key}-column NAME"
+            f"expected --{'drive' if key == 'force' else key}-column NAME"
         )
     if found and key in _OTHER_UNITS and re.search(_OTHER_UNITS[key], found[0].lower()):
-        unit = {"angle": "degrees", "time": "seconds"}[key]
+        unit = {"angle": "degrees", "time": "seconds", "force": "newtons"}[key]
         raise RecordError(f"{table.path}: column {found[0]!r}: expected {unit}; convert it, or name another column")
     return found[0] if found else None
 
 
-def drive_unit_of(name: str) -> str:
-    """Give the unit that the name of a drive column ends in: mm, deg or step; mm if it says none."""
-    lower = re.sub(r"[^a-z]+", " ", name.lower()).split()
-    return "deg" if "deg" in lower else "step" if {"step", "steps"} & set(lower) else "mm"
+def drive_unit_of(name: str) -> DriveUnit:
+    """Give the unit that the name of a drive column says: mm, deg, step, or N of a force; mm if it says none."""
+    words = re.sub(r"[^a-z]+", " ", name.lower()).split()
+    if words[-1:] in (["n"], ["newton"], ["newtons"]) or {"force", "tension"} & set(words):
+        return "N"
+    return "deg" if "deg" in words else "step" if {"step", "steps"} & set(words) else "mm"
 
 
 def _delimiter(lines: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from fem_models.rig import RigError
+from fem_models.rig import Rig, RigError
 from studies.commands.options import Common, RigChoice
 from studies.own_rig.new_record import RecordRig, lines, new_record
 
@@ -18,7 +18,10 @@ class ColumnChoice:
     """Columns of a CSV that are not found by their names."""
 
     drive_column: Annotated[
-        str | None, typer.Option("--drive-column", help="Column of the drive; by default found by its name.")
+        str | None,
+        typer.Option(
+            "--drive-column", help="Column of the drive, or of the tendon's force; by default found by its name."
+        ),
     ] = None
     angle_column: Annotated[
         str | None, typer.Option("--angle-column", help="Column of the angle, deg; by default found by its name.")
@@ -50,7 +53,7 @@ def record_new(
     rig: RecordRigChoice,
     columns: ColumnChoice,
     drive_unit: Annotated[
-        Literal["mm", "deg", "step"] | None,
+        Literal["mm", "deg", "step", "N"] | None,
         typer.Option("--drive-unit", help="Unit of the drive; by default what the name of its column says, else mm."),
     ] = None,
     title: Annotated[
@@ -86,6 +89,8 @@ def _rig_of(choice: RigChoice) -> RecordRig:
         if choice.preload is not None and not choice.preload > 0:
             raise RigError(f"--preload {choice.preload:g}: expected above 0")
         return RecordRig({} if choice.preload is None else {"preload_N": choice.preload}, None)
-    rig = choice.read()
+    any_rig = choice.read_any()
+    rig = any_rig if isinstance(any_rig, Rig) else None  # the analytic model of one plane says what the angle would be
+    preload_N = any_rig.preload_N if isinstance(any_rig, Rig) else any_rig.rig.preload_N
     source: dict[str, Any] = {"preset": choice.preset} if choice.rig is None else {"file": str(choice.rig.absolute())}
-    return RecordRig(source | ({"preload_N": rig.preload_N} if rig.preload_N > 0 else {}), rig)
+    return RecordRig(source | ({"preload_N": preload_N} if preload_N > 0 else {}), rig)

@@ -19,19 +19,19 @@ from hysteresis.files import RecordError, write_files
 from hysteresis.plain import optional
 from hysteresis.records.metrics import loop_width, noise_floor
 from hysteresis.records.path import cycle_index, cycle_slices, require_reversal
-from hysteresis.records.record import FIELDS, Record
+from hysteresis.records.record import DriveUnit, Record
 from hysteresis.records.record_file import check_target, read_record, write_record
 from hysteresis.records.sidecar import toml
-from studies.own_rig.bench_csv import DELIMITERS, BenchTable, drive_unit_of, guess_column, read_bench_csv
+from studies.own_rig.bench_csv import DELIMITERS, BenchTable, drive_unit_of, read_bench_csv
+from studies.own_rig.columns import BenchColumns, columns_of, unused, values_of
 
-KEYS = ("drive", "angle", "time", "cycle")
 _WHOLE = 0.9  # of the drive's range: a cycle that covers less is not counted
 _ALIKE = 1.6  # factor between the measured range of the angle and that of the rig, above which it is said
 
 
 @dataclass(frozen=True)
 class RecordRig:
-    """The rig of a record: the ``[rig]`` table of its sidecar, and the rig at the preload of the record."""
+    """The rig of a record: the ``[rig]`` table of its sidecar, and the planar rig at the preload of the record."""
 
     table: Mapping[str, Any]
     rig: Rig | None
@@ -47,7 +47,8 @@ class NewRecord:
     schema: int = 1
     record: str
     sidecar: str
-    columns: Mapping[str, str]
+    columns: Mapping[str, str | list[str]]
+    unused_columns: tuple[str, ...] = ()
     delimiter: str
     comment_lines: int
     decimal_comma: bool
@@ -70,7 +71,7 @@ def new_record(
     rig: RecordRig,
     *,
     columns: Mapping[str, str | None],
-    drive_unit: str | None = None,
+    drive_unit: DriveUnit | None = None,
     title: str | None = None,
     out: Path | None = None,
 ) -> NewRecord:
@@ -79,9 +80,10 @@ def new_record(
     Parameters
     ----------
     columns
-        Column of the CSV by key of the sidecar (:data:`KEYS`); None is found by its name.
+        Column of the CSV of drive, angle, time and cycle; None is found by its name. All other channels are found by
+        their names (:func:`studies.own_rig.columns.columns_of`).
     drive_unit
-        mm, deg or step; by default what the name of the column says.
+        mm, deg, step, or N of a tendon force; by default what the name of the column says.
     out
         The copy; needed where the CSV has other delimiters than commas, comment lines or decimal commas.
 
@@ -98,28 +100,17 @@ def new_record(
     table = read_bench_csv(path)
     if out is None and not table.plain:
         raise RecordError(f"{path}: {_way_of_writing(table)}: {_way_out(path)}")
-    known = _columns(table, columns)
-    unit = drive_unit or drive_unit_of(known["drive"])
-    values: dict[str, Any] = {FIELDS[key]: table.numbers(name) for key, name in known.items()}
-    record = Record(**values, drive_unit=unit, title=title or target.stem, rig=rig.table, source=str(path))  # type: ignore[arg-type]
-    require_reversal(record)
+    known = columns_of(table, columns, drive_unit)
+    drive = known["force" if "force" in known else "drive"]
+    assert isinstance(drive, str)
+    unit = drive_unit or drive_unit_of(drive)
+    values: dict[str, Any] = dict(values_of(table, known))
+    record = Record(**values, drive_unit=unit, title=title or target.stem, rig=rig.table, source=str(path))
+    if unit != "N":  # trials that only load are a record, too
+        require_reversal(record)
     found = _understood(record, table, known, rig)
     _write(record, known, target, copied=out is not None)
     return replace(found, record=str(target), sidecar=str(target.with_suffix(".toml")))
-
-
-def _columns(table: BenchTable, given: Mapping[str, str | None]) -> dict[str, str]:
-    known = dict[str, str]()
-    for key in KEYS:
-        name = given.get(key) or guess_column(table, key)
-        if name is None and key in ("drive", "angle"):
-            raise RecordError(
-                f"{table.path}: no column is named as the {key}: the columns are {', '.join(table.columns)}: "
-                f"expected --{key}-column NAME"
-            )
-        if name is not None and (given.get(key) or name not in known.values()):
-            known[key] = name
-    return known
 
 
 def _way_of_writing(table: BenchTable) -> str:
@@ -135,7 +126,7 @@ def _way_out(path: Path) -> str:
     return f"expected --out {name}, which writes a copy with commas and its sidecar; {path.name} is left as it is"
 
 
-def _write(record: Record, known: Mapping[str, str], target: Path, *, copied: bool) -> None:
+def _write(record: Record, known: BenchColumns, target: Path, *, copied: bool) -> None:
     """Write the sidecar, or the copy with its sidecar; nothing stays that the reader of records refuses."""
     sidecar = target.with_suffix(".toml")
     try:
@@ -146,7 +137,8 @@ def _write(record: Record, known: Mapping[str, str], target: Path, *, copied: bo
             rig = dict(record.rig)
             if "file" in rig:
                 rig["file"] = Path(os.path.relpath(Path(rig["file"]).resolve(), target.parent.resolve())).as_posix()
-            write_files({sidecar: toml({**head, "drive": {"unit": record.drive_unit}, "rig": rig})})
+            drive = {} if record.drive_unit == "N" else {"unit": record.drive_unit}
+            write_files({sidecar: toml({**head, "drive": drive, "rig": rig})})
         read_record(target)
     except (RecordError, OSError):
         sidecar.unlink(missing_ok=True)
@@ -155,7 +147,7 @@ def _write(record: Record, known: Mapping[str, str], target: Path, *, copied: bo
         raise
 
 
-def _understood(record: Record, table: BenchTable, known: Mapping[str, str], rig: RecordRig) -> NewRecord:
+def _understood(record: Record, table: BenchTable, known: BenchColumns, rig: RecordRig) -> NewRecord:
     cycle = cycle_index(record)
     whole = np.ptp(record.drive)
     parts = [part for number, part in cycle_slices(record.drive, cycle) if number > 0]
@@ -165,6 +157,7 @@ def _understood(record: Record, table: BenchTable, known: Mapping[str, str], rig
         record="",
         sidecar="",
         columns=known,
+        unused_columns=tuple(unused(table, known)),
         delimiter=DELIMITERS[table.delimiter],
         comment_lines=table.comments,
         decimal_comma=table.decimal_comma,
@@ -207,10 +200,13 @@ def _remarks(found: NewRecord, record: Record) -> list[str]:
     """Say what a reader should know before the record is used."""
     words = []
     if found.cycles < 2:
-        words.append(f"{found.cycles} whole cycles: two or more give the noise, and data that no fit has seen")
-    if np.polyfit(record.drive, record.angle_deg, 1)[0] < 0 and found.drive_unit == "mm":
+        whole = f"{found.cycles} whole cycle{'s' * (found.cycles != 1)}"
+        words.append(f"{whole}: two or more give the noise, and data that no fit has seen")
+    if np.polyfit(record.drive, record.angle_deg, 1)[0] < 0 and found.drive_unit in ("mm", "N"):
         words.append("the angle falls as the drive rises: `notchbend trace` expects that pulling tendon a raises it")
-    if found.drive_unit != "mm":
+    if found.drive_unit == "N" and _only_loads(record):
+        words.append("the force only rises in every trial: `trace` takes that; `identify` and `compensate` need a loop")
+    if found.drive_unit not in ("mm", "N"):
         words.append(f"the drive is in {found.drive_unit}: its gain to mm is unknown and is identified")
     if not set(found.rig) - {"preload_N"}:
         words.append("no rig: the geometry is unknown, and f(x) is fitted to the data; --rig FILE names it")
@@ -222,6 +218,14 @@ def _remarks(found: NewRecord, record: Record) -> list[str]:
                 "of this record"
             )
     return words
+
+
+def _only_loads(record: Record) -> bool:
+    try:
+        require_reversal(record)
+    except RecordError:
+        return True
+    return False
 
 
 def lines(found: NewRecord) -> list[str]:
@@ -236,7 +240,8 @@ def lines(found: NewRecord) -> list[str]:
         angle += "; by the rig without friction {:.4g} to {:.4g} deg".format(*found.rig_angle_range_deg)
     loop = "" if found.loop_width_deg is None else f"loop width: {found.loop_width_deg:.3g} deg; "
     return [
-        f"columns: {', '.join(f'{key} = {name!r}' for key, name in found.columns.items())} ({', '.join(marks)})",
+        f"columns: {', '.join(f'{key} = {_named(name)}' for key, name in found.columns.items())} ({', '.join(marks)})",
+        *([f"not used: {', '.join(map(repr, found.unused_columns))}"] if found.unused_columns else []),
         f"samples: {found.samples}, {whole}",
         f"drive: {low:.4g} to {high:.4g} {unit} (amplitude {0.5 * (high - low):.4g}), {steps}",
         angle,
@@ -245,6 +250,10 @@ def lines(found: NewRecord) -> list[str]:
         *(f"note: {words}" for words in found.remarks),
         f"sidecar: {found.sidecar}",
     ]
+
+
+def _named(columns: str | list[str]) -> str:
+    return repr(columns) if isinstance(columns, str) else f"{columns[0]!r} to {columns[-1]!r}"
 
 
 def without_geometry(records: Sequence[Record], *, beside_rig: bool = False) -> list[str]:

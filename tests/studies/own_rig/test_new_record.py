@@ -185,6 +185,74 @@ def test_options_of_run_that_do_not_fit_are_named(arguments, words, tmp_path, ca
     assert list(tmp_path.iterdir()) == []
 
 
+TRIALS = """trial,tendon_force_N,notch_1_deg,notch_2_deg,room_C,tip_deg
+1,0.0,1,2,20,3
+1,0.5,2,4,20,6
+1,1.0,3,6,20,9
+2,0.1,1,2,20,3
+2,0.6,2,4,20,6
+2,1.1,3,6,,9
+"""
+"""Two trials that only load, of a wrist with two notches and one tendon."""
+
+
+def test_a_force_is_the_drive_where_nothing_else_is_and_notches_are_kept(tmp_path, capsys, monkeypatch):
+    """A force that is taken for millimetres would be a wrong number that nobody sees."""
+    monkeypatch.chdir(tmp_path)
+    for header, options in (("tendon_force_N", []), ("load cell [N]", ["--drive-column", "load cell [N]"])):
+        (tmp_path / "wrist.csv").write_text(TRIALS.replace("tendon_force_N", header))
+        found = new(capsys, "wrist.csv", "--preset", "notched-wrist-90", *options)
+        assert found["columns"] == {
+            "force": header,
+            "angle": "tip_deg",
+            "cycle": "trial",
+            "notches": ["notch_1_deg", "notch_2_deg"],
+        }
+        assert (found["drive_unit"], found["unused_columns"]) == ("N", ["room_C"])
+        assert any("the force only rises in every trial" in words for words in found["remarks"])
+        record = read_record("wrist.csv")
+        assert record.drive_unit == "N"
+        np.testing.assert_array_equal(record.notches_deg[:, 1], [2, 4, 6] * 2)
+        (tmp_path / "wrist.toml").unlink()
+    (tmp_path / "wrist.csv").write_text(TRIALS.replace("tendon_force_N", "force_gf"))
+    assert "column 'force_gf': expected newtons" in complaint(capsys, "wrist.csv")
+    (tmp_path / "wrist.csv").write_text(
+        TRIALS.replace("notch_1_deg", "tension_b_N").replace("tendon_force", "tension_a")
+    )
+    assert "any of them may be the force: expected --drive-column NAME" in complaint(capsys, "wrist.csv")
+
+
+def test_all_channels_of_a_wrist_in_space_are_kept(tmp_path, capsys, monkeypatch):
+    """Both angles, all tensions, notches and the tip: what `simulate` writes, without its sidecar."""
+    from fem_models.load import triangle
+    from fem_models.rig.presets_in_space import any_preset
+    from fem_models.spatial import simulate_in_space
+    from fem_models.spatial.drives import first_wheel
+    from hysteresis.records.record_file import write_record
+
+    monkeypatch.chdir(tmp_path)
+    rig = any_preset("zhang2026", preload_N=3.0)
+    record = simulate_in_space(rig, first_wheel(triangle(0.5, step_mm=0.1), rig))
+    write_record(record, "simulated.csv")
+    (tmp_path / "bench.csv").write_bytes((tmp_path / "simulated.csv").read_bytes())
+    found = new(capsys, "bench.csv", "--preset", "zhang2026", "--preload", 3)
+    assert found["columns"] == record.column_names()
+    assert found["unused_columns"] == []
+    copy = read_record("bench.csv")
+    assert copy == replace(record, title="bench", kind="measured")
+    assert copy.rig == {"preset": "zhang2026", "preload_N": 3.0}
+
+
+def test_a_channel_without_a_number_in_every_row_is_left_out(bench, tmp_path, capsys):
+    bench()
+    lines = (tmp_path / "bench.csv").read_text().splitlines()
+    rows = [f"{line},{'' if k == 3 else 1.0}" for k, line in enumerate(lines[1:])]
+    (tmp_path / "bench.csv").write_text("\n".join([lines[0] + ",tension_a_N", *rows]) + "\n")
+    found = new(capsys, "bench.csv", "--preset", "du2018")
+    assert found["columns"] == {"drive": "drive_mm", "angle": "angle_deg"}
+    assert found["unused_columns"] == ["tension_a_N"]
+
+
 def test_the_drive_to_an_angle_follows_from_the_moment_arm():
     """x = r theta, if the tendons do not stretch."""
     rig = preset("du2018")
