@@ -1,6 +1,6 @@
-"""Bending of a chain of equal joints by one tendon without friction: closed form, with one equation to solve.
+"""Bending of a chain by one tendon without friction: closed form, with one equation to solve a joint.
 
-The load on a joint comes from the span of the tendon across its own notch alone. All joints therefore bend alike, and
+The load on a joint comes from the span of the tendon across its own notch alone. Equal joints therefore bend alike, and
 neither shear nor the other joints matter. The tendon runs straight from the edge of one hole to that of the next. A
 flexure is a straight chord of its bending length l (:class:`fem_models.joint.mechanics.JointMechanics`), as in a beam
 of one element and in the compiled chain. Let t be the angle of a joint, u its stretch, g half the difference between
@@ -11,14 +11,16 @@ whence k_bending t = T (r cos(t/2) + g sin(t/2)) and k_axial u = -T.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import brentq
 
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_mechanics, joint_row
 from fem_models.joint.flexure import Flexure
 from fem_models.rig import Rig, RigError
-from fem_models.rig.rig import notched_tube
+from fem_models.rig.rig import notched_tube, with_joint
+from hysteresis.arrays import Floats
 
 
 def tendon_arm_mm(rig: Rig, joint: Flexure, angle_rad: float) -> float:
@@ -78,3 +80,44 @@ def bend_by_tendon(rig: Rig, joint: Flexure, tendon_N: float) -> tuple[float, fl
     tip = ((rig.pitch_mm - chord) / 2 * (rings[:-1] + rings[1:]) + (chord + stretch) * middle).sum()
     tip += 1j * joint.neutral_offset_mm * (rings[-1] - 1)  # from the neutral axis to that of the tube
     return float(heading[-1]), float(tip.real), float(tip.imag)
+
+
+def bend_each_by_tendon(rig: Rig, joints: Sequence[Flexure], tendon_N: float) -> tuple[Floats, float, float]:
+    """Bending of a chain whose notches differ: angles of the joints, shape (N,), rad, and the tip, x and y in mm.
+
+    ``joints`` has the flexure of every notch. The tip is the middle of the last ring on the neutral axis, whose steps
+    from notch to notch are left out, as the engines do.
+
+    Raises
+    ------
+    RigError
+        As :func:`joint_angle_rad`.
+    """
+    angles = np.array([joint_angle_rad(with_joint(rig, k), joint, tendon_N) for k, joint in enumerate(joints)])
+    row = joint_row(rig)
+    lengths, chords = row.lengths, np.array([joint.bending_length_mm for joint in row.each])
+    stretch = np.array([-tendon_N / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0 for joint in joints])
+    heading = np.cumsum([0.0, *angles])
+    rings, middle = np.exp(1j * heading), np.exp(1j * (heading[:-1] + angles / 2))
+    spare = row.of("turning_length_mm") - chords  # of a notch beside its chord, both ends together: it goes with rings
+    straight = np.append(lengths.base, lengths.stiff) + np.append(0.0, spare / 2) + np.append(spare / 2, 0.0)
+    tip = (straight * rings).sum() + ((chords + stretch) * middle).sum()
+    return angles, float(tip.real), float(tip.imag)
+
+
+def tendon_for_sum_N(rig: Rig, joints: Sequence[Flexure], angle_rad: float) -> float:
+    """Tension of tendon a at which the angles of joints that differ sum up to ``angle_rad``, above 0.
+
+    Raises
+    ------
+    RigError
+        An angle that no tension balances.
+    """
+
+    def angle(tendon_N: float) -> float:
+        return float(bend_each_by_tendon(rig, joints, tendon_N)[0].sum())
+
+    high = min(tendon_for_angle_N(with_joint(rig, k), one, angle_rad / len(joints)) for k, one in enumerate(joints))
+    while angle(high) < angle_rad:
+        high *= 1.5
+    return float(brentq(lambda tendon: angle(tendon) - angle_rad, 0.0, high, xtol=1e-14, rtol=1e-14))

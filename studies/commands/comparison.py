@@ -19,7 +19,7 @@ AMPLITUDE_MM = 2.2
 
 @dataclass(frozen=True)
 class Models:
-    """Every model of a rig beside the reference model; frequencies are the lowest of one free reduced body."""
+    """Every model of a rig beside the reference model; frequencies are the lowest of one free reduced body, if any."""
 
     rig: str
     judge: str
@@ -77,6 +77,6 @@ def _engines(rig: Rig, preloads_N: Sequence[float], amplitude_mm: float, progres
 
 
 def _models(rig: Rig, progress: bool) -> Models:
-    with steps(progress, total=7) as step:
+    with steps(progress, total=7 if rig.joint.alike else rig.joints + 4) as step:
         found = compare_models(rig, progress=step)
     return Models(found.rig, REFERENCE, found.nodes, found.free_frequencies_Hz, found.rows())

@@ -20,7 +20,7 @@ from hysteresis.plain import to_plain
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import check_target, files_of_record, write_record
 from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, ProgramChoice, RigChoice
-from studies.commands.tables import models_table, values_table, verdict_lines
+from studies.commands.tables import models_table, notches_table, values_table, verdict_lines
 from studies.engines import (
     QUASI_STATIC,
     EngineName,
@@ -298,9 +298,11 @@ def validate(
     options = " ".join(f"--{name} {shlex.quote(str(value))}" for name, value in given.items() if value is not None)
     result = replace(result, options=options or f"--preset {PRESET}", made=made)
     write_result(target, result)
+    notches = notches_table(result.models)
     common.show(
         result,
         models_table(result.models),
+        *([notches] if notches is not None else []),
         values_table({"schema": result.schema, "rigs": result.rigs}),
         f"wrote {target}; the page of it: notchbend report {shlex.quote(str(out))}",
     )

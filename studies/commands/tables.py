@@ -67,6 +67,18 @@ def models_table(models: Models) -> Table:
     return table
 
 
+def notches_table(models: Models) -> Table | None:
+    """Make one row for each notch: its bending stiffness in every model; None where all notches are alike."""
+    if not models.models[0].notches:
+        return None
+    table = Table("notch", "depth, mm", "width, mm", *(f"{row.name}, Nmm/rad" for row in models.models))
+    for number, one in enumerate(models.models[0].notches):
+        own = [row.notches[number] for row in models.models]
+        values = [_with_difference(notch.bending_Nmm_per_rad, notch.bending_percent) for notch in own]
+        table.add_row(str(one.number), f"{one.depth_mm:.4g}", f"{one.width_mm:.4g}", *values)
+    return table
+
+
 def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:
     """Give the summary rows of a report: the mark of the state, what was judged, the value, and below it words."""
     out = []

@@ -20,8 +20,24 @@ class BentRow:
 
 
 @dataclass(frozen=True)
+class NotchRow:
+    """A notch of a rig whose notches differ; percentages are differences from the reference."""
+
+    number: int
+    depth_mm: float
+    width_mm: float
+    bending_Nmm_per_rad: float
+    angles_deg: tuple[float, ...]
+    bending_percent: float
+    angle_percent: float
+
+
+@dataclass(frozen=True)
 class ModelStiffness:
-    """A model of one joint, and its bent chains; None where a model does not have a stiffness."""
+    """A model of one joint, and its bent chains; None where a model does not have a stiffness.
+
+    Where notches differ, ``notches`` has them one by one, and the stiffnesses are harmonic means.
+    """
 
     name: str
     bending_Nmm_per_rad: float
@@ -29,6 +45,7 @@ class ModelStiffness:
     shear_N_per_mm: float | None
     bending_percent: float | None
     bent: tuple[BentRow, ...]
+    notches: tuple[NotchRow, ...] = ()
 
 
 @dataclass(frozen=True)

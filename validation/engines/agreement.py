@@ -9,13 +9,14 @@ import numpy as np
 from fem_models.analytic import theory_curve
 from fem_models.analytic.kinematics import tip_pose
 from fem_models.chain import simulate_chain
+from fem_models.joint import joint_row
 from fem_models.joint.flexure import beam, flexure
 from fem_models.joint.paper_elements import element_rotations
 from fem_models.load import triangle
 from fem_models.multibody import simulate_multibody
 from fem_models.rig import Rig
 from fem_models.rig.joints import NotchedTube
-from fem_models.rig.rig import Friction
+from fem_models.rig.rig import Friction, with_joint
 from hysteresis.records.metrics import errors
 
 
@@ -25,8 +26,9 @@ class EngineAgreement:
 
     Parameters
     ----------
-    element_error_percent
-        Rotation of a joint by the paper's two elements an arc, against the closed form.
+    bending_stiffness_Nmm_per_rad, element_error_percent
+        Of one joint; where notches differ, of the one that tendon a turns most. The error is that of the rotation by
+        the paper's two elements an arc, against the closed form.
     frictionless_max_deg, frictionless_rmse_deg, frictionless_tension_max_N, tip_pose_max_mm
         Analytic curve against the multibody model without friction and material loop.
     chain_max_deg
@@ -72,11 +74,13 @@ def compare_engines(rig: Rig, *, amplitude_mm: float = 2.2, step_mm: float = 0.1
     assert ideal.tension_a_N is not None
     assert ideal.tension_b_N is not None
     x, y, _ = tip_pose(rig, np.radians(ideal.notches_deg))
-    joint = flexure(rig)
+    row = joint_row(rig)
+    one = with_joint(rig, row.each.index(row.softest))
+    joint = flexure(one)
     moment_Nmm = 1.0
     notched = isinstance(rig.joint, NotchedTube)
-    exact = moment_Nmm / (beam(rig) if notched else joint).bending_Nmm_per_rad
-    element = element_rotations(rig, moment_Nmm).theta_kd_rad if notched else exact
+    exact = moment_Nmm / (beam(one) if notched else joint).bending_Nmm_per_rad
+    element = element_rotations(one, moment_Nmm).theta_kd_rad if notched else exact
     against = errors(theory, ideal.angle_deg)
     return EngineAgreement(
         rig=rig.name,

@@ -1,7 +1,8 @@
 """One joint and the bent chain in every model: analytic, solid, reduced bodies, beams, and the two engines.
 
 All models carry the same load case: tendon a is pulled without friction, tendon b is slack, the flexures are elastic,
-and every optional effect is off. ``docs/guide/validate.md`` explains the result.
+and every optional effect is off. Notches that differ are compared one by one. ``docs/guide/validate.md`` explains the
+result.
 """
 
 from __future__ import annotations
@@ -14,16 +15,22 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from fem_models.analytic.frictionless_chain import bend_by_tendon, tendon_arm_mm, tendon_for_angle_N
+from fem_models.analytic.frictionless_chain import (
+    bend_by_tendon,
+    bend_each_by_tendon,
+    tendon_arm_mm,
+    tendon_for_angle_N,
+    tendon_for_sum_N,
+)
 from fem_models.chain import simulate_chain
-from fem_models.joint import joint_mechanics
+from fem_models.joint import joint_mechanics, joint_row
 from fem_models.joint.flexure import Flexure, beam, flexure
 from fem_models.load import LoadProgram
 from fem_models.multibody import simulate_multibody
 from fem_models.multibody.reduced_body import ReducedBody, craig_bampton, free_frequencies_Hz
 from fem_models.multibody.reduced_chain import PlaneLoad, solve_beam_chain, solve_reduced_chain
 from fem_models.rig import Rig, RigError
-from fem_models.rig.rig import EFFECT_TABLES, Friction, notched_tube, with_notch
+from fem_models.rig.rig import EFFECT_TABLES, Friction, notched_tube, with_joint, with_notch
 from fem_models.solid import snr_stiffness, solid_snr
 from fem_models.solid.linear import Solid, as_flexure
 from hysteresis import Record
@@ -52,10 +59,22 @@ class BentChain:
 
 
 @dataclass(frozen=True)
+class BentNotch:
+    """One notch of a chain whose notches differ: its bending stiffness, and its angles at the tensions, deg."""
+
+    number: int
+    depth_mm: float
+    width_mm: float
+    bending_Nmm_per_rad: float
+    angles_deg: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class ModelResult:
     """One model. The stiffnesses of one pitch are those of :class:`fem_models.joint.flexure.Flexure`, None if unknown.
 
-    The bending stiffness of an engine follows from its angle at the least tension.
+    The bending stiffness of an engine follows from its angle at the least tension. Where notches differ, ``notches``
+    has them one by one, and the stiffnesses are harmonic means: those of equal notches that give as much in a row.
     """
 
     name: str
@@ -64,6 +83,20 @@ class ModelResult:
     shear_N_per_mm: float | None
     bent: tuple[BentChain, ...]
     seconds: float
+    notches: tuple[BentNotch, ...] = ()
+
+
+@dataclass(frozen=True)
+class BentNotchRow:
+    """A notch with the difference of its stiffness, and of its angle at the largest tension, from the reference."""
+
+    number: int
+    depth_mm: float
+    width_mm: float
+    bending_Nmm_per_rad: float
+    angles_deg: tuple[float, ...]
+    bending_percent: float
+    angle_percent: float
 
 
 @dataclass(frozen=True)
@@ -90,6 +123,7 @@ class ModelRow:
     shear_percent: float | None
     bent: tuple[BentChainRow, ...]
     seconds: float
+    notches: tuple[BentNotchRow, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -97,7 +131,7 @@ class ModelComparison:
     """All models of a rig at the same tensions.
 
     ``nodes`` counts the nodes of the solid; ``free_frequencies_Hz`` are the lowest natural frequencies of one free
-    reduced body.
+    reduced body, none where notches differ.
     """
 
     rig: str
@@ -145,6 +179,15 @@ def _row(model: ModelResult, reference: ModelResult) -> ModelRow:
         shear_percent=_percent(model.shear_N_per_mm, reference.shear_N_per_mm),
         bent=tuple(bent),
         seconds=model.seconds,
+        notches=tuple(_notch_row(own, other) for own, other in zip(model.notches, reference.notches, strict=True)),
+    )
+
+
+def _notch_row(own: BentNotch, other: BentNotch) -> BentNotchRow:
+    return BentNotchRow(
+        **vars(own),
+        bending_percent=100 * (own.bending_Nmm_per_rad / other.bending_Nmm_per_rad - 1),
+        angle_percent=100 * (own.angles_deg[-1] / other.angles_deg[-1] - 1),
     )
 
 
@@ -180,6 +223,8 @@ def compare_models(
     """
     notched_tube(rig)  # refuses measured joints
     plain = _plain(rig)
+    if not rig.joint.alike:
+        return _compare_each(plain, angles_deg, refinement, progress)
     progress(REFERENCE)
     start = time.perf_counter()
     solid = solid_snr(plain, refinement=refinement)
@@ -200,6 +245,100 @@ def compare_models(
         results.append(_engine(name, engine, plain, tensions))
     frequencies = tuple(free_frequencies_Hz(body)[:3].tolist())
     return ModelComparison(rig.name, len(solid.points_mm), frequencies, tuple(results))
+
+
+def _compare_each(
+    rig: Rig, angles_deg: Sequence[float], refinement: float, progress: Callable[[str], None]
+) -> ModelComparison:
+    """Compare notches that differ: the solid of each, the analytic flexures, and both engines.
+
+    Reduced bodies and beams are left out: with the stiffness of the solid they are its closed form.
+    """
+    ones = [with_joint(rig, number) for number in range(rig.joints)]
+    start, nodes, known = time.perf_counter(), 0, dict[Any, Flexure]()
+    for number, one in enumerate(ones):
+        progress(f"{REFERENCE}, notch {number + 1}")
+        if one.joint not in known:
+            solid = solid_snr(one, refinement=refinement)
+            known[one.joint] = as_flexure(snr_stiffness(solid).stiffness)
+            nodes = max(nodes, len(solid.points_mm))
+    metal = [known[one.joint] for one in ones]
+    tensions = _tensions_of_each(rig, ones, metal, angles_deg)
+    results = [_closed_form_of_each(REFERENCE, rig, metal, tensions, start)]
+    analytic = [analytic_joints(one) for one in ones]
+    for name in analytic[0]:
+        progress(name)
+        flexures = [joints[name] for joints in analytic]
+        results.append(_closed_form_of_each(name, rig, flexures, tensions, time.perf_counter()))
+    for name, engine in (("multibody", simulate_multibody), ("chain", simulate_chain)):
+        progress(name)
+        results.append(_engine_of_each(name, engine, rig, tensions))
+    return ModelComparison(rig.name, nodes, (), tuple(results))
+
+
+def _tensions_of_each(rig: Rig, ones: Sequence[Rig], metal: Sequence[Flexure], angles_deg: Sequence[float]) -> Floats:
+    """Tensions that bend the solid's chain by angles, scaled down where its first notch would close."""
+    closing = [0.8 * joint_mechanics(one).closure_angle_rad for one in ones]
+    limits = [tendon_for_angle_N(one, joint, angle) for one, joint, angle in zip(ones, metal, closing, strict=True)]
+    largest = float(bend_each_by_tendon(rig, metal, min(limits))[0].sum())
+    angles = np.radians(angles_deg)
+    angles *= min(1.0, largest / angles[-1])
+    return np.array([tendon_for_sum_N(rig, metal, angle) for angle in angles.tolist()])
+
+
+def _closed_form_of_each(
+    name: str, rig: Rig, joints: Sequence[Flexure], tensions_N: Floats, start: float
+) -> ModelResult:
+    found = [bend_each_by_tendon(rig, joints, tension) for tension in tensions_N.tolist()]
+    bent = [
+        BentChain(tension, float(np.degrees(angles.sum())), x, y)
+        for (angles, x, y), tension in zip(found, tensions_N.tolist(), strict=True)
+    ]
+    angles_deg = np.degrees([angles for angles, _, _ in found])
+    stiffness = np.array([joint.bending_Nmm_per_rad for joint in joints])
+    mean = Flexure(_mean(stiffness), _mean_of(joints, "shear_N_per_mm"), _mean_of(joints, "axial_N_per_mm"), 0.0)
+    return replace(_result(name, mean, bent, start), notches=_notches(rig, stiffness, angles_deg))
+
+
+def _mean(stiffness: Floats) -> float:
+    return float(len(stiffness) / (1 / stiffness).sum())
+
+
+def _mean_of(joints: Sequence[Flexure], field: str) -> float | None:
+    values = [getattr(joint, field) for joint in joints]
+    return None if None in values else _mean(np.array(values))
+
+
+def _notches(rig: Rig, stiffness: Floats, angles_deg: Floats) -> tuple[BentNotch, ...]:
+    notch = notched_tube(rig).notch
+    return tuple(
+        BentNotch(
+            k + 1, notch.at(k).depth_mm, notch.at(k).width_mm, float(stiffness[k]), tuple(angles_deg[:, k].tolist())
+        )
+        for k in range(rig.joints)
+    )
+
+
+def _engine_of_each(
+    name: str, simulate: Callable[[Rig, LoadProgram], Record], rig: Rig, tensions_N: Floats
+) -> ModelResult:
+    """As :func:`_engine`, with the angle of every notch; the tip is on the neutral axis."""
+    start = time.perf_counter()
+    joints = [joint.flexure for joint in joint_row(rig).each]
+    angles, _, _ = bend_each_by_tendon(rig, joints, float(tensions_N[-1]))
+    axial = sum(1 / joint.axial_N_per_mm for joint in joints if joint.axial_N_per_mm)
+    arms = joint_row(rig).of("arms_mm")[:, 0]
+    at = _wound(name, simulate, rig, float(tensions_N[-1]), float(arms @ angles), axial)
+    found = np.array([at(tension) for tension in tensions_N.tolist()])
+    bent = [BentChain(t, *row[:3]) for t, row in zip(tensions_N.tolist(), found.tolist(), strict=True)]
+    least = np.radians(found[0, 3:])
+    levers = [
+        tendon_arm_mm(with_joint(rig, k), joint, angle)
+        for k, (joint, angle) in enumerate(zip(joints, least.tolist(), strict=True))
+    ]
+    stiffness = tensions_N[0] * np.array(levers) / least
+    result = _result(name, Flexure(_mean(stiffness), None, None, 0.0), bent, start)
+    return replace(result, notches=_notches(rig, stiffness, found[:, 3:]))
 
 
 def analytic_joints(rig: Rig) -> dict[str, Flexure]:
@@ -293,20 +432,39 @@ def _bent(poses: Sequence[Any], tensions_N: Floats) -> list[BentChain]:
 def _engine(name: str, simulate: Callable[[Rig, LoadProgram], Record], rig: Rig, tensions_N: Floats) -> ModelResult:
     """Wind up tendon a to the largest tension, and interpolate angle and tip between the samples."""
     start = time.perf_counter()
-    joint, arm, tendon = flexure(rig), joint_mechanics(rig).arms_mm.a, rig.tendon_a
+    joint, arm = flexure(rig), joint_mechanics(rig).arms_mm.a
     angle, _, _ = bend_by_tendon(rig, joint, float(tensions_N[-1]))
-    stretch = (rig.joints * rig.pitch_mm + tendon.free_length_mm) / tendon.EA_N
-    stretch += 1.2 * rig.joints / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0
-    drive = 1.1 * (arm * angle + stretch * tensions_N[-1])
-    record = simulate(rig, LoadProgram(np.linspace(0.0, drive, SAMPLES + 1)))
-    assert record.tension_a_N is not None
-    assert record.tip_mm is not None
-    heading, neutral = np.radians(record.angle_deg), joint.neutral_offset_mm
-    tip = record.tip_mm + neutral * np.column_stack([-np.sin(heading), np.cos(heading) - 1])  # to the tube axis
-    if not record.tension_a_N[-1] >= tensions_N[-1]:
-        raise RigError(f"rig {rig.name}: {name} reached {record.tension_a_N[-1]:g} N: expected {tensions_N[-1]:g} N")
-    at = PchipInterpolator(record.tension_a_N, np.column_stack([record.angle_deg, tip]))
-    bent = [BentChain(tension, *at(tension).tolist()) for tension in tensions_N.tolist()]
+    axial = rig.joints / joint.axial_N_per_mm if joint.axial_N_per_mm else 0.0
+    neutral = joint.neutral_offset_mm
+    at = _wound(name, simulate, rig, float(tensions_N[-1]), arm * angle, axial, neutral)
+    bent = [BentChain(tension, *at(tension).tolist()[:3]) for tension in tensions_N.tolist()]
     joint_rad = np.radians(bent[0].angle_deg) / rig.joints
     bending = bent[0].tendon_N * tendon_arm_mm(rig, joint, joint_rad) / joint_rad
     return _result(name, Flexure(bending, None, None, neutral), bent, start)
+
+
+def _wound(
+    name: str,
+    simulate: Callable[[Rig, LoadProgram], Record],
+    rig: Rig,
+    largest_N: float,
+    turned_mm: float,
+    axial_mm_per_N: float,
+    neutral_mm: float = 0.0,
+) -> PchipInterpolator:
+    """Run an engine to the largest tension; of a tension the angle, deg, the tip, mm, and the notches, deg.
+
+    ``turned_mm`` is what the joints take of the tendon, ``axial_mm_per_N`` how all of them give along the tube, and
+    ``neutral_mm`` the way from the neutral axis to that of the tube.
+    """
+    tendon = rig.tendon_a
+    stretch = (rig.length_mm + tendon.free_length_mm) / tendon.EA_N + 1.2 * axial_mm_per_N
+    record = simulate(rig, LoadProgram(np.linspace(0.0, 1.1 * (turned_mm + stretch * largest_N), SAMPLES + 1)))
+    assert record.tension_a_N is not None
+    assert record.tip_mm is not None
+    assert record.notches_deg is not None
+    heading = np.radians(record.angle_deg)
+    tip = record.tip_mm + neutral_mm * np.column_stack([-np.sin(heading), np.cos(heading) - 1])  # to the tube axis
+    if not record.tension_a_N[-1] >= largest_N:
+        raise RigError(f"rig {rig.name}: {name} reached {record.tension_a_N[-1]:g} N: expected {largest_N:g} N")
+    return PchipInterpolator(record.tension_a_N, np.column_stack([record.angle_deg, tip, record.notches_deg]))

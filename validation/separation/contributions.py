@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_models.chain import solve_chain
-from fem_models.joint.flexure import flexure
+from fem_models.joint import joint_row
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
@@ -217,7 +217,11 @@ def switched(rig: Rig, on: frozenset[str]) -> Rig:
 
 def _rigid(rig: Rig, tendon: Tendon) -> Tendon:
     """Stiffen a tendon relative to the joints and to its own EA; a stiffer one than can be solved keeps its EA."""
-    joints = flexure(rig).bending_Nmm_per_rad / rig.joints
+    each = joint_row(rig)
+    if each.alike:
+        joints = each.first.flexure.bending_Nmm_per_rad / rig.joints
+    else:
+        joints = float(1 / (1 / each.of("flexure.bending_Nmm_per_rad")).sum())
     length = tendon.free_length_mm + rig.length_mm
     rigid = RIGID * joints * length / tendon.moment_arm_mm**2
     return replace(tendon, EA_N=max(tendon.EA_N, rigid, min(STIFFENED * tendon.EA_N, 10 * rigid)), toe_N=0.0)
