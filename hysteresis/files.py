@@ -178,6 +178,30 @@ def place(path: Path) -> str:
 # --- writing -----------------------------------------------------------------------------------------------------
 
 
+def require_place(path: Path) -> None:
+    """Check that a file can be put in its place, before anything is computed for it; nothing is made.
+
+    Raises
+    ------
+    RecordError
+        A folder that is none, cannot be written to or made, links in a circle, or a name that is too long.
+    """
+    expected = "expected a folder that can be written to"
+    try:
+        os.lstat(path)
+    except FileNotFoundError:  # its folder may be missing, too
+        pass
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror}: {expected}") from None
+    folder = path.parent
+    while not present(folder):
+        folder = folder.parent
+    if not folder.is_dir():
+        raise RecordError(f"{folder}: is no folder: {expected}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise RecordError(f"{folder}: cannot be written to: {expected}")
+
+
 def write_files(files: Mapping[Path, str | bytes]) -> None:
     """Write texts, as UTF-8, and bytes, all or none: all are staged in their folders before any is replaced.
 

@@ -28,6 +28,7 @@ from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import Rig, RigError, ensemble, preset, read_rig
 from fem_models.rig.presets import NAMES_IN_SPACE, PRESETS
 from hysteresis.arrays import Floats
+from hysteresis.files import require_place
 from hysteresis.own import foreign, marked_values
 from hysteresis.plain import to_plain
 from hysteresis.records.record import RecordError
@@ -153,8 +154,12 @@ class Overwrite:
         ------
         RecordError
             One that is there without the mark of notchbend, and no --force; with it a line on standard error names it.
+            A folder that cannot be written to.
         """
-        for path in foreign(paths):
+        targets = list(paths)
+        for path in targets:
+            require_place(path)
+        for path in foreign(targets):
             if not self.force:
                 raise RecordError(f"{path}: not written by notchbend: expected another --out, or --force to replace it")
             typer.echo(f"notchbend: --force: {path} is replaced, which notchbend did not write", err=True)

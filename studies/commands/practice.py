@@ -15,7 +15,7 @@ from rich.table import Table
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
-from hysteresis.files import write_files
+from hysteresis.files import RecordError, place, present, require_place, write_files
 from hysteresis.own import marked_values
 from hysteresis.plain import to_plain
 from studies.commands.options import Common, Out, Overwrite
@@ -49,11 +49,12 @@ def export(
     common: Common,
 ) -> None:
     """Write blind cases, and their sealed answers in a file apart from them."""
-    from validation.practice.benchmark.sealed import require_apart, write_cases
+    from validation.practice.benchmark.sealed import LIST, require_apart, write_cases
     from validation.practice.benchmark.sources import draw_source
 
     wanted = _sources(sources, measured)
-    target = answers or out.with_name(f"{out.resolve().name}-ANSWERS.json")
+    target = answers or out.with_name(f"{Path(place(out)).name}-ANSWERS.json")
+    _require_free(out / LIST, target)
     require_apart(out, target)
     drawn = []
     with steps(common.shows_progress, len(wanted)) as step:
@@ -63,6 +64,21 @@ def export(
     sealed = write_cases(drawn, common.seed, out, target)
     found = {"schema": 1, "cases": len(sealed.cases), "folder": str(out), "answers": str(target)}
     common.show(found, f"{len(sealed.cases)} cases: {out}", f"sealed answers: {target}")
+
+
+def _require_free(listed: Path, answers: Path) -> None:
+    """Refuse names that are taken, and a folder with cases without a list: those of another hand would be replaced.
+
+    Raises
+    ------
+    RecordError
+        One line with the path.
+    """
+    for path in (listed, answers):
+        require_place(path)
+    for path in (answers, *sorted(listed.parent.glob("case-*"))[:1]):
+        if present(path):
+            raise RecordError(f"{path}: exists: expected another name, or a folder without cases; it is left as it is")
 
 
 def _sources(given: str | None, measured: Path | None) -> list[str]:

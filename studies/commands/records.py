@@ -15,7 +15,7 @@ from rich.table import Table
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
-from hysteresis.files import place, write_files
+from hysteresis.files import place
 from hysteresis.fitting.optimizers import Method
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.laws.elements import LawName
@@ -84,10 +84,9 @@ def identify(
     )
     made = made_now(common.command)
     fit = identify_records(loaded, settings=settings, progress=common.shows_progress)
-    write_fit(fit, loaded, out, "identify", made=made)
     from studies.report.parts.fits import figure_of_fit  # Matplotlib
 
-    write_files({figure: marked_png(figure_of_fit(fit))})
+    write_fit(fit, loaded, out, "identify", made=made, beside={figure: marked_png(figure_of_fit(fit))})
     _warn_of_geometry(loaded, common)
     coupled = [one for one in map(coupling, loaded) if one is not None]
     beside = {"coupling": [to_plain(one) for one in coupled]} if coupled else {}

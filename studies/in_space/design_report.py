@@ -73,11 +73,11 @@ class _Found:
 
 def files_of_wrist(out: Path, design: WristDesign) -> list[Path]:
     """Give the files of a folder that :func:`wrist_report` may replace, but the records of an earlier report."""
-    patterns = (FILE, "run.json", "report.html", "tube.*", "trace*.json", "separate*.json", *WORKSPACE_FILES)
+    patterns = ("run.json", "report.html", "tube.*", "trace*.json", "separate*.json", *WORKSPACE_FILES)
     found = [path for pattern in patterns for path in sorted(out.glob(pattern))]
     known = read_wrist(out).sha256 if is_own(out / FILE) else {}
     of_records = [path for end in ("csv", "toml") for path in out.glob(f"records/{file_stem(design.name)}-*.{end}")]
-    return [*found, *(path for path in of_records if path.stem not in known)]
+    return [out / FILE, *found, *(path for path in of_records if path.stem not in known)]
 
 
 def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress: bool = True) -> WristSummary:

@@ -102,7 +102,6 @@ def amplitude_of(rig: Rig, records: Sequence[Record]) -> float:
 def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> list[Path]:
     """Give the files of a folder that :func:`design_report` may replace, but the records of an earlier report."""
     patterns = (
-        "run.json",
         WRIST,
         "report.html",
         "tube.*",
@@ -118,7 +117,7 @@ def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> lis
     names = [*_named(design, records), f"{without_folders(design.name)}-*"]
     stems = [stem for name in names for stem in (name, f"{name}-predicted")]
     of_records = [path for stem in stems for end in ("csv", "toml") for path in out.glob(f"records/{stem}.{end}")]
-    return [*found, *(path for path in of_records if path.stem not in known)]
+    return [out / "run.json", *found, *(path for path in of_records if path.stem not in known)]
 
 
 def design_report(

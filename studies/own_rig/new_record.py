@@ -15,7 +15,7 @@ import numpy as np
 from fem_models.analytic import theory_curve
 from fem_models.rig import Rig, RigError
 from hysteresis.arrays import Floats
-from hysteresis.files import RecordError, write_files
+from hysteresis.files import RecordError, present, require_place, write_files
 from hysteresis.plain import optional
 from hysteresis.records.metrics import loop_width, noise_floor
 from hysteresis.records.path import cycle_index, cycle_slices, require_reversal
@@ -94,7 +94,8 @@ def new_record(
     """
     target = path if out is None else out
     for file in (target.with_suffix(".toml"), *([out] if out is not None else [])):
-        if file.exists():
+        require_place(file)
+        if present(file):
             raise RecordError(f"{file}: exists: expected no file, or --out with another name; it is left as it is")
     check_target(target, [path] if out is not None else [])
     table = read_bench_csv(path)
