@@ -68,6 +68,7 @@ def second_plane(record: Record) -> Record:
         angle_2_deg=record.angle_deg,
         tension_a_N=record.tension_c_N,
         tension_b_N=record.tension_d_N,
+        plane=2,
     )
 
 

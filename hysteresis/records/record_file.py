@@ -283,6 +283,8 @@ def write_record(record: Record, path: Path | str) -> None:
     """
     path = Path(path)
     check_target(path)
+    if record.plane != 1:  # its rig counts the wheels and angles of the whole record
+        raise RecordError(f"{path}: the second plane of a record alone: expected the record that it is taken from")
     _require_samples(path, len(record.drive))
     sidecar = path.with_suffix(".toml")
     tables: dict[str, Any] = {"rig": dict(record.rig), "tube": record.tube, "notch": record.notch}

@@ -48,3 +48,10 @@ def test_columns_of_space_are_written_and_read(tmp_path):
     np.testing.assert_array_equal(read_records([path], plane=2)[0].angle_deg, 5 * DRIVE)
     assert "not used" in not_used(again)
     assert not_used(Record(DRIVE, DRIVE)) == ""
+
+
+def test_a_second_plane_alone_is_not_written(tmp_path):
+    """Its rig counts the wheels of the whole record: read again it would be taken for the first plane."""
+    with pytest.raises(RecordError, match="the second plane of a record alone"):
+        write_record(second_plane(SECOND), tmp_path / "second.csv")
+    assert list(tmp_path.iterdir()) == []

@@ -12,7 +12,9 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import TipLoad
 from fem_models.rig.in_space import RigInSpace, rig_in_space
 from fem_models.rig.presets_in_space import any_preset
+from fem_models.rig.rig import Friction
 from fem_models.spatial import WheelProgram, of_rig_in_space, simulate_in_space, solve_spatial
+from fem_models.spatial.motion.backbone import plane_backbone
 from fem_models.spatial.motion.compensated import compensated_wheels
 from fem_models.spatial.motion.steps import at_rest, moved_to
 from fem_models.spatial.motion.workspace import smooth_rig, tip_compliance, workspace
@@ -115,3 +117,24 @@ def test_compliance_is_symmetric_and_smallest_where_guides_stick(wheels):
     more = found.sliding - found.held
     assert np.linalg.eigvalsh(0.5 * (more + more.T)).min() > -1e-6
     assert found.sliding[1, 1] > 10 * found.held[1, 1]
+
+
+@pytest.mark.parametrize("plane", [1, 2])
+def test_the_backbone_of_a_plane_is_the_run_without_friction(plane):
+    """At whatever drives and in whatever order; little friction changes little."""
+    drive = np.array([0.3, -0.6, 0.0, 0.9, -0.6])
+    still = [0.2, 0.2]
+    wheels = np.full((5, 2), 0.2)
+    wheels[:, plane - 1] = drive
+    curve = plane_backbone(RIG, plane, still)(drive)
+    np.testing.assert_allclose(curve, bending(smooth_rig(RIG), wheels)[:, plane - 1], atol=1e-6)
+    little = replace(RIG, rig=replace(RIG.rig, friction=Friction(0.002), material=smooth_rig(RIG).rig.material))
+    np.testing.assert_allclose(curve, bending(little, wheels)[:, plane - 1], atol=0.05)
+
+
+def test_a_backbone_needs_the_wheels_of_the_rig():
+    one_wheel = RigInSpace(PLANAR, RIG.turns_deg, (0.0, 180.0), (1, 1))
+    with pytest.raises(RigError, match="plane = 2: expected 1 to 1, the wheels of rig"):
+        plane_backbone(one_wheel, 2, [0.0])
+    with pytest.raises(RigError, match="still_mm = 1 wheels: expected the 2 of rig"):
+        plane_backbone(RIG, 1, [0.0])

@@ -2,14 +2,17 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fem_models.rig.presets_in_space import any_preset
+from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_record
 from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
+from studies.commands.identification import identify_records
 
 
 @pytest.fixture
@@ -112,7 +115,12 @@ def test_identify_takes_one_plane_of_a_rig_in_space(tmp_path, wrist, capsys):
     assert "columns.drive_2: this wheel moves" in capsys.readouterr().err
     assert call([*line, "--plane", "2"]) == 0
     fit = json.loads(capsys.readouterr().out)
-    assert fit["kinematics"] == "fitted"  # the geometry of a rig in space is not known to a model of one plane
+    assert fit["kinematics"] == "chain"  # in space, without friction and loop
     assert fit["heldout"]["rmse_deg"] < 0.5
     # opposite notches of one plane are alike: the other plane stays straight
     assert abs(fit["coupling"][0]["share"]) < 1e-9
+    # of a record in which the other wheel moves too, no curve of one wheel is the backbone
+    whole = read_record(record)
+    both = replace(whole, drive=0.5 * drive, drive_2=drive)
+    with pytest.raises(RecordError, match=r"columns\.drive_2: this wheel moves"):
+        identify_records([both])
