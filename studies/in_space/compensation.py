@@ -1,4 +1,4 @@
-"""``notchbend compensate`` of a rig in space: the motion of both wheels that makes the tip follow two angles."""
+"""``notchbend compensate`` of a rig in space: the motion of the wheels that makes the tip follow two angles."""
 
 from __future__ import annotations
 
@@ -92,5 +92,5 @@ def off_deg(record: Record, wanted_deg: Floats) -> Floats:
 
 
 def _wheels(record: Record) -> Floats:
-    assert record.drive_2 is not None
-    return np.column_stack([record.drive, record.drive_2])
+    wheels = (record.drive, record.drive_2, record.drive_3, record.drive_4)
+    return np.column_stack([wheel for wheel in wheels if wheel is not None])

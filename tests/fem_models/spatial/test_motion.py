@@ -69,6 +69,24 @@ def test_angles_out_of_reach_name_their_sample():
         compensated_wheels(RIG, np.zeros(3))
 
 
+@pytest.mark.parametrize("angles_deg", [(0.0, 120.0, 240.0), (0.0, 90.0, 180.0, 270.0)])
+def test_three_and_four_wheels_follow_angles_without_pulling_against_each_other(angles_deg):
+    count = len(angles_deg)
+    rig = RigInSpace(replace(ZHANG.rig, tendon_b=None), ZHANG.turns_deg, angles_deg, tuple(range(1, count + 1)))
+    wanted = ring(15.0, 12)
+    found = compensated_wheels(rig, wanted)
+    assert found.wheels_mm.shape == (18, count)
+    np.testing.assert_allclose(found.wheels_mm.sum(axis=1), 0.0, atol=1e-12)  # the tube keeps its length
+    np.testing.assert_allclose(bending(rig, found.wheels_mm), wanted, atol=2e-3)
+
+
+def test_a_tendon_without_an_opposite_one_cannot_push():
+    """Two tendons at a right angle: the wrist does not bend away from either once it is slack."""
+    rig = RigInSpace(replace(ZHANG.rig, tendon_b=None), ZHANG.turns_deg, (0.0, 90.0), (1, 2))
+    with pytest.raises(SolverError, match="sample 1: no motion of the wheels found for -20, 0 deg"):
+        compensated_wheels(rig, np.array([[3.0, 3.0], [-20.0, 0.0]]))
+
+
 def test_a_workspace_without_friction_is_a_function_of_the_drives():
     found = workspace(smooth_rig(RIG), 1.0, circles=2, directions=12)
     assert found.spread_mm.max() < 1e-6
