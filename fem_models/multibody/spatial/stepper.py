@@ -29,6 +29,8 @@ from hysteresis.arrays import Floats
 
 AT_REST = 10
 """Iterations at rest over those of a step."""
+DRAWN = 10
+"""Steps in which the preload comes on where the equilibrium at rest is not found at once."""
 
 
 @dataclass
@@ -94,17 +96,42 @@ class Stepper:
         return q
 
     def _at_rest(self) -> Balance:
-        """Find the equilibrium without drive, where unequal arms may bend the preloaded rig."""
+        """Find the equilibrium without drive, where tendons that do not balance each other bend the preloaded rig."""
         m, n = self.model.segment.shape
         q = self._with(Strains(np.zeros((n, 3)), self.model.flexures.laws.rest.copy()), np.zeros((m, n)))
-        iterations = AT_REST * self.settings.newton_iterations
-        found = self.solver.find(q, self.drive, np.zeros((m, n)), Attempt(iterations))
-        if found is None:  # from the equilibrium without friction, with guides that slide as they did on the way to it
-            smooth = self.solver.find(q, self.drive, np.ones((m, n)), Attempt(iterations, smooth=True))
-            if smooth is not None:
-                found = self.solver.find(smooth.q, self.drive, np.sign(self.slips(smooth.q)), Attempt(iterations))
+        found = self._near(q, self.drive, np.zeros((m, n))) or self._drawn_taut(q)
         if found is None:
             raise SolverError(f"rig {self.rig.name}: no equilibrium at rest")
+        return found
+
+    def _near(self, q: Floats, drive: Drive, state: Floats) -> Balance | None:
+        """Look from coordinates, and from the equilibrium without friction, with guides that slide on the way to it."""
+        iterations = AT_REST * self.settings.newton_iterations
+        found = self.solver.find(q, drive, state, Attempt(iterations))
+        if found is None:
+            smooth = self.solver.find(q, drive, np.ones_like(state), Attempt(iterations, smooth=True))
+            if smooth is not None:
+                found = self.solver.find(smooth.q, drive, np.sign(self.slips(smooth.q)), Attempt(iterations))
+        return found
+
+    def _drawn_taut(self, q: Floats) -> Balance | None:
+        """Draw tendons taut from a part of their preload: a bent rest is far from the straight rig.
+
+        The last equilibrium is that without drive, whatever the ones before; they are only starts.
+        """
+        state, found, full = np.zeros(self.model.segment.shape), None, self.rig.preload_N
+        for part in np.linspace(0.0, 1.0, DRAWN + 1)[1:]:
+            let_out = [
+                float(
+                    tendon_stretch_mm(one.tendon, part * full, full, sum(joint.pitch_mm for joint in self.rig.joints))
+                )
+                for one in self.rig.tendons
+            ]
+            tendons = np.where(np.array(self.model.by_force), part * self.drive.tendons, let_out)
+            found = self._near(q, Drive(tendons, 0.0), state)
+            if found is None:
+                return None
+            q, state = found.q, found.state
         return found
 
     def move(self, drives: Floats, *, first: bool) -> float:

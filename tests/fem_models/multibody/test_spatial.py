@@ -121,6 +121,18 @@ def test_a_wrist_whose_friction_is_that_of_wraps_alone(wheel_1_mm, least_N):
     np.testing.assert_allclose(multibody.tensions_N, chain.tensions_N, atol=1e-3)
 
 
+def test_tendons_that_do_not_balance_each_other_bend_the_wrist_at_rest():
+    """Two at a right angle, 12 N of preload: from the straight wrist Newton's method finds nothing."""
+    published = any_preset("zhang2026")
+    rig = with_notch(replace(published.rig, preload_N=12.0, tendon_b=None), replace(published.rig.joint.notch, count=8))
+    wrist = spatial_rig(rig, turns_deg=[90.0 * (k % 2) for k in range(8)], tendons_deg=[0, 90])
+    wound = np.column_stack([np.linspace(0, 0.2, 5), np.linspace(0, 0.1, 5)])
+    chain, multibody = solve_spatial(wrist, wound), solve_spatial_multibody(wrist, wound)
+    assert np.hypot(*chain.bending_deg[0]) > 12.0
+    np.testing.assert_allclose(multibody.bending_deg, chain.bending_deg, atol=5e-4)
+    np.testing.assert_allclose(multibody.tensions_N, chain.tensions_N, atol=5e-3)
+
+
 def test_a_wrist_turned_about_its_axis_with_gravity_gives_the_same():
     def run(turn_deg):
         cs, sn = math.cos(math.radians(turn_deg)), math.sin(math.radians(turn_deg))
