@@ -8,10 +8,14 @@ from pathlib import Path
 from typing import TypeVar
 
 from hysteresis.files import RecordError, read_json, write_files
+from hysteresis.messages import quoted
 from hysteresis.own import marked_values
 from hysteresis.plain import from_plain, to_plain
 
 Result = TypeVar("Result")
+
+SCHEMA = 1
+"""Version of the results that are read; files without one are of this one."""
 
 
 def file_stem(name: str) -> str:
@@ -50,9 +54,12 @@ def read_result(kind: type[Result], path: Path, expected: str) -> Result:
     Raises
     ------
     RecordError
-        One line with the file, the field and what was expected.
+        One line with the file, the field and what was expected; also a file of another schema.
     """
     values = read_json(path, expected)
+    schema = values.get("schema", SCHEMA) if isinstance(values, dict) else SCHEMA
+    if type(schema) is not int or schema != SCHEMA:  # True is 1
+        raise RecordError(f"{path}: schema = {quoted(schema)}: expected {SCHEMA}")
     try:
         return from_plain(kind, values, str(path))
     except RecordError as error:

@@ -139,6 +139,23 @@ time = "time_s"
 file = "wrist.toml"
 preload_N = 5.0
 """
+STUDY_IN_SPACE = """schema = 1
+title = "two planes"
+[rig]
+file = "wrist.toml"
+[program]
+amplitude_mm = 0.1
+step_mm = 0.05
+[vary]
+preload_N = [5.0, 6.0]
+"notch.turn_step_deg" = [0.0, 1.0]
+[quantities]
+groups = ["planes", "workspace", "compliance"]
+"""
+WANTED_IN_SPACE = "time_s,angle_deg,angle_2_deg\n0,0,0\n1,1,0.5\n2,0,1\n3,-1,0\n4,0,0\n"
+BENCH = "# bench\nstroke_mm;angle_deg;note\n" + "".join(
+    f"{x / 10:.1f};{4 * x};a\n".replace(".", ",") for x in (0, 1, 2, 3, 2, 1, 0, -1, -2, -3, -2, -1, 0, 1, 2, 3)
+)
 
 
 @dataclass(frozen=True)
@@ -181,6 +198,14 @@ def readers(folder: Path, *, stored: bool = True) -> list[Reader]:
           for name, file in (("program", "program.csv"), ("tensions", "tensions.csv"))),
         Reader("record in space", space, ("loop.csv", "loop.toml", "wrist.toml"),
                lambda at: ["trace", str(at / "loop.csv"), "--out", str(at / out), "--quiet"]),
+        Reader("reference in space", space, ("wanted.csv",),
+               lambda at: ["compensate", str(at / "wrist.toml"), "--reference", str(at / "wanted.csv"),
+                           "--out", str(at / "drives.csv"), "--quiet"]),
+        Reader("study in space", space, ("study.toml",),
+               lambda at: ["study", str(at / "study.toml"), "--out", str(at / out), "--quiet"]),
+        Reader("CSV of the bench", records, ("bench.csv", "mine.toml"),
+               lambda at: ["record", "new", str(at / "bench.csv"), "--rig", str(at / "mine.toml"),
+                           "--out", str(at / "new.csv"), "--quiet"]),
     ]  # fmt: skip
     return [*own, *_stored(folder)] if stored else own
 
@@ -194,6 +219,8 @@ def _in_space(folder: Path) -> None:
     (folder / "program.csv").write_text("time_s,drive_1_mm,drive_2_mm\n0,0,0\n1,0.1,0\n2,0.1,-0.1\n3,-0.1,0\n")
     (folder / "tensions.csv").write_text("tension_1_N,tension_2_N,tension_3_N,tension_4_N\n5,5,5,5\n6,5,5,5\n5,5,6,4\n")
     (folder / "loop.toml").write_text(SIDECAR_IN_SPACE)
+    (folder / "study.toml").write_text(STUDY_IN_SPACE)
+    (folder / "wanted.csv").write_text(WANTED_IN_SPACE)
     columns = [
         "time_s",
         "drive_mm",
@@ -215,11 +242,20 @@ def _in_space(folder: Path) -> None:
 
 
 def _stored(folder: Path) -> list[Reader]:
-    run, trace, study, space = (folder / name for name in ("run", "trace", "results", "wrist"))
-    done = call(
-        ["run", "--rig", str(folder / "space" / "wrist.toml"), "--amplitude", "0.1", "--out", str(space), "--quiet"]
-    )
-    assert done == 0
+    run, trace, study = (folder / name for name in ("run", "trace", "results"))
+    wrist, loop = str(folder / "space" / "wrist.toml"), str(folder / "records" / "loop.csv")
+    wanted, turned = str(folder / "space" / "wanted.csv"), str(folder / "space" / "loop.csv")
+    made = {
+        "wrist": (["run", "--rig", wrist, "--amplitude", "0.1"], ""),
+        "workspace": (["workspace", "--rig", wrist, "--amplitude", "0.1"], ""),
+        "compensation": (["compensate", wrist, "--reference", wanted], "drives.csv"),
+        "trace in space": (["trace", turned], ""),
+        "fit": (["identify", loop], ""),
+        "separation": (["separate", "--preset", "du2018"], ""),
+    }
+    for name, (command, file) in made.items():
+        assert call([*command, "--out", str(folder / name / file), "--quiet"]) == 0
+        (folder / name / "report.html").unlink(missing_ok=True)
     for one in (run, trace, study):
         one.mkdir()
     write_run(run)
@@ -229,7 +265,7 @@ def _stored(folder: Path) -> list[Reader]:
     zarr.open_group(store, mode="r+").attrs[KEY] = json.dumps(digests(store))
     return [
         Reader(f"stored {name}", at, _files(at), _report)
-        for name, at in (("run", run), ("trace", trace), ("study", study), ("wrist", space))
+        for name, at in (("run", run), ("trace", trace), ("study", study), *((name, folder / name) for name in made))
     ]
 
 
@@ -248,6 +284,7 @@ def _records(folder: Path) -> None:
     rows = [f"{0.1 * i:.2f},{x:.4f},{40 * x + (2 if i % 2 else -2) * 0.1:.4f}" for i, x in enumerate(drive)]
     (folder / "loop.csv").write_text("\n".join(["time_s,drive_mm,angle_deg", *rows]) + "\n")
     (folder / "theory.csv").write_text("drive_mm,angle_deg\n-1,-40\n0,0\n1,40\n")
+    (folder / "bench.csv").write_text(BENCH)
     (folder / "program.csv").write_text("time_s,drive_mm\n0,0\n1,0.5\n2,-0.5\n3,0.5\n")
 
 
