@@ -31,6 +31,9 @@ def test_repr_is_one_line_with_law_and_error(fit: Fit) -> None:
 def test_html_has_parameters_and_warnings(fit: Fit) -> None:
     html = fit._repr_html_()
     assert all(f">{name}<" in html for name in (*fit.parameters, "saturation_deg"))
+    for value in fit.parameters.values():
+        for end in (value.low, value.high):
+            assert end is None or f">{end:.4g}<" in html
     assert all(f"warning: {text}".replace(">", "&gt;") in html for text in fit.warnings)
 
 

@@ -4,16 +4,19 @@ import math
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from hysteresis.files import folder_beside, write_files
+from hysteresis.fitting import model_choice
 from hysteresis.fitting.uncertainty import Parameter, Reader, _Blocks
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.laws.stops import follow_stops
 from hysteresis.records.backbone import backbone_of, is_thin
 from hysteresis.records.folds import _block_masks
+from hysteresis.records.metrics import _repeats, noise_floor
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_records, read_whole_records, write_record
 
@@ -130,3 +133,31 @@ def test_a_loop_is_thin_below_a_part_of_the_angle_s_range():
         np.testing.assert_allclose(middle[inner], 10.0 * drive[inner], atol=0.02)
         assert is_thin(record, middle) is thin
     assert backbone_of(Record(np.zeros(5), np.arange(5.0))) is None
+
+
+def test_noise_of_cycles_counts_the_last_sample_of_a_branch():
+    """Two cycles that differ at one turning point alone, by 1 deg: 0.5 deg from their mean, in two samples of many."""
+    way = np.r_[np.linspace(0, 1, 6), np.linspace(1, -1, 11)[1:], np.linspace(-1, 0, 6)[1:]]
+    drive = np.r_[way, way[1:]]
+    cycle = np.repeat([1, 2], [way.size, way.size - 1])
+    angle = 10.0 * drive
+    angle[np.flatnonzero(drive == 1.0)[1]] += 1.0
+    repeats = _repeats(Record(drive, angle, cycle=cycle))
+    assert len(repeats) == 2
+    samples = sum(part.stop - part.start for part in repeats[0])
+    tops = sum(int((drive[part] == 1.0).sum()) for part in repeats[0])
+    squares = tops * 2 * 0.5**2
+    expected = (squares / (samples * 2 * (1 - 1 / 2))) ** 0.5
+    assert noise_floor(Record(drive, angle, cycle=cycle)) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("errors", "agreeing"), [((0.5, 0.504, 0.506), 2), ((3.0, 3.02, 3.04), 2), ((0.0, 0.0), 2)])
+def test_searches_agree_within_one_percent_of_the_best(monkeypatch, errors, agreeing):
+    left = iter(errors)
+    monkeypatch.setattr(model_choice, "explore", lambda samples, form, effort: (["point"], 1))
+    monkeypatch.setattr(model_choice, "_polish_all", lambda samples, form, points: (points, 2))
+    monkeypatch.setattr(model_choice, "rmse", lambda samples, form, point: next(left))
+    monkeypatch.setattr(model_choice, "_nearest", lambda samples, form, points: points)
+    samples = SimpleNamespace(span_deg=lambda: 1e-9)
+    found = model_choice._search(samples, None, [SimpleNamespace(fitness="rmse")] * len(errors))
+    assert (found.seeds_agreeing, found.evaluations, len(found.points)) == (agreeing, 3 * len(errors), len(errors))
