@@ -26,8 +26,9 @@ from validation.tracing.prepared import channel_unit, channel_values
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
 from validation.tracing.search.search import Progress
+from validation.tracing.search.still_zone import find_still_zone
 from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_SHAPES, REFERENCE_MOST, SAME_PRELOAD
-from validation.tracing.verdict import judge_by_folds
+from validation.tracing.verdict import judge_by_folds, with_still_zone
 
 FIRST_STROKE = "the first stroke of each record, which starts from an unknown state, is left out"
 
@@ -57,11 +58,18 @@ def play_baselines(records: Sequence[Record]) -> PlayBaselines | None:
     return PlayBaselines(fitted, fits, rms(np.concatenate(fits.heldout(fits.chosen(fitted)))))
 
 
-def trace_by_folds(baselines: PlayBaselines, effects: Sequence[Effect], report: Progress) -> Trace:
-    """Trace records by play operators."""
+def trace_by_folds(
+    baselines: PlayBaselines, effects: Sequence[Effect], report: Progress, *, still: bool = True
+) -> Trace:
+    """Trace records by play operators; ``still`` also tests whether the angle stands still after reversals."""
     found = find_by_folds(baselines.fitted, effects, baselines.fits, report)
     words = [FIRST_STROKE, *_preload_words(found.best)]
-    trace = _reported(judge_by_folds(found, words, floor=_floor(found.best)))
+    trace = judge_by_folds(found, words, floor=_floor(found.best))
+    if still and trace.verdict in ("unexplained", "partial"):
+        report("still zone after reversals")
+        zone = find_still_zone(trace.augmented, effects, baselines.fits)
+        trace = trace if zone is None else with_still_zone(trace, zone)
+    trace = _reported(trace)
     return replace(trace, channel_fits=tuple(_channel_fits(trace.records)))
 
 
@@ -92,7 +100,7 @@ def trace_change(
         Records of different units of the drive.
     """
     old = play_baselines(reference)
-    before = None if old is None else trace_by_folds(old, effects, report)
+    before = None if old is None else trace_by_folds(old, effects, report, still=False)  # a change of it is a change
     shared = () if before is None else before.effects
     values = [] if before is None or not shared else before.augmented.model.values(before.augmented.x)[1]
     words = [FIRST_STROKE]

@@ -285,6 +285,9 @@ class CurveForm:
         As in :class:`RigForm`.
     needs
         What the records must have.
+    still_over
+        Name of a parameter, a width of the drive over which nothing moves after a reversal
+        (:mod:`validation.tracing.search.still_zone`).
     """
 
     parameters: tuple[RelativeParameter, ...]
@@ -295,6 +298,7 @@ class CurveForm:
     angle: CurveOperator | None = None
     observe: Callable[[Floats, SampleInputs, Values], Floats] | None = None
     needs: frozenset[Need] = frozenset()
+    still_over: str = ""
 
 
 @dataclass(frozen=True)

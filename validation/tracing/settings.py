@@ -204,6 +204,17 @@ PLAY_CURVE_SCALE = 30.0
 f to nothing."""
 PLAY_RADII = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.22, 0.3)
 """Radii of the plays over the largest range of the drive: as dense at small strokes as at large ones."""
+STILL_LEAST, STILL_MOST, STILL_WIDTHS = 0.005, 0.25, 40
+"""Widths of a still zone over the range of the drive that are tried, in equal ratios: the error has a kink wherever a
+width meets the radius of a play."""
+STILL_RISE, STILL_NARROWER = 1.02, 2 / 3
+"""Rms error over its least value up to which a still zone is tolerated, and part of its width down to which folds fit
+it."""
+STILL_MOTION = 0.125
+"""Motion within a still zone over the mean slope of the loop up to which it is one."""
+STILL_GAIN, STILL_TWICE, STILL_TOLERANCE = 0.98, 2.0, 1e-3
+"""Rms error on held-out data over that before up to which a still zone is named, so that it does not depend on how the
+folds are divided; factor on its width that the records must refute; relative tolerance of a width that is fixed."""
 PLAY_START_PART = 0.5
 """Part of the first stroke that a play may have been moved by: on a virgin branch its loop is half as wide."""
 PLAY_COEFFICIENT, PLAY_PRIOR = 20.0, 3e-3

@@ -23,6 +23,7 @@ from validation.tracing.prepared import PreparedRecord
 from validation.tracing.search.by_folds import FoundByFolds
 from validation.tracing.search.inner_folds import inner_fold_errors
 from validation.tracing.search.stepwise import Selection, Stages
+from validation.tracing.search.still_zone import SAME_STILL, StillZone
 from validation.tracing.sensors.readings import LEAPT
 from validation.tracing.settings import (
     AT_FLOOR,
@@ -317,6 +318,30 @@ def partial_above_floor(trace: Trace) -> Trace:
         return trace
     left = trace.augmented.heldout_rmse_deg
     return trace if left <= AT_FLOOR * trace.floor.deg else replace(trace, verdict="partial")
+
+
+def with_still_zone(trace: Trace, zone: StillZone) -> Trace:
+    """Name what stands still after reversals beside the effects that lower the error.
+
+    It is never told from friction between wheel and base, and its share of the error is what play operators leave of
+    it: little, if anything.
+    """
+    best, unit = zone.fitted, trace.records[0].drive_unit
+    words = (
+        f"after every reversal the angle stands still for {zone.width:.3g} {unit} of the drive; a model that does so "
+        f"for twice as far leaves {zone.refuted_deg:.3g} deg. This is a play, or friction between wheel and base. Play "
+        "operators follow either, so the error falls little where it is named"
+    )
+    samples = best.samples
+    candidate = Candidate(best, trace.baseline.bic(samples) - best.bic(samples))
+    return replace(
+        trace,
+        verdict="partial" if best.heldout_rmse_deg > AT_FLOOR * trace.floor.deg else "ambiguous",
+        augmented=best,
+        candidates=(*trace.candidates, candidate),
+        confusable=(*trace.confusable, tuple(name for name in SAME_STILL if name not in trace.names)),
+        words=(words, *trace.words),
+    )
 
 
 def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int = 0, floor: NoiseFloor) -> Trace:

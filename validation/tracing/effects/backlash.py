@@ -51,6 +51,7 @@ _CURVE = CurveForm(
     (RelativeParameter("width", "drive", 0.0, 1.0, 0.01, amount=True, sensible=SENSIBLE_WIDTH),),
     tuple({"width": w} for w in (0.02, 0.08, 0.25)),
     drive=_play,
+    still_over="width",
 )
 
 EFFECT = Effect(

@@ -205,7 +205,18 @@ def fit_all(model: Model, effects: Sequence[Values] = ()) -> Fitted:
     SolverError, RigError
         The model has no solution there.
     """
-    return _fit(model, _everything(model.problem), model.coordinates(model.problem.start, effects))
+    return fit_to_all(model, model.coordinates(model.problem.start, effects))
+
+
+def fit_to_all(model: Model, start: Floats) -> Fitted:
+    """Fit a model to all samples from coordinates, shape (p,).
+
+    Raises
+    ------
+    SolverError, RigError
+        The model has no solution there.
+    """
+    return _fit(model, _everything(model.problem), start)
 
 
 def _everything(problem: Problem) -> Holdout:
@@ -239,7 +250,7 @@ def _front_runner(best: Fitted, effect: Effect, report: Progress) -> Fitted | No
         report(" + ".join([*best.names, effect.name]))
         with suppress(SolverError, RigError):
             model = Model(problem, (*best.model.added, start.added))
-            fitted = _fit(model, _everything(problem), start.x)
+            fitted = fit_to_all(model, start.x)
             if not implausible(fitted):
                 return fitted
     return None
