@@ -53,6 +53,7 @@ SetName = Literal[
     "score-16",
     "score-17",
     "score-18",
+    "score-19",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -74,6 +75,7 @@ SETS: dict[SetName, int] = {
     "score-16": 20_261_137,
     "score-17": 20_261_138,
     "score-18": 20_261_139,
+    "score-19": 20_261_140,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 
