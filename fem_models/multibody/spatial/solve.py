@@ -20,6 +20,8 @@ from hysteresis.arrays import Floats
 
 MULTIBODY_SETTINGS = SpatialSettings(max_halvings=12, newton_iterations=20, tolerance=1e-7)
 """Numerical settings of this engine."""
+SLACK_SHARE = 1e-3
+"""Of the scale of forces: a tendon with less somewhere is called slack."""
 
 
 def solve_spatial_multibody(
@@ -52,7 +54,7 @@ def solve_spatial_multibody(
             )
             raise SolverError(
                 f"rig {rig.name}, sample {s} of {samples}: no equilibrium between drives {ends}, "
-                f"{100 * reached:.3g} % of the way"
+                f"{100 * reached:.3g} % of the way{_slack(stepper)}"
             )
         rotation[s] = stepper.strains(stepper.now.q).rotation
         tension[s] = np.maximum(stepper.now.forces.tension, 0.0)
@@ -78,3 +80,13 @@ def solve_spatial_multibody(
         failed_steps=stepper.counts.failed,
         iterations=stepper.counts.iterations,
     )
+
+
+def _slack(stepper: Stepper) -> str:
+    """Say which tendons are slack where the search ended: to draw them taut again is what it mostly fails at."""
+    least = SLACK_SHARE * stepper.solver.scale
+    slack = [j + 1 for j, tension in enumerate(stepper.now.forces.tension) if tension.min() < least]
+    if not slack:
+        return ""
+    which = f"tendon{'s' * (len(slack) > 1)} {' and '.join(map(str, slack))}"
+    return f"; {which} slack there: expected more preload, a smaller drive, or the chain in space"
