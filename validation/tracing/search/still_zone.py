@@ -3,7 +3,7 @@
 Plays in series are plays: P_r(P_w(x)) = P_(r + w)(x). So play operators absorb a backlash, and no error falls where it
 is added. What it predicts is still there to be tested: that nothing moves over the width w after a reversal, wherever
 it is and however large the stroke. A model that cannot move there is contained in one that can. If it predicts data
-that it has not seen a little better, one that stands still for twice as far is refuted, and what is left shows hardly
+that it has not seen a little better, one that stands still for twice as far is refuted, and the residual shows hardly
 any motion within w, the angle does stand still.
 
 Friction between wheel and base does the same where the tendons beyond it are elastic: with the force F it is a play of
