@@ -161,3 +161,15 @@ def test_searches_agree_within_one_percent_of_the_best(monkeypatch, errors, agre
     samples = SimpleNamespace(span_deg=lambda: 1e-9)
     found = model_choice._search(samples, None, [SimpleNamespace(fitness="rmse")] * len(errors))
     assert (found.seeds_agreeing, found.evaluations, len(found.points)) == (agreeing, 3 * len(errors), len(errors))
+
+
+def test_a_backbone_averages_samples_within_a_hundredth_of_the_range():
+    """A ripple of four hundredths loses what the mean over a quarter of its period takes: sin(pi/4)/(pi/4) is left."""
+    up = np.linspace(-1, 1, 8001)
+    drive = np.concatenate([up, up[::-1][1:]] * 2)
+    middle = backbone_of(Record(drive, np.cos(2 * np.pi * drive / 0.08)))
+    assert middle is not None
+    centres = np.abs(drive / 0.02 - np.round(drive / 0.02)) < 1e-6
+    inner = centres & (np.abs(drive) < 0.95)
+    left = math.sin(math.pi / 4) / (math.pi / 4)
+    np.testing.assert_allclose(middle[inner], left * np.cos(2 * np.pi * drive[inner] / 0.08), atol=0.01)
