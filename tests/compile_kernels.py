@@ -1,7 +1,7 @@
 """Compile the kernels of the chains before the tests: the workers of the tests would compile the same ones at once.
 
-python tests/compile_kernels.py kernels           # joints that are alike; the chain in space
-python tests/compile_kernels.py kernels-heated    # sections that heat themselves; joints that differ
+PYTHONPATH=. python tests/compile_kernels.py kernels           # joints that are alike; the chain in space
+PYTHONPATH=. python tests/compile_kernels.py kernels-heated    # sections that heat themselves; joints that differ
 """
 
 import sys

@@ -11,7 +11,7 @@ import pytest
 
 from hysteresis.files import folder_beside, write_files
 from hysteresis.fitting import model_choice
-from hysteresis.fitting.uncertainty import Parameter, Reader, _Blocks
+from hysteresis.fitting.uncertainty import Parameter, Reader, _Blocks, coordinates
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.laws.stops import follow_stops
 from hysteresis.records.backbone import backbone_of, is_thin
@@ -173,3 +173,23 @@ def test_a_backbone_averages_samples_within_a_hundredth_of_the_range():
     inner = centres & (np.abs(drive) < 0.95)
     left = math.sin(math.pi / 4) / (math.pi / 4)
     np.testing.assert_allclose(middle[inner], left * np.cos(2 * np.pi * drive[inner] / 0.08), atol=0.01)
+
+
+def test_parameters_of_a_second_element_end_in_its_number():
+    law = SimpleNamespace(constants=(SimpleNamespace(name="n"),), size=3)
+    assert coordinates(SimpleNamespace(base_law=law, elements=2)) == [
+        ("A", 0), ("saturation_deg", 1), ("n", 2), ("A_2", 3), ("saturation_deg_2", 4), ("n_2", 5),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("law", "elements", "fine"), [("bouc-wen", 1, True), ("bouc-wen", 2, False), ("asymmetric-bouc-wen", 1, False)]
+)
+def test_one_bouc_wen_element_is_fitted_to_a_finer_tolerance(monkeypatch, law, elements, fine):
+    asked = []
+    monkeypatch.setattr(model_choice, "polish", lambda *given, tolerance: (asked.append(tolerance), 1))
+    monkeypatch.setattr(model_choice, "_nearest", lambda samples, form, points: points)
+    base = model_choice.BOUC_WEN if law == "bouc-wen" else law
+    model_choice._polish_all(None, SimpleNamespace(base_law=base, elements=elements), ["point", "other"])
+    assert asked == [model_choice.FINE if fine else model_choice.COARSE] * 2
+    assert model_choice.FINE < model_choice.COARSE
