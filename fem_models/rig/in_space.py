@@ -46,8 +46,8 @@ class RigInSpace:
     Raises
     ------
     RigError
-        Measured joints, an effect that the chain in space does not have, notches of different pitch, or a number of
-        turns other than that of the notches.
+        Measured joints, an effect that the chain in space does not have, or a number of turns other than that of the
+        notches.
     """
 
     rig: Rig
@@ -69,7 +69,6 @@ class RigInSpace:
             require_in_range("turn_deg", turn)
         wheels = len(self.wheels)
         require(wheels == len(self.angles_deg), "tendons.wheels", f"{wheels} wheels", "one for each tendon")
-        _ = self.rig.pitch_mm  # refuses notches of different pitch
 
     @property
     def name(self) -> str:

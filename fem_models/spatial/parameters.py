@@ -146,19 +146,20 @@ def _joints(rig: SpatialRig) -> Floats:
 def _crossings(rig: SpatialRig, settings: SpatialSettings) -> Floats:
     """Rows of :attr:`Parameters.crossings`."""
     holes, give = _holes(rig), rig.friction.stick_compliance_mm_per_N
-    segment = np.array([[_taut_N_per_mm(tendon, joint) for tendon in rig.tendons] for joint in rig.joints])
+    segment = np.array([[_taut_N_per_mm(tendon, joint.pitch_mm) for tendon in rig.tendons] for joint in rig.joints])
+    bristle = np.array([_taut_N_per_mm(tendon, rig.mean_pitch_mm) for tendon in rig.tendons])
     out = np.zeros((*segment.shape, CROSSING))
     for at, vectors in zip((CARRIED, ARM, INWARD, ONWARD), holes, strict=True):
         out[..., at : at + 3] = vectors
     out[..., LENGTH] = _lengths_at_rest(rig.joints, holes)
     out[..., SEGMENT] = segment
-    out[..., BRISTLE] = 1 / (1 / (settings.bristle_ratio * segment) + give)
+    out[..., BRISTLE] = 1 / (1 / (settings.bristle_ratio * bristle) + give)
     return out
 
 
-def _taut_N_per_mm(tendon: SpatialTendon, joint: SpatialJoint) -> float:
+def _taut_N_per_mm(tendon: SpatialTendon, length_mm: float) -> float:
     winds = tendon.tendon.moment_arm_mm * math.radians(tendon.twist_deg_per_mm)
-    return tendon.tendon.EA_N / (joint.pitch_mm * math.hypot(1.0, winds))
+    return tendon.tendon.EA_N / (length_mm * math.hypot(1.0, winds))
 
 
 def _springs(joint: SpatialJoint, material: Material) -> tuple[list[float], Floats, Floats]:
@@ -199,14 +200,14 @@ class _Holes(NamedTuple):
 def _holes(rig: SpatialRig) -> _Holes:
     """Where the tendons run, in the frames of the notches, shapes (N, m, 3).
 
-    A hole ends at either edge of a notch, and a tendon is straight between two holes. The first ring is as long as the
-    others, and so is the one that would follow the last.
+    A hole ends at either edge of a notch, and a tendon is straight between two holes. The ring before the first notch
+    is as long as that beyond it, and what would follow the last ring is like the last notch.
     """
     joints, n, m = rig.joints, len(rig.joints), len(rig.tendons)
-    centre = np.cumsum([0.0, *(joint.pitch_mm for joint in joints[1:])])
+    centre = np.cumsum([0.0, *(joint.beyond_mm for joint in joints[:-1])])
     gap = np.array([joint.mechanics.turning_length_mm + joint.mechanics.rigid_gap_mm for joint in joints])
     edges = np.stack([centre - gap / 2, centre + gap / 2], axis=1)  # (N, 2)
-    at = np.concatenate([[edges[0] - joints[0].pitch_mm], edges, [edges[-1] + joints[-1].pitch_mm]])
+    at = np.concatenate([[edges[0] - joints[0].pitch_mm], edges, [edges[-1] + joints[-1].beyond_mm]])
     holes = np.zeros((n + 2, 2, m, 3))  # in the frame of the tube
     holes[..., 0] = at[..., None]
     for j, one in enumerate(rig.tendons):
@@ -259,8 +260,10 @@ def _rings(rig: SpatialRig) -> list[tuple[Floats, Floats]]:
     """
     neutral = neutral_mm(rig)
     beyond = np.concatenate([np.diff(neutral, axis=0), np.zeros((1, 3))])
-    pitch = [np.array([joint.pitch_mm, 0.0, 0.0]) for joint in rig.joints]
-    return [(along + aside, 0.5 * along) for along, aside in zip(pitch, beyond, strict=True)]
+    x = np.array([1.0, 0.0, 0.0])
+    return [
+        (joint.beyond_mm * x + aside, joint.to_ring_mm * x) for joint, aside in zip(rig.joints, beyond, strict=True)
+    ]
 
 
 def _thrust_N(joints: Floats, crossings: Floats, preload_N: float) -> Floats:

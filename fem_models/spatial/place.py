@@ -43,7 +43,7 @@ def tip_and_frame(rig: SpatialRig, parameters: Parameters, joints: Floats) -> tu
     force = np.array(parameters.tip) + np.arange(n, 0, -1)[:, None] * np.array(parameters.weight)
     moved = joints[..., 3:] + own[:, GIVE : GIVE + 3] * np.einsum("skji,kj->ski", middle, force)
     along = own[:, TURNING, None] * TUBE_AXIS
-    ring = own[:, STEP : STEP + 3] - along
+    ring = own[:, STEP : STEP + 3] - 0.5 * (along + np.concatenate([along[1:], along[-1:]]))
     ring[-1] = own[-1, HALF : HALF + 3] - 0.5 * along[-1] - neutral[-1]
     start = 0.5 * (rig.joints[0].pitch_mm - own[0, TURNING])  # half the base ring, as in the planar chain
     place = (middle @ (along + moved)[..., None] + frame @ ring[..., None])[..., 0].sum(axis=1)

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from fem_models.joint import JointMechanics, joint_mechanics
+from fem_models.joint import JointMechanics, joint_mechanics, joint_row
 from fem_models.joint.contact import ring_weight_N, tip_force_N, weight_N
 from fem_models.joint.flexure import elasticity
 from fem_models.rig import Rig
@@ -49,12 +49,17 @@ class SpatialJoint:
     ----------
     turn_deg
         Angle of the notch about the tube axis: its axis 2 from y towards z.
+    pitch_mm
+        Length of tendon that crosses it, from the middle of a ring to that of the next one.
     mechanics
         The planar joint: lengths, neutral axis, closure, weak bending.
     stiffness
         The six stiffnesses; an infinite shear or axial one is rigid.
     ring
         Stiffness of the uncut tube in series, Nmm/rad: bending and torsion.
+    beyond_mm, to_ring_mm
+        From its middle to that of the next notch, of the last one as if another followed, and to the middle of its
+        ring.
     """
 
     turn_deg: float
@@ -62,6 +67,8 @@ class SpatialJoint:
     mechanics: JointMechanics
     stiffness: NotchStiffness
     ring: tuple[float, float]
+    beyond_mm: float
+    to_ring_mm: float
 
     def __post_init__(self) -> None:
         require_in_range("turn_deg", self.turn_deg)
@@ -117,6 +124,12 @@ class SpatialRig:
         taut = math.isfinite(self.preload_N) and (self.preload_N > 0 or (self.preload_N == 0 and not toe))
         require(taut, "preload_N", self.preload_N, "above 0" if toe else "at least 0")
 
+    @property
+    def mean_pitch_mm(self) -> float:
+        """Length over the number of joints; guides that stick are as stiff as tendon of this length."""
+        pitches = [joint.pitch_mm for joint in self.joints]
+        return pitches[0] if len(set(pitches)) == 1 else sum(pitches) / len(pitches)
+
 
 def spatial_rig(
     rig: Rig,
@@ -141,8 +154,7 @@ def spatial_rig(
     Raises
     ------
     RigError
-        An effect of the rig that the chain in space does not have, notches of different pitch, or a row of turns of
-        another length.
+        An effect of the rig that the chain in space does not have, or a row of turns of another length.
     """
     for name in EFFECT_TABLES:
         known = name in KNOWN_EFFECTS or getattr(rig, name) is None
@@ -194,10 +206,16 @@ def _weight_N(weight: Weight | None) -> Space:
 
 
 def _joints(rig: Rig, turns_deg: Sequence[float], stiffness: NotchStiffness | None) -> tuple[SpatialJoint, ...]:
-    """Make the joints, notches of different depth among them; all have one pitch."""
-    pitch = rig.pitch_mm
+    """Make the joints, notches that differ among them."""
     kinds = [_kind(with_joint(rig, number), stiffness) for number in range(1 if rig.joint.alike else rig.joints)]
-    return tuple(SpatialJoint(turn, pitch, *kinds[min(k, len(kinds) - 1)]) for k, turn in enumerate(turns_deg))
+    lengths = joint_row(rig).lengths
+    segments, to_ring = lengths.segments.tolist(), lengths.to_ring.tolist()
+    beyond = [*lengths.beyond[:-1].tolist(), 2 * to_ring[-1]]
+    places = zip(turns_deg, segments, beyond, to_ring, strict=True)
+    return tuple(
+        SpatialJoint(turn, segment, *kinds[min(k, len(kinds) - 1)], further, half)
+        for k, (turn, segment, further, half) in enumerate(places)
+    )
 
 
 def _kind(rig: Rig, stiffness: NotchStiffness | None) -> tuple[JointMechanics, NotchStiffness, tuple[float, float]]:

@@ -47,8 +47,9 @@ class Layout:
 def layout(rig: SpatialRig) -> Layout:
     """Lay the rig out straight."""
     mechanics = [joint.mechanics for joint in rig.joints]
-    pitch = np.array([joint.pitch_mm for joint in rig.joints])
-    middle = 0.5 * pitch[0] + np.concatenate([[0.0], np.cumsum(pitch[1:])])
+    first, beyond = rig.joints[0].pitch_mm, np.array([joint.beyond_mm for joint in rig.joints])
+    to_ring = np.array([joint.to_ring_mm for joint in rig.joints])
+    middle = 0.5 * first + np.concatenate([[0.0], np.cumsum(beyond[:-1])])
     down = -np.array([one.flexure.neutral_offset_mm for one in mechanics])
     notches = notch_frames(rig)[:, :, 1] * down[:, None]
     notches[:, 0] = middle
@@ -60,12 +61,12 @@ def layout(rig: SpatialRig) -> Layout:
         notches=notches,
         near=notches - bends[:, None] * along,
         far=notches + bends[:, None] * along,
-        centres=notches + 0.5 * pitch[:, None] * along,
+        centres=notches + to_ring[:, None] * along,
         before=before,
         beyond=np.stack([_holes(rig, x, middle[0]) for x in middle + opens]),
-        next_before=np.concatenate([before[1:], _holes(rig, middle[-1] - opens[-1] + pitch[-1], middle[0])[None]]),
-        base=_holes(rig, middle[0] + opens[0] - pitch[0], middle[0]),
-        tip=(middle[-1] + 0.5 * pitch[-1]) * along,
+        next_before=np.concatenate([before[1:], _holes(rig, middle[-1] - opens[-1] + beyond[-1], middle[0])[None]]),
+        base=_holes(rig, middle[0] + opens[0] - first, middle[0]),
+        tip=(middle[-1] + to_ring[-1]) * along,
     )
 
 
@@ -165,7 +166,7 @@ def _stiffnesses(rig: SpatialRig, bristle_ratio: float) -> tuple[Floats, Floats]
     ratio = np.full_like(segment, bristle_ratio)
     if dry.capstan_coefficient == 0 and dry.guide_N == 0:
         ratio[int(dry.sheath_N > 0) :] = min(bristle_ratio, SMOOTH_RATIO)
-    return segment, 1 / (1 / (ratio * segment) + dry.stick_compliance_mm_per_N)
+    return segment, 1 / (rig.mean_pitch_mm / (ratio * strong) + dry.stick_compliance_mm_per_N)
 
 
 def _lengths_at_rest(place: Layout, flexures: Flexures, j: int) -> Floats:

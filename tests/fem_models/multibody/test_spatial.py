@@ -83,6 +83,18 @@ CASES = {
         circle(0.4, 24),
         3e-3,
     ),
+    "uneven pitch": (
+        spatial_rig(
+            with_notch(
+                CAPSTAN,
+                Notch("rectangular_pair", 4, (2.6, 2.65, 2.7, 2.7), (1.5, 1.2, 1.8, 1.3), (1.0, 1.5, 0.8, 2.0)),
+            ),
+            turns_deg=[0, 90, 0, 90],
+            tendons_deg=[0, 180, 90, 270],
+        ),
+        circle(0.15, 24),
+        1e-3,
+    ),
     "one tendon, closing notches": (spatial_rig(SINGLE, turns_deg=37.0), np.linspace(0, 1, 21)[:, None], 1e-3),
 }
 

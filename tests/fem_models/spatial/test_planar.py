@@ -20,6 +20,9 @@ ONE_SIDED = with_notch(RIG, Notch("rectangular", 8, depth_mm=4.5, width_mm=1.5, 
 SINGLE = replace(preset("notched-wrist-90"), superelastic=None, closure=Closure(1000.0, 8.0))
 UP_AND_DOWN = LoadProgram(np.concatenate([np.linspace(0, 1, 21), np.linspace(1, 0, 21)[1:]]))
 SHORT = triangle(1.0, step_mm=0.1)
+WIDTHS, SPACINGS = (1.5, 1.2, 1.8, 1.3), (1.0, 1.5, 0.8, 2.0)
+UNEVEN = with_notch(RIG, Notch("rectangular", 4, 4.5, WIDTHS, SPACINGS))
+UNEVEN_PAIRS = with_notch(RIG, Notch("v_pair", 4, (2.6, 2.65, 2.7, 2.7), WIDTHS, SPACINGS, root_width_mm=0.3))
 CASES = {
     "10 N": (preset("du2018", preload_N=10.0), LOOP),
     "20 N": (RIG, LOOP),
@@ -27,6 +30,8 @@ CASES = {
     "weight": (replace(RIG, gravity=Gravity(1.0, -60.0)), LOOP),
     "tip": (replace(RIG, tip_load=TipLoad(0.3, 160.0), tip_mass=TipMass(5.0)), LOOP),
     "one-sided": (replace(ONE_SIDED, gravity=Gravity(1.0, -60.0)), SHORT),
+    "uneven pitch": (replace(UNEVEN, friction=Friction(0.2, 0.05, 0.2), gravity=Gravity(1.0, -60.0)), SHORT),
+    "uneven pairs": (replace(UNEVEN_PAIRS, tip_load=TipLoad(0.3, 160.0)), SHORT),
     "one tendon, closing notches": (SINGLE, UP_AND_DOWN),
     "bench": (replace(RIG, joint=MeasuredJoint(8, 3.0, 300.0, rigid_gap_mm=0.5), precurvature_deg=2.0), SHORT),
 }
@@ -57,9 +62,10 @@ def test_a_planar_rig_is_that_of_the_planar_chain(name, turn_deg):
         np.testing.assert_allclose(here, there, atol=1e-7)
 
 
-def test_the_tip_is_where_the_planar_chain_has_it():
+@pytest.mark.parametrize(("rig", "program"), [(RIG, LOOP), (UNEVEN_PAIRS, SHORT)], ids=["alike", "uneven"])
+def test_the_tip_is_where_the_planar_chain_has_it(rig, program):
     """The elongation of notches counts along them here, along the straight tube there: 1e-3 mm, bent by 45 deg."""
-    planar, space = solve_chain(RIG, LOOP), solve_spatial(spatial_rig(RIG), wheel_drives(LOOP.drive_mm))
+    planar, space = solve_chain(rig, program), solve_spatial(spatial_rig(rig), wheel_drives(program.drive_mm))
     np.testing.assert_allclose(space.tip_mm[:, :2], planar.record.tip_mm, atol=1e-3)
     assert np.abs(space.tip_mm[:, 2]).max() < 1e-12
 
