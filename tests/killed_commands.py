@@ -1,7 +1,7 @@
 """Kill commands with SIGKILL at random moments and look at what they leave; then run them again, to the same results.
 
     PYTHONPATH=. python tests/killed_commands.py --kills 6 --out killed
-    PYTHONPATH=. python tests/killed_commands.py --kills 0 --out twice        # twice and with other threads: the same bytes
+    PYTHONPATH=. python tests/killed_commands.py --kills 0 --out twice   # twice, and with other threads
 
 Each command is run once in peace. In each trial it is killed with all its children after a random part of that time.
 Every file that is there then must be whole: JSON, CSV and HTML are read to their end. The same command in the same

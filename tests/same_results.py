@@ -242,7 +242,7 @@ def compare(old: Path, new: Path) -> Differences:
         if not (new / store).exists():
             out.structure.append(f"{store}: in one folder only")
             continue
-        a, b = (xarray.open_zarr(top / store).load() for top in (old, new))
+        a, b = (xarray.open_zarr(top / store, consolidated=False).load() for top in (old, new))
         out.values(str(store), sorted(map(str, a.variables)), sorted(map(str, b.variables)))
         for name in a.variables.keys() & b.variables.keys() - LEFT_OUT:
             out.values(f"{store} {name}", a[name].values.tolist(), b[name].values.tolist())
