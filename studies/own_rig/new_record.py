@@ -265,6 +265,12 @@ def without_geometry(records: Sequence[Record], *, beside_rig: bool = False) -> 
     words = []
     for record in records:
         side = Path(record.source).with_suffix(".toml")
+        if beside_rig and record.tube and not set(record.rig) - {"preload_N"}:
+            words.append(
+                f"{record.source}: its sidecar {side.name} has tube and notches and names no rig: metal, friction and "
+                'tendons are fitted to the data; [rig] file = "RIG.toml" in place of [tube] and [notch] takes this rig'
+            )
+            continue
         if set(record.rig) - {"preload_N"} or record.tube or record.kinematics is not None:
             continue
         if side.exists() and not beside_rig:

@@ -157,6 +157,19 @@ def test_unknown_geometry_is_said_aloud(bench, capsys):
     assert words.startswith("other.csv: its sidecar other.toml names no rig: its geometry is unknown")
 
 
+def test_a_record_of_a_tube_alone_is_said_not_to_take_the_rig(tmp_path):
+    """Beside `run --rig` it would look as if the effects of the rig file were missing in it."""
+    (tmp_path / "wrist.csv").write_text(TRIALS)
+    columns = 'force = "tendon_force_N"\nangle = "tip_deg"\ncycle = "trial"'
+    tube = "[tube]\nouter_diameter_mm = 1.62\ninner_diameter_mm = 1.4"
+    notch = '[notch]\nshape = "rectangular"\ncount = 2\ndepth_mm = [1.36, 1.45]\nwidth_mm = 0.5\nspacing_mm = 1.5'
+    (tmp_path / "wrist.toml").write_text(f"schema = 1\n[columns]\n{columns}\n{tube}\n{notch}\n")
+    record = [read_record(tmp_path / "wrist.csv")]
+    assert without_geometry(record) == []
+    (words,) = without_geometry(record, beside_rig=True)
+    assert "wrist.toml has tube and notches and names no rig" in words
+
+
 def test_a_record_of_another_rig_is_refused(bench, tmp_path, capsys):
     bench()
     new(capsys, "bench.csv", "--preset", "du2018", "--preload", 20)
