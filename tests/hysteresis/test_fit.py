@@ -1,5 +1,6 @@
 """The result of an identification: representations and tables."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -26,6 +27,17 @@ def test_repr_is_one_line_with_law_and_error(fit: Fit) -> None:
     assert "\n" not in text
     assert text.startswith("Fit(first, second.csv: f analytic, A = -1, beta = ")
     assert len(text) < 250
+
+
+def test_text_has_the_layer_or_its_saturation(fit: Fit) -> None:
+    for shown in (fit.layer, {}):
+        named = shown or {"saturation": fit.saturation_deg}
+        text = str(dataclasses.replace(fit, layer=shown)).splitlines()
+        layer = text[1 : text.index("  parameters of the paper")]
+        assert len(layer) == len(named) > 0
+        for line, value in zip(layer, named.values(), strict=True):
+            assert line.endswith(str(value))
+    assert "saturation" in layer[0]
 
 
 def test_html_has_parameters_and_warnings(fit: Fit) -> None:

@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 
 from hysteresis.files import folder_beside, write_files
-from hysteresis.fitting import model_choice
+from hysteresis.fitting import model_choice, search
+from hysteresis.fitting.form import Form
+from hysteresis.fitting.samples import Samples
 from hysteresis.fitting.uncertainty import Parameter, Reader, _Blocks, coordinates
+from hysteresis.laws.backbone import given_backbone
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.laws.elements import LAWS, _stops_named, _stops_rows
 from hysteresis.laws.stops import follow_stops
 from hysteresis.records.backbone import backbone_of, is_thin
 from hysteresis.records.folds import _block_masks
@@ -193,3 +197,43 @@ def test_one_bouc_wen_element_is_fitted_to_a_finer_tolerance(monkeypatch, law, e
     model_choice._polish_all(None, SimpleNamespace(base_law=base, elements=elements), ["point", "other"])
     assert asked == [model_choice.FINE if fine else model_choice.COARSE] * 2
     assert model_choice.FINE < model_choice.COARSE
+
+
+def test_the_fitness_of_the_paper_is_the_mean_residual_over_the_range():
+    """Eq. 8 of the paper, with h = 0: the mean of the angle less f, over the range of the angle."""
+    drive = np.linspace(-1, 1, 41)
+    angle = 3.0 * drive + 0.7
+    form = Form((given_backbone(lambda x: 3.0 * x, drive, angle, "mm"),))
+    samples = Samples(drive, angle, np.ones(41, dtype=bool))
+    genes = np.zeros((1, 1 + form.searched))  # sign 0: no hysteresis
+    found = search._score(samples, form, np.zeros(1), "paper-signed-mean")(genes)
+    assert found == pytest.approx([-0.7 / 6.0], rel=1e-9)
+
+
+def test_a_search_counts_the_points_that_it_scored(monkeypatch):
+    monkeypatch.setattr(search, "without_hysteresis", lambda form, samples: SimpleNamespace(c=None, q=np.zeros(3)))
+    monkeypatch.setattr(search, "rmse", lambda *given: 1.0)
+    monkeypatch.setattr(search, "_score", lambda *given: lambda genes: np.zeros(len(genes)))
+
+    def evolve(method, counted, genes, bounds, **more):
+        for batch in (genes, genes[:3]):
+            counted(batch)
+        return genes
+
+    monkeypatch.setattr(search, "evolve", evolve)
+    form = SimpleNamespace(searched=2, bounds=lambda samples: (np.zeros(3), np.ones(3)))
+    effort = search.Effort("ga", "paper-signed-mean", 1, 10, 5, lambda: None)
+    assert search.explore(None, form, effort)[1] == 13
+
+
+def test_a_law_of_stops_is_saturated_beyond_its_largest_threshold():
+    """From rest, h has its saturation from the largest threshold on, and less before it."""
+    law = LAWS["generalised-prandtl-ishlinskii"]
+    for A, saturation in ((-0.5, 2.0), (-2.0, 0.3)):
+        values = np.zeros(law.size)
+        values[:4] = math.log(-A), math.log(saturation), math.log(0.6), 0.2
+        largest = _stops_named(-1.0, values)["largest_threshold_deg"][0]
+        rows = _stops_rows(np.array([-1.0]), values[np.newaxis])
+        h = follow_stops(np.array([0.0, 0.99 * largest, 1.001 * largest, 5.0 * largest]), rows, 0.0, 1e9)[0]
+        assert abs(h[1]) < 0.999 * saturation
+        assert abs(h[2:]) == pytest.approx([saturation] * 2, rel=1e-6)
