@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
+from validation.tracing import cross_validated
 from validation.tracing.cross_validated import PlayBaselines, play_baselines, trace_by_folds
 from validation.tracing.effect import catalogue
 from validation.tracing.result import in_words, trace_report
@@ -76,8 +78,13 @@ def zone_of(given: list[Record]) -> tuple[PlayBaselines, StillZone | None]:
     return plays, find_still_zone(plays.fits.best(plays.fitted), BACKLASH, plays.fits)
 
 
-def test_a_play_that_play_operators_absorb_is_found_with_its_width() -> None:
-    _, zone = zone_of(records(lambda drive: play(drive, WIDTH_MM), 0.0))
+@pytest.fixture(scope="module")
+def behind_a_play() -> tuple[PlayBaselines, StillZone | None]:
+    return zone_of(records(lambda drive: play(drive, WIDTH_MM), 0.0))
+
+
+def test_a_play_that_play_operators_absorb_is_found_with_its_width(behind_a_play) -> None:
+    _, zone = behind_a_play
     assert zone is not None
     assert zone.width == pytest.approx(WIDTH_MM, rel=0.1)
     assert zone.refuted_deg > 1.5 * zone.fitted.heldout_rmse_deg
@@ -113,9 +120,16 @@ def test_records_with_a_still_zone_are_traced_to_play_or_friction() -> None:
     assert (without.verdict, without.names) == ("unexplained", ())
 
 
-def test_records_that_show_nothing_missing_are_not_searched() -> None:
-    """Their play is a part of the loops that the baseline has."""
-    plays, zone = zone_of(records(lambda drive: play(drive, WIDTH_MM), 0.0))
+@pytest.mark.parametrize("verdict", ["none", "effect", "ambiguous"])
+def test_records_that_lack_nothing_more_are_not_searched(verdict: str, behind_a_play, monkeypatch) -> None:
+    """A play is then a part of the loops that the baseline has."""
+    plays, zone = behind_a_play
     assert zone is not None
-    trace = trace_by_folds(plays, BACKLASH, lambda words: None)
-    assert trace.names == () or trace.verdict != "none"
+    judge = cross_validated.judge_by_folds
+
+    def judged(*some, **more):
+        return replace(judge(*some, **more), verdict=verdict)
+
+    monkeypatch.setattr(cross_validated, "judge_by_folds", judged)
+    monkeypatch.setattr(cross_validated, "find_still_zone", lambda *some: pytest.fail("searched"))
+    assert trace_by_folds(plays, [], lambda words: None).verdict == verdict
