@@ -8,16 +8,20 @@ import numpy as np
 
 from hysteresis.records.record import FIELDS, FURTHER_DRIVES, Record, RecordError
 
+PULLED = 0.1
+"""Range of a tension over that of the force that drives: a tendon with more is pulled, too."""
 _OF_SPACE = ("angle_2", "torsion", "tension_c", "tension_d")
 
 
 def require_one_wheel(record: Record) -> None:
     """Refuse a record in which a wheel beside the first one moves: one drive does not explain its angle.
 
+    Where the drive is a force, tendons c and d are the ones that must not be pulled; b may give way as a is pulled.
+
     Raises
     ------
     RecordError
-        One line with the file and the wheel.
+        One line with the file and the wheel, or the tendon.
     """
     for key in FURTHER_DRIVES:
         drive = getattr(record, key)
@@ -26,6 +30,11 @@ def require_one_wheel(record: Record) -> None:
             raise RecordError(
                 f"{found}: expected a record in which the first wheel moves alone, for a model of one plane"
             )
+    for key in ("tension_c", "tension_d"):
+        tension = getattr(record, FIELDS[key])
+        if record.drive_unit == "N" and tension is not None and np.ptp(tension) > PULLED * np.ptp(record.drive):
+            found = f"{record.source or 'record'}: columns.{key}: this tendon is pulled"
+            raise RecordError(f"{found}: expected a record in which c and d are held, for a model of one plane")
 
 
 def not_used(record: Record) -> str:

@@ -1,5 +1,7 @@
 """The second plane of a record, and what one plane does to the other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,13 @@ def test_the_second_plane_is_a_record_of_its_wheel_and_angle():
         second_plane(own)
     with pytest.raises(RecordError, match=r"columns.drive_2: missing"):
         second_plane(Record(DRIVE, DRIVE))
+
+
+def test_tendons_of_the_other_plane_are_held_where_a_force_drives():
+    pulled = Record(DRIVE, DRIVE, drive_unit="N", tension_b_N=2 - DRIVE, tension_c_N=3 + 0.05 * DRIVE)
+    require_one_wheel(pulled)
+    with pytest.raises(RecordError, match=r"columns.tension_d: this tendon is pulled: expected .* c and d are held"):
+        require_one_wheel(replace(pulled, tension_d_N=3 + DRIVE))
 
 
 def test_coupling_is_the_slope_of_the_other_angle():
