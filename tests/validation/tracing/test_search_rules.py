@@ -49,9 +49,9 @@ def test_folds_say_first_what_the_rest_depends_on_and_know_no_reference(monkeypa
     monkeypatch.setattr(verdict, "remarks", lambda fit: ["remark"])
     best = fitted(1.01 * AT_FLOOR * 0.1, "gravity")
     found = SimpleNamespace(baseline=fitted(1.0), best=best, candidates=(), alike=((),))
-    trace = verdict.judge_by_folds(found, ("before",), floor=NOISE)
+    trace = verdict.judge_by_folds(found, ("one", "other"), floor=NOISE)
     assert (trace.verdict, trace.reference) == ("partial", 0)
-    assert trace.words == ("the remaining residual depends on time", "before", "remark")
+    assert trace.words == ("the remaining residual depends on time", "one", "other", "remark")
 
 
 @pytest.mark.parametrize(
