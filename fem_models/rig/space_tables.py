@@ -15,7 +15,8 @@ Space = tuple[float, float, float]
 MOST_TENDONS = 4
 """Most tendons of a rig file: records have columns for the tensions of tendons a to d."""
 IN_SPACE = (
-    "bends in space, which run, simulate, study, workspace, compensate, trace and app know: expected a planar rig here"
+    "bends in space, which run, simulate, validate, study, workspace, compensate, trace and app know: "
+    "expected a planar rig here"
 )
 """End of the message of everything that knows planar rigs only."""
 _PLANAR = (((0.0,), (1,)), ((0.0, 180.0), (1, 1)))

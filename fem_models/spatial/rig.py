@@ -23,6 +23,8 @@ from hysteresis.arrays import Floats
 
 MEASURED_RATIO = 100.0
 """Strong bending and torsion of a measured joint over its bending stiffness: not known, and stiff here."""
+RIGID_RING = 1e9
+"""Stiffness of a ring in series over that of a notch whose stiffness has the ring in it."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ def spatial_rig(
     turns_deg: float | Sequence[float] = 0.0,
     tendons_deg: Sequence[float] | None = None,
     twist_deg_per_mm: float = 0.0,
-    stiffness: NotchStiffness | None = None,
+    stiffness: NotchStiffness | Sequence[NotchStiffness] | None = None,
 ) -> SpatialRig:
     """Take a planar rig into space.
 
@@ -149,7 +151,8 @@ def spatial_rig(
     tendons_deg
         Angles of the tendons, all like tendon a. None is tendon a at 0 and tendon b, if there is one, at 180 degrees.
     stiffness
-        The six stiffnesses of every notch, of a solid for one; None derives them from the section.
+        The six stiffnesses of every notch, or a row of N, such as those of solids a pitch long: what the rings give is
+        in them. None derives them from the section, with the rings in series.
 
     Raises
     ------
@@ -183,15 +186,15 @@ def spatial_rig(
     )
 
 
-def of_rig_in_space(rig: RigInSpace) -> SpatialRig:
-    """Make the chain in space of a rig that a file describes.
+def of_rig_in_space(rig: RigInSpace, stiffness: Sequence[NotchStiffness] | None = None) -> SpatialRig:
+    """Make the chain in space of a rig that a file describes; ``stiffness`` as in :func:`spatial_rig`.
 
     Raises
     ------
     RigError
         As :func:`spatial_rig`.
     """
-    planar = spatial_rig(rig.rig, turns_deg=rig.turns_deg)
+    planar = spatial_rig(rig.rig, turns_deg=rig.turns_deg, stiffness=stiffness)
     tendons = tuple(SpatialTendon(*one) for one in zip(rig.tendons, rig.angles_deg, strict=True))
     loads = planar.loads
     force = _sum(_sum(loads.tip_N, rig.tip_force_N), _weight_N(rig.tip))
@@ -205,9 +208,14 @@ def _weight_N(weight: Weight | None) -> Space:
     return x, y, z
 
 
-def _joints(rig: Rig, turns_deg: Sequence[float], stiffness: NotchStiffness | None) -> tuple[SpatialJoint, ...]:
+def _joints(
+    rig: Rig, turns_deg: Sequence[float], stiffness: NotchStiffness | Sequence[NotchStiffness] | None
+) -> tuple[SpatialJoint, ...]:
     """Make the joints, notches that differ among them."""
-    kinds = [_kind(with_joint(rig, number), stiffness) for number in range(1 if rig.joint.alike else rig.joints)]
+    given = [stiffness] * rig.joints if stiffness is None or isinstance(stiffness, NotchStiffness) else list(stiffness)
+    require(len(given) == rig.joints, "stiffness", f"{len(given)} notches", f"one for each of {rig.joints} joints")
+    same = rig.joint.alike and len(set(given)) == 1
+    kinds = [_kind(with_joint(rig, number), given[number]) for number in range(1 if same else rig.joints)]
     lengths = joint_row(rig).lengths
     segments, to_ring = lengths.segments.tolist(), lengths.to_ring.tolist()
     beyond = [*lengths.beyond[:-1].tolist(), 2 * to_ring[-1]]
@@ -222,9 +230,11 @@ def _kind(rig: Rig, stiffness: NotchStiffness | None) -> tuple[JointMechanics, N
     mechanics = joint_mechanics(rig)
     linear = mechanics.hardening.is_linear
     require(linear, "rig.hardening_slope", "given", "none in space: joints are linear but for their loop")
+    if stiffness is not None:  # what the ring gives is in it
+        return mechanics, stiffness, (RIGID_RING * stiffness.strong, RIGID_RING * stiffness.torsion)
     ring = mechanics.ring.bending_Nmm_per_rad
     series = (ring, ring / (1 + rig.material.poissons_ratio))  # G J = E I/(1 + nu) of a round tube
-    return mechanics, stiffness or _stiffness(rig, mechanics), series
+    return mechanics, _stiffness(rig, mechanics), series
 
 
 def _in_space(planar: tuple[float, float], turn_deg: float) -> Space:

@@ -276,13 +276,24 @@ def validate(
     out: Out,
     rig: ComparedRig,
     amplitude: Annotated[
-        float | None, typer.Option("--amplitude", help="Amplitude, mm; by default 2.2, and to 45 deg of a rig file.")
+        float | None,
+        typer.Option("--amplitude", help="Amplitude, mm; by default 2.2, to 45 deg of a rig file, in space to 20 deg."),
     ] = None,
     replacing: Overwrite,
     common: Common,
 ) -> None:
-    """Compare analytic model, solid, reduced bodies, beams, chain and multibody model side by side."""
-    chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read()
+    """Compare analytic model, solid, reduced bodies, beams, chain and multibody model side by side.
+
+    Of a rig in space: the six stiffnesses of every notch from section and solid, and the wrist bent with either.
+    """
+    chosen = RigChoice(rig.preset or (None if rig.rig else PRESET), rig.rig, rig.preload).read_any()
+    if isinstance(chosen, RigInSpace):
+        require_exudyn()
+        require_gmsh()
+        from studies.in_space.comparison import validate_in_space
+
+        validate_in_space(chosen, amplitude, out, replacing, common)
+        return
     target = out / "validate.json"
     replacing.allow([target])
     require_exudyn()

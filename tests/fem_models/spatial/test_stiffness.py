@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from fem_models.joint.flexure import elasticity
-from fem_models.rig import preset
+from fem_models.rig import RigError, preset
 from fem_models.rig.joints import Notch
 from fem_models.rig.rig import with_notch
 from fem_models.solid.linear import snr_stiffness, solid_snr
+from fem_models.spatial import solve_spatial, spatial_rig, wheel_drives
 from fem_models.spatial.stiffness import notch_stiffness, second_moment_across_mm4, stiffness_of_solid
 
 RIG = preset("du2018")
@@ -56,3 +57,21 @@ def test_against_the_solid_between_rigid_plates(rig):
     there = stiffness_of_solid(snr_stiffness(solid_snr(rig, refinement=0.7)).stiffness)
     for name, most in BOUNDS[rig.joint.notch.shape].items():
         assert 1 / 1.1 < getattr(here, name) / getattr(there, name) < most, name
+
+
+def test_stiffnesses_that_are_given_have_the_ring_in_them():
+    """A pitch whose six stiffnesses are those of the section with its ring in series is the rig itself."""
+    rig = replace(RIG, material=replace(RIG.material, loop_share=0.0))
+    drives = wheel_drives(np.array([[0.0, 0.0], [0.5, 0.0], [0.5, 0.4]]))
+    turns = [90.0 * (k % 2) for k in range(14)]
+    plain = spatial_rig(rig, turns_deg=turns, tendons_deg=[0, 180, 90, 270])
+    six, (bends, twists) = plain.joints[0].stiffness, plain.joints[0].ring
+    rings = {"weak": bends, "strong": bends, "torsion": twists}
+    whole = six._replace(**{name: 1 / (1 / getattr(six, name) + 1 / ring) for name, ring in rings.items()})
+    expected = solve_spatial(plain, drives)
+    for given in (whole, [whole] * 14):
+        found = solve_spatial(spatial_rig(rig, turns_deg=turns, tendons_deg=[0, 180, 90, 270], stiffness=given), drives)
+        np.testing.assert_allclose(found.bending_deg, expected.bending_deg, atol=1e-6)
+        np.testing.assert_allclose(found.torsion_deg, expected.torsion_deg, atol=1e-6)
+    with pytest.raises(RigError, match="stiffness = 3 notches: expected one for each of 14 joints"):
+        spatial_rig(rig, stiffness=[whole] * 3)

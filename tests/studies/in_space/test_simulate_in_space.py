@@ -81,7 +81,6 @@ def test_tensions_of_a_file(tmp_path):
         (("simulate", *PRESET, "--amplitude", "1", "--ensemble"), "--ensemble with rig zhang2026"),
         (("simulate", *PRESET, "--circle"), "expected --amplitude"),
         (("simulate", "--preset", "du2018", "--amplitude", "1", "--circle"), "--circle: both wheels of a rig in space"),
-        (("validate", *PRESET), "bends in space, which run, simulate"),
         (("export", *PRESET, "--to", "mujoco"), "bends in space, which run, simulate"),
         (("separate", *PRESET), "bends in space, which run, simulate"),
         (("identify", "RECORD"), "columns.drive_2: this wheel moves"),
