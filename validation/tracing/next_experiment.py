@@ -34,6 +34,7 @@ from validation.tracing.fitting.holdout import Protocol
 from validation.tracing.outcome import Trace, competitors_of, turns_are_alike
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.problem import Problem
+from validation.tracing.search.still_zone import SAME_STILL
 from validation.tracing.settings import (
     AMPLITUDE_FACTORS,
     CYCLE_SAMPLES,
@@ -121,6 +122,12 @@ SLACK_WITH_WEIGHT = (
     "the tip, recorded beside the angles, often shows it, too"
 )
 
+PLAY_OR_FRICTION = (
+    "the same program at half the preload and at twice it: the still zone of a play keeps its width, that of friction "
+    "between wheel and base grows with the tension; or the tension at the base, which rises within the zone if it is "
+    "friction, and hardly if it is play"
+)
+
 
 def next_experiment(trace: Trace) -> Experiment:
     """Propose the record that distinguishes most.
@@ -132,6 +139,8 @@ def next_experiment(trace: Trace) -> Experiment:
         return Experiment(_lacking_in_space(trace))
     if trace.verdict in ("none", "unexplained"):
         return Experiment(_lacking(trace))
+    if _is_still_zone(trace):
+        return Experiment(PLAY_OR_FRICTION)
     competitors = competitors_of(trace)
     if len(competitors) < 2:
         return Experiment(f"{_lacking(trace)} (no other effect explains these records nearly as well)")
@@ -150,6 +159,13 @@ def next_experiment(trace: Trace) -> Experiment:
     ]
     words = f"a record {trial.words}: {'; '.join(pairs)}"
     return Experiment(words, trial, trace.records[0].drive_unit)
+
+
+def _is_still_zone(trace: Trace) -> bool:
+    """Whether what was named last is a still zone: no model that was fitted has the friction that does the same."""
+    return (
+        bool(trace.confusable) and trace.confusable[-1] == SAME_STILL and bool(trace.effects[-1].form.form.still_over)
+    )
 
 
 def _name(fitted: Fitted) -> str:

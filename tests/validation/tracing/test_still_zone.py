@@ -14,6 +14,7 @@ from hysteresis.records.record import Record
 from validation.tracing import cross_validated
 from validation.tracing.cross_validated import PlayBaselines, play_baselines, trace_by_folds
 from validation.tracing.effect import catalogue
+from validation.tracing.next_experiment import PLAY_OR_FRICTION, next_experiment
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.search.still_zone import StillZone, find_still_zone
 from validation.tracing.settings import STILL_GAIN
@@ -116,8 +117,10 @@ def test_records_with_a_still_zone_are_traced_to_play_or_friction() -> None:
     words = " ".join(in_words(report))
     assert "stands still for 0." in words
     assert "mm of the drive" in words
+    assert next_experiment(trace).words == PLAY_OR_FRICTION
     without = trace_by_folds(plays, BACKLASH, lambda words: None, still=False)
     assert (without.verdict, without.names) == ("unexplained", ())
+    assert next_experiment(without).words != PLAY_OR_FRICTION
 
 
 @pytest.mark.parametrize("verdict", ["none", "effect", "ambiguous"])
