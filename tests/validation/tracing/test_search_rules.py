@@ -7,17 +7,28 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from hysteresis.records.record import Record
 from validation.tracing import verdict
 from validation.tracing.effect import SampleInputs
+from validation.tracing.fitting import least_squares
 from validation.tracing.fitting.dependence import dependences
+from validation.tracing.fitting.fitted import Fitted, Rows
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.least_squares import _Evaluations
-from validation.tracing.fitting.noise import NoiseFloor
+from validation.tracing.fitting.noise import NoiseFloor, estimate_noise_floor
+from validation.tracing.fitting.uncertainty import covariance
+from validation.tracing.prepared import prepared
 from validation.tracing.search import by_folds
 from validation.tracing.settings import AT_FLOOR, EXPLAINED_SHARE
 
 NOISE = NoiseFloor(local_deg=0.1, repeats_deg=None)
 SMOOTH = SimpleNamespace(names=("time",), competitor=None)
+
+
+class Hashed(SimpleNamespace):
+    """A stand-in that may be a key, as fits are."""
+
+    __hash__ = object.__hash__
 
 
 def fitted(rmse: float, *names: str) -> SimpleNamespace:
@@ -111,3 +122,67 @@ def test_runs_of_a_model_are_counted():
     for x in (0.0, 0.0, 1.0):  # the second is known
         runs.errors(np.array([x]))
     assert runs.calls == 2
+
+
+@pytest.mark.parametrize(("known", "expected"), [(None, 4), (2, 2)])
+def test_a_derivative_costs_a_run_for_each_column_that_is_not_known(monkeypatch, known, expected):
+    model = SimpleNamespace(followed=lambda x: ([np.zeros(5)], None), problem=SimpleNamespace(channels=()))
+    monkeypatch.setattr(least_squares, "differentiate", lambda *given: np.zeros((5, 3)))
+    columns = None if known is None else np.zeros((5, known))
+    runs = _Evaluations(model, Holdout((np.ones(5, dtype=bool),), "nothing"), 1, columns)
+    runs.jacobian(np.zeros(3))
+    assert runs.calls == expected  # one run at the point itself
+    runs.jacobian(np.zeros(3))  # the known columns are of the first point alone
+    assert runs.calls == expected + 3
+
+
+@pytest.mark.parametrize(
+    ("samples", "columns", "freedom"), [(8.0, 3, 5.0), (4.0, 3, 1.0), (3.0, 3, 1.0), (0.5, 3, 1.0)]
+)
+def test_freedom_of_a_covariance_is_at_least_one(samples, columns, freedom):
+    rng = np.random.default_rng(1)
+    rows = Rows(rng.normal(size=20), rng.normal(size=(20, columns)), np.ones(20, dtype=bool))
+    found = covariance(SimpleNamespace(rows=rows, samples=samples))
+    assert found.freedom == freedom
+    one = rows.errors @ rows.errors / (20 - columns) * 20 / max(2.0, samples)
+    np.testing.assert_allclose(found.matrix, one * np.linalg.inv(rows.jacobian.T @ rows.jacobian), rtol=1e-9)
+
+
+def test_the_square_of_a_fit_is_of_the_angle_and_of_all_channels():
+    rows = SimpleNamespace(errors=np.array([1.0, 2.0, 3.0]))
+    for channels, expected in ((None, 0.5), ("tension", 14 / 3)):
+        fit = SimpleNamespace(channels=channels, mean_square=0.5, rows=rows)
+        assert Fitted.square.func(fit) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(("taken", "named"), [(1.01, ("drag",)), (0.99, ())])
+def test_a_step_must_take_a_hundredth_of_what_the_baseline_leaves(monkeypatch, taken, named):
+    baseline, best = Hashed(**vars(fitted(2.0))), Hashed(**vars(fitted(1.0, "drag")))
+    steps = iter([SimpleNamespace(fitted=best, chosen=[best], alike=()), None])
+    monkeypatch.setattr(by_folds, "front_runners", lambda *given: [best])
+    monkeypatch.setattr(by_folds, "_named", lambda *given: next(steps))
+    monkeypatch.setattr(by_folds, "_square", lambda fits, chosen: 4.0)
+    monkeypatch.setattr(by_folds, "_taken", lambda *given: taken * by_folds.NOT_TOLD * 4.0)
+    fits = SimpleNamespace(
+        folds=(0,), chosen=lambda models: [baseline], best=lambda models: baseline,
+        with_fold_errors=lambda one, chosen: one,
+    )  # fmt: skip
+    monkeypatch.setattr(by_folds, "_fits_best", lambda baselines: baseline)
+    found = by_folds.find_by_folds([baseline], [SimpleNamespace(name="drag")], fits, lambda words: None)
+    assert found.best.names == named
+
+
+@pytest.mark.parametrize("cycles", [1, 2])
+def test_the_floor_knows_how_far_cycles_differ_where_they_repeat(cycles):
+    """The residual of one cycle is 0.3 deg, that of the other -0.3: 0.3 sqrt(2) is their deviation with K - 1."""
+    way = np.r_[np.linspace(-1, 1, 101), np.linspace(1, -1, 101)[1:]]
+    drive = np.r_[way, *[way[1:]] * (cycles - 1)]
+    cycle = np.r_[[1], np.repeat(np.arange(cycles), way.size - 1) + 1]
+    record = Record(drive, 20 * drive, cycle=cycle)
+    one = prepared(record, np.arange(drive.size))
+    residual = np.where(cycle == 1, 0.3, -0.3)
+    floor = estimate_noise_floor([one], [residual])
+    if cycles == 1:
+        assert floor.repeats_deg is None
+    else:
+        assert floor.repeats_deg == pytest.approx(np.hypot(0.3 * 2**0.5, one.drive_step_deg), rel=0.01)
