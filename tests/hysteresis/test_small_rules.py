@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from hysteresis.files import folder_beside, write_files
-from hysteresis.fitting import model_choice, search
+from hysteresis.fitting import law_choice, model_choice, response, search
 from hysteresis.fitting.form import Form
 from hysteresis.fitting.samples import Samples
 from hysteresis.fitting.uncertainty import Parameter, Reader, _Blocks, coordinates
 from hysteresis.laws.backbone import given_backbone
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
+from hysteresis.laws.classical import force_batch
 from hysteresis.laws.elements import LAWS, _stops_named, _stops_rows
 from hysteresis.laws.stops import follow_stops
 from hysteresis.records.backbone import backbone_of, is_thin
@@ -237,3 +238,32 @@ def test_a_law_of_stops_is_saturated_beyond_its_largest_threshold():
         h = follow_stops(np.array([0.0, 0.99 * largest, 1.001 * largest, 5.0 * largest]), rows, 0.0, 1e9)[0]
         assert abs(h[1]) < 0.999 * saturation
         assert abs(h[2:]) == pytest.approx([saturation] * 2, rel=1e-6)
+
+
+def test_gamma_is_fixed_by_the_width_of_its_interval_beside_beta():
+    beta, most = Parameter(0.5, 0.4, 0.6, "-"), 2 * (1 - 1 / response._FIXED) * 0.5
+    for part, fixed in ((0.99, True), (1.01, False)):
+        around = Parameter(0.0, -0.5 * part * most, 0.5 * part * most, "-")
+        assert response._is_fixed("gamma", {"beta": beta, "gamma": around}) is fixed
+    assert not response._is_fixed("gamma", {"beta": beta, "gamma": Parameter(0.0, None, None, "-")})
+    for high, fixed in ((0.99 * response._FIXED, True), (1.01 * response._FIXED, False)):
+        assert response._is_fixed("A", {"A": Parameter(-1.0, -high, -1.0, "-")}) is fixed
+
+
+def test_the_error_of_a_law_is_that_of_all_branches_by_their_samples(monkeypatch):
+    """Sums of squares of 1 and 3 deg^2 over ten samples each: the root of 4/20."""
+    monkeypatch.setattr(law_choice, "_fold_squares", lambda *given: (np.array([1.0, 3.0]), np.array([10.0, 10.0])))
+    monkeypatch.setattr(law_choice, "inner_folds", lambda *given: [SimpleNamespace(by="cycles")])
+    monkeypatch.setattr(law_choice, "join", lambda *given, **more: None)
+    monkeypatch.setattr(law_choice, "rmse", lambda *given: 0.1)
+    monkeypatch.setattr(law_choice, "_timed", lambda found: False)
+    monkeypatch.setattr(law_choice, "_reason", lambda *given: "")
+    law = SimpleNamespace(form=SimpleNamespace(base_law=SimpleNamespace(name="law", size=4), elements=2), point=None)
+    (one,) = law_choice.choose_law([None], [SimpleNamespace(train=None, heldout=None)], {"Law": law}).candidates
+    assert (one.inner_rmse_deg, one.constants) == (pytest.approx(0.2**0.5, rel=1e-12), 8)
+
+
+def test_a_force_of_one_sample_is_refused():
+    for time in ([0.0], [0.0, 0.0], [[0.0, 1.0]]):
+        with pytest.raises(ValueError, match="expected two rows alike, times increasing"):
+            force_batch(time, np.zeros(np.shape(time)), np.ones((1, 9)))
