@@ -179,6 +179,7 @@ def test_trace_and_its_folder_are_answers():
     [
         ([], "expected an answer"),
         ({"schema": 2}, "schema = 2: expected 1"),
+        ({"schema": True}, "schema = True: expected 1"),
         ({"schema": 1, "verdict": "yes"}, "verdict = 'yes': expected one of effect, partial"),
         ({"schema": 1, "verdict": "effect"}, "effects: none with the verdict effect"),
         ({"schema": 1, "verdict": "effect", "effects": [{}]}, r"effects\[0\]: {}: expected an object with a name"),

@@ -91,7 +91,7 @@ def answer_of(values: object, where: str) -> CaseAnswer:
     """
     if not isinstance(values, dict):
         raise RecordError(f"{where}: {quoted(values)}: expected {EXPECTED}")
-    if values.get("schema") != 1:
+    if type(values.get("schema")) is not int or values["schema"] != 1:  # True is 1
         raise RecordError(f"{where}: schema = {quoted(values.get('schema', 'missing'))}: expected 1")
     verdict, effects = values.get("verdict", "missing"), values.get("effects", [])
     if verdict not in VERDICTS:
