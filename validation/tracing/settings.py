@@ -204,6 +204,12 @@ PLAY_CURVE_SCALE = 30.0
 f to nothing."""
 PLAY_RADII = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.22, 0.3)
 """Radii of the plays over the largest range of the drive: as dense at small strokes as at large ones."""
+LONE_STEP, LEAST_LONE_STEP, LONE_NEIGHBOURS = 3.0, 0.01, 4
+"""Step between two samples over the largest other one from which it stands alone, and least one over the range of the
+values; samples on either side whose median step is that of the motion."""
+LONE_STEP_TAKES, LONE_CURVE_DEGREE = 0.7, 7
+"""Error without a step over that with it, of a polynomial of this degree with play operators, below which the step is
+taken out."""
 STILL_LEAST, STILL_MOST, STILL_WIDTHS = 0.005, 0.25, 40
 """Widths of a still zone over the range of the drive that are tried, in equal ratios: the error has a kink wherever a
 width meets the radius of a play."""

@@ -52,6 +52,7 @@ from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import Progress
+from validation.tracing.sensors.lone_steps import without_lost_counts
 from validation.tracing.sensors.readings import sensor_words
 from validation.tracing.settings import (
     AS_DECLARED,
@@ -128,9 +129,12 @@ def trace_records(
     if any(bends_in_space(record) for record in (*records, *reference)):
         return _trace_in_space(records, reference, acting(every, in_space=True), threads, report)
     tried = acting(every, in_space=False)
+    (records, lost), (reference, lost_before) = _with_all_counts(records), _with_all_counts(reference)
     numbered, old = _numbered(records), _numbered(reference)
     if old:
-        return _traced_change(numbered, old, tried, report)
+        trace = _traced_change(numbered, old, tried, report)
+        trace = doubted_with_leap(trace, lost=bool(lost))
+        return replace(trace, words=(*trace.words, *lost, *lost_before))
     problem = known_rig_problem(numbered) or motor_drive_problem(numbered)
     notes = problem.channel_words if problem else _rigs_not_used(numbered)
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
@@ -142,8 +146,8 @@ def trace_records(
         trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
         trace = named_in_part(trace, threads) if trace.verdict == "unexplained" and problem is not None else trace
         trace = with_remaining_error(trace)
-    trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)))
-    notes = (*notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
+    trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
+    notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 
 
@@ -201,6 +205,12 @@ def _out_of_plane(one: Coupling) -> str:
         f"{Path(one.record).name or 'a record'}: angle_2 moves by up to {one.largest_deg:.2g} deg, "
         f"{100 * one.share:.2g} % of angle: bending out of the plane, which no model of one plane explains"
     )
+
+
+def _with_all_counts(records: Sequence[Record]) -> tuple[list[Record], tuple[str, ...]]:
+    """Let the drive of each record go on where counts were lost, and say where."""
+    pairs = [without_lost_counts(record) for record in records]
+    return [record for record, _ in pairs], tuple(words for _, words in pairs if words)
 
 
 def _numbered(records: Sequence[Record]) -> list[Record]:

@@ -265,9 +265,9 @@ def doubted_on_heldout(trace: Trace) -> Trace:
     return replace(trace, verdict="unexplained", words=(words, *trace.words))
 
 
-def doubted_with_leap(trace: Trace) -> Trace:
-    """Say that something is wrong where a leap was taken out of a record: no effect explains it."""
-    leaps = any(one.readings is not None and one.readings.leap_deg is not None for one in _traced(trace))
+def doubted_with_leap(trace: Trace, *, lost: bool = False) -> Trace:
+    """Say that something is wrong where a leap was taken out of a record, or ``lost`` counts: no effect explains it."""
+    leaps = lost or any(one.readings is not None and one.readings.leap_deg is not None for one in _traced(trace))
     if trace.verdict != "none" or not leaps:
         return trace
     return replace(trace, verdict="unexplained", words=(LEAPT, *trace.words))

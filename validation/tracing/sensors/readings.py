@@ -18,6 +18,7 @@ from hysteresis.records.metrics import leap_between_cycles
 from hysteresis.records.path import branches, cycle_index
 from hysteresis.records.record import Record
 from validation.tracing.sensors.drive_steps import drive_step_deg
+from validation.tracing.sensors.lone_steps import leap_of_angle
 from validation.tracing.settings import (
     HELD_SHARE,
     HELD_STEP,
@@ -72,10 +73,11 @@ def readings_of(record: Record) -> Readings:
 
 
 def sudden_leap(record: Record) -> Floats | None:
-    """Leap of the angle amid a cycle, which no rig makes, shape (m,), deg; None without one."""
+    """Leap of the angle amid a cycle or between two samples, which no rig makes, shape (m,), deg; None without one."""
     leap = leap_between_cycles(record)
     if leap is None or not leap.sudden:
-        return None
+        lone = leap_of_angle(record)
+        return None if lone is None else lone.of_each(record.angle_deg.size)
     return np.where(np.arange(record.angle_deg.size) >= leap.sample, leap.size_deg, 0.0)
 
 
@@ -100,9 +102,17 @@ def sensor_words(records: Sequence[Record], floor_deg: float) -> tuple[str, ...]
 def _leap_words(record: Record, number: int) -> str:
     """Say where a record is off against its own earlier cycles; empty where it is not."""
     leap = leap_between_cycles(record)
+    name = Path(record.source).name or f"record {number + 1}"
+    if leap is None or not leap.sudden:
+        lone = leap_of_angle(record)
+        if lone is not None:
+            when = f"sample {lone.sample + 1}" if record.time_s is None else f"{record.time_s[lone.sample]:.3g} s"
+            return (
+                f"{name}: the angle leaps by {lone.size:.2g} deg at {when}, between two samples, and stays off: a "
+                "sensor or a clamp that moved; it is taken out"
+            )
     if leap is None:
         return ""
-    name = Path(record.source).name or f"record {number + 1}"
     when = f"sample {leap.sample + 1}" if record.time_s is None else f"{record.time_s[leap.sample]:.3g} s"
     out = "it is taken out" if leap.sudden else "repeatability leaves it out"
     return (
