@@ -218,9 +218,9 @@ STILL_RISE, STILL_NARROWER = 1.02, 2 / 3
 it."""
 STILL_MOTION = 0.125
 """Motion within a still zone over the mean slope of the loop up to which it is one."""
-STILL_GAIN, STILL_TWICE, STILL_TOLERANCE = 0.98, 2.0, 1e-3
-"""Rms error on held-out data over that before up to which a still zone is named, so that it does not depend on how the
-folds are divided; factor on its width that the records must refute; relative tolerance of a width that is fixed."""
+STILL_AS_GOOD, STILL_TWICE, STILL_TOLERANCE = 1.01, 2.0, 1e-3
+"""Rms error on held-out data over that before up to which a still zone, the stricter model, predicts as well; factor on
+its width that the records must refute; relative tolerance of a width that is fixed."""
 PLAY_START_PART = 0.5
 """Part of the first stroke that a play may have been moved by: on a virgin branch its loop is half as wide."""
 PLAY_COEFFICIENT, PLAY_PRIOR = 20.0, 3e-3

@@ -17,7 +17,7 @@ from validation.tracing.effect import catalogue
 from validation.tracing.next_experiment import PLAY_OR_FRICTION, next_experiment
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.search.still_zone import StillZone, find_still_zone
-from validation.tracing.settings import STILL_GAIN
+from validation.tracing.settings import STILL_AS_GOOD
 
 WIDTH_MM = 0.3
 BACKLASH = [effect for effect in catalogue() if effect.name == "backlash"]
@@ -113,7 +113,7 @@ def test_records_with_a_still_zone_are_traced_to_play_or_friction() -> None:
     assert (trace.verdict, trace.names, trace.confusable) == ("partial", ("backlash",), (("guide_friction",),))
     report = trace_report(trace)
     assert report.effects[0].parameters["width_mm"].value == pytest.approx(WIDTH_MM, rel=0.25)
-    assert report.after.heldout.rmse_deg <= STILL_GAIN * report.before.heldout.rmse_deg
+    assert report.after.heldout.rmse_deg <= STILL_AS_GOOD * report.before.heldout.rmse_deg
     words = " ".join(in_words(report))
     assert "stands still for 0." in words
     assert "mm of the drive" in words
