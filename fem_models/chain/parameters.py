@@ -152,7 +152,7 @@ def chain_parameters(rig: Rig, joints: JointRow, settings: ChainSettings, *, loa
     """Reduce a rig to what the kernels need, but for ``each`` (:func:`fem_models.chain.each.with_each`)."""
     joint, pitch = joints.first, rig.mean_pitch_mm
     flexure, arms, dry, tendons = joint.flexure, joint.arms_mm, rig.friction, rig.tendons
-    scale, spring = joints.force_scale_N, elastic_spring(joint)
+    scale, spring = joints.force_scale_N, joint.elastic_Nmm_per_rad
     stop, weight, tip = rig.tip_stop, ring_weight_N(rig), tip_force_N(rig)
     segment = _pair([tendon.EA_N / pitch for tendon in tendons])
     creep = rig.creep.fraction if rig.creep else 0.0
@@ -201,16 +201,9 @@ def chain_parameters(rig: Rig, joints: JointRow, settings: ChainSettings, *, loa
     )
 
 
-def elastic_spring(joint: JointMechanics) -> float:
-    """Stiffness of a joint's spring part, with the ring in series, Nmm/rad."""
-    elastic, ring = joint.jenkins.elastic_Nmm_per_rad, joint.ring.bending_Nmm_per_rad
-    return float(elastic * ring / (ring + elastic))
-
-
 def contact_spring(rig: Rig, joint: JointMechanics) -> float:
     """Stiffness of the edges of a notch that touch, with the ring in series, Nmm/rad; 0 without closure."""
-    contact, ring = rig.closure.stiffness_Nmm_per_rad if rig.closure else 0.0, joint.ring.bending_Nmm_per_rad
-    return ring * contact / (ring + contact)
+    return joint.with_ring(rig.closure.stiffness_Nmm_per_rad) if rig.closure else 0.0
 
 
 def is_nitinol(section: SuperelasticSection) -> bool:

@@ -118,6 +118,16 @@ class JointMechanics:
             return self.section.axial_compliance
         return 1 / self.flexure.axial_N_per_mm if self.flexure.axial_N_per_mm else 0.0
 
+    @property
+    def elastic_Nmm_per_rad(self) -> float:
+        """Bending stiffness of the elastic part, without the loop of the material, with the ring in series."""
+        return self.with_ring(self.jenkins.elastic_Nmm_per_rad)
+
+    def with_ring(self, bending_Nmm_per_rad: float) -> float:
+        """Stiffness of a part of the joint with the ring in series, Nmm/rad."""
+        ring = self.ring.bending_Nmm_per_rad
+        return float(bending_Nmm_per_rad * ring / (ring + bending_Nmm_per_rad))
+
 
 class _Elastic(NamedTuple):
     """Fields of :class:`JointMechanics` that depend on the joint and its elastic constants alone."""

@@ -17,6 +17,7 @@ import numpy as np
 import fem_models.multibody.connector_laws as laws
 from fem_models.joint import JointRow
 from fem_models.joint.contact import ring_weight_N, tip_force_N
+from fem_models.joint.mechanics import RingStiffness
 from fem_models.multibody.section import Sections, add_sections, shortening_mm
 from fem_models.rig import Rig
 from fem_models.rig.rig import Tendon
@@ -46,6 +47,11 @@ class RingInertia:
 
 NITINOL_T_PER_MM3 = 6.45e-9
 """Density of Nitinol, 6450 kg/m^3 (Duerig and Pelton, Materials Properties Handbook: Titanium Alloys, ASM 1994)."""
+
+RIGID_RINGS = 100.0
+"""Stiffness of a ring between two notches over that of its section.
+
+What the ring gives is in series with the elastic part of the bending of its joint, as in the chain and in space."""
 
 SMOOTH_RATIO = 0.02
 """Spring of a guide without friction, over EA/pitch."""
@@ -238,7 +244,7 @@ def _add_backbone(mbs: Any, rig: Rig, joints: JointRow, ground: int, inertia: Ri
     near, beams, shortening, moved, pressed = [rings[0].node], [], [], 0.0, 0.0
     for i, joint in enumerate(joints.each, start=1):
         flexure, ring = joint.flexure, joint.ring
-        bending = 0.0 if rig.superelastic else joint.jenkins.elastic_Nmm_per_rad  # flags take the place of the spring
+        bending = 0.0 if rig.superelastic else joint.elastic_Nmm_per_rad  # flags take the place of the spring
         axial, shear = flexure.axial_N_per_mm or ring.axial_N_per_mm, flexure.shear_N_per_mm or ring.shear_N_per_mm
         shorter = thrust / axial
         if joint.section is not None:  # the beam leaves bending and thrust to it
@@ -250,7 +256,7 @@ def _add_backbone(mbs: Any, rig: Rig, joints: JointRow, ground: int, inertia: Ri
         beams.append(_add_beam(mbs, [near[-1], rings[-1].node], joint.turning_length_mm, bending, axial, shear))
         if i == rig.joints:
             break
-        ring = joints.ring_beyond(i - 1)
+        ring = RingStiffness(*(RIGID_RINGS * stiffness for stiffness in joints.ring_beyond(i - 1)))
         pressed = thrust / ring.axial_N_per_mm
         moved -= pressed
         end = items.NodeRigidBody2D(referenceCoordinates=[line.near[i - 1], 0, 0], initialCoordinates=[moved, 0, 0])
@@ -283,9 +289,8 @@ def _add_material(
     if rig.closure is not None:
         law = laws.closed_in_one_direction if joints.first.one_sided else laws.closed_in_both_directions
         for m, joint in zip(ends, joints.each, strict=True):
-            contact = Spring(
-                markerNumbers=m, stiffness=rig.closure.stiffness_Nmm_per_rad, offset=joint.contact_angle_rad
-            )
+            edges = joint.with_ring(rig.closure.stiffness_Nmm_per_rad)
+            contact = Spring(markerNumbers=m, stiffness=edges, offset=joint.contact_angle_rad)
             laws.add_with_law(mbs, contact, law)
     share, first = 1 - rig.material.loop_share, joints.first
     jenkins = [

@@ -1,8 +1,9 @@
 """The manipulator as an Exudyn flexible multibody system, quasi-static: without inertia.
 
 Flexures are two-node geometrically exact beams (Simo and Vu-Quoc, doi 10.1115/1.3171870) of the length over which a
-notch bends; rings are such beams with the section of the uncut tube, far stiffer. Each tendon is a row of elastic
-segments. Its slip at every guide is a coordinate with dry friction. The wheel drives both tendons.
+notch bends; rings are such beams, nearly rigid. What a ring gives in bending is in series with the elastic part of its
+joint. Each tendon is a row of elastic segments. Its slip at every guide is a coordinate with dry friction. The wheel
+drives both tendons.
 
 One element a flexure is enough: it has one integration point, so its only compliances are those of its mid-point frame,
 uncoupled. So are those of a notch between stiff rings, which is symmetric about its middle. An element with the notch's

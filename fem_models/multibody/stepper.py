@@ -28,7 +28,7 @@ from fem_models.load.stepping import (
     reach_after_success,
     too_short,
 )
-from fem_models.multibody.assembly import MASSLESS, RingInertia, assemble
+from fem_models.multibody.assembly import MASSLESS, RIGID_RINGS, RingInertia, assemble
 from fem_models.multibody.dry_elements import Dashpots, Guides, Losses, Material, set_each
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
@@ -407,7 +407,7 @@ def _static_solver(rig: Rig, joints: JointRow, settings: MultibodySettings) -> A
     static.newton.relativeTolerance = 1e-12  # a slack tendon may start far off: a part of that residual proves nothing
     # Rounding of a coordinate times the stiffest spring is the least residual there can be; a ring has two ends.
     bristle = max(1.0, settings.bristle_ratio) * max(tendon.EA_N for tendon in rig.tendons) / rig.mean_pitch_mm
-    stiffest = max(bristle, 2 * joints.of("ring.axial_N_per_mm").max())
+    stiffest = max(bristle, 2 * RIGID_RINGS * joints.of("ring.axial_N_per_mm").max())
     # The force scale of a single tendon has no bound where joints are stiff: not beyond 0.1 % of strain.
     scale = min(joints.force_scale_N, *(1e-3 * tendon.EA_N for tendon in rig.tendons))
     static.newton.absoluteTolerance = max(settings.newton_tolerance * scale, 1e-12 * stiffest)
