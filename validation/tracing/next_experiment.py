@@ -163,9 +163,9 @@ def next_experiment(trace: Trace) -> Experiment:
 
 def _is_still_zone(trace: Trace) -> bool:
     """Whether what was named last is a still zone: no model that was fitted has the friction that does the same."""
-    return (
-        bool(trace.confusable) and trace.confusable[-1] == SAME_STILL and bool(trace.effects[-1].form.form.still_over)
-    )
+    if not isinstance(trace.baseline.model.problem, PlayProblem) or not trace.effects:
+        return False
+    return trace.confusable[-1] == SAME_STILL and bool(trace.effects[-1].form.form.still_over)
 
 
 def _name(fitted: Fitted) -> str:
