@@ -40,6 +40,17 @@ def test_text_has_the_layer_or_its_saturation(fit: Fit) -> None:
     assert "saturation" in layer[0]
 
 
+def test_text_has_the_errors_with_hysteresis_and_without(fit: Fit) -> None:
+    text = str(fit)
+    for name, own, plain in (("train", fit.train, fit.baseline_train), ("held out", fit.heldout, fit.baseline_heldout)):
+        words = f"{own.rmse_deg:.3g} deg rmse, {own.max_abs_deg:.3g} deg at most; without hysteresis"
+        assert f"  {name:<12} {words} {plain.rmse_deg:.3g} deg rmse\n" in text
+    assert f"  noise floor  {fit.noise_floor_deg:.2g} deg" in text
+    noted = dataclasses.replace(fit, notes=("a note",), warnings=("a warning",))
+    assert str(noted).endswith("\n  note: a note\n  warning: a warning")
+    assert str(dataclasses.replace(fit, bouc_wen=noted)).startswith(str(noted) + "\n")
+
+
 def test_html_has_parameters_and_warnings(fit: Fit) -> None:
     html = fit._repr_html_()
     assert all(f">{name}<" in html for name in (*fit.parameters, "saturation_deg"))

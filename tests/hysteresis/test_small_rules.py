@@ -140,6 +140,20 @@ def test_a_loop_is_thin_below_a_part_of_the_angle_s_range():
     assert backbone_of(Record(np.zeros(5), np.arange(5.0))) is None
 
 
+def test_a_turning_point_amid_the_range_is_of_the_branch_that_ends_there():
+    """Up to 6, back to 4, up to 10 and down: 4 deg at the turn at 6, 8 deg at that at 4, 0 elsewhere.
+
+    At 6 two rising samples have 4 and 0 deg, one falling sample 0: their middle is 1. At 4 it is half of 8 and 0, 2.
+    """
+    drive = np.r_[0:7, 5:3:-1, 5:11, 9:-1:-1].astype(float)
+    angle = np.zeros(drive.size)
+    angle[[6, 8]] = 4.0, 8.0
+    middle = backbone_of(Record(drive, angle, cycle=np.ones(drive.size, dtype=int)))
+    assert middle is not None
+    expected = np.where(drive == 6, 1.0, np.where(drive == 4, 2.0, 0.0))
+    np.testing.assert_allclose(middle, expected, atol=1e-12)
+
+
 def test_noise_of_cycles_counts_the_last_sample_of_a_branch():
     """Two cycles that differ at one turning point alone, by 1 deg: 0.5 deg from their mean, in two samples of many."""
     way = np.r_[np.linspace(0, 1, 6), np.linspace(1, -1, 11)[1:], np.linspace(-1, 0, 6)[1:]]
@@ -238,6 +252,27 @@ def test_a_law_of_stops_is_saturated_beyond_its_largest_threshold():
         h = follow_stops(np.array([0.0, 0.99 * largest, 1.001 * largest, 5.0 * largest]), rows, 0.0, 1e9)[0]
         assert abs(h[1]) < 0.999 * saturation
         assert abs(h[2:]) == pytest.approx([saturation] * 2, rel=1e-6)
+
+
+def test_constants_of_stops_as_a_reader_knows_them():
+    """All weight at R: it is S/|A|. The width b at an end, x = -1 or 1, is exp(a x + c)."""
+    values = np.array([math.log(2.0), math.log(3.0), math.log(0.6), 1.0, 0.3, -0.2, 0.0])
+    named = LAWS["generalised-prandtl-ishlinskii"].named(-1.0, values)
+    assert {name: value for name, (value, _) in named.items()} == pytest.approx(
+        {
+            "A": -2.0,
+            "chi": -0.4,
+            "largest_threshold_deg": 1.5,
+            "share_at_largest": 1.0,
+            "width_at_low_end": math.exp(-0.5),
+            "width_at_high_end": math.exp(0.1),
+        }
+    )
+    plain = LAWS["prandtl-ishlinskii"].named(0.0, values[[0, 1, 2, 3, 6]])
+    assert (set(named) - set(plain), plain["largest_threshold_deg"]) == (
+        {"width_at_low_end", "width_at_high_end"},
+        (0.0, "deg"),
+    )
 
 
 def test_gamma_is_fixed_by_the_width_of_its_interval_beside_beta():
