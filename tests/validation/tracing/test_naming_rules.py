@@ -319,14 +319,18 @@ def test_a_further_effect_is_confused_with_one_other_at_most(monkeypatch, alike,
     base, first, second = (Hashed(names=names, mean_square=1.0) for names in ((), ("a",), ("a", "b")))
     steps = iter([SimpleNamespace(fitted=first, chosen=[first], alike=("w", "v")),
                   SimpleNamespace(fitted=second, chosen=[second], alike=alike)])  # fmt: skip
-    asked = []
+    asked, contained = [], []
+
+    def name(fits, before, chosen, without, front):
+        contained.append(without)
+        return next(steps)
 
     def front(before, effects, report):
         asked.append((before, [e.name for e in effects]))
         return [first]
 
     monkeypatch.setattr(by_folds, "front_runners", front)
-    monkeypatch.setattr(by_folds, "_named", lambda *given: next(steps))
+    monkeypatch.setattr(by_folds, "_named", name)
     monkeypatch.setattr(by_folds, "_taken", lambda *given: 1.0)
     monkeypatch.setattr(by_folds, "_square", lambda *given: 1.0)
     fits = SimpleNamespace(folds=(0,), chosen=lambda models: [base], best=lambda models: base,
@@ -336,6 +340,7 @@ def test_a_further_effect_is_confused_with_one_other_at_most(monkeypatch, alike,
     assert len(found.best.names) == named
     assert len(found.alike) == named
     assert asked == [(base, list("abwv")), (first, list("ab"))]  # those that are alike share the size of the first
+    assert contained == [[base, base], [base, base, first]]  # what folds may choose without a further effect
 
 
 # --- the still zone ------------------------------------------------------------------------------------------------
