@@ -65,11 +65,12 @@ def trace_by_folds(
     found = find_by_folds(baselines.fitted, effects, baselines.fits, report)
     words = [FIRST_STROKE, *_preload_words(found.best)]
     trace = judge_by_folds(found, words, floor=_floor(found.best))
+    zone = None
     if still and trace.verdict in ("unexplained", "partial"):
         report("still zone after reversals")
         zone = find_still_zone(trace.augmented, effects, baselines.fits)
         trace = trace if zone is None else with_still_zone(trace, zone)
-    trace = _reported(trace)
+    trace = _reported(trace, chosen_by_folds=zone is not None)
     return replace(trace, channel_fits=tuple(_channel_fits(trace.records)))
 
 
@@ -181,12 +182,17 @@ def _floor(fitted: Fitted) -> NoiseFloor:
     return replace(fitted.noise, repeats_deg=repeats, by_repeats=True)
 
 
-def _reported(trace: Trace) -> Trace:
-    """Say how samples were held out."""
+def _reported(trace: Trace, *, chosen_by_folds: bool = False) -> Trace:
+    """Say how samples were held out, and whether a still zone was chosen by the very errors that are reported."""
     by = (
         "each part in turn, by a fit without it (its zero is its own); inner folds chose the baseline and the effects, "
         "and these errors whether an effect is named"
     )
+    if chosen_by_folds:
+        by += (
+            "; the still zone is an exception: its width was found on all samples, and these errors decided to name "
+            "it, so that the error after it is not of samples that chose nothing"
+        )
 
     def named(fitted: Fitted) -> Fitted:
         return replace(fitted, holdout=Holdout(fitted.holdout.train, by))

@@ -118,7 +118,9 @@ def test_records_with_a_still_zone_are_traced_to_play_or_friction() -> None:
     assert "stands still for 0." in words
     assert "mm of the drive" in words
     assert next_experiment(trace).words == PLAY_OR_FRICTION
+    assert "the still zone is an exception: its width was found on all samples" in report.heldout_by
     without = trace_by_folds(plays, BACKLASH, lambda words: None, still=False)
+    assert "still zone" not in trace_report(without).heldout_by
     assert (without.verdict, without.names) == ("unexplained", ())
     assert next_experiment(without).words != PLAY_OR_FRICTION
 
