@@ -346,7 +346,8 @@ def leap_between_cycles(record: Record) -> CycleLeap | None:
     """Find a leap: a camera or a clamp that moved, counts that an encoder lost.
 
     The angle, or the drive, is off by a constant from one sample on. This must explain nearly all of what one cycle
-    differs from the next, and far more than a steady drift does.
+    differs from the next, and far more than a steady drift does. A first stroke that differs from those of later cycles
+    starts from another state, such as the middle of a play: no leap.
 
     Returns
     -------
@@ -363,6 +364,8 @@ def leap_between_cycles(record: Record) -> CycleLeap | None:
     part, where = parts[branch], cycles[found.cycle][branch]
     drive = part.drives[found.phase - (int(at[branch - 1]) if branch else 0)]
     sample = where.start + int(np.argmin(np.abs(record.drive[where] - drive)))
+    if sample < branches(record.drive)[0].stop:
+        return None
     amid = _AMID < found.phase / at[-1] < 1 - _AMID
     return CycleLeap(sample, found.size_deg, found.of_angle and bool(amid))
 

@@ -369,6 +369,20 @@ def test_what_changes_between_two_cycles_is_not_sudden() -> None:
     assert not leap.sudden
 
 
+def test_a_first_stroke_from_the_middle_of_a_play_is_no_leap() -> None:
+    """Over the first half of the play nothing moves, and all later strokes are off by as much."""
+    k = np.arange(480)
+    drive = np.sin(2 * np.pi * k / 120)
+    width, out, at = 0.5, np.empty(480), 0.0
+    for i, x in enumerate(drive):
+        at = min(max(at, x - width / 2), x + width / 2)
+        out[i] = at
+    angle = 10 * out + np.random.default_rng(1).normal(0, 0.02, 480)
+    record = Record(drive=drive, angle_deg=angle, cycle=1 + k // 120)
+    assert leap_between_cycles(record) is None
+    assert leap_between_cycles(replace(record, angle_deg=angle + 0.8 * (k >= 200))).sudden
+
+
 @pytest.mark.parametrize("slope", [np.ones(30), np.linspace(-1.0, 2.0, 30), np.r_[np.zeros(15), np.ones(15)]])
 def test_gains_of_leaps_by_cumulative_sums_are_those_of_their_columns(slope) -> None:
     deviation = np.random.default_rng(2).normal(size=(6, 30))

@@ -217,7 +217,7 @@ def _draw(
 ) -> Noiseless:
     baseline, rng = drawn
     protocol = baseline.protocol
-    absorbed = baseline_tangent(baseline) if effects else np.empty((0, 0))
+    absorbed = baseline_tangent(baseline, kind) if effects else np.empty((0, 0))
     sized = []
     for effect in effects:
         family = {**CATALOGUE, **OUTSIDE_CATALOGUE}[effect](rng, baseline)

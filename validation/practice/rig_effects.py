@@ -33,6 +33,9 @@ from fem_models.rig.rig import Wheel
 from validation.practice.injected import Draw, Family, Injected, Rng, either_sign
 from validation.practice.protocols import BaselineRuns
 
+RUN_OUT = 0.1
+"""Largest run-out of a wheel over its radius: more is no run-out of a wheel that was turned."""
+
 
 def _backlash(rng: Rng, baseline: BaselineRuns) -> Family:
     def at(size: float) -> Injected:
@@ -216,7 +219,7 @@ def _wheel_eccentricity(rng: Rng, baseline: BaselineRuns) -> Family:
     phase = float(rng.uniform(-180.0, 180.0))
 
     def at(size: float) -> Injected:
-        eccentric = Eccentricity(0.5 * radius * size, phase)
+        eccentric = Eccentricity(RUN_OUT * radius * size, phase)
         return Injected(
             {"amplitude_mm": eccentric.amplitude_mm, "phase_deg": phase, "radius_mm": radius},
             rig=lambda rig: replace(rig, eccentricity=eccentric, wheel=Wheel(radius)),

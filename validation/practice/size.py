@@ -13,9 +13,10 @@ import numpy as np
 
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
+from fem_models.rig.joints import MeasuredJoint
 from hysteresis.arrays import Floats
 from validation.practice.injected import Family, Injected, observed
-from validation.practice.protocols import BaselineRuns
+from validation.practice.protocols import BaselineRuns, Kind, Loading, Protocol
 
 MODERATE = (3.0, 8.0)
 """Range of the size of an injected effect over the noise."""
@@ -30,32 +31,67 @@ class OutOfReachError(Exception):
     """An effect that has no moderate size within its bounds."""
 
 
-def baseline_tangent(baseline: BaselineRuns) -> Floats:
+def baseline_tangent(baseline: BaselineRuns, kind: Kind = "known") -> Floats:
     """Differentiate the angle by the parameters of the baseline model: shape (samples of all records, k).
 
-    The parameters are sheath and capstan friction, share and slip angle of the material loop, the stiffness of both
-    tendons, and one zero per record.
+    The parameters are sheath and capstan friction, the give of guides that stick, share and slip angle of the material
+    loop, the stiffness of both tendons, and one zero per record. For a rig of ``unknown`` geometry so are those of the
+    equivalent rig (:mod:`validation.tracing.baseline.equivalent_rig`): moment arm, free length, toe region, friction of
+    the guides, stiffness of the flexures, and a cubic between drive and wheel.
     """
-    rig, protocol = baseline.protocol.rig, baseline.protocol
     angle = np.concatenate([run.record.angle_deg for run in baseline.runs])
-    columns = [
-        (np.concatenate(observed(replace(protocol, rig=changed), ())) - angle) / _STEP for changed in _neighbours(rig)
-    ]
+    columns = [np.concatenate(observed(changed, ())) - angle for changed in _neighbours(baseline, kind)]
     zeros = np.repeat(np.eye(len(baseline.runs)), [run.record.angle_deg.size for run in baseline.runs], axis=0)
     return np.column_stack([*columns, zeros])
 
 
-def _neighbours(rig: Rig) -> list[Rig]:
-    """Rigs with one parameter of the baseline model a little larger each."""
-    up = 1 + _STEP
+def _neighbours(baseline: BaselineRuns, kind: Kind) -> list[Protocol]:
+    """Protocols with one parameter of the baseline model a little larger each."""
+    up, protocol = 1 + _STEP, baseline.protocol
+    rig = protocol.rig
     dry, nitinol, (a, b) = rig.friction, rig.material, rig.tendons
-    return [
+    soft = 0.1 * rig.mean_pitch_mm / a.EA_N  # a tenth of what a pitch of tendon gives
+    rigs = [
         replace(rig, friction=replace(dry, sheath_N=up * dry.sheath_N)),
         replace(rig, friction=replace(dry, capstan_coefficient=up * dry.capstan_coefficient)),
+        replace(rig, friction=replace(dry, stick_compliance_mm_per_N=dry.stick_compliance_mm_per_N + soft)),
         replace(rig, material=replace(nitinol, loop_share=up * nitinol.loop_share)),
         replace(rig, material=replace(nitinol, loop_angle_deg=up * nitinol.loop_angle_deg)),
         replace(rig, tendon_a=replace(a, EA_N=up * a.EA_N), tendon_b=replace(b, EA_N=up * b.EA_N)),
     ]
+    if kind == "known":
+        return [replace(protocol, rig=changed) for changed in rigs]
+    wider = [
+        (replace(a, moment_arm_mm=up * a.moment_arm_mm), replace(b, moment_arm_mm=up * b.moment_arm_mm)),
+        (replace(a, free_length_mm=up * a.free_length_mm), replace(b, free_length_mm=up * b.free_length_mm)),
+        (replace(a, toe_N=a.toe_N + _STEP * rig.preload_N), replace(b, toe_N=b.toe_N + _STEP * rig.preload_N)),
+    ]
+    rigs += [replace(rig, tendon_a=one, tendon_b=other) for one, other in wider]
+    rigs.append(replace(rig, friction=replace(dry, guide_N=dry.guide_N + _STEP * rig.preload_N / rig.joints)))
+    rigs.append(_stiffer(rig, up))
+    driven = [_driven(protocol, baseline.full_mm, power) for power in (1, 2)]
+    return [*(replace(protocol, rig=changed) for changed in rigs), *driven]
+
+
+def _stiffer(rig: Rig, factor: float) -> Rig:
+    """Rig whose flexures are stiffer."""
+    joint = rig.joint
+    if isinstance(joint, MeasuredJoint):
+        stiff = factor * joint.flexure_stiffness_Nmm_per_rad
+        return replace(rig, joint=replace(joint, flexure_stiffness_Nmm_per_rad=stiff))
+    modulus = factor * rig.material.youngs_modulus_GPa
+    return replace(rig, material=replace(rig.material, youngs_modulus_GPa=modulus))
+
+
+def _driven(protocol: Protocol, full_mm: float, power: int) -> Protocol:
+    """Protocol whose wheel winds in a little more where the drive is large, by a power of it over the largest."""
+
+    def bent(loading: Loading) -> Loading:
+        drive = loading.program.drive_mm
+        more = _STEP * (drive / full_mm) ** power
+        return replace(loading, program=replace(loading.program, drive_mm=drive * (1.0 + more)))
+
+    return replace(protocol, loadings=tuple(map(bent, protocol.loadings)))
 
 
 def curve_columns(baseline: BaselineRuns) -> Floats:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fem_models.rig.of_record import rig_of
-from validation.practice.lumped import LumpedRig, simulate_lumped
-from validation.practice.lumped.cases import CLEAN, SIZES, draw_lumped_case, effects
+from validation.practice.lumped import LumpedRig, cases, simulate_lumped
+from validation.practice.lumped.cases import CLEAN, SIZES, draw_lumped_case, draw_lumped_noiseless, effects
 from validation.tracing import catalogue
 
 # straight curve, linear tendons: then every branch is a line
@@ -63,9 +63,29 @@ def test_work_of_the_wheel_is_what_friction_and_drag_take():
 @pytest.mark.parametrize("label", LABELS)
 def test_every_effect_of_the_catalogue_has_the_size_that_was_asked_for(label):
     assert label in {effect.name for effect in catalogue()}
-    case = draw_lumped_case(5, "known", label, 0)
+    case, _ = draw_lumped_noiseless(5, "known", label, 0, change=short)
     assert case.truth.effects == (label,)
     assert 0.9 * SIZES[0] < case.truth.ratios[0] < 1.1 * SIZES[1]
+
+
+def short(usual, rng):
+    """Records of two cycles of 60 samples."""
+    return [replace(plan, cycles=2, samples_per_cycle=60) for plan in usual]
+
+
+def test_the_size_of_an_effect_is_beyond_the_constants_of_the_rig():
+    """Softer tendons are none, however large; a play, of which friction and stiffness take much, is less than it is."""
+    rng = np.random.default_rng(2)
+    rig, protocol = cases._draw_rig(rng), cases._draw_protocol(rng)
+    plain = cases._records(rig, protocol)
+    tangent = cases._own_tangent(rig, protocol, plain, "known")
+    softer = replace(rig, tendon_N_per_mm=tuple(0.99 * k for k in rig.tendon_N_per_mm))
+    played = replace(rig, play_mm=0.1)
+    for changed, most in ((softer, 0.02), (played, 0.6)):
+        angles = cases._records(changed, protocol)
+        whole = np.sqrt(np.mean((np.concatenate(angles) - np.concatenate(plain)) ** 2))
+        assert cases._beyond(tangent, plain, angles) < most * whole
+    assert cases._own_tangent(rig, protocol, plain, "unknown").shape[1] == tangent.shape[1] + 1  # the arm
 
 
 def test_the_catalogue_is_covered():

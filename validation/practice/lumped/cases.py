@@ -3,8 +3,8 @@
     python -m validation.practice.lumped.cases --seed 7 --kind known --count 2 --out DIR
 
 The rig (:mod:`validation.practice.lumped.rig`) has other laws than any model of the tracer, so that no baseline meets
-its records exactly. Sizes of effects are those of :mod:`validation.practice.draw`: 3 to 8 times the noise, after
-what a smooth function of the drive, its direction and the rig's own change by one parameter take.
+its records exactly. Sizes of effects are those of :mod:`validation.practice.draw`: 3 to 8 times the noise, beyond
+what the constants of the rig take that whoever has such a rig must identify: friction, stiffness, toe region, loop.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from validation.practice.cases import write_case
 from validation.practice.draw import Case, Noiseless, Truth, with_white_noise
 from validation.practice.lumped.rig import LumpedRig, simulate_lumped
 from validation.practice.planned import PlanChange, Planned, program_of
+from validation.practice.rig_effects import RUN_OUT
 
 Rng = np.random.Generator
 Change = Callable[[LumpedRig, float], LumpedRig]
@@ -34,6 +35,7 @@ SIZES = (3.0, 8.0)
 CLEAN = "clean"
 SAMPLES_PER_CYCLE = (60, 160)
 LEAST_SIZE = 1e-4
+_STEP = 0.02  # relative, for the derivatives by the rig's own constants
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,10 @@ class LumpedProtocol:
 
 
 def effects(rng: Rng) -> Mapping[str, Change]:
-    """Give all effects of the catalogue that the rig has, with their character drawn; a size of 1 is large."""
+    """Give all effects of the catalogue that the rig has, with their character drawn; a size of 1 is large.
+
+    A plateau is not among them: beside flexures whose curve is not known it makes at most twice the noise of its own.
+    """
     side = float(rng.choice([-1.0, 1.0]))
     phase = float(rng.uniform(0.0, 2 * np.pi))
     part = float(rng.uniform(0.0, 1.0))
@@ -77,14 +82,15 @@ def effects(rng: Rng) -> Mapping[str, Change]:
             rig, viscous_N_s_per_mm=4.0 * part * size, joint_drag_Nmm_s_per_rad=80.0 * (1 - part) * size
         ),
         "time_delay": lambda rig, size: replace(rig, delay_s=1.0 * size),
-        "superelastic_plateau": lambda rig, size: replace(rig, plateau_rad=0.8 * (1.0 - 0.9 * size)),
         "functional_fatigue": lambda rig, size: replace(
             rig, loop_loss=0.9 * size, residual_rad=0.5 * side * size, cycles=1.5
         ),
         "notch_closure": lambda rig, size: replace(rig, closure_rad=0.8 - 0.6 * size),
         "gravity": lambda rig, size: replace(rig, weight_Nmm=40.0 * size, weight_rad=phase),
         "tip_contact": lambda rig, size: replace(rig, contact_rad=0.8 - 0.7 * size),
-        "wheel_eccentricity": lambda rig, size: replace(rig, run_out_mm=0.8 * size, run_out_rad=phase),
+        "wheel_eccentricity": lambda rig, size: replace(
+            rig, run_out_mm=RUN_OUT * rig.wheel_radius_mm * size, run_out_rad=phase
+        ),
         "camera_misalignment": lambda rig, size: replace(rig, camera=(0.1 * side * part * size, 0.3 * side * size)),
         "thermal_drift": lambda rig, size: replace(rig, drift_rad=0.1 * side * size, drift_s=150.0 * late),
     }
@@ -143,7 +149,7 @@ def draw_lumped_noiseless(
         if effect is None:
             return _case(plain, rig, protocol, (label, number, kind), 0.0, rng), rng
         target = float(rng.uniform(*SIZES))
-        if (found := _sized(rig, protocol, plain, effect, target)) is not None:
+        if (found := _sized(rig, protocol, plain, effect, target, kind)) is not None:
             size, ratio = found
             with_effect = effect(rig, size)
             angles = _records(with_effect, protocol)
@@ -223,39 +229,69 @@ def _records(rig: LumpedRig, protocol: LumpedProtocol) -> list[Floats]:
 
 
 def _sized(
-    rig: LumpedRig, protocol: LumpedProtocol, plain: Sequence[Floats], change: Change, target: float
+    rig: LumpedRig, protocol: LumpedProtocol, plain: Sequence[Floats], change: Change, target: float, kind: str
 ) -> tuple[float, float] | None:
-    """Size of an effect that is ``target`` times the noise, by bisection of its logarithm; None out of reach."""
-    low, high = np.log(LEAST_SIZE), 0.0
+    """Size of an effect that is ``target`` times the noise, and the ratio that it has; None out of reach.
+
+    By the false position of the logarithms, in a bracket: sizes are nearly powers of each other.
+    """
+    largest = _records(change(rig, 1.0), protocol)
+    whole = np.concatenate(largest) - np.concatenate(plain)
+    if np.sqrt(np.mean(whole**2)) < target * protocol.noise_deg:
+        return None
+    tangent = _own_tangent(rig, protocol, plain, kind)
 
     def ratio(size: float) -> float:
-        changed = _records(change(rig, size), protocol)
-        return _beyond_simple(plain, changed, protocol) / protocol.noise_deg
+        return _beyond(tangent, plain, _records(change(rig, size), protocol)) / protocol.noise_deg
 
-    if not ratio(1.0) >= target:
+    if not (at_high := _beyond(tangent, plain, largest) / protocol.noise_deg) >= target:
         return None
-    for _ in range(24):
-        middle = 0.5 * (low + high)
+    low, high = np.log(LEAST_SIZE), 0.0
+    at_low = ratio(LEAST_SIZE)
+    for trial in range(24):
+        part = 0.5
+        if trial % 3 < 2 and 0.0 < at_low < target:
+            part = float(np.clip(np.log(target / at_low) / np.log(at_high / at_low), 0.02, 0.98))
+        middle = low + part * (high - low)
         now = ratio(float(np.exp(middle)))
         if abs(now / target - 1) < 0.05:
             return float(np.exp(middle)), now
-        low, high = (middle, high) if now < target else (low, middle)
+        if now < target:
+            low, at_low = middle, now
+        else:
+            high, at_high = middle, now
     return None
 
 
-def _beyond_simple(plain: Sequence[Floats], changed: Sequence[Floats], protocol: LumpedProtocol) -> float:
-    """Root mean square of a change beyond zeros, a common gain, and the loop that is there in another size, deg."""
-    change = np.concatenate([b - a - (b - a).mean() for a, b in zip(plain, changed, strict=True)])
-    drives = [_program(protocol, index)[0] for index in range(len(plain))]
-    loop = [a - a.mean() - np.polyval(np.polyfit(x, a, 3), x) for x, a in zip(drives, plain, strict=True)]
-    columns = np.column_stack(
-        [
-            np.concatenate([x - x.mean() for x in drives]),
-            np.concatenate([x**3 - (x**3).mean() for x in drives]),
-            np.concatenate(loop),
-        ]
-    )
-    left = change - columns @ np.linalg.lstsq(columns, change, rcond=None)[0]
+def _own_constants(rig: LumpedRig, kind: str) -> list[LumpedRig]:
+    """Rigs with one constant a little larger each: those that records of the rig without an effect must tell.
+
+    The arms are declared for a known rig; for an unknown one they are among the constants.
+    """
+    up = 1 + _STEP
+    names = ("toe_mm", "bending_Nmm_per_rad", "loop_Nmm", "loop_rad", "coulomb_N", "capstan", "bristle_N_per_mm")
+    changed = [replace(rig, **{name: up * getattr(rig, name)}) for name in names]
+    changed.append(replace(rig, tendon_N_per_mm=(up * rig.tendon_N_per_mm[0], up * rig.tendon_N_per_mm[1])))
+    for k in range(1, len(rig.curve) - 1):
+        changed.append(replace(rig, curve=(*rig.curve[:k], up * rig.curve[k], *rig.curve[k + 1 :])))
+    if kind == "unknown":
+        changed.append(replace(rig, arm_mm=(up * rig.arm_mm[0], up * rig.arm_mm[1])))
+    return changed
+
+
+def _own_tangent(rig: LumpedRig, protocol: LumpedProtocol, plain: Sequence[Floats], kind: str) -> Floats:
+    """Differentiate the angles by the rig's own constants, and by a zero of each record: shape (samples, k)."""
+    angle = np.concatenate(plain)
+    columns = [np.concatenate(_records(one, protocol)) - angle for one in _own_constants(rig, kind)]
+    zeros = np.repeat(np.eye(len(plain)), [one.size for one in plain], axis=0)
+    return np.column_stack([*columns, zeros])
+
+
+def _beyond(tangent: Floats, plain: Sequence[Floats], changed: Sequence[Floats]) -> float:
+    """Root mean square of a change beyond a tangent, deg."""
+    change = np.concatenate(changed) - np.concatenate(plain)
+    scaled = tangent / np.maximum(np.linalg.norm(tangent, axis=0), 1e-300)
+    left = change - scaled @ np.linalg.lstsq(scaled, change, rcond=1e-8)[0]
     return float(np.sqrt(np.mean(left**2)))
 
 

@@ -185,34 +185,43 @@ def _balance(angle: float, last: float, stretch: Floats, dt: float, loop: float,
 
 @njit(cache=True)
 def _solve(last: float, stretch: Floats, dt: float, loop: float, s: _State, c: _Laws) -> float:
-    """Angle in balance: bracketed from the last one, then bisection and secants in turn."""
+    """Angle in balance: bracketed from the last one, then by false position (Illinois; Dowell, Jarratt 1971)."""
     low = high = last
+    at_low = at_high = _balance(last, last, stretch, dt, loop, s, c)
     step = 1e-4
+    if at_low == 0.0:
+        return last
     for _ in range(60):
-        if _balance(low, last, stretch, dt, loop, s, c) >= 0.0:
+        if at_low > 0.0 > at_high or at_high == 0.0:
             break
-        low -= step
+        if at_low > 0.0:  # the angle in balance is larger
+            low, at_low = high, at_high
+            high += step
+            at_high = _balance(high, last, stretch, dt, loop, s, c)
+        else:
+            high, at_high = low, at_low
+            low -= step
+            at_low = _balance(low, last, stretch, dt, loop, s, c)
+            if at_low >= 0.0:
+                break
         step *= 2.0
-    step = 1e-4
-    for _ in range(60):
-        if _balance(high, last, stretch, dt, loop, s, c) <= 0.0:
-            break
-        high += step
-        step *= 2.0
-    at_low = _balance(low, last, stretch, dt, loop, s, c)
-    at_high = _balance(high, last, stretch, dt, loop, s, c)
+    side = 0
     for turn in range(200):
         if high - low < 1e-11:
             break
-        middle = 0.5 * (low + high)
-        if turn % 3 != 2 and at_low - at_high > 0.0:
-            middle = low + (high - low) * at_low / (at_low - at_high)
-            middle = min(max(middle, low + 0.01 * (high - low)), high - 0.01 * (high - low))
+        middle = low + (high - low) * at_low / (at_low - at_high) if turn % 8 < 7 else 0.5 * (low + high)
+        middle = min(max(middle, low + 1e-12), high - 1e-12)
         at = _balance(middle, last, stretch, dt, loop, s, c)
-        if at >= 0.0:
+        if abs(at) < 1e-12:
+            return middle
+        if at > 0.0:
             low, at_low = middle, at
+            at_high *= 0.5 if side == 1 else 1.0
+            side = 1
         else:
             high, at_high = middle, at
+            at_low *= 0.5 if side == -1 else 1.0
+            side = -1
     return 0.5 * (low + high)
 
 
