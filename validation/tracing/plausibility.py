@@ -20,7 +20,7 @@ from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.effect import FreeParameter, Quantity, Sensible
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.uncertainty import covariance
+from validation.tracing.fitting.uncertainty import Covariance, covariance, rise_without
 from validation.tracing.problem import Problem
 
 LEVEL = 0.95
@@ -49,7 +49,9 @@ def implausible(fitted: Fitted) -> list[str]:
     """Reasons not to name the effects of a model, one sentence's end each; none where all make sense.
 
     A parameter counts as outside its range where its whole interval is outside. An effect without action is one of
-    which no amount differs from 0, all tested together (Wald's test), given its other parameters. Beside an equivalent
+    which no amount differs from 0, all tested together, given its other parameters. What is there under the alternative
+    alone must not widen the interval of an amount (Davies 1987, doi 10.1093/biomet/74.1.33): the width of a play and
+    the tension that takes it up are known by their ratio. Beside an equivalent
     rig or a curve this is not tested: their parameters are nearly collinear with an effect, and the linear interval
     contains 0 where the fit without the effect is far worse.
     """
@@ -61,19 +63,9 @@ def implausible(fitted: Fitted) -> list[str]:
         own = [one for one in estimates if one.effect == name]
         amounts = [one.place for one in own if one.parameter.acts_from_zero]
         shape = [one.place for one in own if not one.parameter.acts_from_zero]
-        if amounts and _is_no_action(fitted.x[amounts], covariance_given(known.matrix, amounts, shape), known.freedom):
+        if amounts and _is_no_action(rise_without(fitted, amounts, shape), len(amounts), known):
             out.append(f"the 95 % interval of {name} contains zero")
     return out
-
-
-def covariance_given(matrix: Floats, amounts: list[int], shape: list[int]) -> Floats:
-    """Covariance of amounts, given what acts only beside them: where the amount is 0, there is no such parameter.
-
-    A parameter that is there under the alternative alone must not widen the interval of the amount (Davies 1987, doi
-    10.1093/biomet/74.1.33): the width of a play and the tension that takes it up are known by their ratio.
-    """
-    own, other, both = (matrix[np.ix_(a, b)] for a, b in ((amounts, amounts), (shape, shape), (amounts, shape)))
-    return np.asarray(own - both @ np.linalg.pinv(other) @ both.T) if shape else own
 
 
 def has_no_scale(problem: Problem, parameter: FreeParameter) -> bool:
@@ -147,10 +139,9 @@ def _outside(fitted: Fitted, one: EstimatedParameter, sizes: Mapping[str, float]
     )
 
 
-def _is_no_action(x: Floats, matrix: Floats, freedom: float) -> bool:
-    """Wald's test of amounts against 0."""
-    statistic = float(x @ np.linalg.pinv(matrix) @ x) / x.size
-    return statistic < float(fisher.ppf(LEVEL, x.size, freedom))
+def _is_no_action(rise_deg2: float, amounts: int, known: Covariance) -> bool:
+    """Test amounts against 0, all together, by how much the squares rise without them."""
+    return rise_deg2 / known.variance / amounts < float(fisher.ppf(LEVEL, amounts, known.freedom))
 
 
 def _sizes(fitted: Fitted) -> dict[str, float]:

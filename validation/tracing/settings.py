@@ -374,6 +374,8 @@ error of the fitted samples beyond which nothing is claimed."""
 MOST_OF_ERROR = 0.6
 """Part of the mean square above the noise that one effect must take from fitted samples that inner folds hold out,
 to be named where a known rig with effects does not come to the noise."""
+MOST_ALIKE = 2
+"""Effects at most that the one named there may be confused with: of more, what takes the error says nothing."""
 PARTIAL_SHARE = 1.0 / 3.0
 """Part of the mean square above the noise that effects must take from the held-out error to be named."""
 

@@ -60,6 +60,7 @@ from validation.tracing.settings import (
     CURVE,
     EARLY_STEPS,
     EQUIVALENT_RIG,
+    FAR_ABOVE,
     KNOWN_RIG,
     MOST_STEPS,
     NOT_ALIKE,
@@ -144,7 +145,8 @@ def trace_records(
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
     if trace.baseline.fold_errors is None:
         trace = partial_above_floor(confirmed_on_heldout(above_noise(trace)))
-        trace = named_in_part(trace, threads) if trace.verdict == "unexplained" and problem is not None else trace
+        if trace.verdict == "unexplained" and problem is not None:
+            trace = partial_above_floor(named_in_part(trace, threads))
         trace = with_remaining_error(trace)
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
     notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
@@ -259,7 +261,8 @@ def _trace_known_rig(search: Search) -> Trace:
         return declared
     beside = Search(varied, KNOWN_RIG, search.effects, search.threads, search.report, most_effects=2)
     other = _trace_as_declared(beside)
-    if len(other.effects) > 1 and other.augmented.rmse_deg > AS_DECLARED * other.floor.deg:
+    near = other.baseline.train_rmse_deg < FAR_ABOVE * other.floor.deg
+    if (len(other.effects) > 1 or near) and other.augmented.rmse_deg > AS_DECLARED * other.floor.deg:
         other = named_in_part(other, search.threads)
     if is_explained(declared) and is_as_good(declared.augmented, other.augmented, declared.floor):
         return declared

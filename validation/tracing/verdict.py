@@ -32,6 +32,7 @@ from validation.tracing.settings import (
     FAR_ABOVE,
     KNOWN_RIG,
     MISFIT_ALIKE,
+    MOST_ALIKE,
     MOST_OF_ERROR,
     NEAR_NOISE,
     PARTIAL_SHARE,
@@ -179,8 +180,13 @@ def is_as_good(fitted: Fitted, best: Fitted, floor: NoiseFloor) -> bool:
 
     That is the misfit of the best model, which may not be the right one: the baseline of both is not.
     """
-    misfit = max(0.0, best.mean_square - (AT_NOISE * floor.deg) ** 2)
-    return fitted.mean_square - best.mean_square < min(misfit, (MISFIT_ALIKE**2 - 1.0) * best.mean_square)
+    return _leaves_as_little(fitted.mean_square, best.mean_square, floor)
+
+
+def _leaves_as_little(square: float, least: float, floor: NoiseFloor) -> bool:
+    """Tell the same of mean squares, deg^2."""
+    misfit = max(0.0, least - (AT_NOISE * floor.deg) ** 2)
+    return square - least < min(misfit, (MISFIT_ALIKE**2 - 1.0) * least)
 
 
 def is_explained(trace: Trace) -> bool:
@@ -223,8 +229,7 @@ def confirmed_on_heldout(trace: Trace) -> Trace:
         return trace
     names = " + ".join(trace.augmented.names)
     reason = f"with {names} the held-out error is {after:.3g} deg, that of the baseline model is {before:.3g} deg"
-    words = (reason, _depends_on(trace.smooth))
-    return replace(trace, verdict="unexplained", augmented=trace.baseline, confusable=(), words=words)
+    return _taken_back(trace, reason)
 
 
 def above_noise(trace: Trace) -> Trace:
@@ -283,24 +288,38 @@ def named_in_part(trace: Trace, threads: int = 2) -> Trace:
     """Name the effect that takes most of an error, if inner folds confirm it, where no model comes to the noise.
 
     The best single effect must take :data:`MOST_OF_ERROR` of the mean square above the noise, beyond its interval, from
-    fitted samples that each inner fold has not seen; the held-out ones choose nothing. Without such an effect the trace
-    stays as it is. Beside a baseline that is not right, further effects take what it lacks, and are not named; and what
-    it leaves is up to :data:`FAR_ABOVE` times the noise without any.
+    fitted samples that each inner fold has not seen, and few others may do as well; the held-out ones choose nothing.
+    Without such an effect a trace that names none stays as it is. Beside a baseline that is not right, further effects
+    take what it lacks, and are not named. What it leaves is up to :data:`FAR_ABOVE` times the noise without any: there
+    what was named is taken back, unless one effect takes most.
     """
     single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
-    if not single or trace.baseline.train_rmse_deg < FAR_ABOVE * trace.floor.deg:
+    near = trace.baseline.train_rmse_deg < FAR_ABOVE * trace.floor.deg
+    if not single or (near and not trace.effects):
         return trace
     samples = min(single, key=lambda g: g.train_square).samples
     best = min(single, key=lambda g: g.train_bic(samples))
     before, after = inner_fold_errors(trace.baseline, threads), inner_fold_errors(best, threads)
-    if share(before, after, trace.floor.deg).value < MOST_OF_ERROR or not gain(before, after).is_positive:
-        return trace
-    alike = [g for g in single if g.names != best.names and is_as_good(g, best, trace.floor)]
-    others = tuple(dict.fromkeys(g.names[0] for g in sorted(alike, key=lambda g: g.mean_square)))
+    taken, names = share(before, after, trace.floor.deg).value, " + ".join(best.names)
+    left = best.train_rmse_deg**2
+    alike = [g for g in single if g is not best and _leaves_as_little(g.train_rmse_deg**2, left, trace.floor)]
+    others = tuple(dict.fromkeys(g.names[0] for g in sorted(alike, key=lambda g: g.train_rmse_deg)))
+    others = tuple(name for name in others if name not in best.names)
+    if taken < MOST_OF_ERROR or not gain(before, after).is_positive:
+        return _taken_back(trace, f"{names} takes {100 * taken:.0f} % of the error above the noise") if near else trace
+    if len(others) > MOST_ALIKE:
+        reason = f"{names} takes {100 * taken:.0f} % of the error above the noise, and {len(others)} others do as well"
+        return _taken_back(trace, reason)
     verdict: Verdict = "partial" if best.heldout_rmse_deg > AT_FLOOR * trace.floor.deg else "effect"
     if verdict == "effect" and others:
         verdict = "ambiguous"
     return replace(trace, verdict=verdict, augmented=best, confusable=(others,), words=tuple(remarks(best)))
+
+
+def _taken_back(trace: Trace, reason: str) -> Trace:
+    """Name nothing, for a reason."""
+    words = (reason, _depends_on(trace.smooth))
+    return replace(trace, verdict="unexplained", augmented=trace.baseline, confusable=(), words=words)
 
 
 def with_remaining_error(trace: Trace) -> Trace:
@@ -313,11 +332,20 @@ def with_remaining_error(trace: Trace) -> Trace:
 
 
 def partial_above_floor(trace: Trace) -> Trace:
-    """Say that effects explain a part only, where the held-out error with them is far above the noise."""
-    if trace.verdict not in ("effect", "ambiguous"):
+    """Say that effects explain a part only, where the held-out error with them is far above the noise.
+
+    They must take :data:`PARTIAL_SHARE` of the mean square above the noise from it, or nothing is named.
+    """
+    if trace.verdict not in ("effect", "ambiguous", "partial"):
         return trace
-    left = trace.augmented.heldout_rmse_deg
-    return trace if left <= AT_FLOOR * trace.floor.deg else replace(trace, verdict="partial")
+    before, after = trace.baseline, trace.augmented
+    if after.heldout_rmse_deg <= AT_FLOOR * trace.floor.deg:
+        return trace
+    taken = share(before.heldout_errors, after.heldout_errors, trace.floor.deg).value
+    if taken < PARTIAL_SHARE:
+        names = " + ".join(after.names)
+        return _taken_back(trace, f"{names} takes {100 * taken:.0f} % of the held-out error above the noise")
+    return replace(trace, verdict="partial")
 
 
 def with_still_zone(trace: Trace, zone: StillZone) -> Trace:

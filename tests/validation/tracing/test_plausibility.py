@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,8 +16,8 @@ from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Model, fit
 from validation.tracing.fitting.holdout import divide_records
-from validation.tracing.fitting.uncertainty import covariance
-from validation.tracing.plausibility import covariance_given, implausible, remarks
+from validation.tracing.fitting.uncertainty import covariance, rise_without
+from validation.tracing.plausibility import implausible, remarks
 from validation.tracing.problem import AddedEffect
 from validation.tracing.trace import trace_records
 
@@ -94,14 +95,38 @@ def test_the_covariance_is_that_of_linear_regression(clean):
     assert found.freedom == pytest.approx(count - J.shape[1])
 
 
+def linear(J, x, low=-1e9, high=1e9):
+    """A fit of a linear model that has converged, within bounds."""
+    error = np.random.default_rng(5).standard_normal(len(J))
+    error -= J @ np.linalg.lstsq(J, error, rcond=None)[0]
+    rows = SimpleNamespace(train=np.arange(len(J)), jacobian=J, errors=error)
+    bounds = tuple(np.broadcast_to(np.asarray(b, dtype=float), x.shape) for b in (low, high))
+    return SimpleNamespace(rows=rows, x=x, model=SimpleNamespace(bounds=lambda: bounds))
+
+
 def test_an_amount_is_tested_given_what_acts_only_beside_it():
-    """Given a parameter, the rest have the covariance of a regression without it."""
+    """Without bounds that is Wald's statistic, with the covariance of a regression without the shape."""
     rng = np.random.default_rng(4)
-    J = rng.standard_normal((30, 5))
+    J, x = rng.standard_normal((30, 5)), np.array([0.7, -0.4, 3.0, 1.0, 2.0])
     J[:, 2] = J[:, 0] + 1e-3 * rng.standard_normal(30)  # shape, nearly collinear with the first amount
-    whole, without = np.linalg.inv(J.T @ J), np.linalg.inv(J[:, [0, 1, 3, 4]].T @ J[:, [0, 1, 3, 4]])
-    np.testing.assert_allclose(covariance_given(whole, [0, 1], [2]), without[:2, :2], rtol=1e-6)
-    np.testing.assert_array_equal(covariance_given(whole, [0, 1], []), whole[:2, :2])
+    for shape in ([2], []):
+        kept = [k for k in range(5) if k not in shape]
+        inverse = np.linalg.inv(J[:, kept].T @ J[:, kept])[:2, :2]
+        wald = x[:2] @ np.linalg.inv(inverse) @ x[:2]
+        assert rise_without(linear(J, x), [0, 1], shape) == pytest.approx(wald, rel=1e-6)
+
+
+def test_what_takes_the_place_of_an_amount_does_so_within_its_bounds():
+    """Two columns that are nearly the same: the second one would have to be 1.7."""
+    rng = np.random.default_rng(4)
+    J = rng.standard_normal((40, 2))
+    J[:, 1] = J[:, 0] + 1e-3 * J[:, 1]
+    x = np.array([0.7, 1.0])
+    assert rise_without(linear(J, x), [0], []) < 1e-4
+    assert rise_without(linear(J, x, high=1.7), [0], []) < 1e-4
+    missing = (J[:, 0] @ J[:, 0]) * 0.3**2
+    assert rise_without(linear(J, x, high=1.4), [0], []) == pytest.approx(missing, rel=0.02)
+    assert rise_without(linear(J[:, :1], x[:1]), [0], []) == pytest.approx(J[:, 0] @ J[:, 0] * 0.49)
 
 
 def test_a_run_out_counts_in_radii_and_a_wheel_that_is_not_the_declared_one_is_told(clean):

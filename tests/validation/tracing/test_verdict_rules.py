@@ -20,7 +20,7 @@ SMOOTH = SimpleNamespace(names=("time",), bic=lambda samples: 0.0)
 def fitted(rmse: float, heldout: float = 0.0, *, names: tuple[str, ...] = (), bic: float = 0.0) -> SimpleNamespace:
     return SimpleNamespace(
         names=names, rmse_deg=rmse, mean_square=rmse**2, train_rmse_deg=rmse, heldout_rmse_deg=heldout, samples=100.0,
-        bic=lambda samples: bic, fold_errors=None,
+        bic=lambda samples: bic, fold_errors=None, heldout_errors=[np.full(50, heldout)],
     )  # fmt: skip
 
 
@@ -55,6 +55,19 @@ def test_what_predicts_better_has_the_lower_heldout_error():
 def test_effects_that_leave_more_than_the_floor_explain_a_part(say: str, expected: str):
     assert verdict.partial_above_floor(named(1, 1, heldout=(1, 1.01 * AT_FLOOR * 0.1), say=say)).verdict == expected
     assert verdict.partial_above_floor(named(1, 1, heldout=(1, 0.99 * AT_FLOOR * 0.1), say=say)).verdict == say
+
+
+@pytest.mark.parametrize("say", ["effect", "ambiguous", "partial"])
+def test_effects_that_take_less_than_a_third_of_the_heldout_error_are_not_named(say: str):
+    """Of the mean square above the noise: 0.49 from 1 leaves 0.52 of 0.99, 0.81 leaves 0.81."""
+    assert verdict.partial_above_floor(named(1, 1, heldout=(1, 0.7), say=say)).verdict == "partial"
+    for after, expected in ((0.818, "partial"), (0.820, "unexplained")):  # 1 - 0.33 * 0.99 is 0.819 squared
+        assert verdict.partial_above_floor(named(1, 1, heldout=(1, after), say=say)).verdict == expected
+    taken = verdict.partial_above_floor(named(1, 1, heldout=(1, 0.9), say=say))
+    assert (taken.augmented, taken.confusable) == (taken.baseline, ())
+    assert taken.words == (
+        "gravity takes 19 % of the held-out error above the noise", "the residual depends on time",
+    )  # fmt: skip
 
 
 def test_effects_that_do_not_lower_the_heldout_error_are_taken_back():
@@ -211,6 +224,12 @@ def test_an_effect_in_part_is_named_with_all_that_are_as_good(monkeypatch: pytes
         near = replace(trace, baseline=fitted(before))
         assert (verdict.named_in_part(near) is not near) is is_named
     assert verdict.named_in_part(replace(trace, candidates=())).verdict == "unexplained"
+    # beside a baseline that leaves less than twice the noise, what was named is taken back where none takes most of it
+    floor = NoiseFloor(local_deg=0.4, repeats_deg=None)
+    for before, expected in ((0.56, "unexplained"), (0.60, "named")):  # 0.52 and 0.65 of what is above the noise
+        named_there = replace(trace, verdict="effect", effects=("a", "b"), floor=floor, baseline=fitted(before))
+        back = verdict.named_in_part(named_there)
+        assert (back.verdict == "unexplained") is (expected == "unexplained")
 
 
 @pytest.mark.parametrize(

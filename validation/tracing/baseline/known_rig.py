@@ -37,6 +37,9 @@ VARIED_FLEXURES = (
 (:class:`fem_models.rig.joints.MeasuredJoint`). The factor is on the stiffness after a reversal, with the loop's part:
 a measured stiffness is mostly that of a whole bend, and a loop may begin stiffer than the flexure itself is. Along
 the bend a stiffness varies by a factor of two at most: more is an effect."""
+STRAND = 2.0
+"""Tendons may be as stiff as declared by this factor either way: a strand has 0.4 to 0.6 of the modulus of its wires.
+Friction F at the base is a play of 2 F / k, so that tendons of any stiffness would take every play."""
 SOFT_STICK = 50.0
 """A soft guide gives way by as much as this many pitches of tendon before it slides."""
 _YOUNG_GPA, _TENDON_TO_WALL_MM = 50.0, 0.1
@@ -165,7 +168,7 @@ def drive_parameters(rigs: Sequence[Rig]) -> tuple[FreeParameter, ...]:
         FreeParameter("capstan_coefficient", "-", 0.0, 0.5, 0.05),
         FreeParameter("loop_share", "-", 0.0, 0.9, 0.2),
         FreeParameter("loop_angle_deg", "deg", angle / 4, 4 * angle, 0.4, log=True),
-        FreeParameter("EA_N", "N", EA / 4, 4 * EA, 0.2, log=True),
+        FreeParameter("EA_N", "N", EA / STRAND, STRAND * EA, 0.2, log=True),
         stick_compliance(rig),
     )
 

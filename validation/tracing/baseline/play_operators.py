@@ -155,7 +155,7 @@ class PlayProblem(RecordSet):
         acting: Sequence[tuple[CurveForm, Values]],
     ) -> Floats:
         """Angle of one record, deg."""
-        context, (curve, loops) = self._context(i), columns
+        context, (curve, loops) = self._contexts[i], columns
         f = curve @ coefficients[: self.curve]
         weight = np.ones(f.size)
         for form, mine in acting:
@@ -182,7 +182,7 @@ class PlayProblem(RecordSet):
         if key not in self._loop_sizes:
             if len(self._loop_sizes) > _MOST_REMEMBERED:
                 self._loop_sizes.clear()
-            self._loop_sizes[key] = form.loop_size(f, self._context(i), mine)
+            self._loop_sizes[key] = form.loop_size(f, self._contexts[i], mine)
         return self._loop_sizes[key]
 
     def _columns(self, acting: Sequence[tuple[CurveForm, Values]]) -> list[tuple[Floats, Floats]]:
@@ -199,7 +199,7 @@ class PlayProblem(RecordSet):
         x = self._strokes[i]
         for form, mine in self._acting(i, acting):
             if form.drive is not None:
-                x = form.drive(x, self._context(i), mine)
+                x = form.drive(x, self._contexts[i], mine)
         low, high = self.range
         span, arrived = high - low, self.arrived[i]
         radii = span * np.array(PLAY_RADII)
@@ -207,22 +207,31 @@ class PlayProblem(RecordSet):
         loops = [p - x for p in plays(x, radii, state)]
         position = (x - 0.5 * (low + high)) / (0.5 * span)
         columns = [loop * position**power for loop in loops for power in range(self.powers + 1)]
-        curve = spline_columns(x, low, high, self.curve) - spline_columns(np.zeros(1), low, high, self.curve)
+        curve = spline_columns(x, low, high, self.curve) - self._columns_in_the_middle
         return curve, np.column_stack(columns) / (0.1 * span)
 
-    def _context(self, i: int) -> CurveContext:
-        """Give what operators know of one record."""
-        return CurveContext(
-            inputs=self.inputs[i],
-            drive_middle=self.middle,
-            drive_half_range=self.scale.drive,
-            angle_half_range_deg=self.scale.angle,
-            straight_deg=0.0,
-            initial_state=float(np.sign(self.arrived[i])),
-            preload_ratio=1.0,
-            loop_ratio=1.0,
-            toe_ratio=0.0,
-            slope_loss_per_loop=0.0,
+    @cached_property
+    def _columns_in_the_middle(self) -> Floats:
+        """Columns of f where the drive is counted from, shape (1, curve)."""
+        return spline_columns(np.zeros(1), *self.range, self.curve)
+
+    @cached_property
+    def _contexts(self) -> tuple[CurveContext, ...]:
+        """What operators know of each record."""
+        return tuple(
+            CurveContext(
+                inputs=inputs,
+                drive_middle=self.middle,
+                drive_half_range=self.scale.drive,
+                angle_half_range_deg=self.scale.angle,
+                straight_deg=0.0,
+                initial_state=float(np.sign(arrived)),
+                preload_ratio=1.0,
+                loop_ratio=1.0,
+                toe_ratio=0.0,
+                slope_loss_per_loop=0.0,
+            )
+            for inputs, arrived in zip(self.inputs, self.arrived, strict=True)
         )
 
 
