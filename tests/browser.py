@@ -87,11 +87,13 @@ def listen(page) -> Heard:
     return heard
 
 
-def screenshots(tmp_path: Path) -> Path:
-    """Folder for screenshots: NOTCHBEND_SCREENSHOTS, which CI keeps, or that of the test."""
-    folder = Path(os.environ.get("NOTCHBEND_SCREENSHOTS", tmp_path))
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+def keep_picture(shown, name: str, **options: bool) -> None:
+    """Keep a picture of a page or a part for who looks at it: no test reads it, and a long page takes seconds to draw.
+
+    In the folder NOTCHBEND_SCREENSHOTS, which CI keeps; none is drawn where it is not set.
+    """
+    if folder := os.environ.get("NOTCHBEND_SCREENSHOTS"):
+        shown.screenshot(path=Path(folder) / f"{name}.png", **options)
 
 
 def ink(png: bytes, *, height: float = 1.0, width: float = 1.0) -> float:

@@ -1,11 +1,14 @@
 """A folder of results for the tests of the report: small, made in seconds, with everything a page can show."""
 
+import shutil
 from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray as xr
 from how_made import MADE
+from once import made_once
 
 from fem_models.analytic import simulate_analytic
 from fem_models.chain.solve import solve_chain
@@ -44,6 +47,18 @@ from studies.results.study import (
 from studies.results.trace import FigureFile, FoldErrors, NamedEffect, StoredTrace, TriedModel
 
 ERRORS = Errors(rmse_deg=0.3, max_abs_deg=0.9, max_rel_percent=1.0, normalised=0.01)
+
+
+def copy_results(factory: pytest.TempPathFactory, folder: Path) -> dict[str, Path]:
+    """Fill a folder with those of a run, a trace and a study, by name; each was made once for all tests."""
+    made = made_once(factory, "results-of-commands", _write_results)
+    return {name: Path(shutil.copytree(made / name, folder / name)) for name in ("run", "trace", "study")}
+
+
+def _write_results(folder: Path) -> None:
+    for name, write in (("run", write_run), ("trace", write_trace), ("study", write_study)):
+        (folder / name).mkdir(parents=True)
+        write(folder / name)
 
 
 def write_run(folder: Path) -> None:

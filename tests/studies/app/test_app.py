@@ -6,7 +6,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from browser import chromium, ink, listen, require_browser, screenshots, serving, tints
+from browser import chromium, ink, keep_picture, listen, require_browser, serving, tints
 
 from fem_models.chain.solve import solve_chain
 from fem_models.joint import joint_mechanics
@@ -138,7 +138,7 @@ def move(page, key: str, value: float) -> None:
     )
 
 
-def test_page_opens_without_errors_or_network(opened, tmp_path):
+def test_page_opens_without_errors_or_network(opened):
     page, heard = opened
     assert heard.errors == []
     assert heard.hosts == []
@@ -147,7 +147,7 @@ def test_page_opens_without_errors_or_network(opened, tmp_path):
     for i in range(6):  # each has a label that a reader of the screen says
         key = page.locator("input[type=range]").nth(i).get_attribute("id")
         assert page.locator(f"label[for={key}] span").inner_text()
-    page.screenshot(path=screenshots(tmp_path) / "app.png")
+    keep_picture(page, "app")
 
 
 def test_tube_is_drawn_and_follows(opened):
@@ -186,14 +186,14 @@ def test_sliders_change_the_loop_and_its_numbers(opened):
     assert heard.errors == []
 
 
-def test_a_rig_that_cannot_follow_is_said_on_the_page(opened, tmp_path):
+def test_a_rig_that_cannot_follow_is_said_on_the_page(opened):
     page, heard = opened
     page.locator("#notch_depth_mm").fill("3.065")  # deeper than the wall can carry
     page.wait_for_selector("main .message:visible", timeout=10_000)
     said = page.locator("main .message").inner_text()
     assert said.startswith("The tube finds no resting shape beyond a drive of 0.073 mm")
     assert "Try a less deep notch." in said
-    page.screenshot(path=screenshots(tmp_path) / "app-message.png")
+    keep_picture(page, "app-message")
     page.get_by_role("button", name="Reset").click()
     page.wait_for_selector("main .message", state="hidden", timeout=10_000)
     assert heard.errors == []

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import chromium, ink, listen, require_browser, screenshots, serving
+from browser import chromium, ink, keep_picture, listen, require_browser, serving
 
 from fem_models.rig import preset
 from fem_models.rig.checks import RigError, SolverError
@@ -146,7 +146,7 @@ def test_the_page_shows_loops_path_and_picture(served, tmp_path):
             assert page.locator("img").count() == 0
             assert page.evaluate("document.documentElement.scrollWidth") <= width
             assert (dialogs, heard.errors, heard.hosts) == ([], [], [])
-            page.screenshot(path=screenshots(tmp_path) / f"app-in-space-{scheme}-{width}.png", full_page=True)
+            keep_picture(page, f"app-in-space-{scheme}-{width}", full_page=True)
             if width > 1000:
                 moved_and_saved(page, tmp_path)
             page.close()

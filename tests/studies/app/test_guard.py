@@ -8,7 +8,7 @@ from dataclasses import replace
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from browser import chromium, listen, require_browser, screenshots, serving
+from browser import chromium, keep_picture, listen, require_browser, serving
 
 from fem_models.rig import preset
 from hysteresis.records.record_file import read_record, write_record
@@ -104,7 +104,7 @@ def test_tokens_and_secrets_differ_from_run_to_run():
     assert all(re.fullmatch("[0-9a-f]{48}", one.token) for one in guards)
 
 
-def test_names_are_shown_as_they_are(served, tmp_path):
+def test_names_are_shown_as_they_are(served):
     """Nothing of them is evaluated, no dialog opens, no image is loaded; in either style, wide and narrow."""
     with chromium() as running:
         for scheme, width in (("light", 1400), ("dark", 420)):
@@ -120,7 +120,7 @@ def test_names_are_shown_as_they_are(served, tmp_path):
             assert page.locator("img").count() == 0
             assert (dialogs, heard.errors, heard.hosts) == ([], [], [])
             assert page.evaluate("document.documentElement.scrollWidth") <= width
-            page.screenshot(path=screenshots(tmp_path) / f"app-hostile-{scheme}-{width}.png")
+            keep_picture(page, f"app-hostile-{scheme}-{width}")
             page.close()
 
 

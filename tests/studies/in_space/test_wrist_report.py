@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from browser import chromium, listen, screenshots
+from browser import chromium, keep_picture, listen
 
 from fem_models.chain.parameters import ChainSettings
 from fem_models.chain.solve import solve_chain
@@ -15,6 +15,7 @@ from fem_models.rig.in_space import rig_in_space, rig_in_space_of_tables
 from fem_models.rig.presets_in_space import any_preset
 from fem_models.spatial.rig import of_rig_in_space
 from fem_models.spatial.solve import solve_spatial
+from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_record
 from hysteresis.records.sidecar import toml
 from studies.commands.cli import call
@@ -23,6 +24,7 @@ from studies.in_space.design_report import FINE, WristDesign, wrist_report
 from studies.in_space.loops import motions_of, wheel_loop
 from studies.own_rig.loops import write_loop
 from studies.own_rig.programs import programs_of_report
+from studies.report.parts.reach import read_reach
 from studies.results.wrist import read_wrist
 
 WRIST = any_preset("zhang2026")
@@ -117,7 +119,7 @@ def test_the_page_has_all_parts_and_is_written_again(folder, capsys):
     assert (folder / "report.html").read_text() == page
 
 
-def test_charts_are_drawn_without_errors_or_network(folder, tmp_path):
+def test_charts_are_drawn_without_errors_or_network(folder):
     with chromium() as running:
         page = running.new_context(viewport={"width": 1280, "height": 900}).new_page()
         heard = listen(page)
@@ -125,7 +127,7 @@ def test_charts_are_drawn_without_errors_or_network(folder, tmp_path):
         page.wait_for_selector("html[data-ready=yes]", timeout=60_000)
         assert (heard.errors, heard.hosts) == ([], [])
         assert page.locator(".live[data-drawn=yes]").count() == page.locator(".live").count() > 15
-        page.screenshot(path=screenshots(tmp_path) / "wrist-report.png", full_page=True)
+        keep_picture(page, "wrist-report", full_page=True)
 
 
 def test_records_that_changed_are_refused(folder, tmp_path, capsys):
@@ -164,17 +166,19 @@ def test_a_spoiled_summary_is_refused_in_one_line(keys, value, said, folder, tmp
 
 
 def test_a_spoiled_workspace_is_refused_in_one_line(folder, tmp_path, capsys):
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    summary = json.loads((copy / "workspace.json").read_text())
     for change, said in (
         ({"circles": 3}, "expected 3 circles of 36 tips"),
         ({"circles": 10**9}, "at most 36000 tips"),
         ({"file": "../workspace.csv"}, "file"),
     ):
-        copy = tmp_path / said[:9]
-        shutil.copytree(folder, copy)
-        summary = json.loads((copy / "workspace.json").read_text()) | change
-        (copy / "workspace.json").write_text(json.dumps(summary))
-        assert call(["report", str(copy)]) == 2
-        assert said in capsys.readouterr().err
+        (copy / "workspace.json").write_text(json.dumps(summary | change))
+        with pytest.raises(RecordError, match=rf"^[^\n]*{said}[^\n]*$") as refused:
+            read_reach(copy)
+    assert call(["report", str(copy)]) == 2  # the last one: the other parts of the page are drawn before
+    assert str(refused.value) in capsys.readouterr().err
 
 
 def test_names_of_a_hostile_rig_file_are_text(tmp_path):

@@ -7,8 +7,8 @@ import shutil
 import numpy as np
 import pytest
 import xarray as xr
-from browser import chromium, listen, screenshots
-from results_folder import ERRORS, write_run, write_study, write_trace
+from browser import chromium, keep_picture, listen
+from results_folder import ERRORS, copy_results
 
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.records.record import RecordError
@@ -81,9 +81,7 @@ def hostile_study(folder):
 def pages(tmp_path_factory):
     """The pages of a run, a trace and a study whose names are hostile, in that order; and that of the trace alone."""
     top, out = tmp_path_factory.mktemp("hostile"), {}
-    for name, write in (("run", write_run), ("trace", write_trace), ("study", write_study)):
-        (top / name).mkdir()
-        write(top / name)
+    copy_results(tmp_path_factory, top)
     for file, places in PLACES.items():
         values = json.loads((top / file).read_text())
         for keys in places:
@@ -127,7 +125,7 @@ def running():
 
 
 @pytest.mark.parametrize("name", ["run", "trace", "study", "trace alone"])
-def test_names_are_shown_as_they_are(name, pages, running, tmp_path):
+def test_names_are_shown_as_they_are(name, pages, running):
     page = running.new_context(viewport={"width": 1280, "height": 900}).new_page()
     heard, dialogs = listen(page), []
     page.on("dialog", lambda dialog: (dialogs.append(dialog.message), dialog.dismiss()))
@@ -137,7 +135,7 @@ def test_names_are_shown_as_they_are(name, pages, running, tmp_path):
     assert (dialogs, heard.errors, heard.hosts) == ([], [], [])
     assert page.locator("[onerror], [onload], img[src=x], [href^='javascript']").count() == 0
     assert NAME in page.locator("main").inner_text()
-    page.screenshot(path=screenshots(tmp_path) / f"hostile-{name.replace(' ', '-')}.png", full_page=True)
+    keep_picture(page, f"hostile-{name.replace(' ', '-')}", full_page=True)
     page.close()
 
 
@@ -152,15 +150,15 @@ def test_every_hostile_text_is_escaped(pages):
         assert "{{7*7}}" in bare  # not 49
 
 
-def test_the_name_of_a_fit_may_have_slashes(tmp_path, capsys):
+def test_the_name_of_a_fit_may_have_slashes(tmp_path, tmp_path_factory, capsys):
     """A name that is no file is refused in one line; ``Path.with_name`` made it a traceback."""
-    write_run(tmp_path)
-    values = json.loads((tmp_path / "run.json").read_text())
+    folder = copy_results(tmp_path_factory, tmp_path)["run"]
+    values = json.loads((folder / "run.json").read_text())
     put(values, "fits.0.name", TEXT)
-    (tmp_path / "run.json").write_text(json.dumps(values))
-    assert call(["report", str(tmp_path)]) == 2
+    (folder / "run.json").write_text(json.dumps(values))
+    assert call(["report", str(folder)]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert len(error) < 300 + len(str(tmp_path))
+    assert len(error) < 300 + len(str(folder))
     with pytest.raises(RecordError, match=WHAT):
-        write_report(tmp_path)
+        write_report(folder)

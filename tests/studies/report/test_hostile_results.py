@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import zarr
-from results_folder import write_run, write_study, write_trace
+from results_folder import copy_results
 
 from hysteresis.records.record import RecordError
 from studies.report import write_report
@@ -18,9 +18,7 @@ from studies.sweep.store import open_store
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("results")
-    for name, write in (("run", write_run), ("trace", write_trace), ("study", write_study)):
-        (folder / name).mkdir()
-        write(folder / name)
+    copy_results(tmp_path_factory, folder)
     (folder / "secret.png").write_bytes(b"\x89PNG\r\n\x1a\nsecret")
     store = folder / "study" / "study.zarr"
     zarr.open_group(store, mode="r+").attrs[KEY] = json.dumps(digests(store))

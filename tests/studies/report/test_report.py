@@ -7,6 +7,7 @@ import time
 
 import pytest
 from once import made_once
+from results_folder import copy_results
 
 from hysteresis.records.record_file import read_record
 from studies.commands.cli import call
@@ -56,7 +57,8 @@ def test_report_again_is_the_same(folder):
     assert (folder / "report.html").read_bytes() == before
 
 
-def test_report_as_json_or_quiet(folder, capsys):
+def test_report_as_json_or_quiet(tmp_path, tmp_path_factory, capsys):
+    folder = copy_results(tmp_path_factory, tmp_path)["trace"]
     assert call(["report", str(folder), "--json", "--seed", "3"]) == 0
     assert json.loads(capsys.readouterr().out)["report"] == str(folder / "report.html")
     assert call(["report", str(folder), "--quiet"]) == 0

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import xarray as xr
 import zarr
-from browser import chromium, ink, listen, screenshots, tints
-from results_folder import write_run, write_study, write_trace
+from browser import chromium, ink, keep_picture, listen, tints
+from results_folder import copy_results
 
 from studies.commands.cli import call
 from studies.report import pdf
@@ -30,11 +30,7 @@ SECTIONS = {
 @pytest.fixture(scope="module")
 def parts(tmp_path_factory):
     """Three folders, each with the results of one command."""
-    out = {}
-    for name, write in (("run", write_run), ("trace", write_trace), ("study", write_study)):
-        out[name] = tmp_path_factory.mktemp(name)
-        write(out[name])
-    return out
+    return copy_results(tmp_path_factory, tmp_path_factory.mktemp("parts"))
 
 
 @pytest.fixture(scope="module")
@@ -219,7 +215,7 @@ def test_an_empty_folder_is_no_report(tmp_path, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_charts_are_drawn_without_errors_or_network(opened, tmp_path):
+def test_charts_are_drawn_without_errors_or_network(opened):
     page, heard = opened
     charts = page.locator(".chart").count()
     assert charts == page.locator(".chart.drawn .live[data-drawn=yes]").count() > 10
@@ -231,13 +227,14 @@ def test_charts_are_drawn_without_errors_or_network(opened, tmp_path):
             assert drawn > 0, chart.inner_text()
     assert heard.errors == []
     assert heard.hosts == []
-    page.screenshot(path=screenshots(tmp_path) / "report-light.png")
+    keep_picture(page, "report-light")
 
 
-def test_tube_is_there_and_turns(opened, tmp_path):
+def test_tube_is_there_and_turns(opened):
     page, _ = opened
     tube = page.locator(".chart.solid .live").first
-    before = tube.screenshot(path=screenshots(tmp_path) / "report-tube.png")
+    keep_picture(tube, "report-tube")
+    before = tube.screenshot()
     assert ink(before, width=0.85) > 0.03  # the colour bar stands at the right
     assert tints(before, width=0.85) > 20  # metal in light and shade, and the colours of the strain
     page.get_by_role("button", name="From the tip").click()
@@ -260,7 +257,7 @@ def test_a_surface_of_the_study_can_be_chosen(opened):
     assert surface.screenshot() != before
 
 
-def test_theme_can_be_changed(opened, tmp_path):
+def test_theme_can_be_changed(opened):
     page, heard = opened
     back = "getComputedStyle(document.body).backgroundColor"
     tick = "getComputedStyle(document.querySelector('.xtick text')).fill"
@@ -272,13 +269,13 @@ def test_theme_can_be_changed(opened, tmp_path):
     dark = page.evaluate(f"[{back}, {tick}]")
     assert dark[0] != light[0]
     assert dark[1] != light[1]
-    page.screenshot(path=screenshots(tmp_path) / "report-dark.png")
+    keep_picture(page, "report-dark")
     page.get_by_role("button", name="Light").click()
     page.wait_for_function(f"{ticks}.every(fill => fill === '{light[1]}')")
     assert heard.errors == []
 
 
-def test_paper_has_still_pictures_in_light_colours(opened, tmp_path):
+def test_paper_has_still_pictures_in_light_colours(opened):
     page, _ = opened
     page.emulate_media(media="print", color_scheme="dark")
     try:
@@ -287,7 +284,7 @@ def test_paper_has_still_pictures_in_light_colours(opened, tmp_path):
             assert not page.locator(".chart .live").nth(i).is_visible()
         assert page.locator(".still svg").first.is_visible()
         assert not page.locator("nav").is_visible()
-        page.screenshot(path=screenshots(tmp_path) / "report-print.png", full_page=True)
+        keep_picture(page, "report-print", full_page=True)
     finally:
         page.emulate_media(media="screen", color_scheme="light")
 
