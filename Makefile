@@ -38,8 +38,9 @@ $(VENV)/.dev-installed: $(VENV)/.installed requirements-dev.lock
 test: dev
 	$(MAKE) --no-print-directory --jobs=3 checks tests
 
+# With compiled tests kept: where PYTHONDONTWRITEBYTECODE is set, every worker would rewrite and compile all of them.
 tests: kernels kernels-heated
-	$(BIN)/pytest -n auto --dist worksteal
+	PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n auto --dist worksteal
 
 # Practice cases that the tracer missed once: for whoever changes it.
 cases: dev

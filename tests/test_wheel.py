@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from once import made_once
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("hysteresis", "fem_models", "validation", "studies")
@@ -37,29 +38,34 @@ def run(*arguments: object, cwd: Path) -> str:
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the wheel of a copy of the sources, so that nothing is left beside them."""
-    folder = tmp_path_factory.mktemp("wheel")
-    (folder / "source").mkdir()
-    for name in SOURCES:
-        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copyfile
-        copy(ROOT / name, folder / "source" / name)
-    pip = (sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-index")
-    run(*pip, "--no-deps", "--no-build-isolation", "--wheel-dir", folder, folder / "source", cwd=folder)
-    (built,) = folder.glob("notchbend-*.whl")
+
+    def build(folder: Path) -> None:
+        (folder / "source").mkdir(parents=True)
+        for name in SOURCES:
+            if (ROOT / name).is_dir():
+                shutil.copytree(ROOT / name, folder / "source" / name, ignore=shutil.ignore_patterns("__pycache__"))
+            else:
+                shutil.copyfile(ROOT / name, folder / "source" / name)
+        pip = (sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-index")
+        run(*pip, "--no-deps", "--no-build-isolation", "--wheel-dir", folder, folder / "source", cwd=folder)
+
+    (built,) = made_once(tmp_path_factory, "wheel", build).glob("notchbend-*.whl")
     return built
 
 
 @pytest.fixture(scope="module")
 def python(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Install the wheel into an environment that has the libraries of this one, but not the repository."""
-    folder = tmp_path_factory.mktemp("environment")
-    run(sys.executable, "-m", "venv", "--without-pip", folder, cwd=folder)
-    python = folder / "bin" / "python"
-    pip = (sys.executable, "-m", "pip", "--python", python, "--quiet", "--disable-pip-version-check")
-    run(*pip, "install", "--no-index", "--no-deps", wheel, cwd=folder)
-    (packages,) = folder.glob("lib/python*/site-packages")
-    libraries = [path for path in sys.path if path.endswith("-packages")]
-    (packages / "libraries.pth").write_text("\n".join(libraries) + "\n")  # after its own; no .pth of theirs is read
-    return python
+
+    def install(folder: Path) -> None:
+        run(sys.executable, "-m", "venv", "--without-pip", folder, cwd=wheel.parent)
+        pip = (sys.executable, "-m", "pip", "--python", folder / "bin" / "python", "--quiet")
+        run(*pip, "--disable-pip-version-check", "install", "--no-index", "--no-deps", wheel, cwd=folder)
+        (packages,) = folder.glob("lib/python*/site-packages")
+        libraries = [path for path in sys.path if path.endswith("-packages")]
+        (packages / "libraries.pth").write_text("\n".join(libraries) + "\n")  # after its own; none of theirs is read
+
+    return made_once(tmp_path_factory, "environment", install) / "bin" / "python"
 
 
 def test_wheel_has_the_front_door_and_the_data(wheel: Path) -> None:

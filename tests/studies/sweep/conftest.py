@@ -1,6 +1,7 @@
 """Studies that several tests read."""
 
 import pytest
+from once import made_once
 from small_study import LONG, study_file
 
 from studies.sweep import open_study, read_study, run_study
@@ -17,6 +18,9 @@ def finished(tmp_path_factory):
 @pytest.fixture(scope="session")
 def undisturbed(tmp_path_factory):
     """The dataset of the 240 cases of LONG, run without interruption."""
-    folder = tmp_path_factory.mktemp("undisturbed")
-    run_study(read_study(study_file(folder, LONG)), folder / "out", workers=2)
-    return open_study(folder / "out")
+
+    def make(folder):
+        folder.mkdir()
+        run_study(read_study(study_file(folder, LONG)), folder / "out", workers=2)
+
+    return open_study(made_once(tmp_path_factory, "undisturbed", make) / "out")
