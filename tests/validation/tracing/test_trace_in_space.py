@@ -1,6 +1,7 @@
 """Traces of records of a known rig that bends in two planes."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -88,17 +89,23 @@ def equal_planes(tmp_path_factory):
     return equal, path
 
 
+@cache
+def run_of_multibody(equal, turn_deg):
+    """The drives and what the Exudyn model does in them; records of the same turn differ in what their sensors add."""
+    dry = replace(equal.rig.friction, capstan_coefficient=0.08, sheath_N=0.06)
+    chain = of_rig_in_space(replace(equal, rig=replace(equal.rig, friction=dry)))
+    program = first_wheel(sine(0.3, 0.1, cycles=2, samples_per_cycle=16), equal)
+    turned = tuple(replace(one, angle_deg=one.angle_deg + turn_deg) for one in chain.tendons)
+    return program, solve_spatial_multibody(replace(chain, tendons=turned), program.of_tendons(equal))
+
+
 def by_multibody(equal_planes, *, sensor_turn_deg=0.0, turn_deg=0.0, seed=0, channels=False):
     """Record of the Exudyn model, in which the friction is not that of the sidecar, with a turned sensor or tendons.
 
     ``channels`` adds tensions with 0.05 N of noise, and the tip with 0.02 mm, by the same sensor as the angles.
     """
     equal, path = equal_planes
-    dry = replace(equal.rig.friction, capstan_coefficient=0.08, sheath_N=0.06)
-    chain = of_rig_in_space(replace(equal, rig=replace(equal.rig, friction=dry)))
-    program = first_wheel(sine(0.3, 0.1, cycles=2, samples_per_cycle=16), equal)
-    turned = tuple(replace(one, angle_deg=one.angle_deg + turn_deg) for one in chain.tendons)
-    run = solve_spatial_multibody(replace(chain, tendons=turned), program.of_tendons(equal))
+    program, run = run_of_multibody(equal, turn_deg)
     read = record_of(equal, program, run)
     turn, noise = np.radians(sensor_turn_deg), np.random.default_rng(seed)
     towards_y, towards_z = run.bending_deg.T
