@@ -1,6 +1,7 @@
 """The tracer on simulated records with a known effect: made here with the chain model, or from a formula."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -242,9 +243,16 @@ def test_a_curve_with_a_loop_is_not_taken_for_guide_friction():
     assert (trace.verdict, trace.model) == ("none", CURVE.name)
 
 
-def test_an_effect_that_does_not_reduce_the_held_out_error_is_not_named():
+@cache
+def traced_to_gravity():
+    """Records of a rig under gravity, that effect, and the trace of the records to it."""
     records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
-    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name == "gravity"])
+    gravity = [effect for effect in catalogue() if effect.name == "gravity"]
+    return records, gravity, trace_records(records, effects=gravity)
+
+
+def test_an_effect_that_does_not_reduce_the_held_out_error_is_not_named():
+    _, _, trace = traced_to_gravity()
     assert trace.verdict == "effect"
     assert confirmed_on_heldout(trace) is trace
     no_better = replace(trace, baseline=replace(trace.baseline, errors=trace.augmented.errors))
@@ -324,9 +332,7 @@ def test_an_effect_is_not_named_for_an_optimum_that_the_baseline_missed():
 
 def test_a_baseline_without_a_solution_at_the_augmented_parameters_is_kept(monkeypatch):
     """Without its effect a rig may have no equilibrium at those parameters: the trace stays as it is."""
-    records = two_preloads(lambda rig: replace(rig, gravity=Gravity(4.0, -60.0)), triangle(2.2, step_mm=0.2))
-    gravity = [effect for effect in catalogue() if effect.name == "gravity"]
-    before = trace_records(records, effects=gravity)
+    records, gravity, before = traced_to_gravity()
     calls = []
 
     def once(*given, **more):
