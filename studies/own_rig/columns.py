@@ -9,6 +9,7 @@ import numpy as np
 
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError
+from hysteresis.messages import listed, quoted
 from hysteresis.records.record import FIELDS, FURTHER_DRIVES, LIST_FIELDS, DriveUnit
 from studies.own_rig.bench_csv import BenchTable, drive_unit_of, guess_column
 
@@ -28,7 +29,7 @@ def columns_of(table: BenchTable, given: Mapping[str, str | None], unit: DriveUn
     Raises
     ------
     RecordError
-        No column for drive or angle, several of them, or one in another unit.
+        No column for drive or angle, several of them, one for both, or one in another unit.
     """
     known = dict[str, str]()
     for key in NAMED:
@@ -37,6 +38,11 @@ def columns_of(table: BenchTable, given: Mapping[str, str | None], unit: DriveUn
             raise RecordError(
                 f"{table.path}: no column is named as the {key}: the columns are {', '.join(table.columns)}: "
                 f"expected --{key}-column NAME"
+            )
+        if key == "angle" and name == known["drive"]:
+            raise RecordError(
+                f"{table.path}: column {quoted(name)}: drive and angle at once: the columns are "
+                f"{listed(tuple(table.columns))}: expected --drive-column NAME and --angle-column NAME, of two columns"
             )
         if name is not None and (given.get(key) or name not in known.values()):
             known[key] = name

@@ -121,6 +121,22 @@ def test_what_cannot_be_understood_is_named(header, words, bench, tmp_path, caps
     assert not (tmp_path / "bench.toml").exists()
 
 
+@pytest.mark.parametrize(
+    ("header", "options"),
+    [
+        ("stroke_mm angle_deg,reading", []),
+        ("drive_mm,angle_deg", ["--drive-column", "angle_deg"]),
+        ("drive_mm,angle_deg", ["--angle-column", "drive_mm"]),
+    ],
+)
+def test_one_column_is_not_drive_and_angle_at_once(header, options, bench, tmp_path, capsys):
+    """Found by the guided fuzzer: the angle was left out without a word, and the record failed without it."""
+    words = complaint(capsys, bench(header=header), *options)
+    assert "drive and angle at once" in words
+    assert "expected --drive-column NAME and --angle-column NAME" in words
+    assert [path.name for path in tmp_path.iterdir()] == ["bench.csv"]
+
+
 def test_a_row_that_is_cut_off_is_named_with_its_line(bench, tmp_path, capsys):
     bench(first="# one\n")
     lines = (tmp_path / "bench.csv").read_text().splitlines()
