@@ -1,9 +1,11 @@
 """Kill commands with SIGKILL at random moments and look at what they leave; then run them again, to the same results.
 
     PYTHONPATH=. python tests/killed_commands.py --kills 6 --out killed
+    PYTHONPATH=. python tests/killed_commands.py --kills 6 --terminate --out terminated   # SIGTERM to the command alone
     PYTHONPATH=. python tests/killed_commands.py --kills 0 --out twice   # twice, and with other threads
 
 Each command is run once in peace. In each trial it is killed with all its children after a random part of that time.
+With SIGTERM it must end by itself, with code 143 and one line that says how to go on.
 Every file that is there then must be whole: JSON, CSV and HTML are read to their end. The same command in the same
 folder must then write what the one in peace wrote, times aside. This takes minutes; it is no part of the test command.
 """
@@ -16,6 +18,7 @@ import json
 import math
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -46,6 +49,8 @@ COMMANDS = {
 """Command lines after ``notchbend``, in the folder of a trial."""
 OTHER_THREADS = {"trace": ["--threads", "1"], "study": ["--workers", "1"]}
 """Options of the second run; other commands have no threads of their own, and get one processor."""
+MOST_S = 30.0
+"""Most time between SIGTERM and the end of a command."""
 MEANT_AGAIN = ("results/study.json.made.command", "results/trace.json.made.command")
 """What differs by design in the second run: the command, where it has the number of workers or threads in it."""
 MEANT_RESUMED = ("results/study.json.from_store",)
@@ -87,6 +92,32 @@ def notchbend(folder: Path, arguments: list[str], **environment: str) -> None:
     )  # fmt: skip
     if done.returncode:
         raise SystemExit(f"{' '.join(arguments)}: exit {done.returncode}: {done.stderr}")
+
+
+def terminate_after(folder: Path, arguments: list[str], seconds: float) -> tuple[bool, list[str]]:
+    """Start a command and send it SIGTERM; tell whether it was still at work, and what is wrong with its end."""
+    child = subprocess.Popen(
+        [*NOTCHBEND, *arguments, "--quiet"],
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    try:
+        child.wait(seconds)
+    except subprocess.TimeoutExpired:
+        child.terminate()
+    start = time.perf_counter()
+    try:
+        told, said = child.communicate(timeout=MOST_S)
+    except subprocess.TimeoutExpired:
+        os.killpg(child.pid, signal.SIGKILL)
+        child.wait()
+        return True, [f"at {seconds:.2f} s: still at work {MOST_S:g} s after SIGTERM"]
+    took = time.perf_counter() - start
+    if child.returncode == 0 and not said:
+        return False, []
+    ends = said.startswith("notchbend: terminated: ") and re.search(r"the same command (starts again|goes on)", said)
+    good = child.returncode == 128 + signal.SIGTERM and said.count("\n") == 1 and len(said) < 300 and ends and not told
+    print(f"  at {seconds:.2f} s, ended {took:.2f} s later: {said.strip()[:200]}", flush=True)
+    return True, [] if good else [f"at {seconds:.2f} s: exit {child.returncode}: {said.strip()[-300:]!r}"]
 
 
 def kill_after(folder: Path, arguments: list[str], seconds: float) -> bool:
@@ -135,6 +166,7 @@ def main() -> int:
     """Run all; 1 where a file is broken, lost or different."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=6)
+    parser.add_argument("--terminate", action="store_true", help="SIGTERM in place of SIGKILL")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--only", nargs="*", default=list(COMMANDS), choices=COMMANDS)
@@ -155,7 +187,13 @@ def main() -> int:
         for trial in range(options.kills):
             folder = top / f"killed-{trial}"
             shutil.copytree(top / "inputs", folder)
-            killed += kill_after(folder, command, drawn.uniform(0.1, 1.0) * seconds)
+            after = drawn.uniform(0.1, 1.0) * seconds
+            if options.terminate:
+                stopped, wrong = terminate_after(folder, command, after)
+                found += wrong
+            else:
+                stopped = kill_after(folder, command, after)
+            killed += stopped
             found += broken_files(folder)
             notchbend(folder, command)
             found += [f"killed-{trial}: {one}" for one in differences(top / "peace", folder, MEANT_RESUMED)]

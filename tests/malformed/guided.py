@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -16,12 +17,19 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 MOST_S = 5
+HANGS_S = 60
+"""Time of the clock after which a reader counts as waiting; the machine may be shared."""
 MODULES = [
     "hysteresis.files", "hysteresis.messages", "hysteresis.plain", "hysteresis.records.record_file",
     "hysteresis.records.record", "hysteresis.records.sidecar", "fem_models.rig.rig_file", "fem_models.rig.checks",
     "fem_models.rig.of_record", "fem_models.rig.effects", "fem_models.rig.joints", "fem_models.rig.rig",
     "studies.sweep.study_file", "studies.sweep.inputs", "studies.results.files", "studies.results.run",
-    "studies.commands.compensation", "studies.engines", "studies.own_rig.bench_csv",
+    "studies.commands.compensation", "studies.engines", "studies.own_rig.bench_csv", "studies.own_rig.columns",
+    "fem_models.rig.in_space", "fem_models.rig.space_tables", "fem_models.spatial.drives", "fem_models.spatial.rig",
+    "studies.in_space.programs", "studies.results.wrist", "studies.results.workspace", "studies.results.compensation",
+    "studies.results.separation", "studies.results.fit", "studies.results.trace", "studies.results.study",
+    "studies.report.study", "studies.report.parts.wrists", "studies.report.parts.reach", "studies.report.parts.fits",
+    "studies.report.parts.followed", "validation.tracing.baseline.in_space",
 ]  # fmt: skip
 
 Read = Callable[[Path], object]
@@ -31,13 +39,34 @@ def kinds(folder: Path) -> dict[str, tuple[Path, Read]]:
     """Make good files of each kind; return the file to change, and what reads it."""
     import_module("malformed.samples").readers(folder)
     records, study, fits, run, trace = (folder / one for one in ("records", "study", "fits", "run", "trace"))
+    space = folder / "space"
     record_file, of_record = import_module("hysteresis.records.record_file"), import_module("fem_models.rig.of_record")
     compensation = import_module("studies.commands.compensation")
     results = import_module("studies.results.run")
     page = import_module("studies.report.page")
+    in_space = import_module("validation.tracing.baseline.in_space")
+    own_rig = import_module("studies.own_rig.new_record")
+    wheels = import_module("studies.in_space.programs").wheels_of_file
+    read_study = import_module("studies.sweep.study_file").read_study
 
     def record(_: Path) -> object:
         return of_record.rig_of(record_file.read_record(records / "loop.csv"))
+
+    def record_in_space(_: Path) -> object:
+        return in_space.space_problem([record_file.read_record(space / "loop.csv")])
+
+    def bench(path: Path) -> object:
+        copy = path.with_name("new.csv")
+        for one in (copy, copy.with_suffix(".toml")):
+            one.unlink(missing_ok=True)
+        columns = dict.fromkeys(("drive", "angle", "time", "cycle"))
+        return own_rig.new_record(path, own_rig.RecordRig({}, None), columns=columns, out=copy)
+
+    def reference_in_space(path: Path) -> object:
+        return record_file.read_columns(path, ["angle_deg", "angle_2_deg"], optional=["time_s"])
+
+    def report(path: Path) -> object:
+        return page.write_report(path.parent)
 
     return {
         "record": (records / "loop.csv", record),
@@ -45,11 +74,26 @@ def kinds(folder: Path) -> dict[str, tuple[Path, Read]]:
         "theory": (records / "theory.csv", record),
         "rig": (records / "mine.toml", import_module("fem_models.rig.rig_file").read_rig),
         "program": (records / "program.csv", import_module("studies.engines").program_of_file),
-        "study": (study / "study.toml", import_module("studies.sweep.study_file").read_study),
+        "study": (study / "study.toml", read_study),
         "fit": (fits / "identify.json", compensation.read_layer),
         "reference": (fits / "reference.csv", compensation.read_reference),
         "run": (run / "run.json", lambda path: results.read_run(path.parent)),
-        "trace": (trace / "trace.json", lambda path: page.write_report(path.parent)),
+        "trace": (trace / "trace.json", report),
+        "rig-in-space": (space / "wrist.toml", import_module("fem_models.rig.in_space").read_any_rig),
+        "program-in-space": (space / "program.csv", wheels),
+        "tensions-in-space": (space / "tensions.csv", wheels),
+        "record-in-space": (space / "loop.csv", record_in_space),
+        "sidecar-in-space": (space / "loop.toml", record_in_space),
+        "reference-in-space": (space / "wanted.csv", reference_in_space),
+        "study-in-space": (space / "study.toml", read_study),
+        "bench": (records / "bench.csv", bench),
+        "stored-study": (folder / "results" / "study.json", report),
+        "stored-wrist": (folder / "wrist" / "wrist.json", report),
+        "stored-workspace": (folder / "workspace" / "workspace.json", report),
+        "stored-compensation": (folder / "compensation" / "drives-compensate.json", report),
+        "stored-trace-in-space": (folder / "trace in space" / "trace.json", report),
+        "stored-fit": (folder / "fit" / "identify.json", report),
+        "stored-separation": (folder / "separation" / "separate.json", report),
     }
 
 
@@ -84,13 +128,16 @@ def main() -> None:
 
         def once(data: bytes) -> None:
             path.write_bytes(data)
+            start = time.process_time()
             try:
                 read(path)
             except refusals as error:
                 if path.parent.name not in str(error):  # commands make one line of it
                     raise RuntimeError(f"a refusal that names no file: {error}") from None
+            if (took := time.process_time() - start) > MOST_S:
+                raise RuntimeError(f"{took:.1f} s of computing")
 
-        arguments = [f"-max_total_time={seconds}", f"-timeout={MOST_S}", "-max_len=8192", "-seed=1"]
+        arguments = [f"-max_total_time={seconds}", f"-timeout={HANGS_S}", "-max_len=8192", "-seed=1"]
         atheris.Setup([sys.argv[0], str(corpus), f"-artifact_prefix={corpus}/", *arguments], once)
         atheris.Fuzz()
 
