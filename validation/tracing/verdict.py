@@ -334,7 +334,9 @@ def with_remaining_error(trace: Trace) -> Trace:
 def partial_above_floor(trace: Trace) -> Trace:
     """Say that effects explain a part only, where the held-out error with them is far above the noise.
 
-    They must take :data:`PARTIAL_SHARE` of the mean square above the noise from it, or nothing is named.
+    They must take :data:`PARTIAL_SHARE` of the mean square above the noise from it, or nothing is named. A known rig
+    may be off by :data:`FAR_ABOVE` times the noise: within that, held-out samples say nothing against an effect that
+    does not raise their error.
     """
     if trace.verdict not in ("effect", "ambiguous", "partial"):
         return trace
@@ -342,7 +344,8 @@ def partial_above_floor(trace: Trace) -> Trace:
     if after.heldout_rmse_deg <= AT_FLOOR * trace.floor.deg:
         return trace
     taken = share(before.heldout_errors, after.heldout_errors, trace.floor.deg).value
-    if taken < PARTIAL_SHARE:
+    off = min(before.heldout_rmse_deg, FAR_ABOVE * trace.floor.deg) if trace.known else 0.0
+    if taken < PARTIAL_SHARE and after.heldout_rmse_deg > off:
         names = " + ".join(after.names)
         return _taken_back(trace, f"{names} takes {100 * taken:.0f} % of the held-out error above the noise")
     return replace(trace, verdict="partial")

@@ -63,6 +63,9 @@ def test_effects_that_take_less_than_a_third_of_the_heldout_error_are_not_named(
     assert verdict.partial_above_floor(named(1, 1, heldout=(1, 0.7), say=say)).verdict == "partial"
     for after, expected in ((0.818, "partial"), (0.820, "unexplained")):  # 1 - 0.33 * 0.99 is 0.819 squared
         assert verdict.partial_above_floor(named(1, 1, heldout=(1, after), say=say)).verdict == expected
+    for before, after, expected in ((0.2, 0.195, "partial"), (0.2, 0.205, "unexplained"), (0.23, 0.205, "unexplained")):
+        off = replace(named(1, 1, heldout=(before, after), say=say), known=True)  # by twice the noise a known rig may be
+        assert verdict.partial_above_floor(off).verdict == expected
     taken = verdict.partial_above_floor(named(1, 1, heldout=(1, 0.9), say=say))
     assert (taken.augmented, taken.confusable) == (taken.baseline, ())
     assert taken.words == (

@@ -11,11 +11,19 @@ import numpy as np
 from validation.tracing.fitting.evidence import is_noise
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.model import Model
+from validation.tracing.plausibility import implausible
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.restarts import best_of_other_loops
 from validation.tracing.search.search import Search
 from validation.tracing.search.starts import Start, best_starts
-from validation.tracing.settings import BESIDE, COMPETITOR_AT_NOISE, FEW_STEPS, GAINS_FAST, OTHER_FORM_SQUARE
+from validation.tracing.settings import (
+    BESIDE,
+    COMPETITOR_AT_NOISE,
+    FEW_STEPS,
+    GAINS_FAST,
+    MISFIT_ALIKE,
+    OTHER_FORM_SQUARE,
+)
 
 
 class Screened(NamedTuple):
@@ -135,8 +143,13 @@ def _lead_on(search: Search, fitted: Fitted, candidates: list[Fitted]) -> list[F
 
 
 def _with_richer_form(search: Search, fitted: Fitted, candidate: Fitted) -> Fitted:
-    """Fit the last effect of a candidate in its forms with more parameters, unless the residual is noise."""
-    if is_noise(candidate):
+    """Fit the last effect of a candidate in its forms with more parameters, unless the residual is noise.
+
+    A form that makes no sense gives way to one that does and leaves about as little: a wheel whose radius is free to
+    one of the declared radius.
+    """
+    senseless = bool(implausible(candidate))
+    if is_noise(candidate) and not senseless:
         return candidate
     *before, last = candidate.model.added
     baseline, effects = candidate.model.values(candidate.x)
@@ -152,5 +165,7 @@ def _with_richer_form(search: Search, fitted: Fitted, candidate: Fitted) -> Fitt
         return candidate
     best = min(found, key=lambda g: g.square)
     best = search.with_effect(fitted, best.model.added[-1], best.x) or best
+    if senseless and best.square < MISFIT_ALIKE**2 * candidate.square and not implausible(best):
+        return best
     samples = best.samples
     return min((candidate, best), key=lambda g: g.bic(samples))
