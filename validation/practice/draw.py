@@ -54,6 +54,7 @@ SetName = Literal[
     "score-17",
     "score-18",
     "score-19",
+    "score-20",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -76,6 +77,7 @@ SETS: dict[SetName, int] = {
     "score-17": 20_261_138,
     "score-18": 20_261_139,
     "score-19": 20_261_140,
+    "score-20": 20_261_141,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

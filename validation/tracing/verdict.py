@@ -336,7 +336,8 @@ def partial_above_floor(trace: Trace) -> Trace:
 
     They must take :data:`PARTIAL_SHARE` of the mean square above the noise from it, or nothing is named. A known rig
     may be off by :data:`FAR_ABOVE` times the noise: within that, held-out samples say nothing against an effect that
-    does not raise their error.
+    does not raise their error. Several effects of an unknown rig are not named so: where they do not come to the noise,
+    they take what its model lacks.
     """
     if trace.verdict not in ("effect", "ambiguous", "partial"):
         return trace
@@ -344,9 +345,12 @@ def partial_above_floor(trace: Trace) -> Trace:
     if after.heldout_rmse_deg <= AT_FLOOR * trace.floor.deg:
         return trace
     taken = share(before.heldout_errors, after.heldout_errors, trace.floor.deg).value
+    names = " + ".join(after.names)
+    if not trace.known and len(after.names) > 1:
+        left = after.heldout_rmse_deg / trace.floor.deg
+        return _taken_back(trace, f"{names} leave {left:.2g} times the noise of an unknown rig: too much for several")
     off = min(before.heldout_rmse_deg, FAR_ABOVE * trace.floor.deg) if trace.known else 0.0
     if taken < PARTIAL_SHARE and after.heldout_rmse_deg > off:
-        names = " + ".join(after.names)
         return _taken_back(trace, f"{names} takes {100 * taken:.0f} % of the held-out error above the noise")
     return replace(trace, verdict="partial")
 

@@ -57,6 +57,18 @@ def test_effects_that_leave_more_than_the_floor_explain_a_part(say: str, expecte
     assert verdict.partial_above_floor(named(1, 1, heldout=(1, 0.99 * AT_FLOOR * 0.1), say=say)).verdict == say
 
 
+def test_several_effects_of_an_unknown_rig_are_named_at_the_noise_only():
+    both = named(1, 1, heldout=(1, 0.2))
+    both.augmented.names = ("gravity", "tip_load")
+    taken = verdict.partial_above_floor(both)
+    assert (taken.verdict, taken.augmented) == ("unexplained", both.baseline)
+    assert taken.words[0] == "gravity + tip_load leave 2 times the noise of an unknown rig: too much for several"
+    assert verdict.partial_above_floor(replace(both, known=True)).verdict == "partial"
+    at_noise = named(1, 1, heldout=(1, 0.14))
+    at_noise.augmented.names = both.augmented.names
+    assert verdict.partial_above_floor(at_noise) is at_noise
+
+
 @pytest.mark.parametrize("say", ["effect", "ambiguous", "partial"])
 def test_effects_that_take_less_than_a_third_of_the_heldout_error_are_not_named(say: str):
     """Of the mean square above the noise: 0.49 from 1 leaves 0.52 of 0.99, 0.81 leaves 0.81."""
@@ -64,7 +76,9 @@ def test_effects_that_take_less_than_a_third_of_the_heldout_error_are_not_named(
     for after, expected in ((0.818, "partial"), (0.820, "unexplained")):  # 1 - 0.33 * 0.99 is 0.819 squared
         assert verdict.partial_above_floor(named(1, 1, heldout=(1, after), say=say)).verdict == expected
     for before, after, expected in ((0.2, 0.195, "partial"), (0.2, 0.205, "unexplained"), (0.23, 0.205, "unexplained")):
-        off = replace(named(1, 1, heldout=(before, after), say=say), known=True)  # by twice the noise a known rig may be
+        off = replace(
+            named(1, 1, heldout=(before, after), say=say), known=True
+        )  # a known rig may be off by 2
         assert verdict.partial_above_floor(off).verdict == expected
     taken = verdict.partial_above_floor(named(1, 1, heldout=(1, 0.9), say=say))
     assert (taken.augmented, taken.confusable) == (taken.baseline, ())
