@@ -85,8 +85,8 @@ def bend_by_tendon(rig: Rig, joint: Flexure, tendon_N: float) -> tuple[float, fl
 def bend_each_by_tendon(rig: Rig, joints: Sequence[Flexure], tendon_N: float) -> tuple[Floats, float, float]:
     """Bending of a chain whose notches differ: angles of the joints, shape (N,), rad, and the tip, x and y in mm.
 
-    ``joints`` has the flexure of every notch. The tip is the middle of the last ring on the neutral axis, whose steps
-    from notch to notch are left out, as the engines do.
+    ``joints`` has the flexure of every notch. The tip is the middle of the last ring on the neutral axis, as in the
+    chain: from its place in the straight tube, over the steps of that axis from notch to notch.
 
     Raises
     ------
@@ -102,6 +102,8 @@ def bend_each_by_tendon(rig: Rig, joints: Sequence[Flexure], tendon_N: float) ->
     spare = row.of("turning_length_mm") - chords  # of a notch beside its chord, both ends together: it goes with rings
     straight = np.append(lengths.base, lengths.stiff) + np.append(0.0, spare / 2) + np.append(spare / 2, 0.0)
     tip = (straight * rings).sum() + ((chords + stretch) * middle).sum()
+    neutral = -np.array([joint.neutral_offset_mm for joint in joints])
+    tip += 1j * (np.diff(neutral) * (rings[1:-1] - 1)).sum()
     return angles, float(tip.real), float(tip.imag)
 
 

@@ -30,11 +30,13 @@ from fem_models.rig import Rig
 from hysteresis.arrays import Floats
 
 ARM, SEGMENT, REST = 0, 2, 4  # pairs, of tendons a and b
-BENDING, ELASTIC, HALF_GAP, AXIAL, CONTACT_ANGLE, CONTACT_STIFFNESS, LOOP, BEYOND, TO_RING, SECTION = range(6, 16)
+BENDING, ELASTIC, HALF_GAP, AXIAL, CONTACT_ANGLE, CONTACT_STIFFNESS, LOOP = range(6, 13)
+BEYOND, TO_RING, ASIDE, SECTION = range(13, 17)
 COLUMNS = SECTION + len(NitinolParameters._fields)
 """Places in a row of ``Parameters.each``: arms; EA over the length of tendon across the notch; lengths of the paths at
 rest; what :class:`Parameters` has by these names; the slip moments and stiffnesses of the Jenkins elements over those
-of the first joint; lengths to the next joint and to the middle of the ring; and the section."""
+of the first joint; lengths to the next joint and to the middle of the ring, and the way across to the neutral axis of
+the next joint; and the section."""
 
 
 def with_each(parameters: Parameters, rig: Rig, joints: JointRow) -> Parameters:
@@ -57,7 +59,7 @@ def each_joint(rig: Rig, joints: JointRow) -> Floats:
         row[LOOP] = joint.flexure.bending_Nmm_per_rad / joints.first.flexure.bending_Nmm_per_rad
         section = section_parameters(rig, joint)
         row[SECTION : SECTION + len(section)] = section
-    rows[:, BEYOND], rows[:, TO_RING] = lengths.beyond, lengths.to_ring
+    rows[:, BEYOND], rows[:, TO_RING], rows[:, ASIDE] = lengths.beyond, lengths.to_ring, lengths.aside
     return rows
 
 
@@ -216,6 +218,17 @@ def _choose_lever(rig: Any, i: Any, n: Any) -> Callable[..., Any]:
     if _differ(rig):
         return lambda rig, i, n: rig.each[i, TO_RING] + (n - 1 - i) * rig.each[i, BEYOND]
     return lambda rig, i, n: (n - 0.5 - i) * rig.pitch
+
+
+def aside(rig: Parameters, i: int) -> float:
+    """Way across ring i from the neutral axis of joint i to that of the next one."""
+    each: Any = rig.each
+    return each[i, ASIDE] if len(each) else 0.0
+
+
+@overload(aside, inline="always", strict=False)
+def _choose_aside(rig: Any, i: Any) -> Callable[..., Any]:
+    return (lambda rig, i: rig.each[i, ASIDE]) if _differ(rig) else (lambda rig, i: 0.0)
 
 
 @chain_njit(forceinline=True)

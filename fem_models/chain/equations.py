@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.chain.compiled import chain_njit
-from fem_models.chain.each import beyond, joint_at, loop_part, rest_path, ring_lever
+from fem_models.chain.each import aside, beyond, joint_at, loop_part, rest_path, ring_lever
 from fem_models.chain.laws import (
     BY_TENSION,
     Guide,
@@ -137,7 +137,9 @@ def external_moments(x: Floats, rig: Parameters, load: Load, work: Work, touched
 
     Returns the stiffness of the stop, N/mm, where the tip touches it. Ring i hangs at its centre beyond joint i, and
     carries the joints of those beyond. What a joint has more than the next one depends on the heading of its own ring
-    alone, and on the push of the stop. A dead force on the tip acts on the same levers as the stop.
+    alone, and on the push of the stop. A dead force on the tip acts on the same levers as the stop. Where the neutral
+    axes of neighbours differ, the way from joint to joint has a step across the ring. The tip's height counts from that
+    of the straight tube.
     ``touched`` is 1 or 0 where it is given whether the tip touches, else :data:`BY_DEPTH`.
     """
     n = work.external.size
@@ -147,7 +149,7 @@ def external_moments(x: Floats, rig: Parameters, load: Load, work: Work, touched
     heading, tip_y = 0.0, 0.0
     for i in range(n):
         heading += x[3 * i + 3]
-        tip_y += beyond(rig, i, n) * math.sin(heading)
+        tip_y += beyond(rig, i, n) * math.sin(heading) + aside(rig, i) * (math.cos(heading) - 1.0)
     side = 1.0 if rig.stop_y >= 0.0 else -1.0
     depth = side * (tip_y - rig.stop_y)
     touches = depth > 0.0 if touched == BY_DEPTH else touched == 1
@@ -157,13 +159,16 @@ def external_moments(x: Floats, rig: Parameters, load: Load, work: Work, touched
     moment = 0.0
     for i in range(n - 1, -1, -1):
         cs, sn = math.cos(heading), math.sin(heading)
-        length, rings = beyond(rig, i, n), ring_lever(rig, i, n)
-        moment += rings * (weight_y * cs - weight_x * sn) - push * length * cs
+        length, rings, step = beyond(rig, i, n), ring_lever(rig, i, n), aside(rig, i)
+        steps = (n - 1 - i) * step  # of all rings beyond
+        moment += rings * (weight_y * cs - weight_x * sn) - push * (length * cs - step * sn)
         moment += length * (tip_load * cs - tip_x * sn)
+        moment -= steps * (weight_y * sn + weight_x * cs) + step * (tip_load * sn + tip_x * cs)
         work.external[i] = moment
-        work.restoring[i] = rings * (weight_y * sn + weight_x * cs) - push * length * sn
+        work.restoring[i] = rings * (weight_y * sn + weight_x * cs) - push * (length * sn + step * cs)
         work.restoring[i] += length * (tip_load * sn + tip_x * cs)
-        work.lever[3 * i + 3] = length * cs
+        work.restoring[i] += steps * (weight_y * cs - weight_x * sn) + step * (tip_load * cs - tip_x * sn)
+        work.lever[3 * i + 3] = length * cs - step * sn
         heading -= x[3 * i + 3]
     return rig.stop_stiffness if touches else 0.0
 

@@ -222,7 +222,7 @@ def tip_mm(rig: Rig, joints: JointRow, run: Run) -> Floats:
     """
     lengths, turning = joints.lengths, joints.of("turning_length_mm")
     tip = np.empty((len(run.angles), 2))
-    tip_reach(run.angles, lengths.stiff, turning, tip)
+    tip_reach(run.angles, lengths.stiff, lengths.aside, turning, tip)
     thrust = len(rig.tendons) * rig.preload_N
     if joints.alike:
         compliance, n = joints.first.axial_compliance, rig.joints

@@ -71,11 +71,13 @@ def friction_ratios(angle: Floats, steepest: float, capstan: float, rest_wrap: f
 
 
 @chain_njit(allocates=True)  # called from Python
-def tip_reach(angles: Floats, rings: Floats, turning: Floats, tip: Floats) -> None:
+def tip_reach(angles: Floats, rings: Floats, aside: Floats, turning: Floats, tip: Floats) -> None:
     """Fill how far rings and notches reach from joint 1 to the middle of the last ring, shape (m, 2).
 
     ``angles`` has shape (m, N). A notch, as long as ``turning``, shape (N,), lies along the mean of the headings before
-    and beyond it, a ring of the length in ``rings`` along its own; headings are turned on from joint to joint.
+    and beyond it, a ring of the length in ``rings`` along its own; headings are turned on from joint to joint. Across a
+    ring it goes by ``aside`` to the neutral axis of the next notch, and the tip counts from its place in the straight
+    tube.
     """
     samples, joints = angles.shape
     for k in range(samples):
@@ -90,4 +92,5 @@ def tip_reach(angles: Floats, rings: Floats, turning: Floats, tip: Floats) -> No
             x, y = x + turning[i] * along, y + turning[i] * across
             along, across = along * cs - across * sn, along * sn + across * cs
             x, y = x + rings[i] * along, y + rings[i] * across
+            x, y = x - aside[i] * across, y + aside[i] * (along - 1.0)
         tip[k, 0], tip[k, 1] = x, y

@@ -243,7 +243,7 @@ def _rings(world: Element, model: _Model) -> None:
             _inertial(body, to_ring[i - 1], weights.ring_kg + (weights.tip_kg if i == n else 0.0))
             rest = _number(joint.rest_angle_rad)
             hinge = model.inertia.of(_hinge_stiffness(rig, joint))
-            hinge |= {"stiffness": _number(_spring_Nm(rig, joint)), "springref": rest, "ref": rest}
+            hinge |= {"stiffness": _number(MM * joint.elastic_Nmm_per_rad), "springref": rest, "ref": rest}
             _add(body, "joint", name=f"joint{i}", type="hinge", axis="0 0 1", **hinge)
         _add(body, "geom", type="cylinder", fromto=_numbers(start, 0, 0, end, 0, 0), size=_number(outer), mass="0")
         for side, y in enumerate(model.arms[:, max(i - 1, 0)].tolist()):
@@ -314,12 +314,6 @@ def _tendons(tendons: Element, model: _Model) -> None:
                     _add(guide, "site", site=site)
 
 
-def _spring_Nm(rig: Rig, joint: JointMechanics) -> float:
-    """Elastic part of a joint with the ring in series, as the chain has it."""
-    elastic, ring = joint.jenkins.elastic_Nmm_per_rad, joint.ring.bending_Nmm_per_rad
-    return MM * elastic * ring / (elastic + ring)
-
-
 def _material(world: Element, tendons: Element, model: _Model) -> None:
     """Add Jenkins elements: wheels that dry friction holds, each on a spring to its joint; and notches that close."""
     rig = model.rig
@@ -334,14 +328,13 @@ def _material(world: Element, tendons: Element, model: _Model) -> None:
             _add(spring, "joint", joint=f"joint{i}", coef="1")
             _add(spring, "joint", joint=f"metal{i}_{j}", coef="-1")
         if rig.closure is not None and math.isfinite(joint.contact_angle_rad):
-            ring, contact = joint.ring.bending_Nmm_per_rad, rig.closure.stiffness_Nmm_per_rad
             angle = _number(joint.contact_angle_rad)
             closed = _add(
                 tendons,
                 "fixed",
                 name=f"closed{i}",
                 springlength=f"{FAR if joint.one_sided else '-' + angle} {angle}",
-                stiffness=_number(MM * ring * contact / (ring + contact)),
+                stiffness=_number(MM * joint.with_ring(rig.closure.stiffness_Nmm_per_rad)),
             )
             _add(closed, "joint", joint=f"joint{i}", coef="1")
 

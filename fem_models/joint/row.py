@@ -23,6 +23,8 @@ class Lengths(NamedTuple):
     ``segments`` are of tendon across each notch, from the middle of a ring to that of the next. ``beyond`` leads from a
     joint to the next one, at the last to the tip; ``to_ring`` to the middle of the ring beyond it. ``stiff`` is the
     part of ``beyond`` that lies along the ring; ``base`` is the part of the tube before the first joint that does.
+    ``aside`` leads across the tube, towards tendon a, from the neutral axis of a notch to that of the next one: a ring
+    and its tip are at the level of the notch before it, so at the last there is none.
     """
 
     segments: Floats
@@ -30,6 +32,7 @@ class Lengths(NamedTuple):
     to_ring: Floats
     stiff: Floats
     base: float
+    aside: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +86,9 @@ class JointRow:
             beyond[-1] = 0.5 * pitch
             stiff = pitch - turning
             stiff[-1] *= 0.5
-            return Lengths(np.full(n, pitch), beyond, np.full(n, 0.5 * pitch), stiff, float(half))
+            return Lengths(np.full(n, pitch), beyond, np.full(n, 0.5 * pitch), stiff, float(half), np.zeros(n))
         middles, centres = map(np.array, self.places)
+        neutral = -self.of("flexure.neutral_offset_mm")
         beyond = np.diff(middles, append=centres[-1])
         half = np.append(0.5 * (turning[:-1] + turning[1:]), 0.5 * turning[-1])
         return Lengths(
@@ -93,6 +97,7 @@ class JointRow:
             to_ring=centres - middles,
             stiff=beyond - half,
             base=float(middles[0] - 0.5 * turning[0]),
+            aside=np.diff(neutral, append=neutral[-1]),
         )
 
     def ring_beyond(self, number: int) -> RingStiffness:

@@ -155,12 +155,19 @@ class Stepper:
         return np.column_stack([free, segments])
 
     def tip_mm(self) -> Floats:
-        """Centre of the last ring, shape (2,)."""
+        """Centre of the last ring, shape (2,).
+
+        The model has all neutral axes on one line. The steps between them move the tip as in the chain.
+        """
         ring = self.model.tip
         position = self.model.mbs.GetObjectOutputBody(
             ring.body, exu.OutputVariableType.Position, localPosition=[ring.centre_mm, 0, 0]
         )
-        return np.asarray(position)[:2]
+        if self.joints.alike:
+            return np.asarray(position)[:2]
+        heading, aside = self.coordinates()[self.model.rotation[1:]], self.joints.lengths.aside
+        steps = [-aside @ np.sin(heading), aside @ (np.cos(heading) - 1.0)]
+        return np.asarray(position)[:2] + steps
 
     def limits(self) -> Floats:
         """Greatest friction of each guide at the present tensions and angles, N; the tensions are kept as ``found``."""

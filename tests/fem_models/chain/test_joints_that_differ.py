@@ -10,11 +10,14 @@ from fem_models.analytic.kinematics import angle_for_drive_rad, drive_for_angle_
 from fem_models.analytic.unequal_joints import bend_at_drive, bend_to_angle
 from fem_models.chain.along import line_along, moved_along, moved_run, moved_series, taped_run
 from fem_models.chain.each import each_joint
+from fem_models.chain.equations import BY_DEPTH, external_moments, work_space
 from fem_models.chain.follow import follow, tape_of
 from fem_models.chain.parameters import Memory, memory_at_rest
 from fem_models.chain.solve import chain_case, followed, run_space, solve_chain, solve_chain_by_force
 from fem_models.joint import joint_mechanics, joint_row
+from fem_models.joint.contact import ring_weight_N, tip_force_N
 from fem_models.load import LoadProgram, triangle
+from fem_models.load.stepping import at_rest
 from fem_models.multibody.quasi_static import solve_multibody, solve_multibody_by_force
 from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.checks import SolverError
@@ -61,6 +64,8 @@ LAWS = {
     "loads": {"gravity": Gravity(0.3, 40.0), "tip_load": TipLoad(0.05, 90.0), "tip_stop": TipStop(8.0, 10.0)},
     "closes": {"closure": Closure(1e3, 2.5)},
 }
+STEPPED = {"gravity": Gravity(20.0, 40.0), "tip_load": TipLoad(0.3, 160.0), "tip_stop": TipStop(1.0, 2.0)}
+"""Loads on a wrist whose neutral axes step."""
 
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
@@ -122,6 +127,52 @@ def test_deeper_notches_bend_more_and_tip_first():
     shallow_last = replace(notched_tube(tip_first()).notch, depth_mm=DEPTHS[::-1])
     turned = solve_chain_by_force(with_notch(tip_first(), shallow_last), PULL).record
     assert turned.notches_deg[12, 0] > turned.notches_deg[12, -1]
+
+
+def test_dead_loads_and_stop_act_over_the_steps_of_the_neutral_axis():
+    """Moments, their slopes and the tip's levers against differences of a potential: points placed in the plane.
+
+    Joints are points at their neutral axes, in the straight tube at (middle, -offset). Ring and tip are at the level of
+    the joint before them.
+    """
+    rig = replace(
+        tip_first(), gravity=Gravity(30.0, 40.0), tip_load=TipLoad(0.3, 160.0), tip_stop=TipStop(0.1, 2.0),
+        superelastic=None,
+    )  # fmt: skip
+    row = joint_row(rig)
+    (middles, centres), offset = map(np.array, row.places), row.of("flexure.neutral_offset_mm")
+    assert np.ptp(offset) > 0.02
+    weight, tip = np.array(ring_weight_N(rig)), np.array(tip_force_N(rig))
+
+    def place(heading):
+        along, across = np.exp(1j * heading), 1j * np.exp(1j * heading)
+        steps = (np.diff(middles) * along[:-1] - np.diff(offset) * across[:-1]).cumsum()
+        joints = middles[0] - 1j * offset[0] + np.append(0.0, steps)
+        return joints + (centres - middles) * along
+
+    def potential(heading, loads=(1.0, 1.0, 1.0)):
+        rings = place(heading)
+        depth = rings[-1].imag + offset[-1] - rig.tip_stop.y_mm  # the straight tip is at no height
+        of_weight = -(weight * [rings.real.sum(), rings.imag.sum()]).sum()
+        of_tip = -(tip * [rings[-1].real, rings[-1].imag]).sum()
+        return np.dot(loads, [of_weight, of_tip, 0.5 * rig.tip_stop.stiffness_N_per_mm * depth**2])
+
+    theta = np.array([0.05, 0.1, 0.07, 0.12])
+    case, n, step = chain_case(rig, LoadProgram(np.array([0.0, 0.1]))), 4, 1e-4
+    work, heading = work_space(case.parameters, n), np.cumsum(theta)
+    x = np.zeros(3 * n + 3)
+    x[3::3] = theta
+    load = at_rest(0.0)._replace(dead=1.0)
+    assert external_moments(x, case.parameters, load, work, BY_DEPTH) == rig.tip_stop.stiffness_N_per_mm
+    unit = step * np.eye(n)
+    slope = [(potential(heading + u) - potential(heading - u)) / (2 * step) for u in unit]
+    moments = -np.cumsum(slope[::-1])[::-1]  # on a joint act all headings beyond it
+    np.testing.assert_allclose(work.external, moments, rtol=1e-6)
+    lever = [(place(heading + u) - place(heading - u))[-1].imag / (2 * step) for u in unit]
+    np.testing.assert_allclose(work.lever[3::3], lever, rtol=1e-6)
+    curved = [(potential(heading + u) - 2 * potential(heading) + potential(heading - u)) / step**2 for u in unit]
+    stiff = np.array(curved) - rig.tip_stop.stiffness_N_per_mm * work.lever[3::3] ** 2  # which the kernel adds apart
+    np.testing.assert_allclose(work.restoring, stiff, rtol=1e-4)
 
 
 @pytest.mark.parametrize("law", ["elastic", "superelastic"])
@@ -191,6 +242,23 @@ def test_a_notch_that_closes_is_named():
         bend_at_drive(rig, [1.0])
     with pytest.raises(RigError, match="no equilibrium found near a drive of"):  # the softest joints give way
         bend_at_drive(smooth(graded()), [9.0])
+
+
+def test_a_moved_load_on_stepped_neutral_axes():
+    """Derivative of angle and tip by the tip's force, over the force's levers with their steps."""
+    rig, force = replace(tip_first(), superelastic=None, **STEPPED), PULL
+
+    def loaded(e):
+        return replace(rig, tip_load=TipLoad(0.3 * (1 + e), 160.0))
+
+    base, e = taped_run(rig, force), 1e-4
+    ready = moved_run(base, loaded(e), force)
+    found = moved_series(base, ready, moved_along(line_along(base), ready))
+    ahead, behind = (taped_run(loaded(way * e), force).series for way in (1, -1))
+    for name in ("angle_deg", "tip_mm"):
+        central = (getattr(ahead, name) - getattr(behind, name)) / 2
+        moved = getattr(found, name) - getattr(base.series, name)
+        assert np.linalg.norm(moved - central) < 0.01 * np.linalg.norm(central)
 
 
 @pytest.mark.parametrize("law", ["elastic", "superelastic", "closes"])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fem_models.chain.solve import solve_chain
+from fem_models.joint import joint_row
 from fem_models.load import LoadProgram, triangle
 from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
@@ -22,6 +23,7 @@ UP_AND_DOWN = LoadProgram(np.concatenate([np.linspace(0, 1, 21), np.linspace(1, 
 SHORT = triangle(1.0, step_mm=0.1)
 WIDTHS, SPACINGS = (1.5, 1.2, 1.8, 1.3), (1.0, 1.5, 0.8, 2.0)
 UNEVEN = with_notch(RIG, Notch("rectangular", 4, 4.5, WIDTHS, SPACINGS))
+STEPPED = with_notch(RIG, Notch("rectangular", 4, (4.3, 4.4, 4.5, 4.6), WIDTHS, SPACINGS))  # neutral axes step
 UNEVEN_PAIRS = with_notch(RIG, Notch("v_pair", 4, (2.6, 2.65, 2.7, 2.7), WIDTHS, SPACINGS, root_width_mm=0.3))
 CASES = {
     "10 N": (preset("du2018", preload_N=10.0), LOOP),
@@ -31,6 +33,10 @@ CASES = {
     "tip": (replace(RIG, tip_load=TipLoad(0.3, 160.0), tip_mass=TipMass(5.0)), LOOP),
     "one-sided": (replace(ONE_SIDED, gravity=Gravity(1.0, -60.0)), SHORT),
     "uneven pitch": (replace(UNEVEN, friction=Friction(0.2, 0.05, 0.2), gravity=Gravity(1.0, -60.0)), SHORT),
+    "steps of the neutral axis": (
+        replace(STEPPED, friction=Friction(0.2, 0.05, 0.2), gravity=Gravity(20.0, -60.0), tip_load=TipLoad(0.3, 160.0)),
+        SHORT,
+    ),
     "uneven pairs": (replace(UNEVEN_PAIRS, tip_load=TipLoad(0.3, 160.0)), SHORT),
     "one tendon, closing notches": (SINGLE, UP_AND_DOWN),
     "bench": (replace(RIG, joint=MeasuredJoint(8, 3.0, 300.0, rigid_gap_mm=0.5), precurvature_deg=2.0), SHORT),
@@ -68,6 +74,17 @@ def test_the_tip_is_where_the_planar_chain_has_it(rig, program):
     planar, space = solve_chain(rig, program), solve_spatial(spatial_rig(rig), wheel_drives(program.drive_mm))
     np.testing.assert_allclose(space.tip_mm[:, :2], planar.record.tip_mm, atol=1e-3)
     assert np.abs(space.tip_mm[:, 2]).max() < 1e-12
+
+
+def test_the_tip_of_one_sided_notches_goes_over_the_steps_of_the_neutral_axis():
+    """The planar chain has the point of the last ring at its neutral axis, the chain in space that at the tube's."""
+    rig = replace(STEPPED, gravity=Gravity(20.0, -60.0))
+    planar, space = solve_chain(rig, SHORT), solve_spatial(spatial_rig(rig), wheel_drives(SHORT.drive_mm))
+    heading = np.radians(planar.record.angle_deg)
+    offset = joint_row(rig).each[-1].flexure.neutral_offset_mm
+    to_centre = offset * np.column_stack([-np.sin(heading), np.cos(heading) - 1.0])
+    # the steps of 0.1 mm in all move it by 0.04 mm; for the rest see the test above
+    np.testing.assert_allclose(space.tip_mm[:, :2], planar.record.tip_mm + to_centre, atol=1.5e-3)
 
 
 def test_a_prescribed_tension_is_that_of_the_planar_chain_under_load_control():
