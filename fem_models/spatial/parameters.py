@@ -50,8 +50,7 @@ from hysteresis.arrays import Floats
 class SpatialSettings:
     """Numerical settings, those of :class:`fem_models.chain.ChainSettings` but for the iterations.
 
-    Guides of several tendons that wait for each other take turns without end in one step of twenty: a shorter step is
-    the cure, and the sooner the better.
+    Guides find their states within an iteration, and few steps take more than five: one that takes twenty will fail.
 
     ``max_force_step`` bounds a step of a tension, over the force scale of the rig.
     """

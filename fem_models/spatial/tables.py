@@ -83,7 +83,18 @@ UNBALANCED = 1  # tension before less tension beyond less friction, N
 BY_TENSION = 2  # slopes of the friction
 BY_SLIP = 3
 BY_WRAP = 4
-GUIDE = 5
+NET = 5  # tension before less tension beyond
+FORCE = 6  # that the bristle would carry
+HELD = 7  # stiffness of the bristle, 0 without friction
+RATIO = 8  # slope of the limit in the sum of the tensions,
+WRAPPED = 9  # and in the wrap
+OPEN = 10  # stiffness that a guide has even where it slides
+GUIDE = 11
+
+# of a guide along a step in which guides change, Work.along (N, m, ALONG): net tension, force and limit
+HERE = 0  # where the step starts
+THERE = 3  # where it would end
+ALONG = 6
 
 # of a ring under dead loads, Work.rings (N, RING)
 BEFORE = 0  # frame of the notch on the ring before it, row by row

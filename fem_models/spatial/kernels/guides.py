@@ -17,17 +17,23 @@ from fem_models.spatial.tables import (
     BY_SLIP,
     BY_TENSION,
     BY_WRAP,
+    FORCE,
     FREE,
     GUESS,
+    HELD,
     LIMIT,
+    NET,
     NEXT_DRIVE,
+    OPEN,
     PRELOAD,
+    RATIO,
     SEGMENT,
     SLIPS,
     SLOPE,
     TOE,
     UNBALANCED,
     WRAP,
+    WRAPPED,
 )
 from hysteresis.arrays import Floats
 
@@ -77,6 +83,17 @@ def free_spans(x: Floats, tendons: Floats, rig: Parameters, tension: Floats) -> 
             tension[j, 0], tendons[SLOPE, j] = free_tension(wound, own[j, FREE], own[j, TOE], own[j, PRELOAD], start)
 
 
+@spatial_njit(forceinline=True)
+def take_state(k: int, j: int, work: Work) -> None:
+    """Fill what is out of balance at a guide in its state, and the slopes."""
+    guides, state = work.guides, work.state[k, j]
+    slides = state != 0.0
+    guides[k, j, UNBALANCED] = guides[k, j, NET] - (state * guides[k, j, LIMIT] if slides else guides[k, j, FORCE])
+    guides[k, j, BY_TENSION] = state * guides[k, j, RATIO]
+    guides[k, j, BY_SLIP] = guides[k, j, OPEN] + (0.0 if slides else guides[k, j, HELD])
+    guides[k, j, BY_WRAP] = state * guides[k, j, WRAPPED]
+
+
 @spatial_njit()
 def balance_guides(x: Floats, rig: Parameters, memory: Memory, work: Work, settle: bool) -> float:
     """Fill residuals and slopes of all guides, and return the largest residual.
@@ -101,13 +118,12 @@ def balance_guides(x: Floats, rig: Parameters, memory: Memory, work: Work, settl
             if settle:
                 state = next_state(state, force, limit, rig.tolerance)
                 work.state[k, j] = state
-            slides = state != 0.0
-            off = near - far - (state * limit if slides else force)
-            guides[k, j, LIMIT], guides[k, j, UNBALANCED] = limit, off
-            guides[k, j, BY_TENSION] = state * ratio
-            guides[k, j, BY_SLIP] = OPEN_STIFFNESS * rig.crossings[k, j, SEGMENT] + (0.0 if slides else bristle)
-            guides[k, j, BY_WRAP] = state * total * half_mu * (1.0 - ratio * ratio)
-            largest = max(largest, abs(off))
+            guides[k, j, LIMIT], guides[k, j, NET] = limit, near - far
+            guides[k, j, FORCE], guides[k, j, HELD] = force, bristle
+            guides[k, j, RATIO], guides[k, j, WRAPPED] = ratio, total * half_mu * (1.0 - ratio * ratio)
+            guides[k, j, OPEN] = OPEN_STIFFNESS * rig.crossings[k, j, SEGMENT]
+            take_state(k, j, work)
+            largest = max(largest, abs(guides[k, j, UNBALANCED]))
             if next_state(state, force, limit, rig.tolerance) != state:
                 largest = max(largest, 2.0 * rig.tolerance)
     return largest

@@ -39,6 +39,7 @@ from fem_models.spatial.kernels.vectors import (
 )
 from fem_models.spatial.parameters import Memory, Parameters
 from fem_models.spatial.tables import (
+    ALONG,
     ARM,
     BEND,
     BENT,
@@ -109,6 +110,8 @@ class Work(NamedTuple):
     blocks: Floats  # see :func:`fem_models.spatial.kernels.blocks.solve_blocks`
     step: Floats  # (N + 1, 6 + m) of the unknowns
     scratch: Floats  # (SCRATCH, 3)
+    along: Floats  # (N, m, ALONG)
+    kept: Floats  # (N + 1, 6 + m), a part of the step
 
 
 def work_space(rig: Parameters) -> Work:
@@ -129,6 +132,8 @@ def work_space(rig: Parameters) -> Work:
         blocks=np.zeros((count, size, 3 * size + 1)),
         step=np.zeros((n + 1, SLIPS + m)),
         scratch=np.zeros((SCRATCH, 3)),
+        along=np.zeros((n, m, ALONG)),
+        kept=np.zeros((n + 1, SLIPS + m)),
     )
 
 

@@ -1,6 +1,7 @@
 """One equilibrium of a wrist in space by Newton's method, compiled: the method of the planar chain.
 
-Guides stick or slide, and a Newton step keeps that; states follow from the forces between the steps.
+Guides stick or slide. The first step keeps that, and from then on guides change within the steps
+(:mod:`fem_models.spatial.kernels.settle`).
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from typing import NamedTuple
 from fem_models.spatial.kernels.compiled import spatial_njit
 from fem_models.spatial.kernels.guides import balance_guides, free_spans
 from fem_models.spatial.kernels.joint import Work, bend_joint, follow_displacements
-from fem_models.spatial.kernels.loaded import balance_rings, place_rings, step_by_spins
-from fem_models.spatial.kernels.slips import step_by_slips
+from fem_models.spatial.kernels.loaded import balance_rings, place_rings
+from fem_models.spatial.kernels.settle import step_with_states
 from fem_models.spatial.kernels.vectors import LARGEST_TURN, dot, take
 from fem_models.spatial.parameters import Memory, Parameters
 from fem_models.spatial.tables import MOMENT, OFF, SLOPE
@@ -86,10 +87,7 @@ def newton(
             return iteration
         if not largest < 1e9 * rig.scale:
             return -iteration - 1
-        if rig.loaded:
-            step_by_spins(x, tendons[SLOPE], rig, attempt.dead, work)
-        else:
-            step_by_slips(tendons[SLOPE], rig, work)
+        step_with_states(x, tendons[SLOPE], rig, attempt.dead, work, iteration > 0)
         follow_displacements(work, n, m)
         most = 0.0
         for k in range(n):

@@ -60,32 +60,58 @@ def step_by_slips(tendons: Floats, rig: Parameters, work: Work) -> None:
 
     ``tendons``: slopes of the tensions between wheel and base, (m,).
     """
-    (n, m), pairs, pulled, blocks, step = work.state.shape, work.pairs, work.pulled, work.blocks, work.step
-    for k in range(n):
+    for k in range(work.state.shape[0]):
         condense_rotation(k, rig, work)
-    for k in range(n):
+    solve_slips(tendons, work)
+
+
+@spatial_njit(error_model="python")
+def solve_slips(tendons: Floats, work: Work) -> None:
+    """Fill the step of rotations, which are condensed, and slips with guides in their states."""
+    m = work.state.shape[1]
+    if m == 4:  # a number that is compiled: half the time
+        fill_blocks(tendons, work, 4)
+    elif m == 2:
+        fill_blocks(tendons, work, 2)
+    else:
+        fill_blocks(tendons, work, m)
+    solve_blocks(work.blocks, m)
+    follow_slips(work)
+
+
+@spatial_njit(forceinline=True)
+def fill_blocks(tendons: Floats, work: Work, m: int) -> None:
+    """Write the equations of the slips, m at each guide."""
+    guides, pairs, pulled, blocks = work.guides, work.pairs, work.pulled, work.blocks
+    for k in range(work.state.shape[0]):
         for j in range(m):
-            slides, by_wrap = work.guides[k, j, BY_TENSION], work.guides[k, j, BY_WRAP]
-            into, out, right = 1.0 - slides, 1.0 + slides, work.guides[k, j, UNBALANCED]
+            by_wrap = guides[k, j, BY_WRAP]
+            into, out, right = 1.0 - guides[k, j, BY_TENSION], 1.0 + guides[k, j, BY_TENSION], guides[k, j, UNBALANCED]
             right -= out * pulled[k, j, TIGHTENS] + by_wrap * pulled[k, j, WRAP_AHEAD]
             for col in range(m):
                 beyond = out * pairs[k, TENSION, j, col] + by_wrap * pairs[k, WRAPS, j, col]
-                before = 0.0
-                if k > 0:
-                    before = by_wrap * pairs[k - 1, WRAPS + 1, j, col] - into * pairs[k - 1, TENSION, j, col]
-                blocks[k, j, col] = before
-                blocks[k, j, m + col] = beyond - before
+                blocks[k, j, col] = 0.0
+                blocks[k, j, m + col] = beyond
                 blocks[k, j, 2 * m + col] = -beyond
-            blocks[k, j, m + j] += work.guides[k, j, BY_SLIP]
             if k > 0:
                 right += into * pulled[k - 1, j, TIGHTENS] - by_wrap * pulled[k - 1, j, WRAP_AHEAD + 1]
+                for col in range(m):
+                    before = by_wrap * pairs[k - 1, WRAPS + 1, j, col] - into * pairs[k - 1, TENSION, j, col]
+                    blocks[k, j, col] = before
+                    blocks[k, j, m + col] -= before
             else:
                 blocks[k, j, m + j] += into * tendons[j]
+            blocks[k, j, m + j] += guides[k, j, BY_SLIP]
             blocks[k, j, 3 * m] = right
-    solve_blocks(blocks, m)
+
+
+@spatial_njit(forceinline=True)
+def follow_slips(work: Work) -> None:
+    """Take the slips from the blocks, and let the rotations follow."""
+    (n, m), blocks, step = work.state.shape, work.blocks, work.step
     for k in range(n - 1, -1, -1):
         bent = take(work.bent, k, AHEAD)
         for j in range(m):
             step[k, SLIPS + j] = blocks[k, j, 3 * m]
-            bent = two(1.0, bent, step[k, SLIPS + j] - step[k + 1, SLIPS + j], take_at(pulled, k, j, FOLLOW))
+            bent = two(1.0, bent, step[k, SLIPS + j] - step[k + 1, SLIPS + j], take_at(work.pulled, k, j, FOLLOW))
         put(step, k, 0, bent)

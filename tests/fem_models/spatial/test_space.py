@@ -23,10 +23,11 @@ from fem_models.spatial.kernels.follow import motion_at_rest
 from fem_models.spatial.kernels.joint import follow_displacements, work_space
 from fem_models.spatial.kernels.loaded import step_by_spins
 from fem_models.spatial.kernels.newton import balance_at
+from fem_models.spatial.kernels.settle import step_with_states
 from fem_models.spatial.kernels.slips import step_by_slips
 from fem_models.spatial.parameters import memory_at_rest, spatial_parameters
 from fem_models.spatial.place import rotation
-from fem_models.spatial.tables import MOMENT, NEXT_DRIVE, OFF, SLOPE, UNBALANCED
+from fem_models.spatial.tables import MOMENT, NEXT_DRIVE, OFF, SLOPE, THERE, UNBALANCED
 
 RIG = preset("du2018")
 
@@ -105,6 +106,48 @@ def test_the_tangent_is_exact(loaded):
     off = [np.abs(residual(x + e * step) - (1 - e) * start).max() for e in (1e-4, 1e-5)]
     assert np.log10(off[0] / off[1]) == pytest.approx(2.0, abs=0.1)
     assert off[1] < 1e-5 * np.abs(start).max()
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+def test_guides_find_their_states_within_a_newton_step(loaded):
+    """What the linear equations leave of tension at a guide is its friction, by the law: one state has that.
+
+    Both wheels turn from rest, one of them so little that its tendons slide at some guides only.
+    """
+    rig = two_planes(replace(RIG, friction=Friction(0.02, 0.01, 0.5), preload_N=300.0))  # no tendon is slack
+    if loaded:
+        rig = replace(rig, loads=DeadLoads((0.01, -0.02, 0.03), (0.1, 0.2, -0.3)))
+    parameters = spatial_parameters(rig, (False,) * 4, SpatialSettings())
+    memory, work, motion = memory_at_rest(parameters), work_space(parameters), motion_at_rest(parameters)
+    x, tendons = motion.x, motion.tendons
+    tendons[NEXT_DRIVE] = [0.1, -0.1, 0.02, -0.02]
+    balance_at(x, tendons, parameters, memory, work, 1.0, True)
+    before = work.state.copy()
+    solved = step_with_states(x, tendons[SLOPE], parameters, 1.0, work, True)
+    net, force, limit = np.moveaxis(work.along[..., THERE : THERE + 3], 2, 0)
+    assert solved >= 3
+    assert (work.state != before).sum() > 20
+    assert {*np.unique(work.state)} == {-1.0, 0.0, 1.0}
+    np.testing.assert_allclose(net, np.clip(force, -limit, limit), atol=1e-6)
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+def test_iterations_do_not_grow_with_the_number_of_joints(loaded):
+    """What a step takes is linear in the number of joints, and no step is halved for the sake of its guides.
+
+    Those that fail let a tendon begin to slide at the base, where a wheel turns back: only a short step may do that.
+    """
+
+    def run(joints):
+        rig = two_planes(count=joints)
+        if loaded:
+            rig = with_masses(rig, (0, -1, 0), ring_g=0.1, tip_g=2.0)
+        return solve_spatial(rig, wheel_drives(circle(1.0, 72)))
+
+    short, long = run(7), run(42)
+    assert long.steps <= 1.1 * short.steps
+    assert long.failed_steps <= 1.1 * short.failed_steps
+    assert long.iterations < 1.3 * short.iterations
 
 
 def test_energy_closes():
