@@ -116,7 +116,7 @@ def test_guides_find_their_states_within_a_newton_step(loaded):
     """
     rig = two_planes(replace(RIG, friction=Friction(0.02, 0.01, 0.5), preload_N=300.0))  # no tendon is slack
     if loaded:
-        rig = replace(rig, loads=DeadLoads((0.01, -0.02, 0.03), (0.1, 0.2, -0.3)))
+        rig = replace(rig, loads=DeadLoads((0.0, -2e-4, 3e-4), (0.0, 2e-3, -3e-3)))
     parameters = spatial_parameters(rig, (False,) * 4, SpatialSettings())
     memory, work, motion = memory_at_rest(parameters), work_space(parameters), motion_at_rest(parameters)
     x, tendons = motion.x, motion.tendons
