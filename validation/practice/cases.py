@@ -13,7 +13,7 @@ from pathlib import Path
 from rich.progress import track
 
 from hysteresis.records.record_file import write_record
-from validation.practice.draw import LABELS, SETS, Case, draw_case
+from validation.practice.draw import LABELS, SETS, Case, draw_case, drawn_labels
 from validation.practice.protocols import KINDS
 
 
@@ -40,7 +40,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--set", choices=[*SETS], default="work", help="set of seeds")
     parser.add_argument("--kind", choices=KINDS, default="known", help="whether the sidecar describes the rig")
     parser.add_argument("--count", type=int, default=10, help="cases of each effect")
-    parser.add_argument("--effects", type=labels, default=[*LABELS], help="separated by commas; also clean, pair")
+    parser.add_argument("--effects", type=labels, help="by commas; also clean, pair; all by default")
     parser.add_argument("--out", type=Path, required=True, help="folder")
     return parser.parse_args(arguments)
 
@@ -49,7 +49,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Write cases into ``DIR/SET-KIND/LABEL-NUMBER``."""
     options = parse(arguments)
     folder = options.out / f"{options.set}-{options.kind}"
-    for label, number in track([*product(options.effects, range(options.count))], description="cases"):
+    chosen = options.effects or drawn_labels(options.kind)
+    for label, number in track([*product(chosen, range(options.count))], description="cases"):
         write_case(draw_case(options.set, options.kind, label, number), folder)
 
 

@@ -50,3 +50,7 @@ ANGLE_ALONE = frozenset(
     {"camera_misalignment", "gravity", "notch_closure", "tip_contact", "wheel_eccentricity", "tip_load", "drive_gain"}
 )
 """Effects that depend on the angle or the drive alone: if the geometry is unknown, f(x) absorbs them."""
+
+ABSORBED = frozenset({"superelastic_plateau", "drive_gain"})
+"""Effects that an equivalent rig takes whole: beyond its constants none of their sizes is three times the noise.
+They are not drawn if the geometry is unknown."""

@@ -19,7 +19,7 @@ from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis import Record
 from hysteresis.arrays import Floats
-from validation.practice.catalogue import CATALOGUE, DISTINCT
+from validation.practice.catalogue import ABSORBED, CATALOGUE, DISTINCT
 from validation.practice.injected import Engine, observed
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 from validation.practice.planned import PlanChange
@@ -177,7 +177,7 @@ def draw_noiseless(
         None of :data:`ATTEMPTS` draws had a moderate size within its bounds.
     """
     key = (seed, KINDS.index(kind), zlib.crc32(label.encode()), number)
-    effects = _effects_of(label, np.random.default_rng(key))
+    effects = _effects_of(label, kind, np.random.default_rng(key))
     engine: Engine = simulate_multibody if number % 5 == 4 else simulate_chain
     for attempt in range(ATTEMPTS):
         rng = np.random.default_rng((*key, attempt))
@@ -202,10 +202,16 @@ def with_white_noise(noiseless: Noiseless, rng: np.random.Generator) -> Case:
     return Case(noiseless.name, records, noiseless.truth)
 
 
-def _effects_of(label: str, rng: np.random.Generator) -> tuple[str, ...]:
+def drawn_labels(kind: Kind) -> tuple[str, ...]:
+    """Give the labels of cases that can be drawn."""
+    return tuple(label for label in LABELS if kind == "known" or label not in ABSORBED)
+
+
+def _effects_of(label: str, kind: Kind, rng: np.random.Generator) -> tuple[str, ...]:
     if label == PAIR:
         kinds = rng.permutation(len(DISTINCT))[:2]
-        return tuple(str(rng.choice(DISTINCT[k])) for k in kinds)
+        drawn = drawn_labels(kind)
+        return tuple(str(rng.choice([name for name in DISTINCT[k] if name in drawn])) for k in kinds)
     return () if label == CLEAN else (label,)
 
 

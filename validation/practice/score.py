@@ -25,7 +25,7 @@ from rich.progress import Progress
 from hysteresis import Record
 from hysteresis.files import write_files
 from hysteresis.plain import from_plain, to_plain
-from validation.practice.draw import CLEAN, PAIR, SETS, Case, SetName
+from validation.practice.draw import CLEAN, PAIR, SETS, Case, SetName, drawn_labels
 from validation.practice.outcome import Answer, Outcome
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 from validation.practice.protocols import KINDS, Kind
@@ -203,7 +203,8 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trace, summarise and write."""
     options = parse(arguments)
-    known = SOURCES[options.source]
+    drawn = drawn_labels(options.kind)
+    known = [label for label in SOURCES[options.source] if options.source != "own" or label in drawn]
     chosen = [*known] if options.effects is None else options.effects.split(",")
     for label in chosen:
         if label not in known:

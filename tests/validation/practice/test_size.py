@@ -33,8 +33,26 @@ def test_size_ignores_what_the_baseline_parameters_absorb(baseline: BaselineRuns
     assert size_over_noise(baseline, zero, absorbed) < 1e-6
 
 
+def test_an_unknown_rig_takes_more_than_a_known_one(baseline: BaselineRuns) -> None:
+    """A wrong moment arm, a drive that is off by a gain and a cubic are no effects there; a delay is, in either."""
+    known, unknown = (baseline_tangent(baseline, kind) for kind in ("known", "unknown"))
+    assert unknown.shape[1] > known.shape[1]
+
+    def wider(rig):
+        a, b = (replace(one, moment_arm_mm=1.01 * one.moment_arm_mm) for one in rig.tendons)
+        return replace(rig, tendon_a=a, tendon_b=b)
+
+    def bent(index, program):
+        return replace(program, drive_mm=program.drive_mm * (1.01 + 0.004 * (program.drive_mm / baseline.full_mm) ** 2))
+
+    for taken in (Injected({}, rig=wider), Injected({}, drive=bent)):
+        assert size_over_noise(baseline, taken, unknown) < 0.1 * size_over_noise(baseline, taken, known)
+    late = CATALOGUE["time_delay"](np.random.default_rng(1), baseline).at(0.02)
+    assert size_over_noise(baseline, late, unknown) > 0.8 * size_over_noise(baseline, late, known)
+
+
 def test_size_is_in_units_of_the_noise(baseline: BaselineRuns) -> None:
-    """White noise of n times the noise loses only (9 columns)/(samples) of its size."""
+    """White noise of n times the noise loses only (10 columns)/(samples) of its size."""
     n, rng = 5.0, np.random.default_rng(0)
     noise = [n * baseline.protocol.noise_deg * rng.normal(size=run.record.angle_deg.size) for run in baseline.runs]
     injected = Injected({}, observe=lambda index, record, angle: angle + noise[index])

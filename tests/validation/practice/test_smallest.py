@@ -46,8 +46,9 @@ def test_page_and_figure_say_what_was_not_found() -> None:
 
 
 def test_unknown_effects_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "gravity" in effects_of("known")
-    assert "gravity" not in effects_of("unknown")
+    assert "drive_gain" in effects_of("known")
+    assert "drive_gain" not in effects_of("unknown")
+    assert "gravity" in effects_of("unknown")
     with pytest.raises(SystemExit):
         main(["--seed", "1", "--kind", "unknown", "--effects", "gravity", "--out", str(tmp_path)])
     assert "gravity" in capsys.readouterr().err

@@ -21,7 +21,7 @@ from rich.progress import Progress
 
 from hysteresis.files import write_files
 from hysteresis.plain import to_plain
-from validation.practice.catalogue import ANGLE_ALONE, CATALOGUE
+from validation.practice.catalogue import ABSORBED, CATALOGUE
 from validation.practice.draw import CLEAN, Case
 from validation.practice.outcome import Answer
 from validation.practice.protocols import KINDS, Kind
@@ -42,8 +42,8 @@ class FalseAlarms:
 
 
 def effects_of(kind: Kind) -> list[str]:
-    """Effects that are searched: a free curve of unknown geometry absorbs those of the angle alone."""
-    return [name for name in CATALOGUE if kind == "known" or name not in ANGLE_ALONE]
+    """Effects that are searched: an equivalent rig takes some of them whole."""
+    return [name for name in CATALOGUE if kind == "known" or name not in ABSORBED]
 
 
 def run(label: str, kind: Kind, seed: int, file: Path) -> None:
