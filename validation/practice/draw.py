@@ -55,6 +55,7 @@ SetName = Literal[
     "score-18",
     "score-19",
     "score-20",
+    "score-21",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -78,6 +79,7 @@ SETS: dict[SetName, int] = {
     "score-18": 20_261_139,
     "score-19": 20_261_140,
     "score-20": 20_261_141,
+    "score-21": 20_261_142,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

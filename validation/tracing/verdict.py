@@ -337,7 +337,7 @@ def partial_above_floor(trace: Trace) -> Trace:
     They must take :data:`PARTIAL_SHARE` of the mean square above the noise from it, or nothing is named. A known rig
     may be off by :data:`FAR_ABOVE` times the noise: within that, held-out samples say nothing against an effect that
     does not raise their error. Several effects of an unknown rig are not named so: where they do not come to the noise,
-    they take what its model lacks.
+    they take what its model lacks. Nor is what more than :data:`MOST_ALIKE` others take as well.
     """
     if trace.verdict not in ("effect", "ambiguous", "partial"):
         return trace
@@ -350,6 +350,9 @@ def partial_above_floor(trace: Trace) -> Trace:
         left = after.heldout_rmse_deg / trace.floor.deg
         return _taken_back(trace, f"{names} leave {left:.2g} times the noise of an unknown rig: too much for several")
     off = min(before.heldout_rmse_deg, FAR_ABOVE * trace.floor.deg) if trace.known else 0.0
+    alike = max((len(others) for others in trace.confusable), default=0)
+    if alike > MOST_ALIKE:
+        return _taken_back(trace, f"{names} explains a part, and {alike} others do as well")
     if taken < PARTIAL_SHARE and after.heldout_rmse_deg > off:
         return _taken_back(trace, f"{names} takes {100 * taken:.0f} % of the held-out error above the noise")
     return replace(trace, verdict="partial")

@@ -48,7 +48,7 @@ def test_an_unknown_rig_takes_more_than_a_known_one(baseline: BaselineRuns) -> N
     for taken in (Injected({}, rig=wider), Injected({}, drive=bent)):
         assert size_over_noise(baseline, taken, unknown) < 0.1 * size_over_noise(baseline, taken, known)
     late = CATALOGUE["time_delay"](np.random.default_rng(1), baseline).at(0.02)
-    assert size_over_noise(baseline, late, unknown) > 0.8 * size_over_noise(baseline, late, known)
+    assert size_over_noise(baseline, late, unknown) > 0.5 * size_over_noise(baseline, late, known)
 
 
 def test_size_is_in_units_of_the_noise(baseline: BaselineRuns) -> None:

@@ -64,6 +64,10 @@ def test_several_effects_of_an_unknown_rig_are_named_at_the_noise_only():
     assert (taken.verdict, taken.augmented) == ("unexplained", both.baseline)
     assert taken.words[0] == "gravity + tip_load leave 2 times the noise of an unknown rig: too much for several"
     assert verdict.partial_above_floor(replace(both, known=True)).verdict == "partial"
+    many = replace(named(1, 1, heldout=(1, 0.2)), known=True, confusable=(("a", "b"), ("c", "d", "e")))
+    assert verdict.partial_above_floor(many).words[0] == "gravity explains a part, and 3 others do as well"
+    few = replace(many, confusable=(("a", "b"),))
+    assert verdict.partial_above_floor(few).verdict == "partial"
     at_noise = named(1, 1, heldout=(1, 0.14))
     at_noise.augmented.names = both.augmented.names
     assert verdict.partial_above_floor(at_noise) is at_noise
@@ -76,9 +80,7 @@ def test_effects_that_take_less_than_a_third_of_the_heldout_error_are_not_named(
     for after, expected in ((0.818, "partial"), (0.820, "unexplained")):  # 1 - 0.33 * 0.99 is 0.819 squared
         assert verdict.partial_above_floor(named(1, 1, heldout=(1, after), say=say)).verdict == expected
     for before, after, expected in ((0.2, 0.195, "partial"), (0.2, 0.205, "unexplained"), (0.23, 0.205, "unexplained")):
-        off = replace(
-            named(1, 1, heldout=(before, after), say=say), known=True
-        )  # a known rig may be off by 2
+        off = replace(named(1, 1, heldout=(before, after), say=say), known=True)  # a known rig may be off by 2
         assert verdict.partial_above_floor(off).verdict == expected
     taken = verdict.partial_above_floor(named(1, 1, heldout=(1, 0.9), say=say))
     assert (taken.augmented, taken.confusable) == (taken.baseline, ())
