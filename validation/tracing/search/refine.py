@@ -40,16 +40,24 @@ def refined(fitted: Fitted, report: Progress, *, threads: int = 2, prior_mean: F
 
 
 def _in_form(fitted: Fitted, place: int, form: RigForm, threads: int, prior_mean: Floats | None) -> Fitted:
-    """Fit one effect in another form, from its present parameters; the model as it is where that is no better."""
+    """Fit one effect in another form, from its present parameters; the model as it is where that is no better.
+
+    Parameters that the simplest form lacks may have taken the place of the new ones: they also start from their own
+    starts. A plateau that rises was the best one without an end; with an end it is flat.
+    """
     added = list(fitted.model.added)
+    forms = fitted.model.problem.forms(added[place].effect)
+    simplest = {p.name for p in min(forms, key=lambda one: len(one.parameters)).parameters}
     added[place] = AddedEffect(added[place].effect, form)
     model = Model(fitted.model.problem, tuple(added))
     baseline, effects = fitted.model.values(fitted.x)
     starts = fitted.model.problem.starts(form)
+    present = effects[place]
+    kept = (present, {name: value for name, value in present.items() if name in simplest})
     rows = [
-        model.coordinates(baseline, [*effects[:place], {**start, **effects[place]}, *effects[place + 1 :]])
-        for start in starts
-    ]
+        model.coordinates(baseline, [*effects[:place], {**start, **values}, *effects[place + 1 :]])
+        for start in starts for values in kept
+    ]  # fmt: skip
     few = list[Fitted]()
     for x in np.unique(rows, axis=0):
         with suppress(SolverError, RigError):
