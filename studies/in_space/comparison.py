@@ -15,9 +15,9 @@ from studies.own_rig.strain import drive_to_angle_mm
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.made import Made, made_now
+from studies.results.validation import FILE_IN_SPACE
 from validation.joints.six_stiffnesses import BentWrist, NotchInBoth, SixStiffnesses, compare_in_space
 
-FILE = "six-stiffnesses.json"
 ANGLE_DEG = 20.0
 """Bending of one plane that the default amplitude aims at."""
 
@@ -45,7 +45,7 @@ def validate_in_space(
     RigError, SolverError
         From the models.
     """
-    target, made = out / FILE, made_now(common.command)
+    target, made = out / FILE_IN_SPACE, made_now(common.command)
     replacing.allow([target])
     amplitude = amplitude_mm or drive_to_angle_mm(rig.rig, ANGLE_DEG)
     with steps(common.shows_progress, total=rig.joints + 2) as step:

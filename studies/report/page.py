@@ -34,6 +34,7 @@ from studies.report.parts.followed import FollowedSection, followed_verdict, rea
 from studies.report.parts.pictures import PictureSection, image_text, read_picture
 from studies.report.parts.predictions import PredictedRecord, predicted_records
 from studies.report.parts.reach import ReachSection, reach_verdict, read_reach
+from studies.report.parts.stiffnesses import NAMES, SixSection, read_six, six_verdict
 from studies.report.parts.traced import trace_command, trace_plates
 from studies.report.parts.wrists import WristSection, read_wrist_section, wrist_verdicts
 from studies.report.plots import LOOPS_CAPTION, TOE_CAPTION, Drawn, columns_plate, draw, loops_plate, parts_plate
@@ -48,6 +49,7 @@ from studies.results.run import OF_RUNS, RunLoop, RunSummary, read_run, record_o
 from studies.results.separation import Separation
 from studies.results.trace import FigureFile, StoredTrace
 from studies.results.trace_samples import read_samples
+from studies.results.validation import FILE_IN_SPACE as SIX
 from studies.results.workspace import FILES as WORKSPACE_FILES
 from studies.results.wrist import FILE as WRIST
 
@@ -60,6 +62,7 @@ PARTS = (
     "separate.json",
     "trace.json",
     "validate.json",
+    SIX,
     "study.zarr",
     "pareto.json",
     REACH,
@@ -134,6 +137,7 @@ class Page:
     fits_command: str
     traces: tuple[TraceSection, ...]
     validation: ValidationSection | None
+    six: SixSection | None
     compensations: tuple[CompensationSection, ...]
     followed: tuple[FollowedSection, ...]
     study: StudySection | None
@@ -143,6 +147,7 @@ class Page:
     front_plate: Drawn | None
     versions: Mapping[str, str]
     views: tuple[str, ...]
+    six_names: Mapping[str, str]
     plotly: str
     style: str
     script: str
@@ -198,6 +203,7 @@ class _Parts:
     fits: tuple[FitSection, ...]
     traces: tuple[TraceSection, ...]
     validation: ValidationSection | None
+    six: SixSection | None
     compensations: tuple[CompensationSection, ...]
     followed: tuple[FollowedSection, ...]
     study: StudySection | None
@@ -229,6 +235,7 @@ def page_of(folder: Path) -> Page:
         fits=_fits(folder, run),
         traces=_traces(folder, run),
         validation=read_validation(folder),
+        six=read_six(folder),
         compensations=read_compensations(folder),
         followed=read_followed(folder),
         study=read_study(folder),
@@ -251,6 +258,7 @@ def page_of(folder: Path) -> Page:
         front_plate=draw(front.plate) if front else None,
         versions=next((found for found in versions if found), {}),
         views=tuple(VIEWS),
+        six_names=NAMES,
         plotly=get_plotlyjs(),
         style=_text("style.css"),
         script=_text("page.js"),
@@ -273,6 +281,8 @@ def _verdicts(parts: _Parts) -> list[Verdict]:
     out += [summary.trace_verdict(t.result, t.command) for t in parts.traces]
     if parts.validation is not None:
         out.append(validation_verdict(parts.validation))
+    if parts.six is not None:
+        out.append(six_verdict(parts.six))
     out += [compensation_verdict(one) for one in parts.compensations]
     out += [followed_verdict(one) for one in parts.followed]
     if parts.study is not None:
@@ -290,7 +300,7 @@ def _made(parts: _Parts) -> list[Made | None]:
         out.append(reach.result.made)
     out += [one.result.made for one in parts.separations] + [one.fit.made for one in parts.fits]
     out += [one.result.made for one in parts.traces]
-    out += [] if parts.validation is None else [parts.validation.result.made]
+    out += [one.result.made for one in (parts.validation, parts.six) if one is not None]
     out += [one.result.made for one in parts.compensations] + [one.result.made for one in parts.followed]
     return out + ([] if parts.study is None else [parts.study.made])
 

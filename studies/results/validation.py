@@ -1,4 +1,8 @@
-"""``validate.json`` as the report reads it; :class:`studies.commands.comparison.Validation` has all of its fields."""
+"""``validate.json`` and ``six-stiffnesses.json`` as the report reads them.
+
+:class:`studies.commands.comparison.Validation` and, of a rig in space,
+:class:`studies.in_space.comparison.WristComparison` have all of their fields.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,8 @@ from studies.results.made import Made
 from studies.results.run import CrossCheckRow
 
 WHAT = "the result of `notchbend validate`"
+FILE_IN_SPACE = "six-stiffnesses.json"
+WHAT_IN_SPACE = "the result of `notchbend validate` of a rig in space"
 
 
 @dataclass(frozen=True)
@@ -64,4 +70,51 @@ class StoredValidation:
     rigs: tuple[CrossCheckRow, ...]
     models: StoredModels
     options: str | None = None
+    made: Made | None = None
+
+
+@dataclass(frozen=True)
+class SixNumbers:
+    """Stiffnesses of a notch, Nmm/rad and N/mm, or their ratios."""
+
+    weak: float
+    strong: float
+    torsion: float
+    axial: float
+    shear_in: float
+    shear_across: float
+
+
+@dataclass(frozen=True)
+class StoredNotch:
+    """A notch: its stiffnesses from the section and of the solid, and the first over the second."""
+
+    number: int
+    depth_mm: float
+    width_mm: float
+    section: SixNumbers
+    solid: SixNumbers
+    ratio: SixNumbers
+
+
+@dataclass(frozen=True)
+class StoredBending:
+    """The wrist bent by a model: towards y and z, and the place of its tip."""
+
+    name: str
+    bending_deg: tuple[float, float]
+    torsion_deg: float
+    tip_mm: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class StoredSix:
+    """Section and solid of every notch, and the wrist bent by each motion of the wheels in every model."""
+
+    schema: int
+    rig: str
+    notches: tuple[StoredNotch, ...]
+    drives_mm: tuple[tuple[float, ...], ...]
+    bent: tuple[tuple[StoredBending, ...], ...]
+    notes: tuple[str, ...]
     made: Made | None = None

@@ -39,6 +39,10 @@ def test_validate_compares_every_notch_and_the_bent_wrist(tmp_path, capsys, monk
         assert multibody == pytest.approx(section, abs=1e-3)
     record = simulate_in_space(WRIST, WheelProgram([[0.0, 0.0], [0.1, 0.0]]))
     assert shown["bent"][0][1]["bending_deg"][0] == pytest.approx(record.angle_deg[-1], abs=0.02)  # other steps
+    assert call(["report", str(tmp_path / "out"), "--quiet"]) == 0
+    page = (tmp_path / "out/report.html").read_text()
+    assert '<th scope="row">1 to 2</th>' in page
+    assert page.count("multibody, section") == 2
     assert call([*line, "--force"]) == 0
     text = capsys.readouterr().out
     assert text.count("0, 0.1") == 3  # solid, section, multibody
