@@ -356,9 +356,9 @@ def _add_segments(
     return out
 
 
-def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> list[DeadLoad]:
+def _add_surroundings(mbs: Any, rig: Rig, joints: JointRow, rings: list[Ring]) -> list[DeadLoad]:
     """Weight of the rings, and load, weight and stop at the tip; return the dead loads, which the stepper sets."""
-    dead = []
+    dead = _add_steps(mbs, rig, joints, rings)
     if rig.gravity is not None:
         for ring in rings[1:]:
             centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ring.body, localPosition=[ring.centre_mm, 0, 0]))
@@ -377,6 +377,24 @@ def _add_surroundings(mbs: Any, rig: Rig, rings: list[Ring]) -> list[DeadLoad]:
         )
         laws.add_with_law(mbs, stop, laws.stop_above if rig.tip_stop.y_mm >= 0 else laws.stop_below)
     return dead
+
+
+def _add_steps(mbs: Any, rig: Rig, joints: JointRow, rings: list[Ring]) -> list[DeadLoad]:
+    """Add what dead loads turn by the steps of the neutral axis, which the model has on one line.
+
+    What acts beyond a ring has its lever longer by the step across that ring. It is a couple that turns with the ring:
+    all that acts beyond, at the end of the step, and the same back at its beginning.
+    """
+    loads, (weight_x, weight_y) = list[DeadLoad](), ring_weight_N(rig)
+    tip_x, tip_y = tip_force_N(rig)
+    for beyond, (ring, aside) in enumerate(zip(rings[:0:-1], joints.lengths.aside[::-1].tolist(), strict=True)):
+        x, y = beyond * weight_x + tip_x, beyond * weight_y + tip_y
+        if aside == 0.0 or (x, y) == (0.0, 0.0):
+            continue
+        for across, force in ((aside, (x, y)), (0.0, (-x, -y))):
+            point = items.MarkerBodyPosition(bodyNumber=ring.body, localPosition=[ring.centre_mm, across, 0])
+            loads.append(DeadLoad(int(mbs.AddLoad(items.LoadForceVector(markerNumber=mbs.AddMarker(point)))), force))
+    return loads
 
 
 def _add_wheel(mbs: Any, ground: int) -> tuple[int, int]:
@@ -414,7 +432,7 @@ def assemble(
         guides += _add_guides(mbs, rig, tendon, bristle_ratio, ground, markers)
         slip_nodes += nodes
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
-    dead = _add_surroundings(mbs, rig, backbone.rings)
+    dead = _add_surroundings(mbs, rig, joints, backbone.rings)
     mbs.Assemble()
     bent, longer = backbone.sections.coordinates(mbs)
     first, near = (_first_coordinates(mbs, n) for n in ([ring.node for ring in backbone.rings], backbone.near_nodes))
