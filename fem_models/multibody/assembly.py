@@ -48,7 +48,7 @@ class RingInertia:
 NITINOL_T_PER_MM3 = 6.45e-9
 """Density of Nitinol, 6450 kg/m^3 (Duerig and Pelton, Materials Properties Handbook: Titanium Alloys, ASM 1994)."""
 
-RIGID_RINGS = 100.0
+RIGID_RINGS = 1000.0
 """Stiffness of a ring between two notches over that of its section.
 
 What the ring gives is in series with the elastic part of the bending of its joint, as in the chain and in space."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fem_models.chain.solve import solve_chain
-from fem_models.load import triangle
+from fem_models.load import LoadProgram, triangle
 from fem_models.multibody import solve_multibody
 from fem_models.multibody.spatial import MULTIBODY_SETTINGS, solve_spatial_multibody
 from fem_models.multibody.spatial.flexures import NODE, Flexures, laws_of
@@ -70,6 +70,14 @@ def test_a_planar_rig_is_that_of_the_planar_multibody(rig, turn_deg):
     assert np.abs(space.torsion_deg).max() < 1e-6
     for here, there in ((space.work_mJ, planar.wheel_work_mJ), (space.friction_mJ, planar.friction_loss_mJ)):
         np.testing.assert_allclose(here, there, atol=2e-3 * planar.wheel_work_mJ[-1])
+
+
+def test_a_planar_wrist_of_one_tendon_is_that_of_the_planar_multibody():
+    """Without preload, to 42 deg; the tendon presses all rings by as much as it pulls."""
+    program = LoadProgram(np.linspace(0, 1, 21))
+    planar = solve_multibody(SINGLE, program).record.angle_deg
+    space = solve_spatial_multibody(spatial_rig(SINGLE), program.drive_mm[:, None])
+    np.testing.assert_allclose(space.bending_deg[:, 0], planar, atol=1e-3)
 
 
 CASES = {
