@@ -370,17 +370,20 @@ def test_what_changes_between_two_cycles_is_not_sudden() -> None:
 
 
 def test_a_first_stroke_from_the_middle_of_a_play_is_no_leap() -> None:
-    """Over the first half of the play nothing moves, and all later strokes are off by as much."""
+    """Over the first half of the play nothing moves, and all later strokes are off by 2.7 deg. That had counted as a
+    sudden leap in sample 6; one in the second cycle that is larger still does."""
     k = np.arange(480)
     drive = np.sin(2 * np.pi * k / 120)
-    width, out, at = 0.5, np.empty(480), 0.0
+    width, out, at = 0.8, np.empty(480), 0.0
     for i, x in enumerate(drive):
         at = min(max(at, x - width / 2), x + width / 2)
         out[i] = at
     angle = 10 * out + np.random.default_rng(1).normal(0, 0.02, 480)
     record = Record(drive=drive, angle_deg=angle, cycle=1 + k // 120)
     assert leap_between_cycles(record) is None
-    assert leap_between_cycles(replace(record, angle_deg=angle + 0.8 * (k >= 200))).sudden
+    leap = leap_between_cycles(replace(record, angle_deg=angle + 3.0 * (k >= 200)))
+    assert abs(leap.sample - 200) <= 3
+    assert leap.sudden
 
 
 @pytest.mark.parametrize("slope", [np.ones(30), np.linspace(-1.0, 2.0, 30), np.r_[np.zeros(15), np.ones(15)]])
