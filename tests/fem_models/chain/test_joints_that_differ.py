@@ -297,7 +297,7 @@ def test_records_of_the_same_drive_have_the_work_of_the_stiffer_joint_less():
 def test_the_multibody_model_has_the_steps_in_the_levers_of_dead_loads(direction_deg):
     """One-sided notches with steps of 0.04 to 0.07 mm: without them both engines are 0.005 deg apart at 3 N.
 
-    What is left are the rings, RIGID_RINGS times as stiff as their section in compression.
+    The difference that remains is that of the rings, RIGID_RINGS times as stiff as their section in compression.
     """
     notch = Notch("rectangular", 5, (4.0, 4.2, 4.35, 4.5, 4.6), 1.4, 1.3)
     rig = replace(with_notch(DU2018, notch), tip_load=TipLoad(3.0, direction_deg), gravity=Gravity(20.0, 70.0))

@@ -55,7 +55,7 @@ class LumpedProtocol:
 def effects(rng: Rng) -> Mapping[str, Change]:
     """Give all effects of the catalogue that the rig has, with their character drawn; a size of 1 is large.
 
-    A plateau is not among them: beside flexures whose curve is not known it makes at most twice the noise of its own.
+    A plateau is not among them: beside flexures whose curve is unknown, one made at most twice the noise in eight rigs.
     """
     side = float(rng.choice([-1.0, 1.0]))
     phase = float(rng.uniform(0.0, 2 * np.pi))

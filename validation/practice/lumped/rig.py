@@ -9,7 +9,6 @@ Euler steps.
   is a constant and a part of the tension that grows with the bend.
 - Flexures: a monotone curve through drawn points (PCHIP); material loop: the Dahl model (1968).
 - Stops: softplus springs. Creep: four Kelvin-Voigt elements over three decades, which make a logarithmic law.
-- Plateau: the moment saturates by a hyperbolic tangent on the way up, and returns on a lower one.
 
 Units are mm, N, rad, s inside.
 """
@@ -36,8 +35,8 @@ class LumpedRig:
     """Parameters of the rig; effects are off where their parameter is 0 or infinite.
 
     ``curve`` is the moment of the flexures over the one at ``reach_rad``, at even angles from 0 to there.
-    ``plateau_loss`` is the part by which the plateau is lower on unloading. ``cycles`` is the number after which
-    ``preload_loss``, ``loop_loss`` and ``residual_rad`` have reached half of their final value.
+    ``cycles`` is the number after which ``preload_loss``, ``loop_loss`` and ``residual_rad`` have reached half of their
+    final value.
     """
 
     arm_mm: tuple[float, float] = (2.6, 2.6)
@@ -68,8 +67,6 @@ class LumpedRig:
     contact_rad: float = np.inf
     stop_Nmm_per_rad: float = 3_000.0
     creep_mm_per_N: float = 0.0  # per decade of time
-    plateau_rad: float = np.inf  # angle at which the plateau begins
-    plateau_loss: float = 0.35  # part by which the way back is lower
     preload_loss: float = 0.0
     loop_loss: float = 0.0
     residual_rad: float = 0.0
@@ -105,17 +102,14 @@ class _Laws(NamedTuple):
     contact: float
     stop: float
     creep: float
-    plateau: float
-    plateau_loss: float
 
 
 class _State(NamedTuple):
-    """History, updated in place: bristles (2,), material loop (1,), creep of either tendon (2, 4), plateau (1,)."""
+    """History, updated in place: bristles (2,), material loop (1,), creep of either tendon (2, 4)."""
 
     bristle: Floats
     loop: Floats
     creep: Floats
-    turned: Floats
 
 
 @njit(cache=True)
@@ -149,18 +143,9 @@ def _friction(side: int, tension: float, angle: float, moved: float, dt: float, 
 
 
 @njit(cache=True)
-def _flexure(angle: float, turned: float, c: _Laws) -> float:
-    """Moment of the flexures: the curve, a plateau that returns lower, and stops."""
+def _flexure(angle: float, c: _Laws) -> float:
+    """Moment of the flexures: the curve, and stops."""
     moment = np.interp(abs(angle), c.moment_angles, c.moments)
-    if c.plateau < 1e9:
-        slope = c.moments[1] / c.moment_angles[1]
-        over = moment - slope * c.plateau
-        if over > 0.0:
-            moment = slope * c.plateau * (1.0 + 0.4 * np.tanh(over / (0.4 * slope * c.plateau)))
-        back = abs(turned) - abs(angle)
-        if abs(turned) > c.plateau and back > 0.0:
-            full = c.plateau_loss * slope * min(abs(turned) - c.plateau, c.plateau)
-            moment -= full * np.tanh(back / (0.25 * c.plateau)) * min(1.0, abs(angle) / (0.3 * c.plateau))
     moment = moment if angle >= 0.0 else -moment
     if c.closure < 1e9:
         moment += c.stop * (_softplus(angle - c.closure, 0.004) - _softplus(-angle - c.closure, 0.004))
@@ -174,7 +159,7 @@ def _balance(angle: float, last: float, stretch: Floats, dt: float, loop: float,
     """Moment out of balance, Nmm: negative where the angle is too large. ``stretch`` is that at the angle zero."""
     turn = angle - last
     out = c.weight * np.sin(angle + c.weight_angle) - c.drag * turn / dt
-    out -= _flexure(angle, s.turned[0], c) + _dahl(s.loop[0], turn, loop / c.loop_angle, loop)
+    out -= _flexure(angle, c) + _dahl(s.loop[0], turn, loop / c.loop_angle, loop)
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0
         tension = _tension(stretch[side] - sign * c.arm[side] * angle, c.stiffness[side], c.toe)
@@ -232,7 +217,7 @@ def _integrate(
     """Angles and tensions at the wheel, shape (m, 3). ``preload`` is the stretch of either tendon at rest, (m, 2)."""
     m = drive.size
     out = np.empty((m, 3))
-    s = _State(np.zeros(2), np.zeros(1), np.zeros((2, DECADES.size)), np.zeros(1))
+    s = _State(np.zeros(2), np.zeros(1), np.zeros((2, DECADES.size)))
     angle, x, t = 0.0, 0.0, time[0] - 1.0
     stretch = np.zeros(2)
     for k in range(m):
@@ -257,8 +242,6 @@ def _integrate(
                     s.creep[side, j] += (goal - s.creep[side, j]) * (1.0 - np.exp(-dt / DECADES[j]))
                 out[k, 1 + side] = tension
             s.loop[0] = _dahl(s.loop[0], turn, loops[k] / c.loop_angle, loops[k])
-            if abs(now) > abs(s.turned[0]) or now * s.turned[0] < 0.0:
-                s.turned[0] = now
             angle = now
         x, t = drive[k], time[k]
         out[k, 0] = angle
@@ -326,8 +309,6 @@ def _laws(rig: LumpedRig) -> _Laws:
         contact=rig.contact_rad,
         stop=rig.stop_Nmm_per_rad,
         creep=rig.creep_mm_per_N,
-        plateau=rig.plateau_rad,
-        plateau_loss=rig.plateau_loss,
     )
 
 
