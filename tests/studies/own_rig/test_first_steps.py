@@ -147,7 +147,7 @@ def test_every_page_says_how_it_was_made(day):
     for words in COMMANDS:
         if words[0] in files:
             file = folder / f"{files[words[0]]}.json"
-            assert printed(file, (file.parent / "report.html").read_text(), words)[1] == words[0]
+            assert words[0] in printed(file, (file.parent / "report.html").read_text(), words)
 
 
 def test_the_records_say_the_friction_of_the_bench(day):
