@@ -51,7 +51,7 @@ def test_the_page_has_notches_and_the_bent_wrist(folder):
         ("1 to 2", "1.580"),
         ("3", "1.600"),
     ]
-    assert "150.0 (-6.0 %)" in text
+    assert "150.0<br>(-6.0 %)" in text
     assert text.count("20.5000") == 2
     assert "none found" in text
     assert re.search(r'<td class="found">(.*?)</td>', text)[1] == "-6 %"
