@@ -114,7 +114,11 @@ def try_again(top: Path, command: list[str], removed: tuple[str, ...]) -> list[s
         print("  full, with all results", flush=True)
         wrong = refusal(folder, command, may_fit=bool(removed))  # in the place of what it removed
         found += [f"full: {one}" for one in wrong + broken_files(folder)]
-        found += [f"full: changed: {name}" for name in changed(before, contents(disk)) if name not in removed]
+        if any((disk / name).exists() for name in removed):  # it found space, and wrote all again: times differ
+            filler.unlink()
+            found += [f"full: {one}" for one in differences(top / "peace", folder, MEANT_RESUMED)]
+        else:
+            found += [f"full: changed: {name}" for name in changed(before, contents(disk)) if name not in removed]
         filler.unlink(missing_ok=True)
         again(disk, "size=200m")
         notchbend(folder, command)

@@ -35,14 +35,15 @@ class FollowedSection:
 
 
 def is_in_space(path: Path) -> bool:
-    """Whether a summary is that of a rig in space.
+    """Whether a summary is that of a rig in space; one that is no object is of neither, and its reader says so.
 
     Raises
     ------
     RecordError
         A file that cannot be read.
     """
-    return _OWN in read_json(path, WHAT_IN_SPACE)
+    values = read_json(path, WHAT_IN_SPACE)
+    return isinstance(values, dict) and _OWN in values
 
 
 def read_followed(folder: Path) -> tuple[FollowedSection, ...]:

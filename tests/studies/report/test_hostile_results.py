@@ -75,6 +75,19 @@ def test_a_spoiled_result_is_refused(file, keys, value, said, folder):
     assert not (folder / Path(file).parent / "report.html").exists()
 
 
+@pytest.mark.parametrize("text", ["679", "[]", "null", '"a"'])
+@pytest.mark.parametrize(
+    "name",
+    ["run.json", "trace.json", "validate.json", "pareto.json", "wrist.json", "workspace.json", "identify.json", "separate.json",
+     "drives-compensate.json", "six-stiffnesses.json"],
+)  # fmt: skip
+def test_a_result_that_is_no_object_is_refused(name, text, tmp_path):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(RecordError, match=name) as caught:
+        write_report(tmp_path)
+    assert "\n" not in str(caught.value) and [path.name for path in tmp_path.iterdir()] == [name]
+
+
 def test_a_figure_that_is_no_picture_is_refused(folder):
     change(folder / "trace" / "trace.json", "figures.0.file", "a.png")
     (folder / "trace" / "a.png").write_text("root:x:0:0")
