@@ -92,8 +92,8 @@ class SearchPolicy:
         Effects that pass the linearised gain, for the first effect and for further ones; None lets all pass.
     first_steps
         Least-squares steps of a candidate before it is compared with the others.
-    finished
-        Effects at most that are then fitted to convergence.
+    finished, later_finished
+        Effects at most that are then fitted to convergence, for the first effect and for further ones.
     leading
         Best effects of those, which are also fitted in forms with more parameters and from other starting points.
     kept_promises
@@ -134,6 +134,7 @@ class SearchPolicy:
     later_candidates: int | None
     first_steps: int
     finished: int
+    later_finished: int
     leading: int
     kept_promises: bool
     near: float
@@ -423,6 +424,7 @@ KNOWN_RIG = SearchPolicy(
     later_candidates=10,
     first_steps=2 * FEW_STEPS,
     finished=8,
+    later_finished=8,
     leading=6,
     kept_promises=True,
     near=6.0,
@@ -443,10 +445,11 @@ EQUIVALENT_RIG = SearchPolicy(
     name="equivalent rig",
     significant=SIGNIFICANT,
     screened=True,
-    first_candidates=8,  # the linearised gain is worth less beside a baseline of which all is free
+    first_candidates=None,  # beside a baseline of which all is free the linearised gain says little
     later_candidates=5,
-    first_steps=FEW_STEPS,
-    finished=3,
+    first_steps=2 * FEW_STEPS,
+    finished=8,
+    later_finished=3,
     leading=1,
     kept_promises=False,
     near=12.0,  # first steps say less: drag, delay, slack and stiffening went from 3 times the noise down to it
@@ -471,6 +474,7 @@ CURVE = SearchPolicy(
     later_candidates=None,
     first_steps=MOST_STEPS,
     finished=0,
+    later_finished=0,
     leading=0,
     kept_promises=False,
     near=0.0,

@@ -84,6 +84,27 @@ def test_a_missing_record_is_named(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "identify circle.csv --out out",
+        "trace circle.csv --out out",
+        "trace loop.csv --reference circle.csv --out out",
+        "separate circle.csv --out out",
+        "compensate circle.csv --reference loop.csv --out out.csv",
+        "compensate loop.csv --reference circle.csv --out out.csv",
+        "simulate --preset du2018 --program circle.csv --out out.csv",
+    ],
+)
+def test_a_file_that_is_a_link_in_a_circle_is_named(line, tmp_path, capsys, monkeypatch):
+    """Its place is compared with those of other files before it is read; ``Path.resolve`` made that a traceback."""
+    monkeypatch.chdir(tmp_path)
+    Path("loop.csv").write_text(LOOP.replace("x,a", "drive_mm,angle_deg"))
+    Path("circle.csv").symlink_to("circle.csv")
+    assert "circle.csv: Too many levels of symbolic links: expected " in complaint(capsys, *line.split())
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["circle.csv", "loop.csv"]
+
+
 @pytest.mark.parametrize("command", ["identify", "trace", "separate"])
 def test_a_record_that_is_given_twice_is_refused(command, tmp_path, capsys):
     (tmp_path / "loop.csv").write_text(LOOP)

@@ -83,9 +83,14 @@ class EquivalentRigProblem(RigProblem):
         return tuple(_in_unit(form, self.unit, self.mm_per_unit) for form in super().forms(effect))
 
     def starts(self, form: RigForm) -> Sequence[Values]:
-        """Give starting values; those of a toe region are half of the softest one of the baseline, and beyond it."""
-        starts = super().starts(form)
-        if "toe_N" not in {p.name for p in form.parameters}:
+        """Give starting values; those of a toe region are half of the softest one of the baseline, and beyond it.
+
+        Slack is also started beside tendons without a toe region, which would take its place.
+        """
+        starts, own = super().starts(form), {p.name for p in form.parameters}
+        if f"slack_{self.unit}" in own and "toe_N" in self.start:
+            return [*starts, *({**start, "toe_N": 0.0} for start in starts)]
+        if "toe_N" not in own:
             return starts
         softest = self.runs[0][0].rig.tendon_a.toe_N
         return [{"toe_N": 0.5 * softest}, *({**start, "toe_N": softest + start["toe_N"]} for start in starts)]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from validation.tracing.effect import Effect
 from validation.tracing.fitting.evidence import is_noise
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.model import Model
@@ -15,7 +16,7 @@ from validation.tracing.plausibility import implausible
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.restarts import best_of_other_loops
 from validation.tracing.search.search import Search
-from validation.tracing.search.starts import Start, best_starts
+from validation.tracing.search.starts import Start, best_starts, every_start
 from validation.tracing.settings import (
     BESIDE,
     COMPETITOR_AT_NOISE,
@@ -47,9 +48,12 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
     """
     policy = search.policy
     bases = [fitted] if fitted.names or search.early is None else [fitted, search.early]
+    others = [effect for effect in search.effects if effect.name not in fitted.names]
     screened: list[Screened] = []
     for number, base in enumerate(bases):
-        others = [effect for effect in search.effects if effect.name not in fitted.names]
+        if base is search.early:
+            screened += _first_steps_of_all(search, base, others, number)
+            continue
         found = [starts for e in others if (starts := best_starts(base, e, search.forms(e)))]
         found.sort(key=lambda starts: -starts[0].gain)
         for start in [s for starts in found[:most] for s in starts]:
@@ -61,6 +65,22 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
     if not policy.screened:
         return [one.fitted for one in screened]
     return _lead_on(search, fitted, _finish(search, fitted, screened))
+
+
+def _first_steps_of_all(search: Search, early: Fitted, effects: Sequence[Effect], number: int) -> list[Screened]:
+    """Give every start of every form a few steps beside a baseline after a few; the best of each form goes on.
+
+    So far from an optimum the linearised gain says nothing: the baseline's own parameters promise nearly all of it.
+    """
+    out = list[Screened]()
+    for one in (one for effect in effects for one in every_start(early, effect, search.forms(effect))):
+        few = [search.with_effect(early, one.added, x, FEW_STEPS) for x in one.starts]
+        there = [fitted for fitted in few if fitted is not None]
+        if there:
+            best = min(there, key=lambda fitted: fitted.square)
+            best = search.with_effect(early, one.added, best.x, search.policy.first_steps) or best
+            out.append(Screened(number, best, best.square))
+    return out
 
 
 def _is_beside(base: Fitted, start: Start) -> bool:
@@ -79,6 +99,7 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
     whose start promised to be near gets further steps before it counts as behind.
     """
     policy = search.policy
+    most = policy.later_finished if fitted.names else policy.finished
     out = list[Fitted]()
     best = dict[str, float]()  # mean square after the first steps, of effects that are fitted to convergence
     followed = set[tuple[str, int]]()  # effects with the bases from which they were
@@ -87,7 +108,7 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
     least, near = screened[0].fitted.square if screened else math.inf, policy.near
     for number, candidate, promised in screened:
         name = candidate.names[-1]
-        place = len(best) < policy.finished or number not in represented
+        place = len(best) < most or number not in represented
         if policy.kept_promises and name not in best and place and promised < near * least <= candidate.square:
             candidate = _led_nearer(search, fitted, candidate, near * least)
         square = candidate.square

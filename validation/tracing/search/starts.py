@@ -67,6 +67,27 @@ def best_starts(fitted: Fitted, effect: Effect, forms: Sequence[FormStarts]) -> 
     return [start for start in best[:STARTS_PER_EFFECT] if start.gain > LESSER_FORM * best[0].gain]
 
 
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """A form of an effect with the coordinates of all its starts, shape (p,) each."""
+
+    added: AddedEffect
+    starts: Sequence[Floats]
+
+
+def every_start(fitted: Fitted, effect: Effect, forms: Sequence[FormStarts]) -> list[Starts]:
+    """Every start of every form of an effect beside a fitted model; values may name parameters of the baseline."""
+    model, (baseline, effects) = fitted.model, fitted.model.values(fitted.x)
+    found = list[Starts]()
+    for one in forms:
+        added = AddedEffect(effect, one.form)
+        more = Model(model.problem, (*model.added, added))
+        own = [{name: values.get(name, value) for name, value in baseline.items()} for values in one.starts]
+        xs = [more.coordinates(base, [*effects, values]) for base, values in zip(own, one.starts, strict=True)]
+        found.append(Starts(added, xs))
+    return found
+
+
 def linearised_gain(fitted: Fitted, added: AddedEffect, values: Values, *, enlarged: bool = False) -> Start | None:
     """Judge a start of an effect by one run of the model with it; None where that fails or changes nothing.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
@@ -65,12 +65,25 @@ def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_
         stages[place] = ranked_models([*stages[place], *others])
         best = stages[place][0]
     best, stages = _restarted(search, pruned(search, best), stages)
+    if search.policy.absorbs_effects and search.policy.screened and len(best.names) == 1:
+        best, stages = _with_others_from_there(search, best, stages)
     stages = _with_restarted_competitors(search, best, stages)
     if best is not baseline and all(best is not g for stage in stages for g in stage):
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
         stages.append([best])
     best = _best_after_restarts(search, best, stages)
     return Selection(best, _with_sensible(search, best, _nested(search, baseline, best, stages)))
+
+
+def _with_others_from_there(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
+    """Fit all other effects in the place of the one that was found, from the baseline beside it.
+
+    That baseline is nearer to the rig's own than one that has absorbed the effect, from which a competitor may end in
+    another optimum: a load at the tip had come to the noise, and the weight of the rings, much alike, to twice that.
+    """
+    others = exchanged(replace(search, early=None), best, None)
+    first = ranked_models([*(stages[0] if stages else []), best, *others])
+    return first[0], [first, *stages[1:]]
 
 
 def _with_sensible(search: Search, best: Fitted, stages: Stages) -> Stages:
