@@ -1,14 +1,22 @@
 """Effects that are followed until their fit has converged, on rigs whose baseline has absorbed a good part of them."""
 
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hysteresis.records.path import cycle_index
 from validation.practice.draw import draw_case
 from validation.tracing import trace_records
+from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Model, fit
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.search.candidates import candidates_with_one_more
 from validation.tracing.search.search import Search
-from validation.tracing.settings import KNOWN_RIG
+from validation.tracing.search.starts import every_start
+from validation.tracing.settings import EARLY_STEPS, EQUIVALENT_RIG, KNOWN_RIG, MOST_STEPS
 
 
 def some(*names):
@@ -32,3 +40,54 @@ def test_the_gain_of_the_drive_is_named_with_what_does_the_same():
     case = draw_case("score-10", "known", "drive_gain", 2)
     trace = trace_records(case.records, threads=1, effects=some("drive_gain", "wheel_eccentricity"))
     assert "drive_gain" in {*trace.names, *(name for near in trace.confusable for name in near)}
+
+
+def beside_an_early_baseline(case, *names):
+    """Search of records of unknown geometry, as a trace begins it, and its baseline."""
+    problem = equivalent_rig_problem(
+        [r if r.cycle is not None else replace(r, cycle=cycle_index(r)) for r in case.records]
+    )
+    model, holdout = Model(problem), divide_records(problem.records).everything()
+    early = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_steps=EARLY_STEPS)
+    baseline = fit(model, holdout, early.x, threads=1, most_steps=MOST_STEPS)
+    return Search(problem, EQUIVALENT_RIG, some(*names), 1, lambda words: None, early=early), baseline
+
+
+@pytest.mark.parametrize(("effect", "left"), [("tendon_slack", 2.4), ("tip_load", 1.9)])
+def test_effects_of_unknown_rigs_come_to_the_noise_from_starts_far_from_the_baseline(effect, left):
+    """Slack ended beside a toe region that takes its place, a load at the tip at a fifth of its size."""
+    case = draw_case("score-21", "unknown", effect, 0)
+    search, baseline = beside_an_early_baseline(case, effect)
+    assert baseline.rmse_deg > left * case.truth.noise_deg  # what slack and a small load left, too
+    found = min(candidates_with_one_more(search, baseline, None), key=lambda one: one.square)
+    assert found.rmse_deg < 1.15 * case.truth.noise_deg
+
+
+def test_every_start_of_an_effect_may_name_parameters_of_the_baseline():
+    case = draw_case("score-21", "unknown", "tendon_slack", 0)
+    search, _ = beside_an_early_baseline(case, "tendon_slack")
+    (effect,) = search.effects
+    own = search.early.model.values(search.early.x)[0]
+    toes = list[float]()
+    for one in every_start(search.early, effect, search.forms(effect)):
+        model = Model(search.problem, (one.added,))
+        values = [model.values(x) for x in one.starts]
+        toes += [baseline["toe_N"] for baseline, _ in values]
+        assert all({**baseline, "toe_N": own["toe_N"]} == pytest.approx(own) for baseline, _ in values)
+        assert all(added[0]["slack_mm"] > 0 for _, added in values)
+    assert sorted(set(np.round(toes, 6))) == pytest.approx([0.025 * 20.0, own["toe_N"]], rel=1e-3)
+
+
+@pytest.mark.case
+@pytest.mark.parametrize(
+    ("set_name", "label"),
+    [
+        ("score-21", "tendon_stiffening"),  # `unexplained` at 6.8 times the noise: its gain was the ninth
+        ("score-21", "tip_load"),
+        ("work", "gravity"),  # ended at twice the noise beside a baseline that had absorbed it
+        ("work", "preloaded_play"),
+    ],
+)  # fmt: skip
+def test_what_unknown_rigs_have_is_in_the_set(set_name, label):
+    trace = trace_records(draw_case(set_name, "unknown", label, 0).records, threads=2)
+    assert label in {*trace.names[:1], *trace.confusable[0][:2]}

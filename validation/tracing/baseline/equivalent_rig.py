@@ -38,6 +38,7 @@ from validation.tracing.settings import (
     LARGEST_CUBIC,
     LARGEST_GUIDE_FRICTION,
     LARGEST_TOE,
+    LEAST_TOE,
     PRIOR_WEIGHT,
     REFINED_PARTS,
     REFINED_SAMPLES,
@@ -85,11 +86,12 @@ class EquivalentRigProblem(RigProblem):
     def starts(self, form: RigForm) -> Sequence[Values]:
         """Give starting values; those of a toe region are half of the softest one of the baseline, and beyond it.
 
-        Slack is also started beside tendons without a toe region, which would take its place.
+        Slack is also started beside tendons with hardly a toe region, which would take its place; with none at all a rig
+        of slack tendons often has no equilibrium.
         """
         starts, own = super().starts(form), {p.name for p in form.parameters}
         if f"slack_{self.unit}" in own and "toe_N" in self.start:
-            return [*starts, *({**start, "toe_N": 0.0} for start in starts)]
+            return [*starts, *({**start, "toe_N": LEAST_TOE * self.preload_N} for start in starts)]
         if "toe_N" not in own:
             return starts
         softest = self.runs[0][0].rig.tendon_a.toe_N
