@@ -78,14 +78,15 @@ def test_a_spoiled_result_is_refused(file, keys, value, said, folder):
 @pytest.mark.parametrize("text", ["679", "[]", "null", '"a"'])
 @pytest.mark.parametrize(
     "name",
-    ["run.json", "trace.json", "validate.json", "pareto.json", "wrist.json", "workspace.json", "identify.json", "separate.json",
-     "drives-compensate.json", "six-stiffnesses.json"],
+    ["run.json", "trace.json", "validate.json", "pareto.json", "wrist.json", "workspace.json", "identify.json",
+     "separate.json", "drives-compensate.json", "six-stiffnesses.json"],
 )  # fmt: skip
 def test_a_result_that_is_no_object_is_refused(name, text, tmp_path):
     (tmp_path / name).write_text(text)
     with pytest.raises(RecordError, match=name) as caught:
         write_report(tmp_path)
-    assert "\n" not in str(caught.value) and [path.name for path in tmp_path.iterdir()] == [name]
+    assert "\n" not in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 def test_a_figure_that_is_no_picture_is_refused(folder):
