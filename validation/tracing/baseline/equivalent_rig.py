@@ -86,8 +86,8 @@ class EquivalentRigProblem(RigProblem):
     def starts(self, form: RigForm) -> Sequence[Values]:
         """Give starting values; those of a toe region are half of the softest one of the baseline, and beyond it.
 
-        Slack is also started beside tendons with hardly a toe region, which would take its place; with none at all a rig
-        of slack tendons often has no equilibrium.
+        Slack is also started beside tendons with hardly a toe region, which would take its place; with none at all a
+        rig of slack tendons often has no equilibrium.
         """
         starts, own = super().starts(form), {p.name for p in form.parameters}
         if f"slack_{self.unit}" in own and "toe_N" in self.start:
