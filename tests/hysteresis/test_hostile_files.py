@@ -64,6 +64,13 @@ def test_a_file_beyond_its_limit_is_refused_before_it_is_read(loop):
     assert refusal(loop).endswith("at most 1 MB")
 
 
+@pytest.mark.skipif(not Path("/proc/self/status").is_file(), reason="needs a file that says it is empty")
+def test_a_file_that_has_more_than_it_said_is_refused():
+    """As one that another program appends to: what was read would end amid a line."""
+    with pytest.raises(RecordError, match=r"/proc/self/status: grows while it is read: expected a CSV file"):
+        read_bytes(Path("/proc/self/status"), "a CSV file")
+
+
 def test_columns_and_digits_have_limits(loop):
     loop.write_text(BARE.replace("1,2", "1." + "1" * 200 + ",2"))
     assert refusal(loop) == "loop.csv:3: column 'drive_mm': 202 characters: expected at most 100"

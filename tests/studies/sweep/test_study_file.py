@@ -62,6 +62,8 @@ BAD_FILES = {
     "no amplitude": (GRID.replace("amplitude_mm = 2.2", ""), ["program.amplitude_mm", "missing"]),
     "group of another engine": (
         GRID.replace('"chain"', '"analytic"') + '[quantities]\ngroups = ["bouc-wen"]\n', ["bouc-wen", "analytic"]),
+    "list with a number of 6,000 digits": (
+        GRID + "[quantities]\ngroups = [0x" + "f" * 5000 + "]\n", ["quantities.groups = ", "expected one of"]),
     "no power of two": (GRID + "[sensitivity]\ncount = 100\n", ["sensitivity.count = 100", "power of two"]),
     "one objective": (GRID + "[pareto.objectives]\nfull_scale_angle_deg = 'max'\n", ["objectives", "two"]),
     "unknown objective": (GRID + "[pareto.objectives]\nx = 'max'\ny = 'min'\n", ["pareto.objectives.x", "full_scale"]),
