@@ -107,6 +107,8 @@ def new_record(
     unit = drive_unit or drive_unit_of(drive)
     values: dict[str, Any] = dict(values_of(table, known))
     record = Record(**values, drive_unit=unit, title=title or target.stem, rig=rig.table, source=str(path))
+    if record.drive.size < 3:  # as where a record is read
+        raise RecordError(f"{path}: {record.drive.size} samples: expected at least 3")
     if unit != "N":  # trials that only load are a record, too
         require_reversal(record)
     found = _understood(record, table, known, rig)

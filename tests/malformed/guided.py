@@ -118,6 +118,7 @@ def main() -> None:
     refusals = (
         import_module("hysteresis.files").RecordError,
         import_module("fem_models.rig.checks").RigError,
+        import_module("fem_models.rig.checks").SolverError,
         import_module("studies.sweep.errors").StudyError,
     )
     corpus.mkdir(parents=True, exist_ok=True)

@@ -251,6 +251,15 @@ def test_a_force_is_the_drive_where_nothing_else_is_and_notches_are_kept(tmp_pat
     assert "any of them may be the force: expected --drive-column NAME" in complaint(capsys, "wrist.csv")
 
 
+def test_trials_of_two_samples_are_refused(tmp_path, capsys):
+    """Beyond a force, which need not reverse, nothing had counted them: the noise of two samples was a traceback."""
+    (tmp_path / "pull.csv").write_text("force_N,angle_deg\n0,0\n1,2\n")
+    assert call(["record", "new", str(tmp_path / "pull.csv")]) == 2
+    error = capsys.readouterr().err
+    assert error == f"notchbend: {tmp_path / 'pull.csv'}: 2 samples: expected at least 3\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["pull.csv"]
+
+
 def test_all_channels_of_a_wrist_in_space_are_kept(tmp_path, capsys, monkeypatch):
     """Both angles, all tensions, notches and the tip: what `simulate` writes, without its sidecar."""
     from fem_models.load import triangle

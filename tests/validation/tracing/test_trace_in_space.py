@@ -8,6 +8,7 @@ import pytest
 
 from fem_models.load.program import sine
 from fem_models.multibody.spatial import solve_spatial_multibody
+from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_in_space_of
 from fem_models.rig.presets import preset
 from fem_models.rig.presets_in_space import any_preset
@@ -332,3 +333,11 @@ def test_bending_out_of_the_plane_of_a_planar_rig_has_a_word():
     trace = trace_records([planar], threads=1, effects=acting([EFFECTS["time_delay"]], in_space=False))
     (words,) = [one for one in trace.words if "angle_2" in one]
     assert "10 % of angle: bending out of the plane" in words
+
+
+def test_a_record_that_no_declared_rig_follows_is_named(wrist, file):
+    whole = replace(record(wrist, file), source="far.csv")
+    far = whole.drive.copy()
+    far[9] = 5000.0
+    with pytest.raises(SolverError, match=r"far\.csv: rig two, sample .* no equilibrium"):
+        space_problem([replace(whole, drive=far)])

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_models.rig.checks import SolverError
 from fem_models.rig.in_space import RigInSpace
 from fem_models.rig.of_record import bends_in_space, rig_in_space_of
 from fem_models.rig.rig import Friction, Material
@@ -201,7 +202,7 @@ def space_problem(records: Sequence[Record]) -> SpaceProblem | None:
         start=declared_start(rigs[0].rig, load_control=False),
         runs=tuple(runs),
         angles=angles,
-        scale=_scale(used, runs),
+        scale=_scale(used, runs, records),
         needs=frozenset(needs),
     )
 
@@ -252,9 +253,17 @@ def _kept(wheels_mm: Floats, cycle: Ints, most: int) -> Ints:
     return np.unique(np.concatenate([kept_samples(column, most, cycle) for column in moving]))
 
 
-def _scale(used: Sequence[PreparedRecord], runs: Sequence[SpaceRun]) -> Scale:
+def _solved(run: SpaceRun, record: Record) -> SpatialSolution:
+    """Run a declared rig; where it finds no equilibrium, the record is named that drives it there."""
+    try:
+        return run.solve(run.chain, run.wheels_mm)
+    except SolverError as error:
+        raise SolverError(f"{record.source or 'record'}: {error}") from None
+
+
+def _scale(used: Sequence[PreparedRecord], runs: Sequence[SpaceRun], records: Sequence[Record]) -> Scale:
     """Orders of magnitude, the tip's from runs of the declared rigs; stresses are those of no effect here."""
-    solved = [run.solve(run.chain, run.wheels_mm) for run in runs]
+    solved = [_solved(run, record) for run, record in zip(runs, records, strict=True)]
     times = [one.inputs.time_s for one in used]
     speeds = [np.abs(np.diff(one.inputs.drive) / np.diff(one.inputs.time_s)).max() for one in used]
     return Scale(
