@@ -53,7 +53,9 @@ def beside_an_early_baseline(case, *names):
     return Search(problem, EQUIVALENT_RIG, some(*names), 1, lambda words: None, early=early), baseline
 
 
-@pytest.mark.parametrize(("effect", "left"), [("tendon_slack", 2.4), ("tip_load", 1.9)])
+@pytest.mark.parametrize(
+    ("effect", "left"), [("tendon_slack", 2.4), pytest.param("tip_load", 1.9, marks=pytest.mark.case)]
+)
 def test_effects_of_unknown_rigs_come_to_the_noise_from_starts_far_from_the_baseline(effect, left):
     """Slack ended beside a toe region that takes its place, a load at the tip at a fifth of its size."""
     case = draw_case("score-21", "unknown", effect, 0)
