@@ -201,7 +201,10 @@ def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkey
 
 
 def test_records_without_an_effect_have_the_verdict_none():
-    trace = trace_records(records_of(MEASURED, 1.2, seed=1))
+    """Of the effects that such a rig absorbs most of; the practice cases have all."""
+    absorbed = {"backlash", "preloaded_play", "guide_friction", "tendon_slack", "tendon_stiffening", "viscous_drag"}
+    effects = [effect for effect in catalogue() if effect.name in absorbed]
+    trace = trace_records(records_of(MEASURED, 1.2, seed=1), effects=effects)
     assert (trace.verdict, trace.model) == ("none", EQUIVALENT_RIG.name)
 
 
