@@ -375,7 +375,7 @@ def _first_alone(trace: Trace) -> Trace | None:
     """
     single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
     first = min((g for g in single if g.names == trace.names[:1]), key=lambda g: g.train_square, default=None)
-    if not trace.known or len(trace.names) < 2 or first is None or len(trace.confusable[0]) > MOST_ALIKE:
+    if len(trace.names) < 2 or first is None or len(trace.confusable[0]) > MOST_ALIKE:
         return None
     noise, left = trace.floor.deg**2, first.train_rmse_deg**2
     if trace.baseline.train_rmse_deg**2 - left < MOST_OF_ERROR * (trace.baseline.train_rmse_deg**2 - noise):

@@ -104,6 +104,8 @@ def test_a_first_effect_stays_where_only_the_second_is_open(monkeypatch, left, f
     if said:
         assert found.augmented is alone
         assert found.confusable == (("tip_load",),)
+        monkeypatch.setattr(verdict, "implausible", lambda one: ("no sense",) if one.names == said else ())
+        assert verdict.partial_above_floor(other).verdict == "unexplained"
 
 
 @pytest.mark.parametrize("say", ["effect", "ambiguous", "partial"])
