@@ -119,7 +119,7 @@ def test_no_change_is_none(slow_and_fast: list[Record]) -> None:
 def test_a_change_is_found(slow_and_fast: list[Record]) -> None:
     width = 0.15
     loose = [replace(one, angle_deg=angle_of(_play(one.drive, width / 2)) + _noise(one, 5)) for one in again()]
-    near = {"backlash", "preloaded_play", "tendon_slack", "viscous_drag", "time_delay", "wheel_eccentricity"}
+    near = {"backlash", "preloaded_play", "viscous_drag", "wheel_eccentricity"}
     shown = [one for one in catalogue() if one.name in near]
     changed = trace_records(loose, reference=slow_and_fast, effects=shown)
     report = trace_report(changed)

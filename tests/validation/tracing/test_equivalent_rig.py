@@ -118,15 +118,7 @@ def test_play_is_named_with_its_width_in_the_drive_s_unit():
 
     The tendons are softer at a lower preload. So friction keeps the manipulator still for longer there, but play not.
     """
-    near = {
-        "backlash",
-        "preloaded_play",
-        "guide_friction",
-        "tendon_slack",
-        "tendon_stiffening",
-        "time_delay",
-        "gravity",
-    }
+    near = {"backlash", "preloaded_play", "guide_friction", "tendon_slack", "tendon_stiffening"}
     records = records_of(WITH_PLAY, 1.2, unit="step", per_mm=-1000.0, plan=THREE_PRELOADS)
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in near])
     assert (trace.verdict, trace.model, trace.known) == ("effect", EQUIVALENT_RIG.name, False)

@@ -93,7 +93,8 @@ def test_hidden_hysteresis_is_not_taken_for_smooth_terms():
     of the amplitude. The fitted loop must hold there, where it saturates early: only the curve model does."""
     law = BoucWen(A=-0.6, beta=0.4 / 0.3, gamma=0.2 / 0.3, n=1.0)
     records = [hidden_loop(amplitude, i, law) for i, amplitude in enumerate((2.0, 1.0, 0.5))]
-    trace = trace_records(records)
+    of_loops = {"backlash", "guide_friction", "tendon_slack", "tendon_stiffening", "viscous_drag", "time_delay"}
+    trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in of_loops])
     assert trace.verdict == "none"
     assert not trace.baseline.holdout.train[2][50:].any()  # the smallest is held out
     assert trace.baseline.heldout_rmse_deg < 1.3 * NOISE_DEG
@@ -128,6 +129,7 @@ def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
     assert trace.augmented.names == shown[:1]
 
 
+@pytest.mark.case
 def test_play_is_found_though_the_equivalent_rig_leaves_no_more_than_noise(monkeypatch):
     """A play of 0.36 mm, of which friction at the base takes most: the baseline leaves 1.1 times the noise. Play and
     friction of the guides gain more than 100 of the criterion, a camera 30."""
@@ -142,6 +144,7 @@ def test_play_is_found_though_the_equivalent_rig_leaves_no_more_than_noise(monke
     assert gains[("camera_misalignment",)] < gains[("backlash",)] - 2 * FAR_BEYOND_CHANCE
 
 
+@pytest.mark.case
 def test_an_equivalent_rig_does_not_hide_a_second_effect():
     """A case of a retired set: drag alone leaves 3.1 times the noise at best. In eight others, with the preset's tube,
     the equivalent rig absorbs the guides' friction beside drag: 1.01 to 1.11 times the noise are left."""
