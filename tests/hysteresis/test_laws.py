@@ -87,6 +87,7 @@ def test_classical_law_adds_damping_and_stiffness():
     expected = 0.3 * velocity + 2 * (x - 0.5) + 0.7 * hysteresis(x, law)
     np.testing.assert_allclose(force(time, x, model)[1:-1], expected[1:-1], atol=1e-3)  # x' by differences: 2e-4 off
     assert force_batch(time, x, [model.row(), model.row()]).shape == (2, 801)
+    assert Classical(c=0.3, k=2.0, x0=0.5, alpha=0.7).law == BoucWen(A=1.0, beta=0.5, gamma=0.5, n=1.0)
     with pytest.raises(ValueError, match="times increasing"):
         force(time[::-1], x, model)
 

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from hysteresis.files import folder_beside, write_files
-from hysteresis.fitting import law_choice, model_choice, response, search
+from hysteresis.fitting import identification, law_choice, model_choice, response, search
 from hysteresis.fitting.form import Form
 from hysteresis.fitting.samples import Samples
 from hysteresis.fitting.uncertainty import Parameter, Reader, _Blocks, coordinates
 from hysteresis.laws.backbone import given_backbone
 from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.laws.classical import force_batch
-from hysteresis.laws.elements import LAWS, _stops_named, _stops_rows
+from hysteresis.laws.elements import EVERYWHERE, LAWS, _stops_named, _stops_rows
 from hysteresis.laws.stops import follow_stops
 from hysteresis.records.backbone import backbone_of, is_thin
 from hysteresis.records.folds import _block_masks
@@ -154,6 +154,36 @@ def test_a_turning_point_amid_the_range_is_of_the_branch_that_ends_there():
     np.testing.assert_allclose(middle, expected, atol=1e-12)
 
 
+def test_a_wide_approach_gives_no_part_of_the_curve():
+    """A first stroke over the whole range, numbered 0, is 5 deg off the loops that follow it."""
+    approach, down = np.linspace(-1, 1, 41), np.linspace(1, -1, 41)[1:]
+    drive = np.concatenate([approach, down, approach[1:]])
+    cycle = np.repeat([0, 1], [approach.size, drive.size - approach.size])
+    middle = backbone_of(Record(drive, 10.0 * drive + np.where(cycle == 0, 5.0, 0.0), cycle=cycle))
+    assert middle is not None
+    inner = (cycle == 1) & (np.abs(drive) < 0.9)
+    np.testing.assert_allclose(middle[inner], 10.0 * drive[inner], atol=1e-9)
+
+
+def test_a_law_of_stops_without_a_slope_has_no_saturation():
+    law = LAWS["generalised-prandtl-ishlinskii"]
+    values = np.array([np.log(2.0), np.log(0.7), *(constant.play for constant in law.constants), 0.0])
+    assert law.element(0.0, values, EVERYWHERE).saturation_deg == 0.0
+    assert law.element(-1.0, values, EVERYWHERE).saturation_deg > 0.0
+
+
+@pytest.mark.parametrize(("longest_delay_s", "timed"), [(0.0, False), (0.2, True)])
+def test_what_first_strokes_cost_is_found_with_the_times_where_there_is_a_delay(monkeypatch, longest_delay_s, timed):
+    """A delay of less than a second is one, too."""
+    seen = list[bool]()
+    monkeypatch.setattr(identification, "join", lambda records, used, timed: seen.append(timed))
+    monkeypatch.setattr(identification, "rmse", lambda samples, form, point: point)
+    form = SimpleNamespace(longest_delay_s=longest_delay_s)
+    kept, left_out = SimpleNamespace(form=form, point=1.0), SimpleNamespace(form=form, point=0.1)
+    assert identification._costs([], [], kept, left_out)
+    assert seen == [timed]
+
+
 def test_noise_of_cycles_counts_the_last_sample_of_a_branch():
     """Two cycles that differ at one turning point alone, by 1 deg: 0.5 deg from their mean, in two samples of many."""
     way = np.r_[np.linspace(0, 1, 6), np.linspace(1, -1, 11)[1:], np.linspace(-1, 0, 6)[1:]]
@@ -173,10 +203,10 @@ def test_noise_of_cycles_counts_the_last_sample_of_a_branch():
 @pytest.mark.parametrize(("errors", "agreeing"), [((0.5, 0.504, 0.506), 2), ((3.0, 3.02, 3.04), 2), ((0.0, 0.0), 2)])
 def test_searches_agree_within_one_percent_of_the_best(monkeypatch, errors, agreeing):
     left = iter(errors)
-    monkeypatch.setattr(model_choice, "explore", lambda samples, form, effort: (["point"], 1))
+    monkeypatch.setattr(model_choice, "explore", lambda samples, form, effort: (["best", "next"], 1))
     monkeypatch.setattr(model_choice, "_polish_all", lambda samples, form, points: (points, 2))
-    monkeypatch.setattr(model_choice, "rmse", lambda samples, form, point: next(left))
-    monkeypatch.setattr(model_choice, "_nearest", lambda samples, form, points: points)
+    monkeypatch.setattr(model_choice, "rmse", lambda samples, form, point: next(left) if point == "best" else 1.0)
+    monkeypatch.setattr(model_choice, "_nearest", lambda samples, form, points: points[::2])
     samples = SimpleNamespace(span_deg=lambda: 1e-9)
     found = model_choice._search(samples, None, [SimpleNamespace(fitness="rmse")] * len(errors))
     assert (found.seeds_agreeing, found.evaluations, len(found.points)) == (agreeing, 3 * len(errors), len(errors))
