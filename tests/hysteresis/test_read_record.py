@@ -109,6 +109,10 @@ def test_every_broken_file_is_documented() -> None:
         (BARE.replace("1,2", "1"), "loop.csv:3: 1 fields: expected 2"),
         (BARE.replace("1,2", "1,5,2"), "loop.csv:3: 3 fields"),
         (BARE.replace(",", ";"), "loop.csv: column 'drive_mm' missing: the columns are drive_mm;angle_deg"),
+        (
+            BARE.replace("angle_deg", "#2"),
+            "loop.csv: column 'angle_deg' missing: the columns are drive_mm, #2: `notchbend record new loop.csv --drive",
+        ),
         (BARE.replace("drive_mm", "angle_deg"), "loop.csv:1: column 'angle_deg' occurs twice"),
         (BARE.replace("1,2", "0,2"), "loop.csv: drive 'drive_mm' never reverses"),
         ("cycle,drive_mm,angle_deg\n2,0,0\n1,1,1\n2,0,0\n", "loop.csv:3: column 'cycle' = 1:"),

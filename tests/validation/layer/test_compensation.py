@@ -51,6 +51,9 @@ def test_inverse_of_a_curve_and_its_errors():
         inverse_curve(np.sinh, [0.0, 5.0], (-2.0, 2.0))
     with pytest.raises(ValueError, match="flat or reverses"):
         inverse_curve(lambda x: np.maximum(x, 0.0), [0.5], (-1.0, 1.0))
+    for flat_from in (lambda x: np.minimum(x, 0.5), lambda x: -np.minimum(x, 0.5)):
+        with pytest.raises(ValueError, match=r"at a drive of 0\.(5|49)"):
+            inverse_curve(flat_from, [0.2], (-1.0, 1.0))
 
 
 def test_layer_follows_its_own_inverse(fit):

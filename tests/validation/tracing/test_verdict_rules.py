@@ -273,6 +273,11 @@ def test_an_effect_in_part_is_named_with_all_that_are_as_good(monkeypatch: pytes
     found = verdict.named_in_part(trace)
     assert (found.augmented, found.confusable, found.words) == (single["b"], (("c", "a"),), ("remark",))
     assert found.verdict == ("partial" if heldout > AT_FLOOR * 0.1 else "ambiguous")
+    third = fitted(0.502, heldout, names=("e",))
+    third.train_square, third.train_bic = third.mean_square, lambda samples: third.mean_square
+    more = replace(trace, candidates=(*candidates, SimpleNamespace(fitted=third, names=third.names)))
+    words = "b takes 94 % of the error above the noise, and 3 others do as well"  # 4 - 0.25 of 4 - 0.01
+    assert (verdict.named_in_part(more).verdict, verdict.named_in_part(more).words[0]) == ("unexplained", words)
     # it must take 0.6 of the mean square above the noise
     for before, is_named in ((0.80, True), (0.77, False)):  # 1 - 0.24/0.63 is 0.62, 1 - 0.24/0.583 is 0.59
         near = replace(trace, baseline=fitted(before))
@@ -306,7 +311,7 @@ def selected(monkeypatch, said: str, *, only_loads: bool = False, repeats: float
     monkeypatch.setattr(verdict, "_is_noise", lambda policy, baseline, named, floor: seen.append(named))
     beyond = (senseless,) if senseless else ()
     monkeypatch.setattr(verdict, "implausible", lambda fit: beyond if fit.names == ("gravity",) else ())
-    monkeypatch.setattr(verdict, "remarks", lambda fit: [])
+    monkeypatch.setattr(verdict, "remarks", lambda fit: [f"remark on {fit.names[0]}"])
     monkeypatch.setattr(verdict, "repeatability_deg", lambda records, residuals: repeats)
     baseline, best = fitted(1.0), fitted(0.2, names=("gravity",), bic=-50.0)
     for one in (baseline, best):
@@ -318,8 +323,9 @@ def selected(monkeypatch, said: str, *, only_loads: bool = False, repeats: float
 
 
 def test_the_noise_is_asked_of_the_model_that_is_named(monkeypatch):
-    _, seen, _, best = selected(monkeypatch, "effect")
+    trace, seen, _, best = selected(monkeypatch, "effect")
     assert seen == [best]
+    assert trace.words == ("remark on gravity",)
     trace, seen, baseline, _ = selected(monkeypatch, "unexplained")
     assert seen == [baseline]
     assert trace.words == ("the residual depends on time",)
