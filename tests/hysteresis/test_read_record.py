@@ -111,7 +111,7 @@ def test_every_broken_file_is_documented() -> None:
         (BARE.replace(",", ";"), "loop.csv: column 'drive_mm' missing: the columns are drive_mm;angle_deg"),
         (
             BARE.replace("angle_deg", "#2"),
-            "loop.csv: column 'angle_deg' missing: the columns are drive_mm, #2: `notchbend record new loop.csv --drive",
+            "loop.csv: column 'angle_deg' missing: the columns are drive_mm, #2: `notchbend record new loop.csv --d",
         ),
         (BARE.replace("drive_mm", "angle_deg"), "loop.csv:1: column 'angle_deg' occurs twice"),
         (BARE.replace("1,2", "0,2"), "loop.csv: drive 'drive_mm' never reverses"),
