@@ -76,6 +76,7 @@ def test_inadmissible_asymmetric_law_is_refused():
     assert not bad.is_admissible()
     with pytest.raises(ValueError, match="parameters 1"):
         asymmetric_batch(LOOP, [UNLIKE.row(), bad.row()])
+    assert asymmetric_batch(LOOP, [UNLIKE.row(), UNLIKE.row()]).shape == (2, LOOP.size)
     beyond = replace(UNLIKE, h0_deg=1.01 * UNLIKE.saturations_deg().max())
     with pytest.raises(ValueError, match="parameters 0"):
         asymmetric_batch(LOOP, [beyond.row()])

@@ -170,6 +170,7 @@ def test_a_step_must_take_a_hundredth_of_what_the_baseline_leaves(monkeypatch, t
     monkeypatch.setattr(by_folds, "_fits_best", lambda baselines: baseline)
     found = by_folds.find_by_folds([baseline], [SimpleNamespace(name="drag")], fits, lambda words: None)
     assert found.best.names == named
+    assert len(found.candidates) == (2 if named else 1)  # of a step that names nothing the search ends
 
 
 @pytest.mark.parametrize("cycles", [1, 2])
