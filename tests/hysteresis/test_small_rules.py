@@ -23,7 +23,7 @@ from hysteresis.records.backbone import backbone_of, is_thin
 from hysteresis.records.folds import _block_masks
 from hysteresis.records.metrics import _repeats, noise_floor
 from hysteresis.records.record import Record, RecordError
-from hysteresis.records.record_file import read_records, read_whole_records, write_record
+from hysteresis.records.record_file import column_names, read_records, read_whole_records, write_record
 
 
 def test_folders_of_a_file_are_made_with_those_above(tmp_path):
@@ -182,6 +182,26 @@ def test_what_first_strokes_cost_is_found_with_the_times_where_there_is_a_delay(
     kept, left_out = SimpleNamespace(form=form, point=1.0), SimpleNamespace(form=form, point=0.1)
     assert identification._costs([], [], kept, left_out)
     assert seen == [timed]
+
+
+def test_blocks_are_weighted_by_the_root_of_what_their_hat_matrix_leaves():
+    """Cluster-robust errors of Bell and McCaffrey (2002): W = (1 - H)^-1/2 of a block, here by its eigenvectors."""
+    rng = np.random.default_rng(4)
+    common = rng.normal(size=(40, 1))
+    jacobians = np.split(common + 0.5 * rng.normal(size=(40, 3)), 4)  # columns that are much alike
+    residuals = list(rng.normal(size=(4, 10)))
+    blocks = _Blocks.of(jacobians, residuals)
+    whole = np.linalg.inv(sum(j.T @ j for j in jacobians))
+    for i, (j, e) in enumerate(zip(jacobians, residuals, strict=True)):
+        left, vectors = np.linalg.eigh(np.eye(10) - j @ whole @ j.T)
+        once = (vectors / np.sqrt(left)) @ vectors.T @ j / blocks.size
+        np.testing.assert_allclose(blocks.gradients[i], once.T @ e, rtol=1e-9)
+        np.testing.assert_allclose(blocks.weighted[i], once.T @ once, rtol=1e-9)
+
+
+def test_columns_of_a_csv_have_the_names_of_its_header(tmp_path):
+    (tmp_path / "a.csv").write_text("drive_mm, angle_deg\n0,1\n2,3\n")
+    assert column_names(tmp_path / "a.csv") == ["drive_mm", "angle_deg"]
 
 
 def test_noise_of_cycles_counts_the_last_sample_of_a_branch():
