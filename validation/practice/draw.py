@@ -57,6 +57,7 @@ SetName = Literal[
     "score-20",
     "score-21",
     "score-22",
+    "score-23",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -82,6 +83,7 @@ SETS: dict[SetName, int] = {
     "score-20": 20_261_141,
     "score-21": 20_261_142,
     "score-22": 20_261_143,
+    "score-23": 20_261_144,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 
