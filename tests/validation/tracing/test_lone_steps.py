@@ -10,7 +10,13 @@ import pytest
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
 from validation.tracing import trace_records
-from validation.tracing.sensors.lone_steps import leap_of_angle, lone_step, lost_counts, without_lost_counts
+from validation.tracing.sensors.lone_steps import (
+    LoneStep,
+    leap_of_angle,
+    lone_step,
+    lost_counts,
+    without_lost_counts,
+)
 
 AT, COUNTS_MM, LEAP_DEG = 701, 0.4, -3.0
 
@@ -94,9 +100,14 @@ def test_a_step_stands_alone_from_three_times_the_largest_other_one(factor: floa
         assert (found.sample, found.size) == (121, pytest.approx(factor))
 
 
-@pytest.mark.parametrize("count", [2, 17])
+@pytest.mark.parametrize("count", [2, 17, 18])
 def test_few_samples_have_no_lone_step(count: int) -> None:
-    assert lone_step(np.where(np.arange(count) > count // 2, 9.0, 0.0)) is None
+    """Of 18 values the step between the middle ones has no other beyond its neighbours."""
+    assert lone_step(np.where(np.arange(count) >= count // 2, 9.0, 0.0)) is None
+
+
+def test_nineteen_samples_may_have_one() -> None:
+    assert lone_step(np.where(np.arange(19) >= 9, 9.0, 0.0)) == LoneStep(sample=9, size=9.0)
 
 
 def test_the_first_stroke_and_a_tendon_force_are_left_alone() -> None:

@@ -42,11 +42,11 @@ class LoneStep:
 def lone_step(values: Floats) -> LoneStep | None:
     """Find a step that is several times as large as any other, shape (m,) -> its sample and size; None without one.
 
-    Its size is what it exceeds the median of the steps about it by.
+    Its size is what it exceeds the median of the steps about it by. Of fewer than 19 values none is found.
     """
     steps = np.diff(values)
     reach = LONE_NEIGHBOURS
-    if steps.size <= 4 * reach:
+    if steps.size <= 4 * reach + 1:  # of fewer, all may be near the largest
         return None
     windows = np.lib.stride_tricks.sliding_window_view(steps, 2 * reach + 1)
     excess = windows[:, reach] - np.median(np.delete(windows, reach, axis=1), axis=1)
