@@ -30,8 +30,14 @@ MODULES = [
     "studies.in_space.programs", "studies.results.wrist", "studies.results.workspace", "studies.results.compensation",
     "studies.results.separation", "studies.results.fit", "studies.results.trace", "studies.results.study",
     "studies.report.study", "studies.report.parts.wrists", "studies.report.parts.reach", "studies.report.parts.fits",
-    "studies.report.parts.followed", "validation.tracing.baseline.in_space",
+    "studies.report.parts.followed", "validation.tracing.baseline.in_space", "validation.tracing.prepared",
+    "validation.tracing.trace", "validation.tracing.sensors.readings", "validation.tracing.sensors.lone_steps",
+    "validation.tracing.sensors.drive_steps", "validation.tracing.baseline.known_rig", "hysteresis.records.path",
+    "validation.tracing.baseline.equivalent_rig", "validation.tracing.baseline.runs", "hysteresis.records.metrics",
+    "validation.tracing.baseline.samples", "hysteresis.records.leaps", "hysteresis.records.holdout",
 ]  # fmt: skip
+
+BASELINE = "validation.tracing.baseline"
 
 Read = Callable[[Path], object]
 
@@ -46,6 +52,8 @@ def kinds(folder: Path) -> dict[str, tuple[Path, Read]]:
     results = import_module("studies.results.run")
     page = import_module("studies.report.page")
     in_space = import_module("validation.tracing.baseline.in_space")
+    tracing, equivalent = import_module("validation.tracing.trace"), import_module(f"{BASELINE}.equivalent_rig")
+    known_rig = import_module(f"{BASELINE}.known_rig")
     own_rig = import_module("studies.own_rig.new_record")
     wheels = import_module("studies.in_space.programs").wheels_of_file
     read_study = import_module("studies.sweep.study_file").read_study
@@ -55,6 +63,12 @@ def kinds(folder: Path) -> dict[str, tuple[Path, Read]]:
 
     def record_in_space(_: Path) -> object:
         return in_space.space_problem([record_file.read_record(space / "loop.csv")])
+
+    def prepared_record(_: Path) -> object:
+        """Take a record as a trace does, up to the first fit."""
+        whole, _ = tracing._with_all_counts([record_file.read_record(records / "loop.csv")])
+        numbered = tracing._numbered(whole)
+        return known_rig.known_rig_problem(numbered), equivalent.equivalent_rig_problem(numbered)
 
     def bench(path: Path) -> object:
         copy = path.with_name("new.csv")
@@ -71,6 +85,8 @@ def kinds(folder: Path) -> dict[str, tuple[Path, Read]]:
 
     return {
         "record": (records / "loop.csv", record),
+        "prepared-record": (records / "loop.csv", prepared_record),
+        "its-sidecar": (records / "loop.toml", prepared_record),
         "sidecar": (records / "loop.toml", record),
         "theory": (records / "theory.csv", record),
         "rig": (records / "mine.toml", import_module("fem_models.rig.rig_file").read_rig),
