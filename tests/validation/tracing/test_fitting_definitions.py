@@ -1,45 +1,25 @@
-"""Fits, folds, noise and the verdict at their thresholds and by closed forms that are worked out by hand."""
+"""Fits, noise, dependence and smooth functions by closed forms that are worked out by hand."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_fits import made, one_record
+from made_fits import made
 from scipy.stats import chi2
 
 from fem_models.rig.checks import SolverError
-from hysteresis.records.record import Record
-from validation.tracing import verdict
 from validation.tracing.effect import FreeParameter, SampleInputs
-from validation.tracing.fitting import dependence, evidence, folds, holdout, least_squares, noise, ranking, smooth
-from validation.tracing.fitting.channel_errors import channel_table, channel_words
-from validation.tracing.fitting.fitted import ChannelErrors, Rows
-from validation.tracing.fitting.folds import Fold, folds_of, gain, has_folds, share
-from validation.tracing.fitting.holdout import Holdout, Protocol, _most_covered, divide_records
+from validation.tracing.fitting import dependence, least_squares, noise, smooth
+from validation.tracing.fitting.fitted import Rows
+from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.model import Model
 from validation.tracing.fitting.noise import NoiseFloor, estimate_noise_floor, repeatability_deg
 from validation.tracing.fitting.uncertainty import covariance, rise_without
-from validation.tracing.prepared import prepared
-from validation.tracing.search import by_folds
-from validation.tracing.search.by_folds import FoldFits
 
-UNIT = NoiseFloor(local_deg=1.0, repeats_deg=None)
-
-
-class Hashed(SimpleNamespace):
-    """A stand-in that may be a key, as fits are."""
-
-    __hash__ = object.__hash__
-
-
-TIME = Hashed(names=("time",), competitor=None, bic=lambda samples: 0.0)
-
-
-# --- a model and its coordinates -----------------------------------------------------------------------------------
+# --- a model and its coordinates ---------------------------------------------------------------------------------
 
 
 def two_effects() -> Model:
@@ -97,7 +77,7 @@ def test_errors_of_a_model_are_predicted_less_measured_and_those_of_channels_in_
     assert [e.tolist() for e in same] == [e.tolist() for e in errors]
 
 
-# --- noise ---------------------------------------------------------------------------------------------------------
+# --- noise -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("step", [100, 120, 140])
@@ -207,7 +187,7 @@ def test_cycles_tell_the_noise_up_to_three_times_that_of_neighbours(monkeypatch,
     assert noise.sensor_noise_deg([], [np.array([5 + rms, 5 - rms])]) == said
 
 
-# --- dependence ----------------------------------------------------------------------------------------------------
+# --- dependence --------------------------------------------------------------------------------------------------
 
 
 def test_whiteness_is_the_test_of_ljung_and_box_over_all_records_that_are_long_enough():
@@ -252,136 +232,7 @@ def test_a_residual_that_a_spline_of_the_drive_makes_depends_on_it_wholly():
     assert found["neighbours"].part == pytest.approx(float(drive[1:] @ drive[:-1] / (drive @ drive)))
 
 
-# --- folds ---------------------------------------------------------------------------------------------------------
-
-
-def test_a_record_of_one_or_two_cycles_is_divided_into_four_blocks():
-    """Of 42 samples the blocks begin at 0, 10.5, 21 and 31.5."""
-    for one in (one_record(42), one_record(21, 2)):
-        found = folds_of([one])
-        assert [fold.name for fold in found] == [f"block {k} of 4" for k in (1, 2, 3, 4)]
-        assert [np.flatnonzero(fold.test[0])[[0, -1]].tolist() for fold in found] == [
-            [0, 10], [11, 20], [21, 31], [32, 41],
-        ]  # fmt: skip
-        assert not has_folds([one])
-
-
-def test_each_of_three_or_four_cycles_is_a_fold_and_more_share_four_folds():
-    """The approach, cycle 0, goes with the first one."""
-    for count, names in ((3, ["1", "2", "3"]), (4, ["1", "2", "3", "4"]), (6, ["1, cycle 2", "3, cycle 4", "5", "6"])):
-        one = one_record(10, count)
-        cycle = one.inputs.cycle.copy()
-        cycle[:4] = 0
-        one = replace(one, inputs=replace(one.inputs, cycle=cycle))
-        assert has_folds([one])
-        found = folds_of([one])
-        assert [fold.name for fold in found] == [f"cycle {name}" for name in names]
-        sizes = [10 * (1 + name.count(",")) for name in names]
-        assert [int(fold.test[0].sum()) for fold in found] == sizes
-        assert found[0].test[0][:10].all()
-
-
-def test_the_approach_is_no_cycle_of_its_own():
-    one = one_record(10, 3)
-    two = replace(one, inputs=replace(one.inputs, cycle=one.inputs.cycle - 1))
-    assert folds._cycles(two).tolist() == [1, 2]
-    assert (has_folds([one]), has_folds([two])) == (True, False)
-
-
-def test_a_record_without_cycles_is_halved_in_its_middle():
-    assert folds._half(one_record(9)).tolist() == [0] * 4 + [1] * 5
-    late = one_record(10)
-    late = replace(late, inputs=replace(late.inputs, cycle=np.r_[np.zeros(7, dtype=int), np.ones(3, dtype=int)]))
-    assert folds._half(late).tolist() == [0] * 7 + [1] * 3
-
-
-def test_training_masks_leave_out_all_folds_that_are_named():
-    k = np.arange(6)
-    a, b, c = (Fold((k == i, k == i + 3), str(i)) for i in range(3))
-    assert a.training(b, c).by == "0"
-    assert [np.flatnonzero(mask).tolist() for mask in a.training(c).train] == [[1, 3, 4, 5], [0, 1, 2, 4]]
-    assert [np.flatnonzero(mask).tolist() for mask in a.training().train] == [[1, 2, 3, 4, 5], [0, 1, 2, 4, 5]]
-
-
-def test_a_bootstrap_draws_whole_blocks_of_both_models_together():
-    """Three blocks whose gains are 3, 6 and 12 by one sample each: the means of three draws of them with return."""
-    before = [np.sqrt([4.0]), np.sqrt([8.0]), np.sqrt([16.0])]
-    after = [np.ones(1), np.sqrt([2.0]), np.full(1, 2.0)]
-    found = gain(before, after)
-    assert found.value == pytest.approx(7.0)
-    assert (found.low, found.high) == pytest.approx((3.0, 12.0))  # each has the probability 1/27, more than 2.5 %
-    assert found.is_positive
-    part = share(before, after, 1.0)
-    assert part.value == pytest.approx(21 / 25)  # 28 - 7 of 28 - 3
-
-
-def test_a_share_is_drawn_from_the_same_blocks_as_its_gain():
-    """Blocks of 1 and 3 samples: squares 5 to 1 a sample, and 2 to 2. With a noise of 1 the parts are 1 and 0."""
-    found = share([np.full(1, 5.0**0.5), np.full(3, 2.0**0.5)], [np.ones(1), np.full(3, 2.0**0.5)], 1.0)
-    assert found.value == pytest.approx((11 - 7) / (11 - 4))
-    assert (found.low, found.high) == pytest.approx((0.0, 1.0))  # both blocks alike by a quarter of the draws each
-
-
-# --- held-out samples ----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("trials", "first"), [(2, 2), (3, 3), (5, 5), (6, 5), (9, 7)])
-def test_the_last_third_of_trials_under_a_force_is_held_out(trials, first):
-    cycle = np.repeat(np.arange(1, trials + 1), 10)
-    force = np.tile(np.linspace(0.0, 3.0, 10), trials)
-    one = prepared(Record(force, 2 * force, drive_unit="N", cycle=cycle), np.arange(force.size))
-    found = divide_records([one])
-    assert found.by == f"trials from {first} on"
-    assert found.train[0].tolist() == (cycle < first).tolist()
-
-
-def test_a_record_is_held_out_up_to_three_tenths_of_training_samples_and_begins_in_training():
-    assert Holdout((np.arange(10) < 3,), "n").is_held_out(0)
-    assert not Holdout((np.arange(10) < 4,), "n").is_held_out(0)
-    rows = [one_record(20, rig={"preload_N": 2.0}) for _ in range(3)]
-    assert [int(mask.sum()) for mask in divide_records(rows).train] == [20, 20, 1]  # a twentieth; of equals the last
-    many = [one_record(45, rig={"preload_N": 2.0}) for _ in range(3)]
-    assert int(divide_records(many).train[2].sum()) == 3  # samples 0, 1 and 2 are before 2.25
-
-
-def test_a_record_with_a_preload_of_its_own_is_held_out_only_where_that_may_be():
-    rows = [one_record(40, 2, rig={"preload_N": p}) for p in (1.0, 2.0, 4.0)]
-    assert [mask.mean() for mask in divide_records(rows).train] == [1.0, 1.0, 0.05]
-    assert [mask.mean() for mask in divide_records(rows, own_preload=False).train] == [0.5, 0.5, 0.5]
-    shared = [one_record(40, 2, rig={"preload_N": p}) for p in (1.0, 4.0, 4.0)]
-    assert [mask.mean() for mask in divide_records(shared, own_preload=False).train] == [1.0, 1.0, 0.05]
-
-
-@pytest.mark.parametrize(
-    ("rows", "out"),
-    [
-        ([(1, 5, 1), (1, 3, 1), (1, 4, 1)], 1),  # the smallest amplitude
-        ([(1, 3, 1), (1, 3, 1), (1, 4, 1)], 1),  # of two the last
-        ([(1, 3, 9), (1, 5, 1), (1, 4, 1)], 2),  # one with a rate of its own is not covered
-        ([(7, 3, 1), (1, 5, 1), (1, 4, 1)], 2),
-        ([(7, 3, 1), (1, 4, 9), (1, 5, 9), (1, 6, 1)], 1),
-        ([(7, 3, 9), (6, 4, 1), (5, 5, 1)], 1),  # two new things are more than one
-    ],
-)
-def test_the_record_that_the_others_cover_best(rows, out):
-    assert _most_covered([Protocol(*map(float, row)) for row in rows]) == out
-
-
-def test_two_numbers_of_a_protocol_are_the_same_up_to_a_tenth_of_the_larger():
-    assert holdout._same(10.0, 9.0)
-    assert not holdout._same(10.0, 8.9)
-    assert holdout._same(0.0, 0.0)
-    assert not holdout._same(math.nan, 1.0)
-
-
-def test_a_rate_is_of_whole_cycles_without_the_approach():
-    k = np.arange(60)
-    one = one_record(20, 3, time_s=5.0 + 0.5 * k)
-    one = replace(one, inputs=replace(one.inputs, cycle=np.maximum(one.inputs.cycle - 1, 0)))
-    assert holdout.protocol(one).rate_Hz == pytest.approx(2 / 29.5)
-
-
-# --- least squares and uncertainty ---------------------------------------------------------------------------------
+# --- least squares and uncertainty -------------------------------------------------------------------------------
 
 
 class Plane:
@@ -511,7 +362,7 @@ def test_what_the_squares_rise_by_without_an_amount_where_the_others_follow_with
     assert rise_without(linear(x, low, high), [0], shape) == pytest.approx(rise, abs=1e-6)
 
 
-# --- smooth functions ----------------------------------------------------------------------------------------------
+# --- smooth functions --------------------------------------------------------------------------------------------
 
 
 def test_records_that_only_load_have_no_functions_of_direction_and_compete_without_those_of_the_drive(monkeypatch):
@@ -577,647 +428,30 @@ def test_smooth_functions_are_fitted_to_training_samples_and_scored_on_all():
     assert smooth._mean_square(error, np.ones((8, 1)), train) == pytest.approx(4 * 2 / 8)
 
 
-# --- channels ------------------------------------------------------------------------------------------------------
-
-
-def test_each_channel_has_the_errors_and_the_masks_of_its_own_records():
-    """Channels of the second and the third of three records, of weights 1 and 10."""
-    masks = tuple(np.arange(4) < n for n in (4, 3, 2))
-    angle = [np.full(4, 1.0), np.full(4, 2.0), np.array([3.0, 3.0, 3.0, -5.0])]
-    rows = [np.array([1.0, 1, 1, 2]), np.array([1.0, 1, 3, 4]), 10 * np.array([0.0, 0, 0, 7]), 10 * np.arange(4.0)]
-    one = made(angle, channels=rows, train=masks)
-    one = replace(
-        one, holdout=Holdout(masks, "n", with_channels=(1, 2)), channels=ChannelErrors(tuple(rows), one.jacobian)
-    )
-    ramp = np.arange(4.0)
-    one.model.problem.observed = (ramp, 2 * ramp, 3 * ramp)
-    one.model.problem.channels = tuple(
-        SimpleNamespace(name=name, unit=unit, weight=weight, measured=(ramp, 10 * ramp))
-        for name, unit, weight in (("notch_1", "deg", 1.0), ("tension_a", "N", 10.0))
-    )
-    found = channel_table(one, one)
-    assert found["angle"]["rmse_deg"] == pytest.approx(math.sqrt((4 + 9 + 25) / 3))
-    assert found["angle"]["max_abs_deg"] == 5.0
-    assert found["angle"]["max_rel_percent"] == pytest.approx(100 * 5 / 3)  # held out: 6, 6 and 9 deg
-    assert found["notch_1"]["rmse_deg"] == pytest.approx(math.sqrt((4 + 9 + 16) / 3))  # 2; 3 and 4
-    assert found["tension_a"]["rmse_N"] == pytest.approx(math.sqrt((49 + 4 + 9) / 3))
-    assert found["tension_a"]["max_rel_percent"] == pytest.approx(100 * 7 / 27)  # 3, 20 and 30 N
-    train = found["tension_a"]["before"]["train"]
-    assert train["rmse_N"] == pytest.approx(math.sqrt(1 / 5))
-    assert train["normalised"] == pytest.approx(math.sqrt(1 / 5) / 10)
-
-
-def test_words_of_channels_have_the_figure_before_only_where_it_changes():
-    def own(before, after, unit="N"):
-        errors = {"before": {"heldout": {f"rmse_{unit}": before}}, "after": {"heldout": {f"rmse_{unit}": after}}}
-        return {f"rmse_{unit}": after, f"max_abs_{unit}": 9.0, **errors}
-
-    table = {"angle": own(1, 2, "deg"), "notch_1": own(0.25, 0.125, "deg"), "tip_along": own(0.5, 0.5, "mm")}
-    words = "Beside the angle, rms on held-out data: notch 1 0.25 -> 0.125 deg, tip along 0.5 mm."
-    assert channel_words(table) == [words]
-    many = {f"notch_{k}": own(0.1 * k, 0.1 * k if k < 7 else 0.5, "deg") for k in range(1, 8)}
-    assert channel_words(many) == ["Beside the angle, rms on held-out data: 7 notches 0.1 to 0.7 -> 0.1 to 0.6 deg."]
-
-
-# --- evidence ------------------------------------------------------------------------------------------------------
-
-
-def test_thresholds_of_the_evidence_belong_to_the_noise_and_not_to_the_finding():
-    policy = SimpleNamespace(significant=1.25, absorbs_effects=True)
-    plain = SimpleNamespace(error_deg=np.zeros(10000), rmse_deg=1.25, noise=UNIT)
-    assert evidence.nothing_to_explain(plain, policy)
-    assert evidence.is_noise(SimpleNamespace(rmse_deg=evidence.AT_NOISE, noise=UNIT))
-    few = SimpleNamespace(error_deg=np.zeros(16))
-    assert evidence.significant_ratio(few, policy) == 1.75  # 1 + 3/4
-
-
-@pytest.mark.parametrize(
-    ("gained", "absorbs", "names", "beyond"),
-    [
-        (30.5, True, ("play",), True),
-        (30.0, True, ("play",), False),
-        (30.5, False, ("play",), False),
-        (30.5, True, (), False),
-    ],
-)
-def test_what_is_beyond_chance_gains_more_than_thirty_of_the_criterion(gained, absorbs, names, beyond):
-    """Of the training samples, as many as those of the model with the effect are worth."""
-    before = SimpleNamespace(train_bic=lambda samples: gained + samples, train_samples=3.0)
-    after = SimpleNamespace(train_bic=lambda samples: samples, train_samples=60.0, names=names)
-    policy = SimpleNamespace(absorbs_effects=absorbs)
-    assert evidence.is_beyond_chance(before, after, policy) is beyond
-
-
-def test_an_effect_at_the_threshold_is_not_worth_adding_and_a_curve_at_it_is_no_better():
-    before = SimpleNamespace(bic=lambda samples: 10.0, square=1.0)
-    after = SimpleNamespace(bic=lambda samples: 0.0, square=0.5, samples=1.0)
-    assert not evidence.is_worth_adding(before, after, 1)
-    more = SimpleNamespace(bic=lambda samples: 11.0, square=0.5 / evidence.WORTH_NAMING**2)
-    assert evidence.is_worth_adding(replace_in(more, square=1.0), after, 1)
-    assert not evidence.is_worth_adding(replace_in(more, square=0.25), replace_in(after, square=0.25), 1)
-    effect = SimpleNamespace(angle_samples=50.0, angle_bic=lambda samples: 0.0)
-    for value, beats in ((-10.0, False), (-9.0, True)):
-        curve = SimpleNamespace(names=("time",), competitor=None, bic=lambda samples, value=value: value)
-        assert evidence.beats_smooth_functions(effect, curve) is beats
-    for value, alike in ((10.0, False), (9.0, True)):
-        curve = SimpleNamespace(names=("time",), competitor=None, bic=lambda samples, value=value: value)
-        assert evidence.curve_does_as_well(effect, curve) is alike
-
-
-def test_models_are_ranked_for_the_samples_of_the_one_with_the_least_square():
-    """With 4 samples b leads by its few parameters, with 400 a by its square."""
-
-    def one(name, square, samples, parameters):
-        return SimpleNamespace(names=(name,), square=square, samples=samples, bic=lambda n: n * square + parameters)
-
-    for samples, order in ((4.0, ["b", "a"]), (400.0, ["a", "b"])):
-        rows = [one("a", 1.0, samples, 9.0), one("b", 1.5, 404.0 - samples, 0.0)]
-        assert [g.names[0] for g in evidence.ranked_models(rows)] == order
-
-
-# --- the verdict at its thresholds ---------------------------------------------------------------------------------
-
-
-def fitted(rmse, *names, bic=0.0, heldout=None, train=None, **more) -> SimpleNamespace:
-    held = rmse if heldout is None else heldout
-    own = rmse if train is None else train
-    return SimpleNamespace(**{
-        "names": names, "rmse_deg": rmse, "mean_square": rmse**2, "heldout_rmse_deg": held, "train_rmse_deg": own,
-        "train_square": own**2, "heldout_errors": [held * (-1.0) ** np.arange(100)], "samples": 100.0, "train_samples": 100.0,
-        "bic": lambda samples: bic, "train_bic": lambda samples: own**2, "fold_errors": None, "noise": UNIT,
-        "residuals": [], "model": SimpleNamespace(problem=SimpleNamespace(records=[])), **more,
-    })  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Found:
-    """What the rules read of a trace; the noise is 1 deg."""
-
-    verdict: str
-    baseline: SimpleNamespace
-    augmented: SimpleNamespace
-    floor: NoiseFloor = UNIT
-    words: tuple[str, ...] = ("before",)
-    confusable: tuple[tuple[str, ...], ...] = ((),)
-    known: bool = False
-    smooth: SimpleNamespace = TIME
-    candidates: tuple[SimpleNamespace, ...] = ()
-    model: str = "rig"
-    records: tuple[SimpleNamespace, ...] = (SimpleNamespace(drive_unit="mm"),)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return self.augmented.names
-
-    @property
-    def effects(self) -> tuple[str, ...]:
-        return self.augmented.names
-
-
-def tried(*models: SimpleNamespace) -> tuple[SimpleNamespace, ...]:
-    return tuple(SimpleNamespace(names=one.names, fitted=one) for one in models)
-
-
-@pytest.fixture
-def sensible(monkeypatch):
-    monkeypatch.setattr(verdict, "implausible", lambda one: ("no sense",) if "odd" in one.names else ())
-    monkeypatch.setattr(verdict, "remarks", lambda one: [f"of {' + '.join(one.names)}"])
-
-
-def test_a_residual_at_the_ratio_is_noise_and_an_effect_at_its_limits_is_named(monkeypatch):
-    monkeypatch.setattr(verdict, "significant_ratio", lambda *given: 1.25)
-    monkeypatch.setattr(verdict, "is_beyond_chance", lambda *given: False)
-    monkeypatch.setattr(verdict, "beats_smooth_functions", lambda *given: True)
-    monkeypatch.setattr(verdict, "curve_does_as_well", lambda *given: False)
-    found = lambda before, after: verdict._verdict(None, before, after, TIME, UNIT)  # noqa: E731
-    assert found(fitted(1.25), fitted(1.0, "drag")) == ("none", [])
-    weak = fitted(17**0.5, mean_square=17.0)
-    assert found(weak, fitted(5**0.5, "drag", mean_square=5.0)) == ("effect", [])  # 12 of 16
-    low = fitted(2**0.5, mean_square=2.0)
-    assert found(low, fitted(1.5, "drag", mean_square=2.0)) == ("effect", [])  # at the floor nothing need be taken
-    words = "drag + creep explains 50 % of the mean square above the noise"
-    assert found(weak, fitted(3.0, "drag", "creep", mean_square=9.0)) == ("unexplained", [words])
-
-
-def test_noise_of_a_sensor_is_the_lesser_of_both_residuals_and_counts_up_to_the_ratio(monkeypatch):
-    sizes = {"before": 2.0, "after": 0.8}
-    monkeypatch.setattr(verdict, "significant_ratio", lambda *given: 1.25)
-    monkeypatch.setattr(verdict, "is_beyond_chance", lambda *given: False)
-    monkeypatch.setattr(verdict, "sensor_noise_deg", lambda records, residuals: sizes[residuals])
-    small = replace(UNIT, local_deg=0.125)
-    after = fitted(0.1, "drag", residuals="after")
-    floor, words = verdict._is_noise(None, fitted(1.0, residuals="before"), after, small)
-    assert (floor.local_deg, floor.by_repeats) == (0.8, True)
-    assert words == ["the error of 1 deg is correlated noise of the sensor, 0.8 deg"]
-    assert verdict._is_noise(None, fitted(1.01, residuals="before"), after, small) is None
-    sizes["after"] = None
-    assert verdict._is_noise(None, fitted(2.5, residuals="before"), after, small)[0].local_deg == 2.0
-
-
-def test_too_little_to_be_named_is_up_to_the_root_of_two_of_a_known_rig_without_a_name(monkeypatch):
-    monkeypatch.setattr(verdict, "significant_ratio", lambda *given: 1.25)
-    monkeypatch.setattr(verdict, "is_beyond_chance", lambda *given: False)
-    monkeypatch.setattr(verdict, "sensor_noise_deg", lambda records, residuals: None)
-    baseline, after = fitted(verdict.NEAR_NOISE), fitted(1.0, "drag")
-    floor, words = verdict._is_noise(verdict.KNOWN_RIG, baseline, baseline, UNIT)
-    assert (floor, words) == (UNIT, ["the error of 1.4 deg is 1.4 times the noise: too little to be named"])
-    assert verdict._is_noise(verdict.KNOWN_RIG, baseline, after, UNIT) is None
-    assert verdict._is_noise(replace(verdict.KNOWN_RIG), baseline, baseline, UNIT) is None
-    monkeypatch.setattr(verdict, "_is_measured", lambda baseline: True)
-    assert verdict._is_noise(verdict.KNOWN_RIG, baseline, after, UNIT)[0] is UNIT
-    # an effect beyond chance stays beside a baseline at the noise
-    monkeypatch.setattr(verdict, "is_beyond_chance", lambda *given: True)
-    monkeypatch.setattr(verdict, "sensor_noise_deg", lambda records, residuals: 9.0)
-    assert verdict._is_noise(verdict.KNOWN_RIG, fitted(1.25), after, UNIT) is None
-    assert verdict._is_noise(verdict.KNOWN_RIG, fitted(1.5), after, UNIT)[0].local_deg == 9.0
-
-
-def test_models_at_the_limits_of_the_misfit_are_not_as_good():
-    """Of a noise of 0 the whole square is misfit; 1.15^2 - 1 of it is less. Near the noise the misfit is less."""
-    none = replace(UNIT, local_deg=0.0)
-    part = verdict.MISFIT_ALIKE**2 - 1.0
-    assert not verdict._leaves_as_little(1.0 + part, 1.0, none)
-    assert verdict._leaves_as_little(1.0 + 0.999 * part, 1.0, none)
-    misfit = 1.25 - verdict.AT_NOISE**2
-    assert verdict._leaves_as_little(1.25 + 0.999 * misfit, 1.25, UNIT)
-    assert not verdict._leaves_as_little(1.25 + 1.001 * misfit, 1.25, UNIT)
-    assert verdict._leaves_as_little(0.99, 1.0, UNIT)  # a lower error is as good, even within the noise
-
-
-def test_a_model_is_as_good_within_the_evidence_alone_and_with_as_many_effects(monkeypatch, sensible):
-    monkeypatch.setattr(verdict, "is_as_good", lambda *given: False)
-    best = fitted(1.0, "drag", bic=-100.0)
-    at, within = fitted(2.0, "creep", bic=-90.0), fitted(2.0, "wheel", bic=-91.0)
-    odd, both = fitted(1.0, "odd", bic=-100.0), fitted(1.0, "drag", "creep", bic=-120.0)
-    assert verdict._as_good(best, [[best, at, within], [odd, both]], 10.0, UNIT) == [within, odd]
-    assert verdict._confusable(best, [[best, at, within, odd]], 10.0, UNIT) == (("wheel",),)
-
-
-def test_other_effects_stand_beside_the_rest_of_the_best_model_or_alone_where_there_is_none(monkeypatch, sensible):
-    monkeypatch.setattr(verdict, "is_as_good", lambda *given: True)
-    best = fitted(1.0, "a", "b")
-    rows = [fitted(1.0, *names) for names in (("a", "c"), ("d", "b"), ("c", "a"), ("e", "f"), ("a", "g"))]
-    assert verdict._confusable(best, [rows], 0.0, UNIT) == (("d",), ("c", "g"))
-
-
-def test_what_a_first_effect_may_leave_is_explained(monkeypatch):
-    loose = verdict.SIGNIFICANT_LOOSE
-    assert verdict.is_explained(Found("effect", fitted(9.0), fitted(loose)))
-    assert not verdict.is_explained(Found("unexplained", fitted(9.0), fitted(loose)))
-    monkeypatch.setattr(verdict, "significant_ratio", lambda *given: 1.5)
-    found = Found("effect", fitted(9.0), fitted(9.0), candidates=tried(fitted(9.0), fitted(1.5)))
-    assert verdict.ended_above_noise(found, None)
-    assert not verdict.ended_above_noise(replace(found, candidates=tried(fitted(9.0))), None)
-
-
-def test_effects_at_the_limit_of_the_heldout_error_stay():
-    at = Found("effect", fitted(9.0, heldout=10.0), fitted(1.0, "drag", heldout=9.0))
-    assert verdict.confirmed_on_heldout(at) is at
-    floor = Found("effect", fitted(9.0, heldout=1.0), fitted(1.0, "drag", heldout=1.5))
-    assert verdict.confirmed_on_heldout(floor) is floor
-    assert verdict.partial_above_floor(floor) is floor
-
-
-@pytest.mark.parametrize(("names", "over"), [(("drag",), 1.15), ((), 1.3)])
-def test_a_baseline_at_the_limit_leaves_no_more_than_noise(names, over):
-    found = verdict.above_noise(Found("effect" if names else "unexplained", fitted(over), fitted(0.9, *names)))
-    assert (found.verdict, found.augmented, found.confusable) == ("none", found.baseline, ())
-    beyond = Found("effect", fitted(over * 1.01), fitted(0.9, *names))
-    assert verdict.above_noise(beyond) is beyond
-    none = Found("none", fitted(1.0), fitted(0.9))
-    assert verdict.above_noise(none) is none
-
-
-@pytest.mark.parametrize(
-    ("after", "beyond", "kept"), [(0.9, True, True), (1.0, True, False), (1.1, True, False), (0.9, False, False)]
-)
-def test_an_effect_beyond_chance_that_predicts_better_stays_beside_a_baseline_at_the_noise(
-    monkeypatch, after, beyond, kept
-):
-    monkeypatch.setattr(verdict, "is_beyond_chance", lambda *given: beyond)
-    found = Found("effect", fitted(1.1, heldout=1.0), fitted(0.9, "drag", heldout=after))
-    assert (verdict.above_noise(found) is found) is kept
-
-
-@pytest.mark.parametrize(
-    ("heldout", "train", "doubted"), [(2.0, 0.5, False), (2.5, 0.5, True), (2.5, 1.5, False), (3.5, 1.5, True)]
-)
-def test_a_baseline_is_doubted_beyond_twice_the_noise_and_twice_its_own_fit(heldout, train, doubted):
-    found = Found("none", fitted(1.0, heldout=heldout, train=train), fitted(1.0))
-    assert (verdict.doubted_on_heldout(found) is not found) is doubted
-    other = replace(found, verdict="effect")
-    assert verdict.doubted_on_heldout(other) is other
-
-
-def test_lost_counts_are_said_where_nothing_is_missing():
-    problem = SimpleNamespace(records=[SimpleNamespace(readings=None)])
-    traced = SimpleNamespace(model=SimpleNamespace(problem=problem))
-
-    @dataclass(frozen=True)
-    class WithReference(Found):
-        reference: int = 0
-
-    none = WithReference("none", traced, fitted(1.0))
-    assert verdict.doubted_with_leap(none) is none
-    found = verdict.doubted_with_leap(none, lost=True)
-    assert (found.verdict, found.words) == ("unexplained", (verdict.LEAPT, "before"))
-    effect = replace(none, verdict="effect")
-    assert verdict.doubted_with_leap(effect, lost=True) is effect
-
-
-def by_inner_folds(monkeypatch, *, taken: float, sure: bool) -> None:
-    monkeypatch.setattr(verdict, "inner_fold_errors", lambda one, threads: one.names)
-    monkeypatch.setattr(verdict, "share", lambda before, after, floor_deg: SimpleNamespace(value=taken))
-    monkeypatch.setattr(verdict, "gain", lambda before, after: SimpleNamespace(is_positive=sure))
-
-
-@pytest.mark.parametrize(
-    ("taken", "sure", "heldout", "say"),
-    [
-        (0.6, True, 1.5, "effect"),
-        (0.6, True, 1.6, "partial"),
-        (0.59, True, 1.5, "unexplained"),
-        (0.6, False, 1.5, "unexplained"),
-    ],
-)
-def test_one_effect_is_named_that_takes_six_tenths_beyond_its_interval(
-    monkeypatch, sensible, taken, sure, heldout, say
-):
-    by_inner_folds(monkeypatch, taken=taken, sure=sure)
-    alone, twice = fitted(1.0, "drag", heldout=heldout), fitted(0.5, "drag", "creep")
-    odd = fitted(0.1, "odd")
-    trace = Found("effect", fitted(1.75), twice, candidates=tried(odd, fitted(5.0, "creep"), alone, twice))
-    found = verdict.named_in_part(trace)
-    assert found.verdict == say
-    if say == "unexplained":
-        share_of = f"drag takes {100 * taken:.0f} % of the error above the noise"
-        assert found.words == (share_of, "the residual depends on time")
-        far = replace(trace, baseline=fitted(2.0))  # at twice the noise it stays as it is
-        assert verdict.named_in_part(far) is far
-    else:
-        assert (found.augmented, found.confusable, found.words) == (alone, ((),), ("of drag",))
-    bare = replace(trace, augmented=fitted(1.75))
-    assert verdict.named_in_part(bare) is bare  # near the noise, and nothing was named
-    senseless = replace(trace, candidates=tried(odd, twice))
-    assert verdict.named_in_part(senseless) is senseless
-
-
-@pytest.mark.parametrize(("others", "say"), [(0, "effect"), (1, "ambiguous"), (2, "ambiguous"), (3, "unexplained")])
-def test_an_effect_in_part_may_have_two_others_that_do_as_well(monkeypatch, sensible, others, say):
-    by_inner_folds(monkeypatch, taken=0.9, sure=True)
-    best = fitted(2.0, "drag", heldout=1.0)
-    rows = [fitted(2.0 + 0.01 * k, name) for k, name in enumerate("abc"[:others], 1)]
-    again = fitted(2.001, "drag")  # another form of it
-    trace = Found("unexplained", fitted(9.0), fitted(9.0), candidates=tried(*rows[::-1], again, best))
-    found = verdict.named_in_part(trace)
-    assert found.verdict == say
-    if say == "unexplained":
-        assert found.words[0] == "drag takes 90 % of the error above the noise, and 3 others do as well"
-    else:
-        assert found.confusable == (tuple("abc"[:others]),)
-
-
-def test_the_remaining_error_is_said_of_effects_above_the_floor(monkeypatch):
-    monkeypatch.setattr(verdict, "smooth_functions", lambda one: TIME)
-    trace = Found("effect", fitted(9.0), fitted(2.5, "drag"), floor=replace(UNIT, local_deg=0.5))
-    words = "the remaining error is 2.5 deg rms, 5 times the noise; it depends on time"
-    assert verdict.with_remaining_error(trace).words == ("before", words)
-    for same in (
-        replace(trace, augmented=trace.baseline),
-        replace(trace, augmented=fitted(2.5, "drag", fold_errors=())),
-        replace(trace, augmented=fitted(0.75, "drag")),
-        replace(trace, augmented=fitted(0.5, "drag")),
-    ):
-        assert verdict.with_remaining_error(same) is same
-    above = replace(trace, augmented=fitted(0.76, "drag"))
-    assert verdict.with_remaining_error(above) is not above
-
-
-@pytest.mark.parametrize(
-    ("taken", "known", "before", "after", "say"),
-    [
-        (1 / 3, False, 9.0, 3.0, "partial"),
-        (0.33, False, 9.0, 3.0, "unexplained"),
-        (0.33, True, 9.0, 2.0, "partial"),  # a known rig may be off by twice the noise
-        (0.33, True, 9.0, 2.1, "unexplained"),
-        (0.33, True, 1.75, 1.75, "partial"),
-        (0.33, True, 1.75, 1.8, "unexplained"),  # but not where the effect raises the error
-    ],
-)
-def test_an_effect_in_part_takes_a_third_of_the_heldout_error(monkeypatch, taken, known, before, after, say):
-    monkeypatch.setattr(verdict, "share", lambda *given: SimpleNamespace(value=taken))
-    trace = Found("effect", fitted(9.0, heldout=before), fitted(1.0, "drag", heldout=after), known=known)
-    found = verdict.partial_above_floor(trace)
-    assert found.verdict == say
-    assert found.words[0] == ("before" if say == "partial" else "drag takes 33 % of the held-out error above the noise")
-
-
-def test_a_trace_without_confusable_effects_explains_a_part():
-    trace = Found("effect", fitted(9.0, heldout=9.0), fitted(1.0, "drag", heldout=3.0), confusable=())
-    assert verdict.partial_above_floor(trace).verdict == "partial"
-
-
-@pytest.mark.parametrize(
-    ("left", "names", "first_alike", "stays"),
-    [
-        (5.0, ("drag", "creep"), (), True),  # 16 - 5 is 11, and 0.6 of 16 - 1 is 9
-        (7.0, ("drag", "creep"), ("a", "b"), True),  # just 9
-        (7.1, ("drag", "creep"), (), False),
-        (5.0, ("drag", "creep"), ("a", "b", "c"), False),
-        (5.0, ("drag",), (), False),
-        (5.0, ("creep", "drag"), (), False),  # the first one was not fitted by itself
-    ],
-)
-def test_the_first_of_two_effects_stays_where_it_takes_most_by_itself(sensible, left, names, first_alike, stays):
-    alone = fitted(left**0.5, "drag", train_square=left)
-    rows = tried(fitted(3.9, "drag"), alone, fitted(0.1, "drag", "creep"), fitted(0.1, "odd"), fitted(1.0, "aaa"))
-    trace = Found("effect", fitted(4.0), fitted(0.1, *names), candidates=rows, confusable=(first_alike, ()))
-    found = verdict._first_alone(trace)
-    if stays:
-        assert (found.augmented, found.words) == (alone, ("of drag",))
-        assert found.confusable == (("aaa",),)  # it leaves less
-    else:
-        assert found is None
-
-
-@pytest.mark.parametrize(("heldout", "say"), [(1.5, "ambiguous"), (1.6, "partial")])
-@pytest.mark.parametrize(("names", "same"), [(("drag",), ("guide_friction",)), (("guide_friction",), ())])
-def test_a_still_zone_is_named_beside_the_effects_and_never_told_from_friction(heldout, say, names, same):
-    best = fitted(1.0, *names, "backlash", bic=-40.0, heldout=heldout)
-    trace = Found("effect", fitted(9.0, bic=-10.0), fitted(2.0, *names), candidates=("first",), confusable=(("x",),))
-    zone = SimpleNamespace(fitted=best, width=0.25, refuted_deg=0.125)
-    found = verdict.with_still_zone(trace, zone)
-    assert (found.verdict, found.augmented) == (say, best)
-    assert found.candidates[0] == "first"
-    assert [(c.fitted, c.delta_bic) for c in found.candidates[1:]] == [(best, 30.0)]
-    assert found.confusable == (("x",), same)
-    assert found.words[0].startswith("after every reversal the angle stands still for 0.25 mm of the drive; a model")
-    assert "for twice as far leaves 0.125 deg." in found.words[0]
-    assert found.words[1:] == ("before",)
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "taken", "say"),
-    [
-        (1.15, 0.5, 0.9, "none"),  # no more than noise
-        (1.2, 0.5, 0.9, "effect"),
-        (1.5, 1.4, 0.3, "none"),
-        (1.6, 1.4, 0.3, "unexplained"),
-        (9.0, 1.5, 1 / 3, "effect"),
-        (9.0, 1.6, 1 / 3, "partial"),
-        (9.0, 1.5, 0.33, "unexplained"),
-    ],
-)
-def test_folds_judge_at_their_thresholds(monkeypatch, sensible, before, after, taken, say):
-    monkeypatch.setattr(verdict, "smooth_functions", lambda one: TIME)
-    monkeypatch.setattr(verdict, "share", lambda *given: SimpleNamespace(value=taken))
-    best, other = fitted(after, "drag", bic=-20.0), fitted(after, "creep", bic=-5.0)
-    found = SimpleNamespace(baseline=fitted(before), best=best, candidates=(best, other), alike=((),))
-    trace = verdict.judge_by_folds(found, ("word",), floor=UNIT)
-    assert trace.verdict == say
-    named = say in ("effect", "partial")
-    assert (trace.augmented is best) is named
-    assert trace.alike == (21.0 if named else 10.0)
-    part = [f"drag takes {100 * taken:.0f} % of the error above the noise"]
-    first = {"none": part if before > 1.15 else [], "effect": [], "partial": ["the remaining residual depends on time"]}
-    expected = [*first.get(say, ["the residual depends on time", *part]), "word", *(["of drag"] if named else [])]
-    assert trace.words == tuple(expected)
-
-
-# --- the search by folds -------------------------------------------------------------------------------------------
-
-
-def test_starts_of_either_sign_are_tried_where_the_bounds_allow_one():
-    def amount(name, low, high, **more):
-        return FreeParameter(name, "1", low, high, 1.0, **more)
-
-    both, up, shape = amount("a", -2.0, 2.0, linear=True), amount("b", 0.0, 2.0, linear=True), amount("c", -1.0, 1.0)
-    down = amount("d", -2.0, 0.0, amount=True)
-    form = SimpleNamespace(parameters=(both, up, shape, down))
-    start = {"a": 1.0, "b": 1.0, "c": 0.5, "d": -1.0}
-    assert by_folds.either_sign(form, [start]) == [start, {**start, "a": -1.0}]
-    two = [{"a": 1.0}, {"a": -1.0}, {"a": 0.5}]
-    assert by_folds.either_sign(SimpleNamespace(parameters=(both,)), two) == [*two, {"a": -0.5}]
-    assert by_folds.either_sign(SimpleNamespace(parameters=(up, shape, down)), [start]) == [start]
-
-
-class Chosen:
-    """Fits of folds whose choices are given; errors are alternating, so that their size is their rms."""
-
-    def __init__(self, choices, errors):
-        self.choices, self.sizes, self.folds = choices, errors, tuple(range(len(choices)))
-
-    def chosen(self, models):
-        return self.choices
-
-    def heldout(self, models):
-        return [self.sizes[one.names] * (-1.0) ** np.arange(120) for one in models]
-
-    def everywhere(self, one):
-        return self.heldout([one] * len(self.folds))
-
-    def best(self, models):
-        return min(models, key=lambda one: self.sizes[one.names])
-
-
-@pytest.mark.parametrize(("count", "named"), [(2, False), (3, True)])
-def test_more_than_half_of_the_folds_must_choose_an_effect(count, named):
-    plain, drag, other = (SimpleNamespace(names=names) for names in ((), ("drag",), ("x",)))
-    sizes = {(): 1.0, ("drag",): 0.25, ("x",): 2.0}
-    fits = Chosen([drag] * count + [plain] * (4 - count), sizes)
-    step = by_folds._named(fits, plain, [plain] * 4, [plain], [drag])
-    assert (step is not None) is named
-    further = SimpleNamespace(names=("x", "y"))
-    fits = Chosen([drag] * 4, sizes | {("x", "y"): 0.5})
-    assert by_folds._named(fits, other, [other] * 4, [other], [further]) is None  # no longer than what was named
-
-
-@pytest.mark.parametrize(("rms", "named"), [(0.89, True), (0.91, False)])
-def test_the_error_must_fall_by_a_tenth(rms, named):
-    plain, drag = SimpleNamespace(names=()), SimpleNamespace(names=("drag",))
-    fits = Chosen([drag] * 2, {(): 1.0, ("drag",): rms})
-    assert (by_folds._named(fits, plain, [plain] * 2, [plain], [drag]) is not None) is named
-
-
-def test_what_a_fold_chose_is_alike_though_it_leaves_more():
-    """Two folds chose creep, which all folds leave behind; wheel is as far, and no fold chose it."""
-    plain, drag, creep, wheel = (SimpleNamespace(names=names) for names in ((), ("drag",), ("creep",), ("wheel",)))
-    fits = Chosen([drag, creep, creep], {(): 1.0, ("drag",): 0.25, ("creep",): 0.5, ("wheel",): 0.5})
-    step = by_folds._named(fits, plain, [plain] * 3, [plain], [wheel, creep, drag])
-    assert (step.fitted, step.alike) == (drag, ("creep",))
-    assert step.chosen == [drag, creep, creep]
-
-
-@pytest.mark.parametrize(("alike", "count"), [((), 2), (("x",), 2), (("x", "y"), 1)])
-def test_a_further_effect_is_named_with_one_other_at_most(monkeypatch, alike, count):
-    base, first, second = (Hashed(names=names, mean_square=1.0) for names in ((), ("a",), ("a", "b")))
-    steps = iter([SimpleNamespace(fitted=first, chosen=["c"], alike=("v", "w", "u")),
-                  SimpleNamespace(fitted=second, chosen=["d"], alike=alike)])  # fmt: skip
-    monkeypatch.setattr(by_folds, "front_runners", lambda before, effects, report: [first])
-    monkeypatch.setattr(by_folds, "_named", lambda *given: next(steps))
-    monkeypatch.setattr(by_folds, "_taken", lambda *given: by_folds.NOT_TOLD)
-    monkeypatch.setattr(by_folds, "_square", lambda *given: 1.0)
-    fits = SimpleNamespace(folds=(0,), chosen=lambda models: ["o"], best=lambda models: base,
-                           with_fold_errors=lambda one, chosen: (one, chosen))  # fmt: skip
-    found = by_folds.find_by_folds([base], [SimpleNamespace(name="a")], fits, lambda words: None)
-    assert found.baseline == (base, ["o"])
-    assert found.best == ((second, ["d"]) if count == 2 else (first, ["c"]))
-    assert len(found.alike) == count
-    assert len(found.candidates) == 2
-
-
-def test_effects_are_tried_beside_the_baseline_that_predicts_best_and_beside_the_one_that_fits_best(monkeypatch):
-    predicts, fits_, worse = (Hashed(names=(), mean_square=m) for m in (2.0, 1.0, 3.0))
-    asked = []
-    monkeypatch.setattr(by_folds, "front_runners", lambda before, effects, report: asked.append(before) or [])
-    fits = SimpleNamespace(folds=(0,), chosen=lambda models: ["o"], best=lambda models: predicts,
-                           with_fold_errors=lambda one, chosen: one)  # fmt: skip
-    found = by_folds.find_by_folds([worse, predicts, fits_], [], fits, lambda words: None)
-    assert asked == [predicts, fits_]
-    assert (found.baseline, found.best, found.candidates, found.alike) == (predicts, predicts, (), ())
-
-
-def test_a_fit_to_all_starts_at_the_start_of_the_problem_which_is_its_prior_mean_too(monkeypatch):
-    given = []
-    monkeypatch.setattr(by_folds, "fit", lambda *args, **more: given.append((args, more)) or "fit")
-    stiff, gap = FreeParameter("stiff", "N", 0.0, 9.0, 0.5), FreeParameter("gap", "mm", 0.0, 9.0, 0.25)
-    added = (SimpleNamespace(effect=None, form=SimpleNamespace(parameters=(gap,))),)
-    records = [SimpleNamespace(kept=np.arange(n)) for n in (3, 2)]
-    model = Model(SimpleNamespace(parameters=(stiff,), start={"stiff": 2.0}, records=records), added)
-    assert by_folds.fit_all(model, [{"gap": 1.0}]) == "fit"
-    (fitted_model, everything, start), more = given[0]
-    assert fitted_model is model
-    assert [mask.tolist() for mask in everything.train] == [[True] * 3, [True] * 2]
-    assert start.tolist() == [4.0, 4.0]
-    assert more["prior_mean"].tolist() == [4.0]
-
-
-def test_a_start_without_a_solution_gives_way_to_the_next_one(monkeypatch):
-    starts = {1: SimpleNamespace(gain=50.0, added=1, x=1), 2: SimpleNamespace(gain=40.0, added=2, x=2)}
-    monkeypatch.setattr(by_folds, "linearised_gain", lambda best, added, values: starts[values])
-    monkeypatch.setattr(by_folds, "either_sign", lambda form, values: values)
-    monkeypatch.setattr(by_folds, "AddedEffect", lambda effect, form: None)
-    monkeypatch.setattr(by_folds, "Model", lambda problem, added: added)
-    monkeypatch.setattr(by_folds, "implausible", lambda one: ())
-
-    def fit_to_all(model, x):
-        if x == 1:
-            raise SolverError("no equilibrium")
-        return model
-
-    monkeypatch.setattr(by_folds, "fit_to_all", fit_to_all)
-    problem = SimpleNamespace(forms=lambda effect: [2, 1], starts=lambda form: [form])
-    best = SimpleNamespace(model=SimpleNamespace(problem=problem, added=("own",)), names=("own",))
-    words = []
-    assert by_folds._front_runner(best, SimpleNamespace(name="drag"), words.append) == ("own", 2)
-    assert words == ["own + drag"] * 2
-
-
-def test_a_fold_without_a_solution_has_large_errors_in_the_records_that_it_has():
-    none = FoldFits((), {})
-    object.__setattr__(none, "fitted", lambda *given: None)
-    fold = Fold((np.array([True, True, False]), np.zeros(2, dtype=bool), np.array([False, True])), "f")
-    assert [e.tolist() for e in none.errors(None, fold)] == [[1e3, 1e3], [1e3]]
-
-
-# --- ranks ---------------------------------------------------------------------------------------------------------
-
-
-def test_a_ranked_model_is_named_without_what_a_reference_has():
-    def one(value, *names):
-        errors = [value * (-1.0) ** np.arange(8)]
-        return SimpleNamespace(names=names, heldout_rmse_deg=value, heldout_errors=errors, heldout_error_deg=errors[0],
-                               fold_errors=None)  # fmt: skip
-
-    best = one(0.5, "known", "drag", "creep")
-    trace = SimpleNamespace(candidates=[SimpleNamespace(names=best.names, fitted=best, delta_bic=12.0)],
-                            baseline=one(2.0, "known"), augmented=best, names=("drag", "creep"))  # fmt: skip
-    first, alone = ranking.ranked_models(trace)
-    assert (first.name, first.chosen, alone.name, alone.chosen) == ("drag + creep", True, "", False)
-    assert (first.bic_above_best, alone.bic_above_best) == (0.0, 12.0)
-    assert (first.low_deg, first.high_deg) == pytest.approx((0.5 - 0.245, 0.5 + 0.245))  # 1.96 * 0.5 / 4
-
-
 # --- rows that belong together -------------------------------------------------------------------------------------
-
-
-def rows_of_two(n=2):
-    return [np.ones(4) for _ in range(n)]
-
-
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda: folds.fold_errors(SimpleNamespace(errors=rows_of_two()), Fold((np.ones(4, dtype=bool),), "f")),
-        lambda: Fold((np.ones(4, dtype=bool),) * 2, "a").training(Fold((np.ones(4, dtype=bool),), "b")),
-        lambda: folds._blocks(rows_of_two(2), rows_of_two(1)),
-        lambda: estimate_noise_floor([raw([slice(0, 4)])] * 2, rows_of_two(1)),
-        lambda: repeatability_deg([raw([slice(0, 4)])] * 2, rows_of_two(1)),
-        lambda: noise._third_difference_deg([raw([slice(0, 4)])] * 2, rows_of_two(1), 1),
-        lambda: dependence._quantities(
-            replace_in(residual_of([inputs_of_four()], [np.ones(4)]),
-                       errors=rows_of_two(2))
-        ),
-        lambda: made(rows_of_two(2), train=(np.ones(4, dtype=bool),)).heldout_errors,
-        lambda: two_effects().coordinates({"stiff": 1.0, "slope": 1.0}, [{"gap": 1.0}]),
-        lambda: two_effects().values(np.zeros(4)),
-        lambda: two_effects()._errors_of([np.zeros(2), np.zeros(1), np.zeros(2)]),
-        lambda: OfTwoFolds().heldout([None]),
-        lambda: OfTwoFolds().with_fold_errors(made(rows_of_two(1)), [None]),
-    ],
-)  # fmt: skip
-def test_rows_of_different_records_are_refused(call):
-    with pytest.raises(ValueError, match=r"zip\(\)"):
-        call()
 
 
 def inputs_of_four() -> SampleInputs:
     return SampleInputs(np.arange(4.0), np.arange(4.0), np.ones(4, dtype=int), False)
 
 
-class OfTwoFolds(FoldFits):
-    def __init__(self):
-        super().__init__(tuple(Fold((np.arange(4) < 2,), str(i)) for i in range(2)))
+def rows_of_ones(count=1):
+    return [np.ones(4) for _ in range(count)]
 
-    def errors(self, candidate, fold, *also):
-        return [np.zeros(2)]
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: estimate_noise_floor([raw([slice(0, 4)])] * 2, rows_of_ones()),
+        lambda: repeatability_deg([raw([slice(0, 4)])] * 2, rows_of_ones()),
+        lambda: noise._third_difference_deg([raw([slice(0, 4)])] * 2, rows_of_ones(), 1),
+        lambda: dependence._quantities(replace_in(residual_of([inputs_of_four()], rows_of_ones()), errors=[])),
+        lambda: made(rows_of_ones(2), train=(np.ones(4, dtype=bool),)).heldout_errors,
+        lambda: two_effects().coordinates({"stiff": 1.0, "slope": 1.0}, [{"gap": 1.0}]),
+        lambda: two_effects().values(np.zeros(4)),
+        lambda: two_effects()._errors_of([np.zeros(2), np.zeros(1), np.zeros(2)]),
+    ],
+)
+def test_rows_of_different_records_are_refused(call):
+    with pytest.raises(ValueError, match=r"zip\(\)"):
+        call()
