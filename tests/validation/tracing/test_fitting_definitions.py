@@ -335,6 +335,20 @@ def test_a_covariance_is_of_the_training_samples_and_of_parameters_of_any_size()
     assert (few.freedom, few.variance) == (pytest.approx(8.0), pytest.approx(10 * 2 / 10))  # 10/1, not 10/0
 
 
+def test_a_parameter_without_slope_leaves_the_others_their_covariance():
+    """The mean of four errors 3, 1, -1, 1: s^2 = 12/(4 - 2) of a slope of 2 in all."""
+    J = np.array([[1.0, 0.0]] * 4)
+    rows = Rows(np.array([3.0, 1.0, -1.0, 1.0]), J, np.ones(4, dtype=bool))
+    found = covariance(SimpleNamespace(rows=rows, samples=4.0)).matrix
+    assert found[0, 0] == pytest.approx(6.0 / 4)
+    assert np.isfinite(found).all()
+    model = SimpleNamespace(bounds=lambda: (np.full(2, -9.0), np.full(2, 9.0)))
+    fit = SimpleNamespace(rows=rows, x=np.array([1.0, 2.0]), model=model)
+    assert rise_without(fit, [0], []) == 0.0  # errors of 2, 0, -2, 0 are less
+    fit.x = np.array([-1.0, 2.0])
+    assert rise_without(fit, [0], []) == pytest.approx(24.0 - 12.0)  # 4, 2, 0, 2
+
+
 def linear(x, low, high) -> SimpleNamespace:
     """A fit with columns (1, 1, 0) and (0, 1, 1), errors (0, 0, 1), and a held-out sample."""
     J = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [7.0, 5.0]])
@@ -404,6 +418,20 @@ def test_functions_of_five_cycles_are_splines_from_the_first_to_the_last_and_the
     np.testing.assert_allclose(
         found["the cycle and the direction of the drive"], turned - turned.mean(axis=0), atol=1e-12
     )
+
+
+def test_functions_by_preload_are_there_for_preloads_of_any_size():
+    drive = np.linspace(-1.0, 1.0, 9)
+    rows = [SampleInputs(drive, np.arange(9.0), np.ones(9, dtype=int), False)] * 2
+    found = smooth._bases(SimpleNamespace(inputs=rows, preloads_N=[0.25, 0.75]))
+    by_preload = found["the direction of the drive, by preload"].sum(axis=1)
+    assert by_preload == pytest.approx(0.0)  # the direction is 1 in all of either record, and centred
+    line = found["the drive, by preload"] @ np.ones(8)
+    assert line == pytest.approx(0.0)  # splines add up to 1
+    assert np.abs(found["the drive, by preload"]).max() > 0.2
+    equal = smooth._bases(SimpleNamespace(inputs=rows, preloads_N=[0.95, 1.0]))
+    assert "the drive, by preload" in equal
+    assert "the drive, by preload" not in smooth._bases(SimpleNamespace(inputs=rows, preloads_N=[0.0, 0.0]))
 
 
 @pytest.mark.parametrize(("over", "names"), [(1e-9, ()), (-1e-9, ("a",))])

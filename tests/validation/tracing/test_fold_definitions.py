@@ -100,6 +100,12 @@ def test_a_share_is_drawn_from_the_same_blocks_as_its_gain():
     assert (found.low, found.high) == pytest.approx((0.0, 1.0))  # both blocks alike by a quarter of the draws each
 
 
+def test_the_score_of_a_fold_has_the_square_of_the_noise_beside_that_of_its_errors():
+    """Three errors of mean square 3, and a noise of 0.5 deg: -3/2 log(3.25)."""
+    errors = [np.array([1.0, 2.0]), np.array([-2.0])]
+    assert folds.log_score(errors, 0.5) == pytest.approx(-1.5 * math.log(3.25))
+
+
 # --- held-out samples --------------------------------------------------------------------------------------------
 
 

@@ -45,6 +45,7 @@ def test_thresholds_of_the_evidence_belong_to_the_noise_and_not_to_the_finding()
     [
         (30.5, True, ("play",), True),
         (30.0, True, ("play",), False),
+        (3.0, True, ("play",), False),
         (30.5, False, ("play",), False),
         (30.5, True, (), False),
     ],
@@ -431,3 +432,14 @@ def test_folds_judge_at_their_thresholds(monkeypatch, sensible, before, after, t
     first = {"none": part if before > 1.15 else [], "effect": [], "partial": ["the remaining residual depends on time"]}
     expected = [*first.get(say, ["the residual depends on time", *part]), "word", *(["of drag"] if named else [])]
     assert trace.words == tuple(expected)
+
+
+def test_how_far_effects_are_alike_counts_from_nothing_where_the_best_one_was_no_candidate(monkeypatch, sensible):
+    """The criterion of creep is 30 above that of the baseline: 31 with one more."""
+    monkeypatch.setattr(verdict, "smooth_functions", lambda one: TIME)
+    best, other, third = fitted(0.5, "drag", bic=-20.0), fitted(0.5, "creep", bic=30.0), fitted(0.5, "wheel", bic=90.0)
+    found = SimpleNamespace(baseline=fitted(9.0), best=best, candidates=(other, third), alike=(("creep",),))
+    trace = verdict.judge_by_folds(found, (), floor=UNIT)
+    assert (trace.verdict, trace.alike) == ("ambiguous", 31.0)
+    alone = SimpleNamespace(baseline=fitted(9.0), best=best, candidates=(best,), alike=((),))
+    assert verdict.judge_by_folds(alone, (), floor=UNIT).alike == 21.0
