@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -35,7 +36,7 @@ def by_quadrature(low: float, high: float, about: float, order: int, outer=OUTER
     edges = [low, *(e for e in (-inner, 0.0, inner) if low < e < high), high]
     return sum(
         quad(lambda x: (x - about) ** order * chord(x, outer, inner), a, b, epsabs=1e-12, limit=200)[0]
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        for a, b in pairwise(edges)
     )
 
 
@@ -43,7 +44,7 @@ def by_quadrature(low: float, high: float, about: float, order: int, outer=OUTER
 
 
 def test_moments_of_a_whole_disc_from_its_edge_and_from_its_middle():
-    """A = pi R^2; of the distance R + x the means of the powers are R, 5/4 R^2 and 7/4 R^3, since that of x^2 is R^2/4."""
+    """A = pi R^2. The mean of x^2 is R^2/4: those of the powers of R + x are R, 5/4 R^2 and 7/4 R^3."""
     area = np.pi * 1.3**2
     expected = [area, area * 1.3, area * 1.25 * 1.3**2, area * 1.75 * 1.3**3]
     np.testing.assert_allclose(segment_moments(1.3, 2.6), expected, rtol=1e-13)
@@ -101,7 +102,7 @@ def test_fibres_of_each_strip_have_its_moments(shape, depth):
     low = -cut if pair else -OUTER
     edges = np.r_[np.linspace(low, neutral, 4), np.linspace(neutral, cut, 4)[1:]]
     distance, area = section_fibres(joint, 6)
-    for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for i, (a, b) in enumerate(pairwise(edges)):
         own = slice(2 * i, 2 * i + 2)
         assert (a - neutral < distance[own]).all()
         assert (distance[own] < b - neutral).all()
