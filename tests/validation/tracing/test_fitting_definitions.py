@@ -477,6 +477,7 @@ def rows_of_ones(count=1):
         lambda: made(rows_of_ones(2), train=(np.ones(4, dtype=bool),)).heldout_errors,
         lambda: two_effects().coordinates({"stiff": 1.0, "slope": 1.0}, [{"gap": 1.0}]),
         lambda: two_effects().values(np.zeros(4)),
+        lambda: two_effects().values(np.zeros(6)),
         lambda: two_effects()._errors_of([np.zeros(2), np.zeros(1), np.zeros(2)]),
     ],
 )

@@ -106,6 +106,12 @@ def test_the_score_of_a_fold_has_the_square_of_the_noise_beside_that_of_its_erro
     assert folds.log_score(errors, 0.5) == pytest.approx(-1.5 * math.log(3.25))
 
 
+def test_all_is_taken_of_a_square_within_the_noise_however_small_it_is():
+    assert folds._part(1e-10, 0.5e-10, 1.0) == 1.0
+    assert folds._part(0.5e-10, 1e-10, 1.0) == 0.0
+    assert folds._part(0.0, 0.0, 0.0) == 0.0
+
+
 # --- held-out samples --------------------------------------------------------------------------------------------
 
 
@@ -134,6 +140,18 @@ def test_a_record_with_a_preload_of_its_own_is_held_out_only_where_that_may_be()
     assert [mask.mean() for mask in divide_records(rows, own_preload=False).train] == [0.5, 0.5, 0.5]
     shared = [one_record(40, 2, rig={"preload_N": p}) for p in (1.0, 4.0, 4.0)]
     assert [mask.mean() for mask in divide_records(shared, own_preload=False).train] == [1.0, 1.0, 0.05]
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (1, 0, 2, 3), (3, 2, 1, 0), (2, 0, 3, 1)])
+def test_of_four_records_the_smallest_of_a_shared_preload_is_held_out_wherever_it_stands(order):
+    small, large, alone, other = (
+        prepared(Record(size * one.record.drive, one.record.angle_deg, rig={"preload_N": preload}), one.kept)
+        for one in [one_record(40, 2)]
+        for size, preload in ((0.5, 4.0), (1.0, 4.0), (1.0, 1.0), (1.0, 9.0))
+    )
+    rows = [(small, large, alone, other)[i] for i in order]
+    found = divide_records(rows, own_preload=False)
+    assert [mask.mean() for mask in found.train] == [0.05 if one is small else 1.0 for one in rows]
 
 
 @pytest.mark.parametrize(
