@@ -19,6 +19,7 @@ from validation.tracing.fitting.fitted import ChannelErrors
 from validation.tracing.fitting.folds import Fold, folds_of, gain, has_folds, share
 from validation.tracing.fitting.holdout import Holdout, Protocol, _most_covered, divide_records
 from validation.tracing.fitting.model import Model
+from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.prepared import prepared
 from validation.tracing.search import by_folds
 from validation.tracing.search.by_folds import FoldFits
@@ -28,6 +29,20 @@ class Hashed(SimpleNamespace):
     """A stand-in that may be a key, as fits are."""
 
     __hash__ = object.__hash__
+
+
+# --- where a floor is from -----------------------------------------------------------------------------------------
+
+
+def test_a_reference_below_the_noise_does_not_tell_it():
+    """It leaves 0.05 deg, cycles differ by 0.1 deg, and neighbours by 0.2 deg, or else by what is not known."""
+    cycles = NoiseFloor(0.2, 0.1, reference_deg=0.05)
+    assert (cycles.deg, cycles.how) == (0.1, "cycles or trials that repeat each other")
+    unknown = NoiseFloor(0.2, 0.1, reference_deg=0.05, local_known=False)
+    assert (unknown.known, unknown.how) == (False, "cycles or trials that repeat each other, by noise or by a drift")
+    neighbours = NoiseFloor(0.2, None, reference_deg=0.05)
+    assert (neighbours.deg, neighbours.how) == (0.2, "neighbouring samples")
+    assert NoiseFloor(0.2, None, reference_deg=0.3).how == "the residual that the reference leaves"
 
 
 # --- folds -------------------------------------------------------------------------------------------------------

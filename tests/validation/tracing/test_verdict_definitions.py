@@ -74,6 +74,28 @@ def test_an_effect_at_the_threshold_is_not_worth_adding_and_a_curve_at_it_is_no_
         assert evidence.curve_does_as_well(effect, curve) is alike
 
 
+def test_criteria_are_compared_by_their_difference_alone():
+    """Far from zero as near it: 25 after 30 is too little, 110 after 150 is enough, and so is -90 after -50."""
+    for before, after, worth in (
+        (30.0, 25.0, False),
+        (150.0, 110.0, True),
+        (-50.0, -90.0, True),
+        (-50.0, -55.0, False),
+    ):
+        one = SimpleNamespace(bic=lambda samples, value=before: value, square=1.0)
+        other = SimpleNamespace(bic=lambda samples, value=after: value, square=0.25, samples=1.0)
+        assert evidence.is_worth_adding(one, other, 1) is worth
+    for effect, value, beats, alike in (
+        (100.0, 95.0, True, True),
+        (100.0, 85.0, False, True),
+        (-100.0, -85.0, True, False),
+    ):
+        model = SimpleNamespace(angle_samples=50.0, angle_bic=lambda samples, own=effect: own)
+        curve = SimpleNamespace(names=("time",), competitor=None, bic=lambda samples, own=value: own)
+        assert evidence.beats_smooth_functions(model, curve) is beats
+        assert evidence.curve_does_as_well(model, curve) is alike
+
+
 def test_models_are_ranked_for_the_samples_of_the_one_with_the_least_square():
     """With 4 samples b leads by its few parameters, with 400 a by its square."""
 
