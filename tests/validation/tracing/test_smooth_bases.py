@@ -148,6 +148,16 @@ def test_dependence_is_the_f_test_of_a_regression_with_independent_samples():
     assert 0.01 < found["drive"].p < 0.5  # a number with digits
 
 
+@pytest.mark.parametrize(
+    "drive", [np.linspace(-2, 2, 200), np.random.default_rng(0).permutation(np.linspace(-2, 2, 200))]
+)
+def test_what_is_a_function_of_the_drive_alone_is_not_by_chance(drive):
+    one = SampleInputs(drive, np.arange(200.0), np.ones(200, dtype=int), timed=False)
+    for error in (drive - drive.mean(), 1e-9 * (drive - drive.mean())):
+        found = {each.on: each for each in dependences(residual_of([one], [error]))}
+        assert (found["drive"].part, found["drive"].p) == (pytest.approx(1.0), 0.0)
+
+
 def test_a_quantity_that_is_constant_in_each_record_is_left_out_and_the_next_ones_are_not():
     rows = [SampleInputs(one.drive, one.time_s, np.full(one.cycle.size, n), one.timed) for n, one in
             enumerate((inputs(1), inputs(1)), 1)]  # fmt: skip
