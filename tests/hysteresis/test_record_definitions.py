@@ -5,6 +5,7 @@ import sys
 import types
 import zlib
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ NOBODY = 99_999_999
 
 def way(*turns, step=1.0):
     """Drives from turn to turn in equal steps."""
-    parts = [np.linspace(a, b, round(abs(b - a) / step) + 1)[1:] for a, b in zip(turns[:-1], turns[1:], strict=True)]
+    parts = [np.linspace(a, b, round(abs(b - a) / step) + 1)[1:] for a, b in pairwise(turns)]
     return np.concatenate([[turns[0]], *parts])
 
 
@@ -77,7 +78,7 @@ def test_three_samples_have_a_curve():
 
 
 def test_a_curve_goes_on_as_the_branch_that_has_samples():
-    """Up to 10 and back to 4, 3 deg apart: the middle at 4 is 8 + 1.5 deg, and the curve rises by 2 deg a unit to it."""
+    """Up to 10 and back to 4, 3 deg apart: the middle at 4 is 9.5 deg, and the curve rises by 2 deg a unit."""
     drive = way(0.0, 10.0, 4.0)
     angle = 2 * drive + 3.0 * (np.arange(drive.size) > 10)
     middle = backbone_of(Record(drive, angle, cycle=np.ones(drive.size, dtype=int)))
@@ -177,7 +178,7 @@ def test_the_last_of_two_training_cycles_validates():
 
 
 def test_one_training_cycle_is_validated_by_blocks_of_its_own_range():
-    """Of -10 to 30, the fifth and the tenth tenth up, the sixth and the first down; a turn is of the branch behind it."""
+    """Of -10 to 30, the fifth and tenth tenth up, the sixth and first down; a turn is of the branch behind it."""
     drive, cycle = loops(40.0, 40.0)
     drive = drive - 10.0
     record = Record(drive, drive, cycle=cycle)
@@ -445,7 +446,7 @@ def test_each_kind_of_file_has_its_own_mark(tmp_path):
         "a.pdf": own.marked_pdf(b""),
         "a.xml": b"<mujoco model='a'>\n <!-- made by notchbend -->",
     }
-    for name, content in marks.items():
+    for name in marks:
         for other in marks:
             path = tmp_path / f"{other.split('.')[1]}.{name.split('.')[1]}"
             path.write_bytes(marks[other])
@@ -512,12 +513,13 @@ def test_an_error_of_plain_values_says_where_it_is():
 
 
 def test_a_table_has_a_header_cell_in_each_row():
+    left = 'style="text-align:left"'
     assert html_table("c", [("a", "1", "<"), ("b",)], ("h", "&")).split("\n") == [
         "<table>",
-        '<caption style="text-align:left">c</caption>',
+        f"<caption {left}>c</caption>",
         "<thead><tr><th>h</th><th>&amp;</th></tr></thead>",
-        '<tr><th style="text-align:left">a</th><td style="text-align:left">1</td><td style="text-align:left">&lt;</td></tr>',
-        '<tr><th style="text-align:left">b</th></tr>',
+        f"<tr><th {left}>a</th><td {left}>1</td><td {left}>&lt;</td></tr>",
+        f"<tr><th {left}>b</th></tr>",
         "</table>",
     ]
 
