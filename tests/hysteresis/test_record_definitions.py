@@ -18,6 +18,15 @@ from hysteresis.records.backbone import backbone_of, is_thin
 from hysteresis.records.folds import _block_masks, _excess, inner_folds, without_first_stroke
 from hysteresis.records.holdout import Split, complete_cycles, hold_out, validate_within
 from hysteresis.records.record import Record
+from hysteresis.records.record_file import (
+    check_target,
+    files_of_record,
+    read_columns,
+    read_record,
+    read_records,
+    write_record,
+)
+from hysteresis.records.sidecar import bare_columns, check_rig_tables, is_sidecar, read_sidecar, toml
 
 NOBODY = 99_999_999
 """A process that no machine has: its number is above the largest one."""
@@ -303,6 +312,164 @@ def test_a_leap_of_the_drive_has_the_size_of_its_mean_change_of_the_angle():
     leap = leaps.find_leap(deviation, slope)
     assert (leap.cycle, leap.phase, leap.of_angle) == (0, 2, False)
     assert leap.size_deg == pytest.approx(0.5 * 1.5)
+
+
+# --- records -------------------------------------------------------------------------------------------------------
+
+
+def test_columns_are_named_with_the_unit_of_the_drive():
+    three, six = np.arange(3.0), np.arange(9.0).reshape(3, 3)
+    by_force = Record(three, three, drive_unit="N", drive_2=three, drive_4=three, tip_mm=six, notches_deg=six[:, :2])
+    assert by_force.column_names() == {
+        "force": "force_N", "angle": "angle_deg", "drive_2": "drive_2_N", "drive_4": "drive_4_N",
+        "notches": ["notch_1_deg", "notch_2_deg"], "tip": ["tip_x_mm", "tip_y_mm", "tip_z_mm"],
+    }  # fmt: skip
+    by_steps = Record(three, three, drive_unit="step", drive_3=three, tip_mm=six[:, :2])
+    assert list(by_steps.columns()) == ["drive_step", "angle_deg", "drive_3_step", "tip_x_mm", "tip_y_mm"]
+    assert by_steps.columns()["tip_y_mm"].tolist() == [1, 4, 7]
+    assert bare_columns(["angle_deg", "drive_3_mm", "drive_2", "force_N"]) == {
+        "drive": ["drive_mm"], "angle": ["angle_deg"], "drive_3": ["drive_3_mm"],
+    }  # fmt: skip
+
+
+def test_a_record_for_a_notebook_shows_what_it_has():
+    three = np.array([0.0, 1.0, 2.5])
+    plain_one = Record(three, 2 * three)._repr_html_()
+    rows = [("kind", "measured"), ("samples", "3"), ("drive", "0 to 2.5 mm"), ("angle", "0 to 5 deg")]
+    assert plain_one == html_table("record", [*rows, ("columns", "drive_mm, angle_deg")])
+    whole = Record(
+        three, 2 * three, title="t", time_s=three + 1, cycle=[3, 4, 4], tube={"a": 1, "b": "x"}, source="f.csv"
+    )  # fmt: skip
+    rows += [("time", "1 to 3.5 s"), ("cycles", "3 to 4"), ("columns", "time_s, cycle, drive_mm, angle_deg")]
+    assert whole._repr_html_() == html_table("t", [*rows, ("tube", "a = 1, b = x"), ("file", "f.csv")])
+
+
+def test_arrays_of_a_record_have_its_length_and_records_differ_by_any_value():
+    three = np.arange(3.0)
+    for change in ({"notches_deg": np.zeros((2, 4))}, {"notches_deg": np.zeros((3, 0))}, {"tip_mm": np.zeros((2, 3))}):
+        with pytest.raises(RecordError, match="expected shape"):
+            Record(three, three, **change)
+    one = Record(three, three, title="a", time_s=three, kinematics=[[0, 1], [1, 1]])
+    assert one.kinematics.tolist() == [[0, 1], [1, 1]]
+    assert Record(three, three, tip_mm=np.zeros((3, 2))) != Record(three, three, tip_mm=np.zeros((3, 3)))
+    assert one != Record(three, three, title="b", time_s=three, kinematics=[[0, 1], [1, 1]])
+    assert one != Record(three, three, title="a", kinematics=[[0, 1], [1, 1]])
+    assert Record(three, three, rig={"preload_N": 1}) == Record(three, three, rig={"preload_N": 1.0})
+
+
+def test_a_third_axis_of_the_tip_is_out_of_the_plane():
+    three = np.arange(3.0)
+    data = Record(three, three, tip_mm=np.arange(9.0).reshape(3, 3), tube={"a": 1}, notch={"b": 2}).to_xarray()
+    assert data["tip_mm"].sel(axis="out_of_plane").values.tolist() == [2, 5, 8]
+    assert data["tip_mm"].attrs["units"] == "mm"
+    assert (data.attrs["tube_a"], data.attrs["notch_b"]) == (1, 2)
+
+
+# --- files of records ----------------------------------------------------------------------------------------------
+
+
+def test_a_column_has_one_role_in_a_sidecar(tmp_path):
+    path = tmp_path / "a.toml"
+    head = 'schema = 1\n[columns]\ndrive = "x"\nangle = "a"\n'
+    path.write_text(head + 'tip = ["u", "v", "w"]\nnotches = ["n"]\n')
+    found = read_sidecar(path)
+    assert found.columns == {"drive": ["x"], "angle": ["a"], "tip": ["u", "v", "w"], "notches": ["n"]}
+    assert (found.drive_unit, found.kind, found.title) == ("mm", "measured", None)
+    for line, words in (
+        ('time = "x"', "columns.time = 'x': is columns.drive: expected another"),
+        ('tip = ["u", "u"]', "columns.tip = 'u': is columns.tip: expected another"),
+        ('tip = ["u", "v", "w", "z"]', "expected two columns"),
+        ("notches = []", "columns.notches = []: expected a list"),
+        ('notches = ["n", 1]', "expected a list of column names"),
+    ):
+        path.write_text(head + line)
+        with pytest.raises(RecordError) as error:
+            read_sidecar(path)
+        assert words in str(error.value)
+    for text, good in (("schema = 1\n[columns]", True), ("schema = 1", False), ("[columns]", False), ("=", False)):
+        path.write_text(text)
+        assert is_sidecar(path) is good
+
+
+def test_keys_and_values_of_a_toml_file():
+    text = toml({"a_1": -2, "é": False, "1b": [1, "x", [0.5]], "t": {"u": True}, "v": {"w": 1e300}, "last": 3})
+    assert text == 'a_1 = -2\n"é" = false\n"1b" = [1, "x", [0.5]]\nlast = 3\n\n[t]\nu = true\n\n[v]\nw = 1e+300\n'
+
+
+def test_values_of_a_tube_are_numbers_or_text():
+    check_rig_tables("f", {"tube": {"a": -1, "b": "x"}, "notch": {"depth_mm": [1, 2.0], "shape": "v"}})
+    check_rig_tables("f", {"rig": {"joints": 2, "preload_N": 1e-9, "file": "x.toml"}})
+    for tables, words in (
+        ({"tube": {"a": True}}, r"tube\.a = True: expected a number or text"),
+        ({"tube": {"a": [1.0]}}, r"tube\.a = \[1\.0\]: expected a number or text"),
+        ({"notch": 3}, r"notch = 3: expected a table"),
+        ({"notch": {"a": [1, None]}}, r"notch\.a of notch 2 = None: expected a number"),
+        ({"rig": {"joints": "2"}}, r"rig\.joints = '2': expected a whole number of at least 1"),
+    ):
+        with pytest.raises(RecordError, match=words):
+            check_rig_tables("f", tables)
+
+
+def test_what_a_csv_lacks_of_a_record_is_said(tmp_path):
+    path = tmp_path / "a.csv"
+    for header, words in (
+        ("# x,angle_deg", "begins with a comment: "), ("% x", "begins with a comment: "),
+        ("// x", "begins with a comment: "), ("drive_mm;angle_deg", "has no commas: "), ("a b", "has no commas: "),
+        ("a\tb", "has no commas: "), ("a", "--drive-column NAME"), ("a b,c", "--drive-column NAME"),
+        ("drive_mm,a", "column 'angle_deg' missing: the columns are drive_mm, a: "),
+    ):  # fmt: skip
+        path.write_text(header + "\n" + ",".join("0" * (header.count(",") + 1)))
+        with pytest.raises(RecordError) as error:
+            read_record(path)
+        assert words in str(error.value)
+
+
+def test_a_thousand_columns_and_two_without_a_name_are_read(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(",".join(["drive_mm", "", ' "b" ', "", *(f"c{i}" for i in range(996))]) + "\n" + "1," * 999 + "2\n")
+    found = read_columns(path, ["c995", "b"], ["none", "c0"])
+    assert {name: column.tolist() for name, column in found.items()} == {"c995": [2.0], "b": [1.0], "c0": [1.0]}
+    path.write_text(",".join(f"c{i}" for i in range(1001)) + "\n")
+    with pytest.raises(RecordError, match="1,001 columns: expected at most 1,000"):
+        read_columns(path, [])
+
+
+def test_a_theory_of_two_rows_and_a_rig_in_a_folder_below_are_kept(tmp_path):
+    (tmp_path / "rigs").mkdir()
+    (tmp_path / "rigs" / "r.toml").write_text("x = 1\n")
+    three = np.array([0.0, 1.0, 0.0])
+    rig = {"file": str(tmp_path / "rigs" / "r.toml")}
+    record = Record(three, three, title="", rig=rig, kinematics=[[0.0, 1.0], [2.0, 3.0]])
+    path = tmp_path / "a.csv"
+    write_record(record, path)
+    again = read_record(path)
+    assert again == record
+    assert (again.source, again.drive_column) == (str(path), "drive_mm")
+    assert 'file = "rigs/r.toml"' in (tmp_path / "a.toml").read_text()
+    made = {one.name for one in tmp_path.iterdir() if one.is_file()}
+    assert made == {"a.csv", "a.toml", "a.kinematics.csv"}
+    assert {one.name for one in files_of_record(path)} == made | {"a.rig.toml"}
+    assert path.read_text() == "drive_mm,angle_deg\n0.0,0.0\n1.0,1.0\n0.0,0.0\n"
+    with pytest.raises(RecordError, match=r"columns\.drive_2: missing"):
+        read_records([path], plane=2)
+
+
+def test_neither_the_csv_nor_the_sidecar_of_a_new_record_is_one_of_its_inputs(tmp_path):
+    path = tmp_path / "a.csv"
+    check_target(path, [tmp_path / "b.csv", tmp_path / "b.toml"])
+    for name in ("a.csv", "a.toml"):
+        with pytest.raises(RecordError, match=f"writing {name} would replace the input"):
+            check_target(path, [tmp_path / "b.csv", tmp_path / "." / name])
+    path.write_text("x")
+    os.link(path, tmp_path / "c.csv")
+    with pytest.raises(RecordError, match=r"writing a\.csv would replace the input"):
+        check_target(path, [tmp_path / "c.csv"])
+    for name, good in (("d.CSV", True), ("d.txt", False)):
+        if good:
+            check_target(tmp_path / name)
+        else:
+            with pytest.raises(RecordError, match=r"ends in \.csv"):
+                check_target(tmp_path / name)
 
 
 # --- words ---------------------------------------------------------------------------------------------------------
