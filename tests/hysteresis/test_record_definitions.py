@@ -247,6 +247,62 @@ def test_a_cycle_may_end_one_step_before_its_start():
         metrics.dissipated_area(np.r_[up, 2, 1.5], np.r_[up, 3, 2.5], np.ones(6, dtype=int))
 
 
+def test_a_trial_that_ends_on_its_way_back_is_no_cycle_where_the_drive_is_reset():
+    """Up to 10 and back to 8, twice: the next trial starts at 0. A way on from 8 makes the first one a cycle."""
+    trial = way(0.0, 10.0, 8.0)
+    cycle = np.repeat([1, 2], trial.size)
+    with pytest.raises(ValueError, match="no complete cycle"):
+        metrics.loop_width(np.r_[trial, trial], np.r_[trial, trial], cycle)
+    onwards = np.r_[trial, 8.0 + np.arange(1.0, trial.size + 1)]
+    assert metrics.loop_width(onwards, onwards, cycle).drive.tolist() == [8, 9, 10]
+
+
+@pytest.mark.parametrize("offset", [0.0, 100.0, -100.0])
+def test_the_zero_of_the_angle_does_not_turn_the_lag_about(offset):
+    """A circle with a slope of -0.15: its correlation is beyond -0.1."""
+    t = np.linspace(0, 2 * np.pi, 401)
+    drive, angle = np.cos(t) + offset, np.sin(t) - 0.15 * np.cos(t) + offset
+    assert metrics.dissipated_area(drive, angle) == pytest.approx(-np.pi, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("phase", "sudden"), [(6, False), (7, True), (100, True), (195, True), (196, False), (0, False)]
+)
+def test_a_leap_is_sudden_from_three_hundredths_of_a_cycle_on(phase, sudden):
+    """Cycles of 202 phases, 101 up and 101 down: 3 % are 6.06 of them. The third cycle starts with sample 400."""
+    drive, cycle = loops(100.0, 100.0, 100.0, 100.0)
+    sample = 400 + phase - (phase > 100)
+    record = Record(drive, 0.2 * drive + 0.5 * (np.arange(drive.size) >= sample), cycle=cycle)
+    found = metrics.leap_between_cycles(record)
+    assert (found.sample, found.sudden, found.size_deg) == (sample, sudden, pytest.approx(0.5))
+
+
+@pytest.mark.parametrize(("sample", "found"), [(99, False), (100, False), (101, True)])
+def test_a_leap_of_the_first_stroke_is_none(sample, found):
+    drive, cycle = loops(100.0, 100.0, 100.0, 100.0)
+    record = Record(drive, 0.2 * drive - 0.5 * (np.arange(drive.size) >= sample), cycle=cycle)
+    leap = metrics.leap_between_cycles(record)
+    assert (None if leap is None else leap.sample) == (sample if found else None)
+
+
+def test_repeatability_behind_a_leap_is_that_of_what_the_leap_leaves():
+    """Three cycles, the second off from its turn on: what is left is 0.1 deg up and down, from sample to sample."""
+    drive, cycle = loops(*[40.0] * 3)
+    rest = np.zeros(drive.size)
+    for n, part in ((0, 0.1), (1, -0.1)):
+        rest[40 * 2 * n + 1 : 40 * 2 * n + 80] = part * np.tile([1.0, -1.0], 40)[:79]
+    record = Record(drive, 0.2 * drive + rest + 2.0 * (np.arange(drive.size) >= 120), cycle=cycle)
+    parts = metrics._deviations(record, metrics._repeats(record))
+    left = metrics._leap_of(parts).left
+    assert metrics._leap_of(parts).cycle == 1
+    level = left.mean(axis=1)
+    shape = np.sum((left - level[:, None]) ** 2) / (2 * left.shape[1])
+    assert [part.drives.size for part in parts] == [41, 41]
+    neighbours = sum(np.sum(one[:, 1:] * one[:, :-1]) for one in (left[:, :41], left[:, 41:]))
+    assert neighbours < 0  # deviations that change from sample to sample: each is a sample of its own
+    assert metrics.repeatability_deg(record) == pytest.approx(np.sqrt(level @ level / 2 + shape))
+
+
 def test_the_area_is_the_mean_of_the_closed_cycles_alone():
     """Squares of 2 by 1 and 2 by 3, then a cycle that ends half way, and a way on from there."""
     square = [0.0, 1, 2, 2, 1, 0]
