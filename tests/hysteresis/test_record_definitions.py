@@ -17,6 +17,7 @@ from hysteresis.records import leaps, metrics
 from hysteresis.records.backbone import backbone_of, is_thin
 from hysteresis.records.folds import _block_masks, _excess, inner_folds, without_first_stroke
 from hysteresis.records.holdout import Split, complete_cycles, hold_out, validate_within
+from hysteresis.records.path import branches
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import (
     check_target,
@@ -286,21 +287,36 @@ def test_a_leap_of_the_first_stroke_is_none(sample, found):
 
 
 def test_repeatability_behind_a_leap_is_that_of_what_the_leap_leaves():
-    """Three cycles, the second off from its turn on: what is left is 0.1 deg up and down, from sample to sample."""
-    drive, cycle = loops(*[40.0] * 3)
-    rest = np.zeros(drive.size)
-    for n, part in ((0, 0.1), (1, -0.1)):
-        rest[40 * 2 * n + 1 : 40 * 2 * n + 80] = part * np.tile([1.0, -1.0], 40)[:79]
-    record = Record(drive, 0.2 * drive + rest + 2.0 * (np.arange(drive.size) >= 120), cycle=cycle)
+    """Neighbours are of one branch: the last sample up and the first one down are none of each other."""
+    top = way(0.0, 40.0, 0.0)
+    between = np.r_[0.0, np.arange(0.5, 40), 40.0]  # in the middle between samples, noise is halved
+    drive = np.concatenate([top, between[1:], between[::-1][1:], between[1:], between[::-1][1:]])
+    cycle = np.repeat([1, 2, 3], [81, 82, 82])
+    rest = 0.1 * np.sin(0.5 * np.arange(drive.size))
+    record = Record(drive, 0.2 * drive + rest + 4.0 * (np.arange(drive.size) >= 130), cycle=cycle)
     parts = metrics._deviations(record, metrics._repeats(record))
-    left = metrics._leap_of(parts).left
-    assert metrics._leap_of(parts).cycle == 1
-    level = left.mean(axis=1)
-    shape = np.sum((left - level[:, None]) ** 2) / (2 * left.shape[1])
     assert [part.drives.size for part in parts] == [41, 41]
-    neighbours = sum(np.sum(one[:, 1:] * one[:, :-1]) for one in (left[:, :41], left[:, 41:]))
-    assert neighbours < 0  # deviations that change from sample to sample: each is a sample of its own
-    assert metrics.repeatability_deg(record) == pytest.approx(np.sqrt(level @ level / 2 + shape))
+    left, factors = metrics._leap_of(parts).left, np.hstack([part.factors for part in parts])
+    neighbours = sum(left[k, p] * left[k, p + 1] for k in range(3) for p in range(81) if p != 40)
+    correlation = neighbours / np.sum(left**2)
+    assert 0.1 < correlation < 0.9
+    level = left.mean(axis=1)
+    squares = level @ level / 2 + np.sum((left - level[:, None]) ** 2) / (2 * 82)
+    averaged = np.mean(factors + (1 - factors) * correlation)
+    assert metrics.repeatability_deg(record) == pytest.approx(np.sqrt(squares / averaged), rel=1e-9)
+
+
+def test_one_drive_that_cycles_share_counts():
+    """Up at 0 they agree, at 5 the second is 1 deg above, down at 5 it is 1 deg below: squares of 0.5 deg, four."""
+    drive = np.array([0.0, 5.0, 10.0, 5.0, 0.0, 5.0, 9.8, 5.0, 0.2])
+    angle = 2 * drive + np.array([0, 0, 0, 0, 0, 1, 1, -1, -1])
+    record = Record(drive, angle, cycle=np.repeat([1, 2], [5, 4]))
+    assert metrics.repeatability_deg(record) == pytest.approx(np.sqrt(4 * 0.25 / 3))
+    assert metrics.noise_floor(record) == pytest.approx(np.sqrt(4 * 0.25 / 3))
+    slopes = [part.slope.tolist() for part in metrics._deviations(record, metrics._repeats(record))]
+    assert slopes == [pytest.approx([2.1, 2.1]), [0.0]]
+    value, factor = metrics._interpolate(np.array([0.5]), np.array([0.0, 1.0]), np.array([0.0, 4.0]))
+    assert (value.tolist(), factor.tolist()) == ([2.0], [0.5])
 
 
 def test_the_area_is_the_mean_of_the_closed_cycles_alone():
@@ -330,6 +346,13 @@ def test_cycles_repeat_up_to_just_five_percent_of_their_range():
         drive, cycle = loops(*tops)
         assert len(metrics._repeats(Record(drive, drive, cycle=cycle))) == count
     assert metrics._repeats(Record(np.arange(3.0), np.arange(3.0), cycle=np.zeros(3, dtype=int))) == []
+    drive = way(4.0, 10.0, 0.0, 10.0, 0.0)  # the two cycles have all but their start in common
+    assert len(metrics._repeats(Record(drive, drive, cycle=np.repeat([1, 2], [17, 20])))) == 1
+
+
+def test_of_equal_lowest_samples_the_first_one_turns():
+    assert branches(np.array([1.0, 0.0, 0.0, 1.0])) == [slice(0, 2), slice(1, 4)]
+    assert branches(np.array([3.0, 1.0, 2.0, 0.0, 0.0, 3.0]), tolerance=1.0) == [slice(0, 4), slice(3, 6)]
 
 
 # --- leaps ---------------------------------------------------------------------------------------------------------
@@ -411,14 +434,6 @@ def test_arrays_of_a_record_have_its_length_and_records_differ_by_any_value():
     assert one != Record(three, three, title="b", time_s=three, kinematics=[[0, 1], [1, 1]])
     assert one != Record(three, three, title="a", kinematics=[[0, 1], [1, 1]])
     assert Record(three, three, rig={"preload_N": 1}) == Record(three, three, rig={"preload_N": 1.0})
-
-
-def test_a_third_axis_of_the_tip_is_out_of_the_plane():
-    three = np.arange(3.0)
-    data = Record(three, three, tip_mm=np.arange(9.0).reshape(3, 3), tube={"a": 1}, notch={"b": 2}).to_xarray()
-    assert data["tip_mm"].sel(axis="out_of_plane").values.tolist() == [2, 5, 8]
-    assert data["tip_mm"].attrs["units"] == "mm"
-    assert (data.attrs["tube_a"], data.attrs["notch_b"]) == (1, 2)
 
 
 # --- files of records ----------------------------------------------------------------------------------------------
