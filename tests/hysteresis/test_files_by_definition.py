@@ -5,7 +5,6 @@ import sys
 import types
 import zlib
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ import pytest
 from hysteresis import extras, files, messages, own, plain
 from hysteresis.display import html_table
 from hysteresis.files import RecordError
-from hysteresis.records.holdout import Split
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import (
     check_target,
@@ -27,22 +25,6 @@ from hysteresis.records.sidecar import bare_columns, check_rig_tables, is_sideca
 
 NOBODY = 99_999_999
 """A process that no machine has: its number is above the largest one."""
-
-
-def way(*turns, step=1.0):
-    """Drives from turn to turn in equal steps."""
-    parts = [np.linspace(a, b, round(abs(b - a) / step) + 1)[1:] for a, b in pairwise(turns)]
-    return np.concatenate([[turns[0]], *parts])
-
-
-def loops(*ranges, step=1.0):
-    """A cycle from 0 to each of some drives and back, and their numbers; the first sample is of cycle 1."""
-    ways = [way(0.0, top, 0.0, step=step)[1:] for top in ranges]
-    return np.concatenate([[0.0], *ways]), np.r_[1, np.repeat(np.arange(len(ranges)) + 1, [w.size for w in ways])]
-
-
-def all_of(size, by=""):
-    return Split(np.ones(size, dtype=bool), np.zeros(size, dtype=bool), by)
 
 
 # --- records -------------------------------------------------------------------------------------------------------

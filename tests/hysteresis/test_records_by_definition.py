@@ -12,9 +12,6 @@ from hysteresis.records.holdout import Split, complete_cycles, hold_out, validat
 from hysteresis.records.path import branches
 from hysteresis.records.record import Record
 
-NOBODY = 99_999_999
-"""A process that no machine has: its number is above the largest one."""
-
 
 def way(*turns, step=1.0):
     """Drives from turn to turn in equal steps."""
