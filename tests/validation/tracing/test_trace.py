@@ -366,3 +366,12 @@ def test_a_note_names_the_record_without_a_rig_where_others_have_one():
     assert not trace.known
     note = "10N.csv names no rig: those of the other records were not used"
     assert any(note in sentence for sentence in in_words(trace_report(trace)))
+
+
+def test_a_record_that_its_declared_rig_does_not_follow_is_named():
+    """One sample of the drive has lost its point, as in 0.80818."""
+    drive = 0.3 * np.sin(np.linspace(0.0, 4 * np.pi, 60))
+    far = np.where(np.arange(60) == 40, 80818.0, drive)
+    record = Record(far, 40 * drive, rig={"preset": "du2018"}, source="far.csv")
+    with pytest.raises(SolverError, match=r"far\.csv: rig du2018, sample 40 of 60: no equilibrium"):
+        trace_records([record], effects=[])

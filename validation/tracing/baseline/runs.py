@@ -13,7 +13,8 @@ from fem_models.chain.along import ChainSeries, TapedRun, taped_run
 from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, solve_chain_by_force
 from fem_models.joint.strain import strain_per_rad
 from fem_models.load import LoadProgram
-from fem_models.rig import Rig
+from fem_models.rig import Rig, RigError
+from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.path import branches
 from hysteresis.records.record import Record
@@ -165,7 +166,7 @@ def _scale(
     to_mm: Callable[[Floats], Floats],
 ) -> Scale:
     """Orders of magnitude, the mechanical ones from runs of the declared rigs."""
-    solved = [run.solve(run.rig).record for of_record in runs for run in of_record]
+    solved = [_solved(run, record) for record, of_record in zip(records, runs, strict=True) for run in of_record]
     notches = [np.abs(r.notches_deg).max() for r in solved if r.notches_deg is not None]
     tips = [np.abs(r.tip_mm[:, 1]).max() for r in solved if r.tip_mm is not None]
     rig = runs[0][0].rig
@@ -185,6 +186,14 @@ def _scale(
         speed=float(max(speeds)),
         cycles=max(1.0, float(max(s.cycle.max() for s in inputs))),
     )
+
+
+def _solved(run: Run, record: Record) -> Record:
+    """Run a declared rig; where it finds no equilibrium, the record is named that drives it there."""
+    try:
+        return run.solve(run.rig).record
+    except (SolverError, RigError) as error:
+        raise type(error)(f"{record.source or 'record'}: {error}") from None
 
 
 def _reach_deg(record: Record) -> float:
