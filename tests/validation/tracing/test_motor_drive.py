@@ -13,6 +13,7 @@ from fem_models.rig.of_record import rig_of
 from hysteresis.records.record import Record, RecordError
 from validation.tracing import trace_records
 from validation.tracing.baseline.motor_drive import motor_drive_problem
+from validation.tracing.effect import catalogue
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import trace_report
 from validation.tracing.second_opinion import second_opinion
@@ -34,8 +35,10 @@ def measured(rig, seed, unit="deg", mm=MM_PER_DEG):
 def slack_behind_a_motor():
     """Records of slack tendons behind a motor that turns in the other direction."""
     rigs = [preset("du2018", preload_N=T) for T in (20.0, 10.0)]
+    near = {"tendon_slack", "backlash", "unequal_tendons", "tendon_stiffening", "guide_friction", "wheel_eccentricity"}
     return trace_records(
-        [measured(replace(rig, slack=Slack(0.2, 0.2)), i, mm=-MM_PER_DEG) for i, rig in enumerate(rigs)]
+        [measured(replace(rig, slack=Slack(0.2, 0.2)), i, mm=-MM_PER_DEG) for i, rig in enumerate(rigs)],
+        effects=[effect for effect in catalogue() if effect.name in near],
     )
 
 

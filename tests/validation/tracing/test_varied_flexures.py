@@ -14,6 +14,7 @@ from validation.practice.draw import SETS
 from validation.practice.lumped.cases import draw_lumped_case
 from validation.tracing import trace_records
 from validation.tracing.baseline.known_rig import known_rig_problem, with_varied_flexures
+from validation.tracing.effect import catalogue
 from validation.tracing.settings import FAR_ABOVE
 from validation.tracing.verdict import doubted_on_heldout, named_in_part, with_remaining_error
 
@@ -49,7 +50,8 @@ def records(*, delay_s=0.0, slope=0.6, limit=0.6):
 
 @pytest.fixture(scope="module")
 def delayed():
-    return trace_records(records(delay_s=0.1))
+    near = {"time_delay", "viscous_drag", "tendon_creep", "notch_closure", "tendon_stiffening", "stribeck_friction"}
+    return trace_records(records(delay_s=0.1), effects=[effect for effect in catalogue() if effect.name in near])
 
 
 def test_a_rig_of_another_make_is_not_given_an_effect_for_its_flexures():
