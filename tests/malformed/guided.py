@@ -7,14 +7,17 @@ its file is kept as ``CORPUS/crash-...``. Findings become tests.
 
 from __future__ import annotations
 
+import hashlib
+import os
 import sys
 import tempfile
 import time
+import traceback
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from types import FunctionType, ModuleType
-from typing import Any
+from typing import Any, NoReturn
 
 MOST_S = 5
 LEAST_BYTES = 8192
@@ -151,9 +154,19 @@ def main() -> None:
                 read(path)
             except refusals as error:
                 if path.parent.name not in str(error):  # commands make one line of it
-                    raise RuntimeError(f"a refusal that names no file: {error}") from None
+                    kept(data, f"a refusal that names no file: {error}")
+            except Exception:
+                kept(data, traceback.format_exc())
             if (took := time.process_time() - start) > MOST_S:
-                raise RuntimeError(f"{took:.1f} s of computing")
+                kept(data, f"{took:.1f} s of computing")
+
+        def kept(data: bytes, why: str) -> NoReturn:
+            """Keep a finding and end: the fuzzer's own way out may take so long that its alarm ends it first."""
+            name = f"crash-{hashlib.sha1(data, usedforsecurity=False).hexdigest()}"
+            (corpus / name).write_bytes(data)
+            sys.stderr.write(f"\n{name}: {why}\n")
+            sys.stderr.flush()
+            os._exit(1)
 
         most = max(LEAST_BYTES, 2 * path.stat().st_size)  # a file that is cut to fewer bytes never parses
         arguments = [f"-max_total_time={seconds}", f"-timeout={HANGS_S}", f"-max_len={most}", "-seed=1"]

@@ -285,3 +285,15 @@ def test_the_refined_problem_has_more_samples_and_joints_and_one_parameter_more(
     hinged, gapped = (finer.predict({**finer.start, "rigid_gap_mm": gap}, [])[0] for gap in (0.0, 0.7))
     assert np.abs(gapped - hinged).max() > 0.01
     assert rigs[1].joints * rigs[1].pitch_mm == pytest.approx(rigs[0].joints * rigs[0].pitch_mm)
+
+
+def test_an_angle_that_no_manipulator_bends_to_is_refused_with_its_record():
+    """Counts of an encoder that were taken for degrees; it used to be a refusal of the equivalent rig's material."""
+    drive = np.sin(np.linspace(0.0, 4 * np.pi, 60))
+    for span, refused in ((9e4, False), (1.1e5, True)):
+        record = Record(drive, span * (drive - drive.min()) / np.ptp(drive), source="counts.csv")
+        if refused:
+            with pytest.raises(RecordError, match=r"counts\.csv: angle = 110000 deg from end to end"):
+                equivalent_rig_problem([record])
+        else:
+            assert equivalent_rig_problem([record]).records

@@ -24,7 +24,7 @@ from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.path import cycle_index
-from hysteresis.records.record import Record
+from hysteresis.records.record import Record, RecordError
 from validation.tracing.baseline.known_rig import SOFT_STICK, soft_mm_per_N, stick_compliance
 from validation.tracing.baseline.rig_problem import Added, RigProblem
 from validation.tracing.baseline.runs import Run, drive_runs, run_setup
@@ -50,6 +50,8 @@ _FREE_BOUNDS_MM = (36.0, 600.0)
 _PRELOAD_N, _EA_N, _STIFFNESS = 20.0, 10_000.0, 120.0
 _tendon, _friction, _material = lru_cache(256)(Tendon), lru_cache(256)(Friction), lru_cache(256)(Material)
 """Parts of the rigs of one Jacobian are mostly the same: one parameter moves, in every run."""
+LARGEST_RANGE_DEG = 1e5
+"""Of an angle: a hundred turns are far beyond any bend, and within the numbers that a rig may have."""
 _GAP = FreeParameter("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / REFINED_PARTS**2, 0.05)
 _ROOTS_SHARE = 1 / 3
 """Of the refined problem alone: the part of a notch that does not bend, which shortens the paths of both tendons in a
@@ -170,11 +172,15 @@ def equivalent_rig_problem(records: Sequence[Record], samples: int = EQUIVALENT_
     Raises
     ------
     RecordError
-        Records of different units of the drive.
+        Records of different units of the drive, or an angle that no manipulator bends to.
     SolverError
         A drive that no such rig follows.
     """
     require_one_unit(records)
+    for record in records:
+        if (span := float(np.ptp(record.angle_deg))) > LARGEST_RANGE_DEG:
+            where = record.source or "record"
+            raise RecordError(f"{where}: angle = {span:g} deg from end to end: expected at most {LARGEST_RANGE_DEG:g}")
     used = prepare(records, [kept_samples(record.drive, samples, cycle_index(record)) for record in records])
     drives, angles = [one.drive for one in used], [one.angle_deg for one in used]
     middle, slope = middle_of(drives), mean_slope(drives, angles)
