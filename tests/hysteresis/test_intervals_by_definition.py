@@ -59,6 +59,12 @@ def test_only_training_samples_count_in_an_interval():
     assert found.covariance[5, 5] == pytest.approx(1 / 7, rel=1e-6)
 
 
+@pytest.mark.parametrize(("low", "high"), [(None, 3.0), (1.0, None), (None, None)])
+def test_a_value_without_both_ends_of_its_interval_is_shown_alone(low, high):
+    assert str(Parameter(2.0, low, high, "mm")) == "2 mm"
+    assert str(Parameter(2.0, 1.0, 3.0, "-")) == "2 (1 to 3)"
+
+
 def test_an_interval_by_blocks_is_that_of_the_mean_of_their_means():
     """k blocks of four, means that add up to 0: variance of a mean of k draws, k/(k - 1) for what the fit took."""
     k = 30

@@ -204,8 +204,9 @@ def test_plays_take_a_row_and_radii_of_finite_numbers():
     for radii in ([[1.0]], [math.inf], [1.0, -1e-9], [math.nan]):
         with pytest.raises(ValueError, match="radii"):
             plays([1.0], radii)
-    with pytest.raises(ValueError, match=r"start of shape \(2,\)"):
-        plays([1.0], [1.0], [0.0, 0.0])
+    for start, radii in (([0.0, 0.0], [1.0]), ([0.0], [1.0, 2.0])):
+        with pytest.raises(ValueError, match=rf"start of shape \({len(start)},\)"):
+            plays([1.0], radii, start)
 
 
 def test_a_force_of_two_samples_is_by_their_one_slope():

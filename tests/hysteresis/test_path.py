@@ -93,6 +93,7 @@ def test_cycle_column_replaces_the_cycles_that_are_found() -> None:
     assert cycle_slices(record.drive, record.cycle) == [(3, slice(0, 2)), (4, slice(2, 4))]  # 1 -> 0 is a reset
     small = Record([0, 1, 2, 1, 0], [0, 1, 2, 1, 0], cycle=[0, 0, 0, 1, 1])
     assert cycle_slices(small.drive, small.cycle) == [(0, slice(0, 3)), (1, slice(2, 5))]
+    assert cycle_slices(np.array([0.0, 1.0, 2.0, 1.0]), np.array([0, 1, 1, 1])) == [(0, slice(0, 1)), (1, slice(0, 4))]
 
 
 def test_reset_between_trials_is_not_a_reversal() -> None:
