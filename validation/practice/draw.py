@@ -58,6 +58,7 @@ SetName = Literal[
     "score-21",
     "score-22",
     "score-23",
+    "score-24",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -84,6 +85,7 @@ SETS: dict[SetName, int] = {
     "score-21": 20_261_142,
     "score-22": 20_261_143,
     "score-23": 20_261_144,
+    "score-24": 20_261_145,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

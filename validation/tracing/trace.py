@@ -45,6 +45,7 @@ from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
     is_worth_adding,
     nothing_to_explain,
+    rests_early,
 )
 from validation.tracing.fitting.fitted import rms
 from validation.tracing.fitting.holdout import divide_records
@@ -275,8 +276,19 @@ def _trace_as_declared(search: Search) -> Trace:
     search.report("the baseline model")
     baseline = _baseline_of_known_rig(search)
     baseline = best_of_other_loops(search, baseline)
+    if rests_early(baseline):
+        search = replace(search, early=_declared(search, baseline))
     trace = find_effects(search, baseline)
     return _with_better_baseline(search, trace) if trace.effects else trace
+
+
+def _declared(search: Search, baseline: Fitted) -> Fitted | None:
+    """Give the baseline of the declared parameters as they are; None where that rig does not follow the records."""
+    model = Model(search.problem)
+    start = model.coordinates(search.problem.start, [])
+    with suppress(SolverError, RigError):
+        return fit(model, baseline.holdout, start, threads=search.threads, most_steps=1)
+    return None
 
 
 def _baseline_of_known_rig(search: Search) -> Fitted:

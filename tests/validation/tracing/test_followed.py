@@ -1,17 +1,25 @@
 """Effects that are followed until their fit has converged, on rigs whose baseline has absorbed a good part of them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from fem_models.chain.solve import simulate_chain
+from fem_models.load import sine
+from fem_models.rig import preset
+from fem_models.rig.effects import Gravity
 from hysteresis.records.path import cycle_index
+from hysteresis.records.record import Record
 from validation.practice.draw import draw_case
 from validation.tracing import trace_records
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Model, fit
+from validation.tracing.fitting.evidence import rests_early
+from validation.tracing.fitting.fitted import Rows
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.search.candidates import candidates_with_one_more
 from validation.tracing.search.search import Search
@@ -33,6 +41,33 @@ def test_a_weight_whose_start_promised_to_be_near_is_followed_to_the_noise():
     found = {one.names[-1]: one for one in candidates_with_one_more(search, baseline, None)}
     assert baseline.rmse_deg > 4 * case.truth.noise_deg
     assert found["gravity"].rmse_deg < 1.05 * case.truth.noise_deg
+
+
+def hanging(preload_N, seed):
+    """A record of a rig whose rings of 38 g pull at its base, along the tube."""
+    rig = replace(preset("du2018", preload_N=preload_N), gravity=Gravity(37.7, 180.0))
+    run = simulate_chain(rig, sine(1.5, 0.1, cycles=2, samples_per_cycle=60))
+    noise = np.random.default_rng(seed).normal(0, 0.03, run.angle_deg.size)
+    known = {"preset": "du2018", "preload_N": preload_N}
+    return Record(run.drive, run.angle_deg + noise, time_s=run.time_s, cycle=run.cycle, rig=known)
+
+
+def test_a_weight_is_found_beside_a_baseline_that_rests_where_its_derivatives_promise_far_less():
+    """The fit of the weight ended there, too, and a load at the tip was named at 1.16 times the noise."""
+    records = [hanging(preload_N, seed) for seed, preload_N in enumerate((20.0, 10.0))]
+    trace = trace_records(records, threads=1, effects=some("gravity", "tip_load"))
+    assert rests_early(trace.baseline)
+    assert trace.names == ("gravity",)
+    mass, direction = trace.augmented.model.values(trace.augmented.x)[1][0].values()
+    assert (mass, direction) == (pytest.approx(-37.7, abs=0.5), pytest.approx(0.0, abs=0.5))  # along, across
+
+
+def test_fits_of_a_line_that_came_to_the_end_promise_no_more():
+    """The rms that the derivatives leave over the one that is left: 0, then just above and below a half, then 1."""
+    ones, twos = np.ones(4), np.array([1.0, -1.0, 1.0, -1.0])
+    for left, early in ((0.0, True), (0.577, True), (0.578, False), (1e9, False)):
+        rows = Rows(ones + left * twos, np.ones((4, 1)), np.ones(4, dtype=bool))
+        assert rests_early(SimpleNamespace(rows=rows)) is early
 
 
 def test_the_gain_of_the_drive_is_named_with_what_does_the_same():

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 
 from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.least_squares import solve
 from validation.tracing.fitting.smooth import Smooth
 from validation.tracing.settings import (
     AT_NOISE,
     FAR_BEYOND_CHANCE,
+    RESTS_EARLY,
     SMALL_SAMPLE_MARGIN,
     VERY_STRONG_EVIDENCE,
     WORTH_NAMING,
@@ -39,6 +41,18 @@ def is_beyond_chance(before: Fitted, after: Fitted, policy: SearchPolicy) -> boo
 def is_noise(fitted: Fitted) -> bool:
     """Whether a residual is so close to the noise floor that no better fit is possible."""
     return fitted.rmse_deg <= AT_NOISE * fitted.noise.deg
+
+
+def rests_early(fitted: Fitted) -> bool:
+    """Whether a fit came to rest where its own derivatives promise far less.
+
+    A rig that an effect has moved far off has kinks (tendons that go slack, guides that slide elsewhere), and the
+    baseline may end at one. Effects that start there end there, too.
+    """
+    rows = fitted.rows
+    jacobian, error = rows.jacobian[rows.train], rows.errors[rows.train]
+    left = error + jacobian @ solve(jacobian, -error)
+    return float(left @ left) < RESTS_EARLY**2 * float(error @ error)
 
 
 def is_worth_adding(before: Fitted, after: Fitted, tried: int) -> bool:
