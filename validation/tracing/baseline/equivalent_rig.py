@@ -51,7 +51,7 @@ _PRELOAD_N, _EA_N, _STIFFNESS = 20.0, 10_000.0, 120.0
 _tendon, _friction, _material = lru_cache(256)(Tendon), lru_cache(256)(Friction), lru_cache(256)(Material)
 """Parts of the rigs of one Jacobian are mostly the same: one parameter moves, in every run."""
 LARGEST_RANGE_DEG = 1e5
-"""Of an angle: a hundred turns are far beyond any bend, and within the numbers that a rig may have."""
+"""Of an angle: hundreds of turns are far beyond any bend, and within the numbers that a rig may have."""
 _GAP = FreeParameter("rigid_gap_mm", "mm", 0.0, 0.5 * _PITCH_MM / REFINED_PARTS**2, 0.05)
 _ROOTS_SHARE = 1 / 3
 """Of the refined problem alone: the part of a notch that does not bend, which shortens the paths of both tendons in a
