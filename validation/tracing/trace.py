@@ -276,7 +276,7 @@ def _trace_as_declared(search: Search) -> Trace:
     search.report("the baseline model")
     baseline = _baseline_of_known_rig(search)
     baseline = best_of_other_loops(search, baseline)
-    if rests_early(baseline):
+    if rests_early(baseline) and not isinstance(search.problem, SpaceProblem):  # whose runs take far longer
         search = replace(search, early=_declared(search, baseline))
     trace = find_effects(search, baseline)
     return _with_better_baseline(search, trace) if trace.effects else trace

@@ -74,7 +74,8 @@ def _first_steps_of_all(search: Search, early: Fitted, effects: Sequence[Effect]
     """
     out = list[Screened]()
     for one in (one for effect in effects for one in every_start(early, effect, search.forms(effect))):
-        few = [search.with_effect(early, one.added, x, FEW_STEPS) for x in one.starts]
+        each = {(np.round(x, 6) + 0.0).tobytes(): x for x in one.starts}  # from declared parameters they may be alike
+        few = [search.with_effect(early, one.added, x, FEW_STEPS) for x in each.values()]
         there = [fitted for fitted in few if fitted is not None]
         if there:
             best = min(there, key=lambda fitted: fitted.square)
