@@ -52,7 +52,7 @@ def test_mesh_ends_where_the_kinematics_say():
 
 def test_mujoco_bends_joint_by_joint():
     """Against the chain, as for equal notches within 1 %: what stretches in the tube, and friction at its mean."""
-    mujoco = pytest.importorskip("mujoco")
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extras bench and dev have it")
     rig = replace(differing(DU2018), friction=Friction())
     model = mujoco.MjModel.from_xml_string(mujoco_model(rig, guide_loop(rig, 1.0)))
     data = mujoco.MjData(model)

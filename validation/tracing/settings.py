@@ -65,7 +65,7 @@ GAINS_FAST = 0.5
 """Mean square after further steps over the one before, up to which an effect that leaves more than its start promised
 is followed: of a weight of the rings it was 0.02, of a gain of the drive 0.25."""
 RESTS_EARLY = 0.5
-"""Rms that a baseline's own derivatives promise over the one that it leaves, below which effects are also started from
+"""Rms residual that a baseline's own derivatives predict for its optimum over its rms residual, below which effects are also started from
 the declared parameters. Of 30 baselines that an effect of the catalogue had moved, 28 had 0.6 to 1; beside heavy rings,
 whose weight was missed for that, it was 0.14, and beside a heavy load at the tip 0.09."""
 BESIDE = 1.0

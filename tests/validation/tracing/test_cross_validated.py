@@ -49,7 +49,14 @@ def record(name: str, seed: int, *, rate_Hz: float = 0.1, delay_s: float = 0.0, 
     return Record(drive=drive, angle_deg=late + noise, drive_unit="mm", time_s=time, source=name)
 
 
-RIVALS = ("viscous_drag", "tendon_creep", "tendon_slack", "wheel_eccentricity", "thermal_drift", "stribeck_friction")
+COMPETITORS = (
+    "viscous_drag",
+    "tendon_creep",
+    "tendon_slack",
+    "wheel_eccentricity",
+    "thermal_drift",
+    "stribeck_friction",
+)
 """Effects of the time and of the loops. The whole catalogue is tried in the scores."""
 
 
@@ -104,7 +111,7 @@ def test_a_delay_is_named_with_its_size(slow_and_fast: list[Record]) -> None:
     ]
     plays = play_baselines(late)
     assert plays is not None
-    trace = trace_by_folds(plays, some("time_delay", *RIVALS), lambda words: None)
+    trace = trace_by_folds(plays, some("time_delay", *COMPETITORS), lambda words: None)
     assert "time_delay" in {*trace.names, *(name for names in trace.confusable for name in names)}
     report = trace_report(trace)
     assert report.explained_share is not None
@@ -115,7 +122,7 @@ def test_a_delay_is_named_with_its_size(slow_and_fast: list[Record]) -> None:
 
 
 def test_no_change_is_none(slow_and_fast: list[Record]) -> None:
-    same = trace_change(again(), slow_and_fast, some("time_delay", "backlash", *RIVALS), lambda words: None)
+    same = trace_change(again(), slow_and_fast, some("time_delay", "backlash", *COMPETITORS), lambda words: None)
     assert same.verdict == "none"
     assert in_words(trace_report(same))[0].startswith("Nothing has changed")
 

@@ -52,7 +52,7 @@ def hanging(preload_N, seed):
     return Record(run.drive, run.angle_deg + noise, time_s=run.time_s, cycle=run.cycle, rig=known)
 
 
-def test_a_weight_is_found_beside_a_baseline_that_rests_where_its_derivatives_promise_far_less():
+def test_a_weight_is_found_beside_a_baseline_whose_derivatives_predict_a_far_smaller_residual():
     """The fit of the weight ended there, too, and a load at the tip was named at 1.16 times the noise."""
     records = [hanging(preload_N, seed) for seed, preload_N in enumerate((20.0, 10.0))]
     trace = trace_records(records, threads=1, effects=some("gravity", "tip_load"))
@@ -62,7 +62,7 @@ def test_a_weight_is_found_beside_a_baseline_that_rests_where_its_derivatives_pr
     assert (mass, direction) == (pytest.approx(-37.7, abs=0.5), pytest.approx(0.0, abs=0.5))  # along, across
 
 
-def test_fits_of_a_line_that_came_to_the_end_promise_no_more():
+def test_a_fit_rests_early_below_half_of_its_residual():
     """The rms that the derivatives leave over the one that is left: 0, then just above and below a half, then 1."""
     ones, twos = np.ones(4), np.array([1.0, -1.0, 1.0, -1.0])
     for left, early in ((0.0, True), (0.577, True), (0.578, False), (1e9, False)):

@@ -61,7 +61,7 @@ def dependences(fitted: Fitted) -> tuple[Dependence, ...]:
         if (rank := int(np.linalg.matrix_rank(basis))) == 0:  # constant in every record, as is the offset
             continue
         part = min(max(1.0 - float(remaining @ remaining) / whole, 0.0), 1.0)
-        r = lag_one_correlation(np.split(remaining, cuts)) if part < 1 else 0.0  # what is left is rounding
+        r = lag_one_correlation(np.split(remaining, cuts)) if part < 1 else 0.0  # this residual is rounding
         spare = remaining.size * (1 - r) / (1 + r) - rank - 1
         fisher = part / rank / ((1 - part) / spare) if part < 1 else math.inf
         p = float(f_law.sf(fisher, rank, spare)) if spare > 0 else 1.0

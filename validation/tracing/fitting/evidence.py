@@ -44,7 +44,7 @@ def is_noise(fitted: Fitted) -> bool:
 
 
 def rests_early(fitted: Fitted) -> bool:
-    """Whether a fit came to rest where its own derivatives promise far less.
+    """Whether a fit came to rest where its own derivatives predict a far smaller residual.
 
     A rig that an effect has moved far off has kinks (tendons that go slack, guides that slide elsewhere), and the
     baseline may end at one. Effects that start there end there, too.
