@@ -65,9 +65,9 @@ GAINS_FAST = 0.5
 """Mean square after further steps over the one before, up to which an effect that leaves more than its start promised
 is followed: of a weight of the rings it was 0.02, of a gain of the drive 0.25."""
 RESTS_EARLY = 0.5
-"""Rms residual that a baseline's own derivatives predict for its optimum, over the one that it leaves, below which effects
-are also started from the declared parameters. Of 30 baselines that an effect of the catalogue had moved, 28 had 0.6 to 1;
-beside heavy rings, whose weight was missed for that, it was 0.14, and beside a heavy load at the tip 0.09."""
+"""Rms residual that a baseline's own derivatives predict for its optimum, over the one that it has, below which effects
+are also started from the declared parameters. Of 30 baselines that an effect of the catalogue had moved, 28 had 0.6 to
+1; beside heavy rings, whose weight was missed for that, it was 0.14, and beside a heavy load at the tip 0.09."""
 BESIDE = 1.0
 """Largest distance, in coordinates, of a start from a fitted model whose derivatives serve its first step: a start
 beside the model is moved by no more."""
