@@ -65,17 +65,20 @@ class Smallest:
 
 
 def find_smallest(effect: str, kind: Kind, seed: int, tracer: Tracer) -> Smallest:
-    """Go down the ladder from twice the noise as long as an effect is found, or else up until it is."""
+    """Halve the ladder, from twice the noise on, until a size is found and the one below it is not.
+
+    A size above one that is found is taken for found.
+    """
     tried: dict[int, Tried] = {}
-
-    def found_at(k: int) -> bool:
-        tried[k] = _try(effect, kind, seed, LADDER[k], tracer)
-        return tried[k].found >= NEEDED
-
-    if found_at(FIRST):
-        least = next((k + 1 for k in range(FIRST - 1, -1, -1) if not found_at(k)), 0)
-    else:
-        least = next((k for k in range(FIRST + 1, len(LADDER)) if found_at(k)), len(LADDER))
+    missed, least = -1, len(LADDER)
+    middle = FIRST
+    while missed + 1 < least:
+        tried[middle] = _try(effect, kind, seed, LADDER[middle], tracer)
+        if tried[middle].found >= NEEDED:
+            least = middle
+        else:
+            missed = middle
+        middle = (missed + least + 1) // 2
     if least == len(LADDER):
         return Smallest(effect, kind, None, None, tuple(tried.values()))
     sizes = tried[least].sizes
@@ -111,7 +114,7 @@ def _try(effect: str, kind: Kind, seed: int, ratio: float, tracer: Tracer) -> Tr
         numbers: Mapping[str, float] = one.numbers.get(effect, {})
         size = size_of(effect, numbers, kind)
         sizes += [] if size is None else [size]
-        if cases - found > CASES - NEEDED:
+        if found >= NEEDED or cases - found > CASES - NEEDED:
             break
     return Tried(ratio, cases, found, first, tuple(sizes))
 
