@@ -97,15 +97,17 @@ class TapedRun:
         return _kind(self.case, memory_at_rest(self.rig, self.case.joints))
 
 
-def taped_run(rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | None = None) -> TapedRun:
-    """Run a rig through a load program, or under tendon forces in N, shape (m,).
+def taped_run(
+    rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | None = None, like: ChainCase | None = None
+) -> TapedRun:
+    """Run a rig through a load program, or under tendon forces in N, shape (m,); ``like`` as of ``chain_case``.
 
     Raises
     ------
     SolverError, RigError
         As :func:`fem_models.chain.solve.solve_chain`.
     """
-    case = chain_case(rig, load, settings)
+    case = chain_case(rig, load, settings, like=like)
     run, tape = followed(rig, case, taped=True)
     return TapedRun(rig, load, case, ChainSeries(rig, case.joints, run), tape)
 
@@ -142,8 +144,10 @@ class MovedRun:
     of_one_kind: bool
 
 
-def moved_run(base: TapedRun, rig: Rig, load: LoadProgram | Floats) -> MovedRun:
+def moved_run(base: TapedRun, rig: Rig, load: LoadProgram | Floats, like: ChainCase | None = None) -> MovedRun:
     """Derive what the kernel takes of a rig that differs by little from the one that was run.
+
+    ``like`` as of :func:`fem_models.chain.solve.chain_case`.
 
     Raises
     ------
@@ -151,7 +155,7 @@ def moved_run(base: TapedRun, rig: Rig, load: LoadProgram | Floats) -> MovedRun:
         A rig that cannot be.
     """
     path = base.case.path if load is base.load and _same_schedule(rig, base.rig) else None
-    case = chain_case(rig, load, path=path)
+    case = chain_case(rig, load, path=path, like=like)
     memory = memory_at_rest(rig, case.joints)
     sections_differ = case.joints.first.section is not None and not case.joints.alike
     of_one_kind = not sections_differ and base.kind == _kind(case, memory)

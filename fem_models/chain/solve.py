@@ -111,7 +111,11 @@ class ChainCase:
 
 
 def chain_case(
-    rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | None = None, path: Path | None = None
+    rig: Rig,
+    load: LoadProgram | Floats,
+    settings: ChainSettings | None = None,
+    path: Path | None = None,
+    like: ChainCase | None = None,
 ) -> ChainCase:
     """Derive what the kernels take of a rig and a load program, or of a rig and tendon forces in N, shape (m,).
 
@@ -119,13 +123,18 @@ def chain_case(
     ----------
     path
         The path of that load, where it is known.
+    like
+        The same rig through another load of that kind, with those settings, where it is known; only the path differs.
 
     Raises
     ------
     RigError
         From :mod:`fem_models.load.schedule`.
     """
-    settings, joints = settings or ChainSettings(), joint_row(rig)
+    settings = settings or ChainSettings()
+    if like is not None:
+        return ChainCase(like.joints, path or _path(rig, load, like.joints, settings), like.parameters)
+    joints = joint_row(rig)
     parameters = chain_parameters(rig, joints, settings, load_control=not isinstance(load, LoadProgram))
     return ChainCase(joints, path or _path(rig, load, joints, settings), with_each(parameters, rig, joints))
 

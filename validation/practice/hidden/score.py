@@ -4,7 +4,7 @@
 
 Each case is traced, and so is its control, the untouched records. What is named in the control is not counted for or
 against. A change is in the set if it is named or not distinguished from a named effect. Lost counts and leaps are in no
-model: there nothing new may be named.
+model: there nothing new may be named. Cases that the file of outcomes has already are not traced again.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from pathlib import Path
 import numpy as np
 from rich.progress import track
 
+from hysteresis.files import write_files
+from hysteresis.plain import from_plain
 from hysteresis.records.record import Record
 from validation.practice.hidden.changes import OUTSIDE
 from validation.practice.hidden.draw import HiddenCase, nth
@@ -155,6 +157,16 @@ def _row(name: str, some: Sequence[HiddenOutcome]) -> str:
     return f"| {name} | {len(some)} | {' | '.join(own)} | {new} |"
 
 
+def _stored(file: Path, seed: int, parser: argparse.ArgumentParser) -> list[HiddenOutcome]:
+    """Outcomes of the first cases of a seed that an interrupted run has left."""
+    if not file.exists():
+        return []
+    stored = json.loads(file.read_text(encoding="utf-8"))
+    if stored["seed"] != seed:
+        parser.error(f"--out: {file}: seed = {stored['seed']}: expected {seed}")
+    return [from_plain(HiddenOutcome, one, str(file)) for one in stored["cases"]]
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trace cases and their controls, print the table and write all outcomes."""
     parser = argparse.ArgumentParser(prog="python -m validation.practice.hidden.score", description=__doc__)
@@ -164,15 +176,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, required=True, help="JSON")
     options = parser.parse_args(arguments)
     controls: dict[tuple[str, ...], Trace] = {}
-    outcomes = list[HiddenOutcome]()
-    for number in track(range(options.count), description="cases"):
+    outcomes = _stored(options.out, options.seed, parser)
+    for number in track(range(len(outcomes), options.count), description="cases"):
         case = nth(options.measured, options.seed, number)
         key = tuple(record.source for record in case.control)
         if key not in controls:
             controls[key] = trace_records(case.control, threads=1)
         outcomes.append(outcome(case, controls[key]))
         stored = {"seed": options.seed, "cases": [asdict(one) for one in outcomes]}
-        options.out.write_text(json.dumps(stored, indent=1) + "\n")
+        write_files({options.out: json.dumps(stored, indent=1) + "\n"})
     print("\n".join(table(outcomes)))  # noqa: T201
 
 

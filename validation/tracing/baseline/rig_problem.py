@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from fem_models.chain.along import MovedRun, TapedRun, line_along, moved_along, moved_run, moved_series
+from fem_models.chain.solve import ChainCase
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
@@ -122,11 +123,12 @@ class RigProblem(RecordSet, ABC):
 
     def followed(self, values: Values, added: Added) -> Followed:
         """Predict as ``predict_series``, and keep the steps of the runs for :meth:`moved`."""
-        runs = list[FollowedRun]()
-        for of_record in self.runs:
-            for run in of_record:
-                driven = self.driven(run, values)
-                runs.append(FollowedRun(run, driven, driven.taped(self.rig(run, values, added))))
+        runs, known = list[FollowedRun](), dict[int, TapedRun]()  # by the declared rig, which most records share
+        for run in (run for of_record in self.runs for run in of_record):
+            driven, same = self.driven(run, values), known.get(id(run.rig))
+            base = driven.taped(same.rig, same.case) if same else driven.taped(self.rig(run, values, added))
+            known[id(run.rig)] = base
+            runs.append(FollowedRun(run, driven, base))
         return Followed(self._series([one.rows(self.channels) for one in runs], added), tuple(runs))
 
     def moved(
@@ -144,7 +146,8 @@ class RigProblem(RecordSet, ABC):
 
         if not points:
             return []
-        by_run = [[self._moved(one, values, added) for values, added in points] for one in followed.runs]
+        by_point = [self._moved(followed.runs, values, added) for values, added in points]
+        by_run = list(zip(*by_point, strict=True))
         differences = in_threads(along, by_run, threads)
         out = list[list[Floats] | None]()
         for point, (_, added) in enumerate(points):
@@ -156,15 +159,24 @@ class RigProblem(RecordSet, ABC):
             out.append(self._series(given, added) if len(given) == len(rows) else None)
         return out
 
-    def _moved(self, one: FollowedRun, values: Values, added: Added) -> _Moved:
-        try:
-            rig, run = self.rig(one.run, values, added), self.driven(one.run, values)
-            load = run.load(rig)
-            if rig == one.base.rig and _same_load(load, one.driven.load(rig)):
-                return _Moved(one, one.driven, "same")
-            return _Moved(one, run, moved_run(one.base, rig, load))
-        except RigError:
-            return _Moved(one, one.driven, "none")
+    def _moved(self, runs: Sequence[FollowedRun], values: Values, added: Added) -> list[_Moved]:
+        """Move the rig of each run; records of one declared rig share what is derived of it."""
+        out, rigs, cases = list[_Moved](), dict[int, Rig](), dict[int, ChainCase]()
+        for one in runs:
+            declared = id(one.run.rig)
+            try:
+                rig = rigs.get(declared) or self.rig(one.run, values, added)
+                rigs[declared], run = rig, self.driven(one.run, values)
+                load = run.load(rig)
+                if rig == one.base.rig and _same_load(load, one.driven.load(rig)):
+                    out.append(_Moved(one, one.driven, "same"))
+                    continue
+                moved = moved_run(one.base, rig, load, cases.get(declared))
+                cases[declared] = moved.case
+                out.append(_Moved(one, run, moved))
+            except RigError:
+                out.append(_Moved(one, one.driven, "none"))
+        return out
 
     def _moved_rows(self, moved: _Moved, difference_rad: float) -> Floats | None:
         match moved.run:

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from fem_models.chain.along import ChainSeries, TapedRun, taped_run
-from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, solve_chain_by_force
+from fem_models.chain.solve import ChainCase, ChainSolution, chain_angle_deg, solve_chain, solve_chain_by_force
 from fem_models.joint.strain import strain_per_rad
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
@@ -55,9 +55,9 @@ class Run:
         """Load that a rig is run through: of cycles that repeat each other only two, where it has no memory."""
         return self.program if self.short is None or not _forgets(rig) else self.short
 
-    def taped(self, rig: Rig) -> TapedRun:
-        """Run a rig through it, and keep the steps."""
-        return taped_run(rig, self.load(rig))
+    def taped(self, rig: Rig, like: ChainCase | None = None) -> TapedRun:
+        """Run a rig through it, and keep the steps; ``like`` is that rig's case in another record."""
+        return taped_run(rig, self.load(rig), like=like)
 
     def rows(self, series: ChainSeries, channels: Sequence[Channel]) -> Floats:
         """Angle and channels along the record, shape (m, 1 + channels), of a rig that was run through its load."""
@@ -107,6 +107,7 @@ def run_setup(
     inputs = [one.inputs for one in records]
     in_mm = [replace(one, drive=to_mm(one.drive)) for one in inputs]
     cut = _force_runs if load_control else drive_runs
+    rigs = [next(other for other in rigs if other == rig) for rig in rigs]  # one object, which is told at a glance
     runs = tuple(cut(rig, one) for rig, one in zip(rigs, in_mm, strict=True))
     scale = _scale([one.record for one in records], runs, in_mm, to_mm)
     return RunSetup(runs, scale, _met_needs(rigs, inputs, load_control=load_control))
