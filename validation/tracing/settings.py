@@ -62,8 +62,8 @@ OTHER_FORM_SQUARE = 1.5
 """Mean square after the first steps, over that of the effect's best form, up to which another form is fitted to its
 end."""
 GAINS_FAST = 0.5
-"""Mean square after further steps over the one before, up to which an effect that leaves more than its start promised
-is followed: of a weight of the rings it was 0.02, of a gain of the drive 0.25."""
+"""Mean square after further steps over the one before, up to which an effect that leaves more than its start's
+linearised gain says is followed: of a weight of the rings it was 0.02, of a gain of the drive 0.25."""
 RESTS_EARLY = 0.5
 """Rms residual that a baseline's own derivatives predict for its optimum, over the one that it has, below which effects
 are also started from the declared parameters. Of 30 baselines that an effect of the catalogue had moved, 28 had 0.6 to
@@ -100,8 +100,8 @@ class SearchPolicy:
         Effects at most that are then fitted to convergence, for the first effect and for further ones.
     leading
         Best effects of those, which are also fitted in forms with more parameters and from other starting points.
-    kept_promises
-        Whether an effect that leaves more after the first steps than the linearised gain of its start promised gets
+    follows_gain
+        Whether an effect that leaves more after the first steps than the linearised gain of its start says gets
         further ones before it is left behind.
     near, near_at_noise
         Mean square over the least one, after the first steps or at convergence, up to which an effect is fitted to
@@ -140,7 +140,7 @@ class SearchPolicy:
     finished: int
     later_finished: int
     leading: int
-    kept_promises: bool
+    follows_gain: bool
     near: float
     near_at_noise: float
     absorbs_effects: bool
@@ -401,7 +401,7 @@ detection limit is found, and how near its action comes to what is needed: the r
 
 COMPETITOR_FITTED = 1.3
 """Held-out error of play operators over the error that a curve leaves of samples that it was fitted to, up to which the
-curve does not promise to predict better."""
+curve is not expected to predict better."""
 
 # --- next experiment and second opinion ------------------------------------------------------------------------------
 
@@ -432,7 +432,7 @@ KNOWN_RIG = SearchPolicy(
     finished=8,
     later_finished=8,
     leading=6,
-    kept_promises=True,
+    follows_gain=True,
     near=6.0,
     near_at_noise=4.0,
     absorbs_effects=False,
@@ -457,7 +457,7 @@ EQUIVALENT_RIG = SearchPolicy(
     finished=8,
     later_finished=3,
     leading=1,
-    kept_promises=False,
+    follows_gain=False,
     near=12.0,  # first steps say less: drag, delay, slack and stiffening went from 3 times the noise down to it
     near_at_noise=12.0,
     absorbs_effects=True,
@@ -482,7 +482,7 @@ CURVE = SearchPolicy(
     finished=0,
     later_finished=0,
     leading=0,
-    kept_promises=False,
+    follows_gain=False,
     near=0.0,
     near_at_noise=0.0,
     absorbs_effects=False,

@@ -31,7 +31,7 @@ def some(*names):
     return [effect for effect in catalogue() if effect.name in names]
 
 
-def test_a_weight_whose_start_promised_to_be_near_is_followed_to_the_noise():
+def test_a_weight_that_is_near_by_its_linearised_gain_is_followed_to_the_noise():
     """It was given up after its first steps, at an error of 0.46 deg; the noise is 0.06."""
     case = draw_case("score-10", "known", "gravity", 1)
     search = Search(known_rig_problem(case.records), KNOWN_RIG, some("gravity", "tip_load"), 1, lambda words: None)

@@ -246,7 +246,7 @@ def test_the_five_effects_of_least_error_are_candidates(monkeypatch):
 
 
 @pytest.mark.parametrize(("gained", "tried"), [(1.01, ["drag"]), (0.99, [])])
-def test_a_start_must_promise_a_gain(monkeypatch, gained, tried):
+def test_a_start_must_have_a_linearised_gain(monkeypatch, gained, tried):
     words = []
     start = SimpleNamespace(gain=gained * by_folds.LEAST_GAIN, added="added", x=None)
     monkeypatch.setattr(by_folds, "linearised_gain", lambda *given: start)

@@ -30,12 +30,12 @@ from validation.tracing.settings import (
 class Screened(NamedTuple):
     """A candidate after its first steps, and the number of the fitted model beside which it was started.
 
-    ``promised`` is the mean square that the linearised gain of its start leaves.
+    ``linearised`` is the mean square that the linearised gain of its start leaves.
     """
 
     base: int
     fitted: Fitted
-    promised: float
+    linearised: float
 
 
 def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -> list[Fitted]:
@@ -70,7 +70,7 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
 def _first_steps_of_all(search: Search, early: Fitted, effects: Sequence[Effect], number: int) -> list[Screened]:
     """Give every start of every form a few steps beside a baseline after a few; the best of each form goes on.
 
-    So far from an optimum the linearised gain says nothing: the baseline's own parameters promise nearly all of it.
+    So far from an optimum the linearised gain says nothing: by it the baseline's own parameters take nearly all.
     """
     out = list[Screened]()
     for one in (one for effect in effects for one in every_start(early, effect, search.forms(effect))):
@@ -97,7 +97,7 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
 
     At least one effect of each base is fitted to convergence. Beside a baseline that has absorbed the true effect,
     effects that do nothing have the residual of that baseline, and would fill all places. On a known rig an effect
-    whose start promised to be near gets further steps before it counts as behind.
+    near by the linearised gain of its start gets further steps before it counts as behind.
     """
     policy = search.policy
     most = policy.later_finished if fitted.names else policy.finished
@@ -107,10 +107,10 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
     represented = set[int]()  # bases of which an effect is fitted to convergence
     at_noise = False
     least, near = screened[0].fitted.square if screened else math.inf, policy.near
-    for number, candidate, promised in screened:
+    for number, candidate, linearised in screened:
         name = candidate.names[-1]
         place = len(best) < most or number not in represented
-        if policy.kept_promises and name not in best and place and promised < near * least <= candidate.square:
+        if policy.follows_gain and name not in best and place and linearised < near * least <= candidate.square:
             candidate = _led_nearer(search, fitted, candidate, near * least)
         square = candidate.square
         if name not in best and place and square < near * least:
@@ -132,8 +132,8 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
 def _led_nearer(search: Search, fitted: Fitted, candidate: Fitted, enough: float) -> Fitted:
     """Give a candidate further steps until its mean square is low enough, as long as they gain fast.
 
-    A start that promises to be near may need more than the first steps for it, where the baseline has absorbed a good
-    part of the effect and has to come back.
+    A start that is near by its linearised gain may need more than the first steps, where the baseline has absorbed a
+    good part of the effect and has to come back.
     """
     while candidate.square >= enough:
         further = search.with_effect(fitted, candidate.model.added[-1], candidate.x, search.policy.first_steps)
