@@ -7,8 +7,10 @@ import pytest
 from docs.make.benchmark.smallest import figure, tables
 from validation.practice.draw import Case
 from validation.practice.outcome import Answer
+from validation.practice.protocols import Kind
+from validation.practice.smallest import search
 from validation.practice.smallest.score import FalseAlarms, effects_of, main
-from validation.practice.smallest.search import LADDER, NEEDED, find_smallest
+from validation.practice.smallest.search import CASES, NEEDED, Tried, find_smallest
 
 
 def finds_from(least: float):
@@ -30,21 +32,27 @@ def finds_from(least: float):
         (1.6, 2.0, [2.0, 1.0, 1.41]),
         (3.0, 4.0, [2.0, 5.66, 4.0, 2.83]),
         (6.0, 8.0, [2.0, 5.66, 8.0]),
+        (9.0, None, [2.0, 5.66, 8.0]),
     ],
 )
-def test_the_ladder_is_halved_to_the_smallest_size_that_is_found(
-    threshold: float, expected: float, order: list[float]
+def test_the_ladder_is_halved(
+    threshold: float, expected: float | None, order: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = find_smallest("time_delay", "known", 11, finds_from(threshold))
-    assert [one.ratio for one in found.tried] == order
+    def tried(effect: str, kind: Kind, seed: int, ratio: float, tracer: object) -> Tried:
+        found = NEEDED if ratio > threshold else 0
+        return Tried(ratio, CASES, found, found, ())
+
+    monkeypatch.setattr(search, "_try", tried)
+    found = find_smallest("time_delay", "known", 11, lambda case: Answer("none"))
     assert found.ratio == expected
-    tried = {one.ratio: one for one in found.tried}
-    assert tried[expected].found == tried[expected].cases == NEEDED  # enough of ten
+    assert [one.ratio for one in found.tried] == order
+
+
+def test_nine_found_or_two_missed_decide() -> None:
+    found = find_smallest("time_delay", "known", 11, finds_from(1.6))
+    cases = {one.ratio: (one.cases, one.found) for one in found.tried}
+    assert cases == {2.0: (NEEDED, NEEDED), 1.0: (2, 0), 1.41: (2, 0)}
     assert found.constant > 0  # s, of the delay
-    if expected > LADDER[0]:
-        below = tried[LADDER[LADDER.index(expected) - 1]]
-        assert below.cases == 2  # two misses decide
-        assert below.found == 0
 
 
 def test_page_and_figure_say_what_was_not_found() -> None:
