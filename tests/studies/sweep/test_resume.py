@@ -84,7 +84,7 @@ def test_killed_three_times_then_finished(tmp_path, undisturbed):
     for _ in range(3):
         before, process = stored(out), begun(file, out)
         while process.poll() is None and stored(out) < before + 32:  # more than a batch, so that one is there for good
-            time.sleep(0.002)
+            time.sleep(0.02)
         process.kill()
         process.communicate()
         with open_store(out) as store:  # takes back what was half written
@@ -113,7 +113,7 @@ def test_interrupted_study_says_how_far_it_came(when, number, tmp_path, undistur
     file, out = study_file(tmp_path, LONG), tmp_path / "out"
     process = begun(file, out)
     while process.poll() is None and not (stored(out) if when == "in the middle" else (out / "inputs").exists()):
-        time.sleep(0.002)
+        time.sleep(0.02)
     (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
     said = process.communicate()[1].decode()
     assert process.returncode == 128 + number
@@ -127,7 +127,7 @@ def test_interrupted_study_says_how_far_it_came(when, number, tmp_path, undistur
     assert (done == 0) if when != "in the middle" else (0 < done < 240)
     assert summary["computed"] == done
     if done:
-        again = run_study(read_study(file), out, workers=2)
+        again = run_study(read_study(file), out, workers=1)
         assert (again.state, again.from_store) == ("finished", done)
         same(open_study(out), undisturbed)
 
