@@ -10,6 +10,7 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from docs.make.pages import DOCS, IMAGES, png, put_between_marks, table
@@ -77,7 +78,9 @@ def _cell(one: Smallest | None, name: str) -> str:
     if one is None:
         return "-"
     if one.ratio is None:
-        return f"not at {max(t.ratio for t in one.tried):g}"
+        largest = max(one.tried, key=lambda tried: tried.ratio)
+        left = f", of which the baseline leaves {np.median(largest.left):.2g}" if largest.left else ""
+        return f"not at {largest.ratio:g}{left}"
     constant = f" ({one.constant:.2g} {UNITS[name]})" if one.constant is not None and name in UNITS else ""
     return f"{one.ratio:g}{constant}"
 

@@ -56,12 +56,15 @@ def test_nine_found_or_two_missed_decide() -> None:
 
 
 def test_page_and_figure_say_what_was_not_found() -> None:
-    never = find_smallest("time_delay", "known", 11, lambda case: Answer("none"))
+    def misses(case: Case) -> Answer:
+        return Answer("none", before_deg=3.0 * case.truth.noise_deg)
+
+    never = find_smallest("time_delay", "known", 11, misses)
     assert never.ratio is None
     assert [one.cases for one in never.tried] == [2] * 3
     found = {("known", "time_delay"): never}
     text = tables(found, {"known": FalseAlarms("known", 11, 1, 40)})
-    assert "| `time_delay` | not at 8 | - |" in text
+    assert "| `time_delay` | not at 8, of which the baseline leaves 3 | - |" in text
     assert "named: 1 of 40 (known rig)." in text
     assert figure(found).axes[0].get_yticklabels()[0].get_text() == "time_delay"
 
