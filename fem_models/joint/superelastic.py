@@ -18,6 +18,7 @@ from hysteresis.arrays import Floats
 
 FIBRES = 8
 """Fibres from the neutral axis to either edge: the moment of a flexure is within 1 % of that of 400."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(FIBRES)
 LEAST_PART = 1e-9
 """Least share of the total stiffness: smaller elements are rounding."""
 
@@ -105,9 +106,8 @@ def _assumed_section(rig: Rig, second_moment_per_length_mm3: float) -> tuple[Flo
 
     It bends over the whole pitch. Stresses of such a joint are those of this strip, not of the metal.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(FIBRES)
-    y = 0.25 * rig.tendon_a.moment_arm_mm * (1 + nodes)
-    area = weights * second_moment_per_length_mm3 * rig.pitch_mm / float((y**2 * weights).sum())
+    y = 0.25 * rig.tendon_a.moment_arm_mm * (1 + _NODES)
+    area = _WEIGHTS * second_moment_per_length_mm3 * rig.pitch_mm / float((y**2 * _WEIGHTS).sum())
     return y, area, rig.pitch_mm
 
 
