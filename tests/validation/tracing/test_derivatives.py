@@ -93,3 +93,36 @@ def test_a_column_of_the_reading_alone_needs_no_run_and_threads_change_nothing(m
     again = differentiate(model, holdout, x, errors, 1)
     assert (again == one).all()
     assert len(runs) == len(problem.parameters)
+
+
+def each_with_a_rig_of_its_own(problem):
+    """The same problem, its runs' rigs equal but not one object."""
+    runs = tuple(tuple(replace(run, rig=replace(run.rig)) for run in of_record) for of_record in problem.runs)
+    return replace(problem, setup=replace(problem.setup, runs=runs))
+
+
+@pytest.mark.parametrize(
+    "make", [known_rig_problem, lambda records: equivalent_rig_problem(records, 60)], ids=["known", "equivalent"]
+)
+def test_records_of_one_rig_share_what_is_derived_of_it_and_no_digit_changes(make, monkeypatch):
+    shared = make([driven(20.0), driven(10.0), driven(20.0, 0.5)])
+    apart = each_with_a_rig_of_its_own(shared)
+    rigs = [{id(run.rig) for runs in problem.runs for run in runs} for problem in (shared, apart)]
+    assert [len(ids) for ids in rigs] == [2, 3]
+    made, real = [], type(shared).baseline_rig
+    monkeypatch.setattr(type(shared), "baseline_rig", lambda *of: made.append(of) or real(*of))
+    for names in ([], ["tendon_creep"], ["preload_loss"], ["backlash"]):
+        effects = [effect for effect in catalogue() if effect.name in names]
+        forms = [shared.forms(effect)[0] for effect in effects]
+        found, counts = [], []
+        for problem in (shared, apart):
+            added = tuple(AddedEffect(effect, form) for effect, form in zip(effects, forms, strict=True))
+            model = Model(problem, added)
+            x = model.coordinates(problem.start, [problem.starts(form)[-1] for form in forms])
+            errors, followed = model.followed(x)
+            made.clear()
+            moved = model.moved_errors(followed, list(x + STEP * np.eye(x.size)), 1)
+            counts.append(len(made))
+            found.append(np.array([np.concatenate(one) for one in [errors, *moved]]))
+        np.testing.assert_array_equal(*found)
+        assert counts == [2 * x.size, 3 * x.size]

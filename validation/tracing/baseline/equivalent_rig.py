@@ -258,7 +258,8 @@ def refined_problem(problem: Problem) -> EquivalentRigProblem:
     records = [one.record for one in problem.records]
     used = prepare(records, [kept_samples(record.drive, REFINED_SAMPLES, cycle_index(record)) for record in records])
     in_mm = [replace(one.inputs, drive=problem.tendon_mm(one.drive)) for one in used]
-    rigs = [_with_roots(runs[0].rig) for runs in problem.runs]
+    with_roots = {id(runs[0].rig): _with_roots(runs[0].rig) for runs in problem.runs}  # records share one object
+    rigs = [with_roots[id(runs[0].rig)] for runs in problem.runs]
     runs = tuple(drive_runs(rig, inputs) for rig, inputs in zip(rigs, in_mm, strict=True))
     return replace(
         problem,
