@@ -177,7 +177,7 @@ def draw_noiseless(
     change
         Other records than the usual four, see :func:`validation.practice.protocols.draw_baseline`.
     ratio
-        Size of the effect over the noise; drawn within :data:`MODERATE` by default.
+        Size of the effect over the noise, which is met; drawn within :data:`MODERATE` by default.
 
     Raises
     ------
@@ -239,7 +239,7 @@ def _draw(
         family = {**CATALOGUE, **OUTSIDE_CATALOGUE}[effect](rng, baseline)
         drawn_ratio = float(rng.uniform(MODERATE[0] * 1.1, MODERATE[1] * 0.9))
         target = drawn_ratio if ratio is None else ratio
-        sized.append(solve_size(baseline, family, absorbed, target))
+        sized.append(solve_size(baseline, family, absorbed, target, exact=ratio is not None))
     injected = [one for one, _ in sized]
     with_curve = np.column_stack([absorbed, curve_columns(baseline)]) if effects else absorbed
     truth = Truth(

@@ -108,15 +108,18 @@ def size_over_noise(baseline: BaselineRuns, injected: Injected, absorbed: Floats
     return float(np.sqrt(np.mean((added - absorbed @ fit) ** 2)) / baseline.protocol.noise_deg)
 
 
-def solve_size(baseline: BaselineRuns, family: Family, absorbed: Floats, target: float) -> tuple[Injected, float]:
+def solve_size(
+    baseline: BaselineRuns, family: Family, absorbed: Floats, target: float, *, exact: bool = False
+) -> tuple[Injected, float]:
     """Find an effect with a size near the target, by secants of the logarithms in a bracket; return its size, too.
 
-    If the bounds of the effect do not reach the target, its largest or least size is taken if that is moderate.
+    If the bounds of the effect do not reach the target, its largest or least size is taken if that is moderate, unless
+    the target is to be met (``exact``).
 
     Raises
     ------
     OutOfReachError
-        No moderate size between the bounds of the effect.
+        No such size between the bounds of the effect.
     """
     low, high = family.least, 1.0
     at_low = at_high = math.nan
@@ -128,7 +131,8 @@ def solve_size(baseline: BaselineRuns, family: Family, absorbed: Floats, target:
         except SolverError:
             ratio = math.inf
         at_bound = (ratio > target and size <= family.least) or (ratio < target and size >= 1.0)
-        if abs(ratio / target - 1) < TOLERANCE or (at_bound and MODERATE[0] <= ratio <= MODERATE[1]):
+        moderate = not exact and MODERATE[0] <= ratio <= MODERATE[1]
+        if abs(ratio / target - 1) < TOLERANCE or (at_bound and moderate):
             return injected, ratio
         if at_bound:
             break

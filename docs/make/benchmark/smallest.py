@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -78,9 +79,12 @@ def _cell(one: Smallest | None, name: str) -> str:
     if one is None:
         return "-"
     if one.ratio is None:
-        largest = max(one.tried, key=lambda tried: tried.ratio)
-        left = f", of which the baseline leaves {np.median(largest.left):.2g}" if largest.left else ""
-        return f"not at {largest.ratio:g}{left}"
+        missed = sorted((tried for tried in one.tried if tried.is_missed), key=lambda tried: tried.ratio)
+        if not missed:
+            return "out of reach"
+        left = [value for value in missed[-1].left if math.isfinite(value)]
+        held = f"; the baseline's error is {np.median(left):.2g} times the noise there" if left else ""
+        return f"not at {' to '.join(f'{ratio:g}' for ratio in sorted({missed[0].ratio, missed[-1].ratio}))}{held}"
     constant = f" ({one.constant:.2g} {UNITS[name]})" if one.constant is not None and name in UNITS else ""
     return f"{one.ratio:g}{constant}"
 

@@ -8,10 +8,10 @@ import pytest
 from fem_models.chain import simulate_chain, solve_chain
 from fem_models.rig.effects import Backlash
 from validation.practice.catalogue import CATALOGUE
-from validation.practice.injected import Injected, observed
+from validation.practice.injected import Family, Injected, observed
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 from validation.practice.protocols import BaselineRuns, draw_baseline
-from validation.practice.size import baseline_tangent, size_over_noise
+from validation.practice.size import TOLERANCE, OutOfReachError, baseline_tangent, size_over_noise, solve_size
 
 
 @pytest.fixture(scope="module")
@@ -86,3 +86,18 @@ def test_delay_shifts_the_angle_in_time(baseline: BaselineRuns) -> None:
     injected = family.at(float(time[1]) / 0.2)
     angle = solve_chain(baseline.protocol.rig_at(20.0), baseline.protocol.loadings[2].program).record.angle_deg
     np.testing.assert_allclose(observed(baseline.protocol, [injected])[2][1:], angle[:-1], atol=2e-3)  # times to 1 us
+
+
+def test_a_size_that_was_asked_for_is_met_or_out_of_reach(baseline: BaselineRuns) -> None:
+    """An offset of the angle of at most four times the noise: moderate, but not six times."""
+    noise, nothing = baseline.protocol.noise_deg, baseline_tangent(baseline)[:, :0]
+
+    def at(size: float) -> Injected:
+        return Injected({}, observe=lambda index, record, angle: angle + 4.0 * size * noise)
+
+    family = Family(at, least=1e-3)
+    _, largest = solve_size(baseline, family, nothing, 6.0)
+    assert largest == pytest.approx(4.0)
+    with pytest.raises(OutOfReachError):
+        solve_size(baseline, family, nothing, 6.0, exact=True)
+    assert solve_size(baseline, family, nothing, 2.0, exact=True)[1] == pytest.approx(2.0, rel=TOLERANCE)

@@ -6,7 +6,7 @@ import pytest
 
 from docs.make.benchmark.smallest import figure, tables
 from validation.practice.draw import Case
-from validation.practice.outcome import Answer
+from validation.practice.outcome import Answer, Outcome
 from validation.practice.protocols import Kind
 from validation.practice.smallest import search
 from validation.practice.smallest.score import FalseAlarms, effects_of, main
@@ -48,6 +48,33 @@ def test_the_ladder_is_halved(
     assert [one.ratio for one in found.tried] == order
 
 
+def test_no_size_is_tried_above_one_that_the_bounds_do_not_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Above three times the noise one case of ten can be drawn; below, nothing is found."""
+
+    def outcome(label: str, kind: Kind, seed: int, number: int, ratio: float, tracer: object) -> Outcome | None:
+        if ratio > 3.0 and number:
+            return None
+        return Outcome(
+            label=label,
+            truth=("time_delay",),
+            noise_deg=0.02,
+            verdict="none",
+            named=(),
+            confusable=(),
+            before_deg=0.03,
+            after_deg=None,
+            seconds=0.0,
+        )
+
+    monkeypatch.setattr(search, "_outcome", outcome)
+    found = find_smallest("time_delay", "known", 11, lambda case: Answer("none"))
+    assert found.ratio is None
+    tried = [(one.ratio, one.cases, one.is_missed) for one in found.tried]
+    assert tried == [(2.0, 2, True), (5.66, 1, False), (4.0, 1, False), (2.83, 2, True)]
+    assert found.tried[0].left == (1.5, 1.5)
+    assert "| not at 2 to 2.83; the baseline's error is 1.5 times" in tables({("known", "time_delay"): found}, {})
+
+
 def test_nine_found_or_two_missed_decide() -> None:
     found = find_smallest("time_delay", "known", 11, finds_from(1.6))
     cases = {one.ratio: (one.cases, one.found) for one in found.tried}
@@ -64,7 +91,7 @@ def test_page_and_figure_say_what_was_not_found() -> None:
     assert [one.cases for one in never.tried] == [2] * 3
     found = {("known", "time_delay"): never}
     text = tables(found, {"known": FalseAlarms("known", 11, 1, 40)})
-    assert "| `time_delay` | not at 8, of which the baseline leaves 3 | - |" in text
+    assert "| `time_delay` | not at 2 to 8; the baseline's error is 3 times the noise there | - |" in text
     assert "named: 1 of 40 (known rig)." in text
     assert figure(found).axes[0].get_yticklabels()[0].get_text() == "time_delay"
 

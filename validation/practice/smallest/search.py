@@ -44,6 +44,16 @@ class Tried:
     sizes: tuple[float, ...]
     left: tuple[float, ...] = ()
 
+    @property
+    def is_found(self) -> bool:
+        """Whether nine of ten cases were found."""
+        return self.found >= NEEDED
+
+    @property
+    def is_missed(self) -> bool:
+        """Whether two cases were missed; neither, where the bounds of the effect do not reach the size."""
+        return self.cases - self.found > CASES - NEEDED
+
 
 @dataclass(frozen=True)
 class Smallest:
@@ -54,7 +64,7 @@ class Smallest:
     effect, kind
         Its name; whether the sidecar describes the rig.
     ratio
-        Size over the noise; None where not even the largest one is found.
+        Size over the noise; None where not even the largest one that the bounds of the effect reach is found.
     constant
         Median of the effect's main constant at that size (:func:`validation.practice.benchmark.sizes.size_of`); None
         where the effect has none.
@@ -72,19 +82,19 @@ class Smallest:
 def find_smallest(effect: str, kind: Kind, seed: int, tracer: Tracer) -> Smallest:
     """Halve the ladder, from twice the noise on, until a size is found and the one below it is not.
 
-    A size above one that is found is taken for found.
+    A size above one that is found is taken for found, one below one that is missed for missed. Above a size that the
+    bounds of the effect do not reach, none is tried.
     """
     tried: dict[int, Tried] = {}
-    missed, least = -1, len(LADDER)
-    middle = FIRST
+    missed, least, middle = -1, len(LADDER), FIRST
     while missed + 1 < least:
-        tried[middle] = _try(effect, kind, seed, LADDER[middle], tracer)
-        if tried[middle].found >= NEEDED:
+        tried[middle] = one = _try(effect, kind, seed, LADDER[middle], tracer)
+        if one.is_found or not one.is_missed:
             least = middle
         else:
             missed = middle
         middle = (missed + least + 1) // 2
-    if least == len(LADDER):
+    if least not in tried or not tried[least].is_found:
         return Smallest(effect, kind, None, None, tuple(tried.values()))
     sizes = tried[least].sizes
     constant = float(np.median(np.abs(sizes))) if sizes else None
@@ -105,14 +115,17 @@ def short(usual: Sequence[Planned], rng: np.random.Generator) -> Sequence[Planne
 def _try(effect: str, kind: Kind, seed: int, ratio: float, tracer: Tracer) -> Tried:
     """Trace cases of one size until it is decided whether nine of ten are found.
 
-    Where the bounds of an effect do not reach a size, the case is none.
+    Where the bounds of an effect do not reach a size, the case is none; with two such the size is not decided.
     """
-    cases = found = first = 0
+    cases = found = first = beyond = 0
     sizes: list[float] = []
     left: list[float] = []
     for number in range(CASES):
         one = _outcome(effect, kind, seed, number, ratio, tracer)
         if one is None:
+            beyond += 1
+            if beyond > CASES - NEEDED:
+                break
             continue
         cases += 1
         found += one.within_set
