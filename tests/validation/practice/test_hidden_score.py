@@ -3,9 +3,11 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from validation.practice.hidden import score
 from validation.practice.hidden.score import HiddenOutcome, main
 
 FOUND = HiddenOutcome(
@@ -24,6 +26,34 @@ def test_stored_cases_are_not_traced_again(tmp_path: Path, capsys: pytest.Captur
     text = capsys.readouterr().out
     assert "| backlash | 1 | 1 | 1 | 1 of 1 | 0 |" in text
     assert "| leap | 1 | - | - | - | 1 |" in text
+
+
+def test_the_next_case_is_traced_and_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "hidden.json"
+    file.write_text(json.dumps({"seed": 7, "cases": [asdict(FOUND)]}), encoding="utf-8")
+    drawn = []
+
+    def nth(folder: Path, seed: int, number: int) -> SimpleNamespace:
+        drawn.append((folder, seed, number))
+        return SimpleNamespace(control=())
+
+    monkeypatch.setattr(score, "nth", nth)
+    monkeypatch.setattr(score, "trace_records", lambda records, threads: None)
+    monkeypatch.setattr(score, "outcome", lambda case, control: MISSED)
+    main(["--measured", str(tmp_path), "--seed", "7", "--count", "2", "--out", str(file)])
+    assert drawn == [(tmp_path, 7, 1)]
+    stored = json.loads(file.read_text(encoding="utf-8"))
+    assert [one["name"] for one in stored["cases"]] == [FOUND.name, MISSED.name]
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"seed": 7, "cases": [{"name": "x"}]}'])
+def test_another_file_is_refused_in_one_line(text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "hidden.json"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(SystemExit):
+        main(["--measured", str(tmp_path), "--seed", "7", "--count", "1", "--out", str(file)])
+    assert "hidden.json: expected outcomes of this command" in capsys.readouterr().err
+    assert file.read_text(encoding="utf-8") == text
 
 
 def test_a_file_of_another_seed_is_refused_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -22,7 +22,7 @@ from rich.progress import track
 
 from hysteresis.files import write_files
 from hysteresis.plain import from_plain
-from hysteresis.records.record import Record
+from hysteresis.records.record import Record, RecordError
 from validation.practice.hidden.changes import OUTSIDE
 from validation.practice.hidden.draw import HiddenCase, nth
 from validation.practice.outcome import MOST_REPORTED
@@ -161,10 +161,14 @@ def _stored(file: Path, seed: int, parser: argparse.ArgumentParser) -> list[Hidd
     """Outcomes of the first cases of a seed that an interrupted run has left."""
     if not file.exists():
         return []
-    stored = json.loads(file.read_text(encoding="utf-8"))
-    if stored["seed"] != seed:
-        parser.error(f"--out: {file}: seed = {stored['seed']}: expected {seed}")
-    return [from_plain(HiddenOutcome, one, str(file)) for one in stored["cases"]]
+    try:
+        stored = json.loads(file.read_text(encoding="utf-8"))
+        of, cases = stored["seed"], [from_plain(HiddenOutcome, one, str(file)) for one in stored["cases"]]
+    except (ValueError, KeyError, TypeError, RecordError) as error:
+        parser.error(f"--out: {file}: expected outcomes of this command: {error}")
+    if of != seed:
+        parser.error(f"--out: {file}: seed = {of}: expected {seed}")
+    return cases
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -176,7 +180,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, required=True, help="JSON")
     options = parser.parse_args(arguments)
     controls: dict[tuple[str, ...], Trace] = {}
-    outcomes = _stored(options.out, options.seed, parser)
+    outcomes = _stored(options.out, options.seed, parser)[: options.count]
     for number in track(range(len(outcomes), options.count), description="cases"):
         case = nth(options.measured, options.seed, number)
         key = tuple(record.source for record in case.control)
