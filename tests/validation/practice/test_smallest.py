@@ -27,15 +27,15 @@ def finds_from(least: float):
 @pytest.mark.parametrize(
     ("threshold", "expected", "order"),
     [
-        (0.1, 0.5, [2.0, 1.0, 0.71, 0.5]),
-        (0.9, 1.0, [2.0, 1.0, 0.71]),
-        (1.6, 2.0, [2.0, 1.0, 1.41]),
-        (3.0, 4.0, [2.0, 5.66, 4.0, 2.83]),
-        (6.0, 8.0, [2.0, 5.66, 8.0]),
-        (9.0, None, [2.0, 5.66, 8.0]),
+        (0.1, 0.5, [1.0, 0.71, 0.5]),
+        (0.6, 0.71, [1.0, 0.71, 0.5]),
+        (0.9, 1.0, [1.0, 0.71]),
+        (1.6, 2.0, [1.0, 1.41, 2.0]),
+        (6.0, 8.0, [1.0, 1.41, 2.0, 2.83, 4.0, 5.66, 8.0]),
+        (9.0, None, [1.0, 1.41, 2.0, 2.83, 4.0, 5.66, 8.0]),
     ],
 )
-def test_the_ladder_is_halved(
+def test_the_ladder_is_gone_up_or_halved_below(
     threshold: float, expected: float | None, order: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def tried(effect: str, kind: Kind, seed: int, ratio: float, tracer: object) -> Tried:
@@ -70,15 +70,15 @@ def test_no_size_is_tried_above_one_that_the_bounds_do_not_reach(monkeypatch: py
     found = find_smallest("time_delay", "known", 11, lambda case: Answer("none"))
     assert found.ratio is None
     tried = [(one.ratio, one.cases, one.is_missed) for one in found.tried]
-    assert tried == [(2.0, 2, True), (5.66, 1, False), (4.0, 1, False), (2.83, 2, True)]
+    assert tried == [(1.0, 2, True), (1.41, 2, True), (2.0, 2, True), (2.83, 2, True), (4.0, 1, False)]
     assert found.tried[0].left == (1.5, 1.5)
-    assert "| not at 2 to 2.83; the baseline's error is 1.5 times" in tables({("known", "time_delay"): found}, {})
+    assert "| not at 1 to 2.83; the baseline's error is 1.5 times" in tables({("known", "time_delay"): found}, {})
 
 
 def test_nine_found_or_two_missed_decide() -> None:
     found = find_smallest("time_delay", "known", 11, finds_from(1.6))
     cases = {one.ratio: (one.cases, one.found) for one in found.tried}
-    assert cases == {2.0: (NEEDED, NEEDED), 1.0: (2, 0), 1.41: (2, 0)}
+    assert cases == {1.0: (2, 0), 1.41: (2, 0), 2.0: (NEEDED, NEEDED)}
     assert found.constant > 0  # s, of the delay
 
 
@@ -88,10 +88,10 @@ def test_page_and_figure_say_what_was_not_found() -> None:
 
     never = find_smallest("time_delay", "known", 11, misses)
     assert never.ratio is None
-    assert [one.cases for one in never.tried] == [2] * 3
+    assert [one.cases for one in never.tried] == [2] * 7
     found = {("known", "time_delay"): never}
     text = tables(found, {"known": FalseAlarms("known", 11, 1, 40)})
-    assert "| `time_delay` | not at 2 to 8; the baseline's error is 3 times the noise there | - |" in text
+    assert "| `time_delay` | not at 1 to 8; the baseline's error is 3 times the noise there | - |" in text
     assert "named: 1 of 40 (known rig)." in text
     assert figure(found).axes[0].get_yticklabels()[0].get_text() == "time_delay"
 

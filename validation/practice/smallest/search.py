@@ -22,7 +22,7 @@ from validation.practice.score import outcome_of
 
 LADDER = tuple(round(0.5 * 2 ** (k / 2), 2) for k in range(9))
 """Sizes that are tried, over the noise: 0.5 to 8."""
-FIRST = LADDER.index(2.0)
+FIRST = LADDER.index(1.0)
 CASES, NEEDED = 10, 9
 CYCLES, SAMPLES = 2, 40
 
@@ -80,10 +80,11 @@ class Smallest:
 
 
 def find_smallest(effect: str, kind: Kind, seed: int, tracer: Tracer) -> Smallest:
-    """Halve the ladder, from twice the noise on, until a size is found and the one below it is not.
+    """Go up the ladder from the size of the noise until a size is found; halve what is below the first one, if found.
 
-    A size above one that is found is taken for found, one below one that is missed for missed. Above a size that the
-    bounds of the effect do not reach, none is tried.
+    Most effects are found there or a rung above, and sizes that are missed take few cases. A size above one that is
+    found is taken for found, one below one that is missed for missed. Above a size that the bounds of the effect do not
+    reach, none is tried.
     """
     tried: dict[int, Tried] = {}
     missed, least, middle = -1, len(LADDER), FIRST
@@ -93,7 +94,7 @@ def find_smallest(effect: str, kind: Kind, seed: int, tracer: Tracer) -> Smalles
             least = middle
         else:
             missed = middle
-        middle = (missed + least + 1) // 2
+        middle = (missed + least + 1) // 2 if missed < FIRST else missed + 1
     if least not in tried or not tried[least].is_found:
         return Smallest(effect, kind, None, None, tuple(tried.values()))
     sizes = tried[least].sizes
