@@ -97,18 +97,22 @@ def figure(found: Found) -> Figure:
     for kind, offset in zip(KINDS, (-0.15, 0.15), strict=True):
         at = [(i, found[kind, name].ratio) for i, name in enumerate(names) if (kind, name) in found]
         there = [(i, ratio) for i, ratio in at if ratio is not None]
-        missed = [i for i, ratio in at if ratio is None]
+        missed = [(i, _largest_missed(found[kind, names[i]])) for i, ratio in at if ratio is None]
         label = "known rig" if kind == "known" else "unknown geometry"
         axes.plot([r for _, r in there], [i + offset for i, _ in there], "o", color=COLOURS[kind], label=label)
-        axes.plot([1.15 * LADDER[-1]] * len(missed), [i + offset for i in missed], ">", color=COLOURS[kind], mfc="none")
+        axes.plot([r for _, r in missed], [i + offset for i, _ in missed], ">", color=COLOURS[kind], mfc="none")
     axes.set_xscale("log", base=2)
     axes.set_xticks(LADDER[::2], [f"{ratio:g}" for ratio in LADDER[::2]])
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
-    axes.set_xlabel("smallest size found in 9 of 10, times the noise (open: not at the largest size)")
+    axes.set_xlabel("smallest size found in 9 of 10, times the noise (open: not up to there)")
     axes.grid(axis="x", alpha=0.3)
     axes.legend(loc="lower right")
     return picture
+
+
+def _largest_missed(one: Smallest) -> float:
+    return max((tried.ratio for tried in one.tried if tried.is_missed), default=LADDER[-1])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
