@@ -105,7 +105,7 @@ def figure(found: Found) -> Figure:
     axes.set_xticks(LADDER[::2], [f"{ratio:g}" for ratio in LADDER[::2]])
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
-    axes.set_xlabel("smallest size found in 9 of 10, times the noise (open: not up to there)")
+    axes.set_xlabel("smallest size found in 9 of 10, times the noise (open: largest one missed)")
     axes.grid(axis="x", alpha=0.3)
     axes.legend(loc="lower right")
     return picture

@@ -90,10 +90,10 @@ def find_smallest(effect: str, kind: Kind, seed: int, tracer: Tracer) -> Smalles
     missed, least, middle = -1, len(LADDER), FIRST
     while missed + 1 < least:
         tried[middle] = one = _try(effect, kind, seed, LADDER[middle], tracer)
-        if one.is_found or not one.is_missed:
-            least = middle
-        else:
+        if one.is_missed:
             missed = middle
+        else:
+            least = middle
         middle = (missed + least + 1) // 2 if missed < FIRST else missed + 1
     if least not in tried or not tried[least].is_found:
         return Smallest(effect, kind, None, None, tuple(tried.values()))
