@@ -78,6 +78,7 @@ from validation.tracing.verdict import (
     ended_above_noise,
     is_as_good,
     is_explained,
+    is_too_little,
     judge,
     named_in_part,
     partial_above_floor,
@@ -359,7 +360,7 @@ def _trace_unknown_geometry(
         competitors = plays.heldout_deg, by_folds.augmented.heldout_rmse_deg if by_folds else math.inf
     rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, competitors)
     traces = [by_rig] if by_rig else []
-    explained = by_rig is not None and is_explained(by_rig)
+    explained = by_rig is not None and (is_explained(by_rig) or is_too_little(by_rig))
     if by_rig is None or not explained or by_rig.effects:
         for elements in (1, 2):  # a run of a curve takes less time than handing it over to a thread
             problem = curve_problem(records, elements=elements)
@@ -374,7 +375,7 @@ def _trace_unknown_geometry(
     if rig and by_rig and unexplained and ended_above_noise(by_rig, rig.policy):
         traces.append(find_effects(rig, by_rig.baseline, down_to_noise=True))
     best = best_of(traces) if traces else None
-    if best is not None and is_explained(best):
+    if best is not None and (is_explained(best) or is_too_little(best)):
         by_folds = None
     elif plays is not None and by_folds is None:
         by_folds = trace_by_folds(plays, effects, report)
@@ -401,7 +402,8 @@ def _trace_equivalent_rig(
         search = replace(search, early=_baseline_of_all_samples(search, EARLY_STEPS))
         baseline = _baseline_of_all_samples(search)
         if baseline.rmse_deg < NOT_ALIKE * search.problem.scale.angle_deg and not search.is_far_behind(baseline):
-            return search, find_effects(search, baseline)
+            trace = find_effects(search, baseline)
+            return search, _with_better_baseline(search, trace) if trace.effects else trace
     return None, None
 
 

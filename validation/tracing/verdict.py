@@ -26,8 +26,10 @@ from validation.tracing.search.stepwise import Selection, Stages
 from validation.tracing.search.still_zone import SAME_STILL, StillZone
 from validation.tracing.sensors.readings import LEAPT
 from validation.tracing.settings import (
+    AS_DECLARED,
     AT_FLOOR,
     AT_NOISE,
+    EQUIVALENT_RIG,
     EXPLAINED_SHARE,
     FAR_ABOVE,
     KNOWN_RIG,
@@ -232,12 +234,27 @@ def confirmed_on_heldout(trace: Trace) -> Trace:
     return _taken_back(trace, reason)
 
 
+def is_too_little(trace: Trace) -> bool:
+    """Whether an equivalent rig leaves little more than noise, and no effect takes that to the noise.
+
+    A rig that is not declared may be of another make, whose friction and flexures follow other laws. What those leave
+    is taken in part by several effects, and by none as a whole.
+    """
+    if trace.model != EQUIVALENT_RIG.name or trace.baseline.rmse_deg > NEAR_NOISE * trace.floor.deg:
+        return False
+    return not trace.effects or trace.augmented.rmse_deg > AS_DECLARED * trace.floor.deg
+
+
 def above_noise(trace: Trace) -> Trace:
     """Find nothing missing where the baseline, fitted to its end, leaves no more than noise.
 
-    Without an effect to name, that is what a first effect may leave.
+    Without an effect to name, that is what a first effect may leave; of a rig that is not declared also with one
+    (:func:`is_too_little`).
     """
     error, over = trace.baseline.rmse_deg, SIGNIFICANT if trace.effects else SIGNIFICANT_LOOSE
+    if trace.verdict != "none" and is_too_little(trace):
+        words = f"the error of {error:.2g} deg is {error / trace.floor.deg:.2g} times the noise: too little to be named"
+        return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=(words,))
     if trace.verdict == "none" or error > over * trace.floor.deg or _is_beyond_noise(trace):
         return trace
     without = f"{' + '.join(trace.augmented.names)} is not needed: without it, " if trace.effects else ""

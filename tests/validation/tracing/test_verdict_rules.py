@@ -39,6 +39,7 @@ class Found:
     known: bool = False
     smooth: SimpleNamespace = field(default_factory=lambda: SMOOTH)
     candidates: tuple[SimpleNamespace, ...] = ()
+    model: str = "rig"
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -50,6 +50,8 @@ def refit_without_heldout(trace: Trace, policy: SearchPolicy, threads: int, repo
         found = final.all_of(named)
     if len(found) < len(named):
         raise SolverError("no equilibrium without the held-out samples")
+    if is_rig:
+        found[0] = final.baseline_beside(found[0], found[-1])
     again = {id(fitted): one for fitted, one in zip(named, found, strict=True)}
     for competitor in competitors_of(trace)[1:] if is_rig and trace.effects else ():
         if (one := final.thoroughly(competitor, from_other_loops=False)) is not None:
@@ -100,6 +102,23 @@ class _Refit:
                 )  # fmt: skip
         best = min(found, key=lambda one: one.train_square, default=None)
         return best and refined(best, self.report, threads=self.threads, prior_mean=self.prior_mean)
+
+    def baseline_beside(self, baseline: Fitted, augmented: Fitted) -> Fitted:
+        """Fit the baseline again from its parameters in a model with effects; the better fit.
+
+        What a baseline leaves that missed its optimum is no evidence for the effects: beside one of a rig of another
+        make, friction of the guides took 96 % of the held-out error, and beside the better one a half.
+        """
+        if not augmented.names:
+            return baseline
+        start = augmented.x[: baseline.model.baseline_size]
+        with suppress(SolverError, RigError):  # parameters that the rig can only have with its effects
+            again = fit(
+                baseline.model, self.holdout, start, threads=self.threads, most_steps=MOST_STEPS,
+                prior_mean=self.prior_mean,
+            )  # fmt: skip
+            return min(baseline, again, key=lambda one: one.train_square)
+        return baseline
 
     def briefly(self, fitted: Fitted, policy: SearchPolicy) -> Fitted:
         """Fit a candidate that is not named; its errors are NaN where it has no equilibrium."""

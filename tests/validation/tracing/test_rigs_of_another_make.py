@@ -1,0 +1,126 @@
+"""Rigs that are not declared, and of another make: what their baselines leave is no effect."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
+from validation.tracing import trace as tracing
+from validation.tracing import verdict
+from validation.tracing.fitting.noise import NoiseFloor
+from validation.tracing.search import final_fit
+from validation.tracing.settings import AS_DECLARED, EQUIVALENT_RIG, KNOWN_RIG, NEAR_NOISE
+
+NOISE = NoiseFloor(local_deg=0.1, repeats_deg=None)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the rules read of a trace."""
+
+    verdict: str
+    baseline: SimpleNamespace
+    augmented: SimpleNamespace
+    effects: tuple[str, ...] = ()
+    model: str = EQUIVALENT_RIG.name
+    floor: NoiseFloor = NOISE
+    confusable: tuple[tuple[str, ...], ...] = ((),)
+    words: tuple[str, ...] = ("before",)
+
+
+def left(over: float, *names: str) -> SimpleNamespace:
+    """A fit that leaves a multiple of the noise."""
+    return SimpleNamespace(names=names, rmse_deg=over * 0.1, heldout_rmse_deg=over * 0.1)
+
+
+def with_friction(before: float, after: float) -> Found:
+    return Found("ambiguous", left(before), left(after, "guide_friction"), effects=("guide_friction",))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "kept"),
+    [
+        (0.999 * NEAR_NOISE, 1.001 * AS_DECLARED, False),
+        (0.999 * NEAR_NOISE, 0.999 * AS_DECLARED, True),
+        (1.001 * NEAR_NOISE, 1.3, True),
+    ],
+)
+def test_near_the_noise_an_effect_of_an_unknown_rig_must_leave_nothing(before, after, kept):
+    """Friction of another law leaves 1.4 times the noise, and friction of the guides takes that to 1.16 times."""
+    found = with_friction(before, after)
+    judged = verdict.above_noise(found)
+    assert verdict.is_too_little(found) is not kept
+    if kept:
+        assert judged is found
+        return
+    assert (judged.verdict, judged.augmented, judged.confusable) == ("none", found.baseline, ())
+    assert judged.words == ("the error of 0.14 deg is 1.4 times the noise: too little to be named",)
+    known = replace(found, model=KNOWN_RIG.name)
+    assert verdict.above_noise(known) is known
+
+
+def test_near_the_noise_an_unknown_rig_without_an_effect_is_not_unexplained():
+    near, far = (Found("unexplained", left(f * NEAR_NOISE), left(f * NEAR_NOISE)) for f in (0.999, 1.001))
+    assert verdict.above_noise(near).verdict == "none"
+    assert verdict.above_noise(far) is far
+    none = replace(near, verdict="none")
+    assert verdict.above_noise(none) is none
+
+
+def fits(monkeypatch, square: float | Exception) -> list[list[float]]:
+    """Let every final fit have a mean square, or no solution; the list gets the starts."""
+    starts: list[list[float]] = []
+
+    def fit(model, holdout, x, **given):
+        starts.append(list(x))
+        if isinstance(square, Exception):
+            raise square
+        return SimpleNamespace(train_square=square)
+
+    monkeypatch.setattr(final_fit, "fit", fit)
+    return starts
+
+
+@pytest.mark.parametrize(("square", "better"), [(0.9, True), (1.1, False), (SolverError("-"), False)])
+def test_the_final_baseline_is_fitted_from_the_model_with_effects_too(monkeypatch, square, better):
+    """What a baseline leaves that missed its optimum is no evidence for an effect."""
+    monkeypatch.setattr(final_fit._Refit, "prior_mean", np.zeros(2))
+    starts = fits(monkeypatch, square)
+    refit = final_fit._Refit(None, None, 1, lambda words: None)
+    baseline = SimpleNamespace(model=SimpleNamespace(baseline_size=2), train_square=1.0)
+    augmented = SimpleNamespace(names=("guide_friction",), x=np.array([3.0, 4.0, 5.0]))
+    found = refit.baseline_beside(baseline, augmented)
+    assert starts == [[3.0, 4.0]]
+    assert (found is not baseline) is better
+    assert refit.baseline_beside(baseline, SimpleNamespace(names=(), x=augmented.x)) is baseline
+    assert len(starts) == 1
+
+
+@pytest.mark.parametrize(("effects", "fitted_again"), [(("guide_friction",), True), ((), False)])
+def test_the_search_for_an_equivalent_rig_ends_with_its_better_baseline(monkeypatch, effects, fitted_again):
+    found, other = Found("effect", left(2.0), left(1.0), effects=effects), Found("none", left(1.0), left(1.0))
+    problem = SimpleNamespace(scale=SimpleNamespace(angle_deg=10.0))
+    monkeypatch.setattr(tracing, "equivalent_rig_problem", lambda records: problem)
+    monkeypatch.setattr(tracing, "_beside", lambda search, competitors: search)
+    monkeypatch.setattr(
+        tracing, "Search", lambda *given: SimpleNamespace(problem=problem, is_far_behind=lambda one: False)
+    )
+    monkeypatch.setattr(tracing, "replace", lambda search, **given: search)
+    monkeypatch.setattr(tracing, "_baseline_of_all_samples", lambda *given: left(2.0))
+    monkeypatch.setattr(tracing, "find_effects", lambda *given: found)
+    monkeypatch.setattr(tracing, "_with_better_baseline", lambda search, trace: other)
+    records = [SimpleNamespace(drive_unit="mm")]
+    assert tracing._trace_equivalent_rig(records, (), 1, print, (1.0, 1.0))[1] is (other if fitted_again else found)
+
+
+def test_a_rig_without_an_equilibrium_is_no_baseline(monkeypatch):
+    def none(records):
+        raise RigError("no rig")
+
+    monkeypatch.setattr(tracing, "equivalent_rig_problem", none)
+    assert tracing._trace_equivalent_rig([SimpleNamespace(drive_unit="mm")], (), 1, print, (1.0, 1.0)) == (None, None)
