@@ -59,6 +59,7 @@ SetName = Literal[
     "score-22",
     "score-23",
     "score-24",
+    "score-25",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -86,6 +87,7 @@ SETS: dict[SetName, int] = {
     "score-22": 20_261_143,
     "score-23": 20_261_144,
     "score-24": 20_261_145,
+    "score-25": 20_261_146,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 
