@@ -107,7 +107,17 @@ def taped_run(
     SolverError, RigError
         As :func:`fem_models.chain.solve.solve_chain`.
     """
-    case = chain_case(rig, load, settings, like=like)
+    return taped(rig, load, chain_case(rig, load, settings, like=like))
+
+
+def taped(rig: Rig, load: LoadProgram | Floats, case: ChainCase) -> TapedRun:
+    """Run a rig whose case is derived; hardly more than the kernel, which releases the interpreter's lock.
+
+    Raises
+    ------
+    SolverError, RigError
+        As :func:`taped_run`.
+    """
     run, tape = followed(rig, case, taped=True)
     return TapedRun(rig, load, case, ChainSeries(rig, case.joints, run), tape)
 

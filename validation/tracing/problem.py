@@ -93,7 +93,7 @@ class Problem(Protocol):
 class FollowedProblem(Protocol):
     """A problem whose predictions near parameters that were run cost far less than a run: derivatives do."""
 
-    def followed(self, values: Values, added: Sequence[tuple[Any, Values]]) -> Any:
+    def followed(self, values: Values, added: Sequence[tuple[Any, Values]], threads: int = 1) -> Any:
         """Predict as :meth:`Problem.predict_series`, in ``series`` of what it returns."""
 
     def moved(

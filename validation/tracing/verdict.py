@@ -253,8 +253,9 @@ def above_noise(trace: Trace) -> Trace:
     """
     error, over = trace.baseline.rmse_deg, SIGNIFICANT if trace.effects else SIGNIFICANT_LOOSE
     if trace.verdict != "none" and is_too_little(trace):
-        words = f"the error of {error:.2g} deg is {error / trace.floor.deg:.2g} times the noise: too little to be named"
-        return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=(words,))
+        over_noise = f"the error of {error:.2g} deg is {error / trace.floor.deg:.2g} times the noise"
+        words = (f"{over_noise}: too little to be named",)
+        return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=words)
     if trace.verdict == "none" or error > over * trace.floor.deg or _is_beyond_noise(trace):
         return trace
     without = f"{' + '.join(trace.augmented.names)} is not needed: without it, " if trace.effects else ""

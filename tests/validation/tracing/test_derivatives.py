@@ -16,7 +16,7 @@ from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem, r
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Holdout, Model
-from validation.tracing.fitting.least_squares import differentiate
+from validation.tracing.fitting.least_squares import differentiate, fit
 from validation.tracing.problem import AddedEffect
 
 WITHIN = 0.02
@@ -122,14 +122,31 @@ def test_records_of_one_rig_share_what_is_derived_of_it_and_no_digit_changes(sha
         effects = [effect for effect in catalogue() if effect.name in names and shared.forms(effect)]
         forms = [shared.forms(effect)[0] for effect in effects]
         found, counts = [], []
-        for problem in (shared, apart):
+        for threads, problem in enumerate((shared, apart), start=1):
             added = tuple(AddedEffect(effect, form) for effect, form in zip(effects, forms, strict=True))
             model = Model(problem, added)
             x = model.coordinates(problem.start, [problem.starts(form)[-1] for form in forms])
             made.clear()
-            errors, followed = model.followed(x)
-            moved = model.moved_errors(followed, list(x + STEP * np.eye(x.size)), 1)
+            errors, followed = model.followed(x, threads)
+            moved = model.moved_errors(followed, list(x + STEP * np.eye(x.size)), threads)
             counts.append(len(made))
             found.append(np.array([np.concatenate(one) for one in [errors, *moved]]))
         np.testing.assert_array_equal(*found)
         assert counts[0] < counts[1] * 0.8
+
+
+def test_the_records_of_a_model_run_in_the_threads_of_its_fit(monkeypatch):
+    problem = known_rig_problem([driven(20.0), driven(10.0)])
+    model, asked = Model(problem), []
+    holdout = Holdout(tuple(np.ones(one.kept.size, dtype=bool) for one in problem.records), "nothing")
+
+    def counting(function, items, threads):
+        asked.append((len(items), threads))
+        return [function(item) for item in items]
+
+    monkeypatch.setattr(rig_problem, "in_threads", counting)
+    fit(model, holdout, model.coordinates(problem.start, []), threads=3, most_steps=1)
+    assert asked == [(2, 3)] * 2  # the errors, and their derivatives
+    asked.clear()
+    model.errors(model.coordinates(problem.start, []))
+    assert asked == [(2, 1)]

@@ -252,7 +252,7 @@ class Plane:
         self.points.append(x)
         return np.split(self.A @ x, np.cumsum(self.sizes)[:-1])
 
-    def followed(self, x):
+    def followed(self, x, threads):
         return self.errors(x), None
 
 
@@ -297,7 +297,8 @@ def test_derivatives_go_on_from_the_run_at_their_own_point_alone(monkeypatch, la
     given = []
     monkeypatch.setattr(least_squares, "differentiate", lambda *args: given.append(args) or np.zeros((5, 1)))
     model = SimpleNamespace(
-        followed=lambda x: ([np.zeros(2), np.zeros(3)], f"run at {x[0]:.0f}"), problem=SimpleNamespace(channels=())
+        followed=lambda x, threads: ([np.zeros(2), np.zeros(3)], f"run at {x[0]:.0f}"),
+        problem=SimpleNamespace(channels=()),
     )
     runs = least_squares._Evaluations(model, ALL, 1, None)
     runs.errors(np.zeros(1))
@@ -307,7 +308,7 @@ def test_derivatives_go_on_from_the_run_at_their_own_point_alone(monkeypatch, la
 
 
 def test_a_point_without_a_solution_is_far_off_in_every_sample():
-    def none(x):
+    def none(x, threads):
         raise SolverError("no equilibrium")
 
     model = SimpleNamespace(followed=none, problem=SimpleNamespace(channels=("tension",)))

@@ -196,7 +196,7 @@ class Straight:
         own = (x[0] - self.slope) * self.k
         return [own, 3 * own] if self.channel else [own]
 
-    def followed(self, x):
+    def followed(self, x, threads):
         self.runs += 1
         return self.errors(x), None
 

@@ -112,7 +112,7 @@ def test_steps_of_derivatives_stay_within_the_bounds():
         assert np.all(x <= high)
         return [np.array([0.0, 1.0, -1.0]) * x[0] + np.array([2.0, -1.0, -1.0]) * x[1]]
 
-    model = SimpleNamespace(bounds=lambda: (low, high), errors=errors, followed=lambda x: (errors(x), None))
+    model = SimpleNamespace(bounds=lambda: (low, high), errors=errors, followed=lambda x, threads: (errors(x), None))
     holdout = Holdout((np.ones(3, dtype=bool),), "nothing")
     for x in (low, high, np.array([0.0, 1.0])):
         found = differentiate(model, holdout, x, holdout.stacked(errors(x)), 1)

@@ -116,7 +116,7 @@ def test_a_dependence_without_samples_to_spare_is_no_finding():
 
 
 def test_runs_of_a_model_are_counted():
-    model = SimpleNamespace(followed=lambda x: ([np.zeros(3)], None), problem=SimpleNamespace(channels=()))
+    model = SimpleNamespace(followed=lambda x, threads: ([np.zeros(3)], None), problem=SimpleNamespace(channels=()))
     runs = _Evaluations(model, Holdout((np.ones(3, dtype=bool),), "nothing"), 1, None)
     assert runs.calls == 0
     for x in (0.0, 0.0, 1.0):  # the second is known
@@ -126,7 +126,7 @@ def test_runs_of_a_model_are_counted():
 
 @pytest.mark.parametrize(("known", "expected"), [(None, 4), (2, 2)])
 def test_a_derivative_costs_a_run_for_each_column_that_is_not_known(monkeypatch, known, expected):
-    model = SimpleNamespace(followed=lambda x: ([np.zeros(5)], None), problem=SimpleNamespace(channels=()))
+    model = SimpleNamespace(followed=lambda x, threads: ([np.zeros(5)], None), problem=SimpleNamespace(channels=()))
     monkeypatch.setattr(least_squares, "differentiate", lambda *given: np.zeros((5, 3)))
     columns = None if known is None else np.zeros((5, known))
     runs = _Evaluations(model, Holdout((np.ones(5, dtype=bool),), "nothing"), 1, columns)

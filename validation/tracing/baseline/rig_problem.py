@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from fem_models.chain.along import MovedRun, TapedRun, line_along, moved_along, moved_run, moved_series
-from fem_models.chain.solve import ChainCase
+from fem_models.chain.along import MovedRun, TapedRun, line_along, moved_along, moved_run, moved_series, taped
+from fem_models.chain.solve import ChainCase, chain_case
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
@@ -49,6 +49,21 @@ class _Moved:
     of: FollowedRun
     driven: Run
     run: MovedRun | Literal["same", "none"]
+
+
+@dataclass(frozen=True, eq=False)
+class _ToRun:
+    """A run of a rig with the parameters of a model, ready for the kernel."""
+
+    run: Run
+    driven: Run
+    rig: Rig
+    load: LoadProgram | Floats
+    case: ChainCase
+
+
+def _followed(one: _ToRun) -> FollowedRun:
+    return FollowedRun(one.run, one.driven, taped(one.rig, one.load, one.case))
 
 
 Added = Sequence[tuple[RigForm, Values]]
@@ -121,14 +136,17 @@ class RigProblem(RecordSet, ABC):
         """
         return self.followed(values, added).series
 
-    def followed(self, values: Values, added: Added) -> Followed:
-        """Predict as ``predict_series``, and keep the steps of the runs for :meth:`moved`."""
-        runs, known = list[FollowedRun](), dict[int, TapedRun]()  # by the declared rig, which most records share
+    def followed(self, values: Values, added: Added, threads: int = 1) -> Followed:
+        """Predict as ``predict_series``, and keep the steps of the runs for :meth:`moved`; records run in threads."""
+        todo, known = list[_ToRun](), dict[int, _ToRun]()  # by the declared rig, which most records share
         for run in (run for of_record in self.runs for run in of_record):
             driven, same = self.driven(run, values), known.get(id(run.rig))
-            base = driven.taped(same.rig, same.case) if same else driven.taped(self.rig(run, values, added))
-            known[id(run.rig)] = base
-            runs.append(FollowedRun(run, driven, base))
+            rig = same.rig if same else self.rig(run, values, added)
+            load = driven.load(rig)
+            one = _ToRun(run, driven, rig, load, chain_case(rig, load, like=same.case if same else None))
+            known[id(run.rig)] = one
+            todo.append(one)
+        runs = in_threads(_followed, todo, threads)
         return Followed(self._series([one.rows(self.channels) for one in runs], added), tuple(runs))
 
     def moved(

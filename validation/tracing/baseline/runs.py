@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem_models.chain.along import ChainSeries, TapedRun, taped_run
-from fem_models.chain.solve import ChainCase, ChainSolution, chain_angle_deg, solve_chain, solve_chain_by_force
+from fem_models.chain.along import ChainSeries
+from fem_models.chain.solve import ChainSolution, chain_angle_deg, solve_chain, solve_chain_by_force
 from fem_models.joint.strain import strain_per_rad
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
@@ -54,10 +54,6 @@ class Run:
     def load(self, rig: Rig) -> LoadProgram | Floats:
         """Load that a rig is run through: of cycles that repeat each other only two, where it has no memory."""
         return self.program if self.short is None or not _forgets(rig) else self.short
-
-    def taped(self, rig: Rig, like: ChainCase | None = None) -> TapedRun:
-        """Run a rig through it, and keep the steps; ``like`` is that rig's case in another record."""
-        return taped_run(rig, self.load(rig), like=like)
 
     def rows(self, series: ChainSeries, channels: Sequence[Channel]) -> Floats:
         """Angle and channels along the record, shape (m, 1 + channels), of a rig that was run through its load."""

@@ -54,7 +54,7 @@ class _Evaluations:
             As :meth:`validation.tracing.fitting.model.Model.errors`.
         """
         self.calls += 1
-        errors, followed = self.model.followed(x)
+        errors, followed = self.model.followed(x, self.threads)
         self.visited[x.tobytes()], self.at = self.holdout.stacked(errors), (x.tobytes(), followed)
 
     def jacobian(self, x: Floats) -> Floats:
@@ -157,7 +157,7 @@ def differentiate(
     steps = np.where(high - x >= x - low, DIFFERENCE_STEP, -DIFFERENCE_STEP)[known.shape[1] :]
     points = [x + step * unit for step, unit in zip(steps, np.eye(x.size)[known.shape[1] :], strict=True)]
     if points and followed is None:
-        followed = model.followed(x)[1]
+        followed = model.followed(x, threads)[1]
     if followed is None:
         moved = in_threads(partial(_errors_at, model), points, threads)
     else:

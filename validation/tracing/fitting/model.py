@@ -62,19 +62,21 @@ class Model:
         low, high = zip(*((p.to_unit(p.low), p.to_unit(p.high)) for p in self.parameters), strict=True)
         return np.array(low), np.array(high)
 
-    def errors(self, x: Floats) -> list[Floats]:
+    def errors(self, x: Floats, threads: int = 1) -> list[Floats]:
         """Predicted less measured angle of each record, deg; then each channel of each record, times its weight.
 
-        Errors of the angle between readings are those of the readings about them.
+        Errors of the angle between readings are those of the readings about them. Records of a rig run in threads.
 
         Raises
         ------
         SolverError, RigError
             Parameters that no rig can have, or with which it has no equilibrium.
         """
+        if threads > 1 and isinstance(self.problem, FollowedProblem):
+            return self.followed(x, threads)[0]
         return self._errors_of(self.problem.predict_series(*self._point(x)))
 
-    def followed(self, x: Floats) -> tuple[list[Floats], Any]:
+    def followed(self, x: Floats, threads: int = 1) -> tuple[list[Floats], Any]:
         """Errors, as of :meth:`errors`, and what :meth:`moved_errors` goes on from; None where the problem has none.
 
         Raises
@@ -84,7 +86,7 @@ class Model:
         """
         if not isinstance(self.problem, FollowedProblem):
             return self.errors(x), None
-        followed = self.problem.followed(*self._point(x))
+        followed = self.problem.followed(*self._point(x), threads)
         return self._errors_of(followed.series), followed
 
     def moved_errors(self, followed: Any, near: Sequence[Floats], threads: int) -> list[list[Floats] | None]:

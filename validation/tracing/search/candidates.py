@@ -54,7 +54,7 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
         if base is search.early:
             screened += _first_steps_of_all(search, base, others, number)
             continue
-        found = [starts for e in others if (starts := best_starts(base, e, search.forms(e)))]
+        found = [starts for e in others if (starts := best_starts(base, e, search.forms(e), search.threads))]
         found.sort(key=lambda starts: -starts[0].gain)
         for start in [s for starts in found[:most] for s in starts]:
             known = base.rows.jacobian if policy.screened and _is_beside(base, start) else None

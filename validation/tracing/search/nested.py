@@ -56,11 +56,11 @@ def _from_contained(search: Search, larger: Fitted, smaller: Fitted) -> Fitted:
         if added.effect.name not in names
     ]
     model = Model(search.problem, (*smaller.model.added, own))
-    if (start := at_nothing(model, smaller, values)) is None:
+    if (start := at_nothing(model, smaller, values, search.threads)) is None:
         return larger
     search.report(f"{' + '.join(model.names)}, from the model without {own.effect.name}")
     holdout, known = smaller.holdout, smaller.rows.jacobian
-    errors = holdout.stacked(model.errors(start))
+    errors = holdout.stacked(model.errors(start, search.threads))
     jacobian = differentiate(model, holdout, start, errors, search.threads, known)
     found = [fitted_at(model, holdout, start, errors, jacobian, 1)]
     with suppress(SolverError, RigError):
@@ -69,7 +69,7 @@ def _from_contained(search: Search, larger: Fitted, smaller: Fitted) -> Fitted:
     return min(as_good, key=lambda one: one.square, default=found[0])
 
 
-def at_nothing(model: Model, smaller: Fitted, values: Values) -> Floats | None:
+def at_nothing(model: Model, smaller: Fitted, values: Values, threads: int = 1) -> Floats | None:
     """Coordinates of a model with one more effect than a fitted one, where that effect changes nothing.
 
     That is where a parameter of the effect is zero, one (a ratio), or at a bound: a plateau that no stress reaches, an
@@ -98,7 +98,9 @@ def at_nothing(model: Model, smaller: Fitted, values: Values) -> Floats | None:
     for place in places:
         x = np.clip(model.coordinates(baseline, [*effects, place]), low + INSIDE_BOUNDS, high - INSIDE_BOUNDS)
         with suppress(SolverError, RigError):
-            change = float(np.linalg.norm(smaller.holdout.stacked(model.errors(x)) - error))
+            change = float(np.linalg.norm(smaller.holdout.stacked(model.errors(x, threads)) - error))
             if change < least:
                 least, best = change, x
+        if least == 0.0:
+            break  # nothing is less
     return best if least <= NOTHING * float(np.linalg.norm(error)) else None

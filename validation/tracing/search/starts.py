@@ -53,13 +53,13 @@ class FormStarts:
     starts: Sequence[Values]
 
 
-def best_starts(fitted: Fitted, effect: Effect, forms: Sequence[FormStarts]) -> list[Start]:
+def best_starts(fitted: Fitted, effect: Effect, forms: Sequence[FormStarts], threads: int = 1) -> list[Start]:
     """Best start of each form of an effect, best first; forms that gain much less than the best one are left out."""
     best = []
     for one in forms:
         added = AddedEffect(effect, one.form)
-        found = [linearised_gain(fitted, added, values) for values in one.starts]
-        found += [joint_linearised_gain(fitted, added, values) for values in joint_starts(added, one.starts)]
+        found = [linearised_gain(fitted, added, values, threads=threads) for values in one.starts]
+        found += [joint_linearised_gain(fitted, added, own, threads) for own in joint_starts(added, one.starts)]
         there = [start for start in found if start is not None and start.gain > LEAST_GAIN]
         if there:
             best.append(max(there, key=lambda start: start.gain))
@@ -88,7 +88,9 @@ def every_start(fitted: Fitted, effect: Effect, forms: Sequence[FormStarts]) -> 
     return found
 
 
-def linearised_gain(fitted: Fitted, added: AddedEffect, values: Values, *, enlarged: bool = False) -> Start | None:
+def linearised_gain(
+    fitted: Fitted, added: AddedEffect, values: Values, *, enlarged: bool = False, threads: int = 1
+) -> Start | None:
     """Judge a start of an effect by one run of the model with it; None where that fails or changes nothing.
 
     The change of the angle, as it is or scaled by a factor, is fitted to the residual together with the linearised
@@ -107,7 +109,7 @@ def linearised_gain(fitted: Fitted, added: AddedEffect, values: Values, *, enlar
     low, high = model.bounds()
     x = np.clip(model.coordinates(baseline, [*effects, values]), low + INSIDE_BOUNDS, high - INSIDE_BOUNDS)
     try:
-        change = (holdout.stacked(model.errors(x)) - rows.errors)[train]
+        change = (holdout.stacked(model.errors(x, threads)) - rows.errors)[train]
     except (SolverError, RigError):
         return None
     if not np.isfinite(change).all() or np.abs(change).max() < NO_CHANGE_DEG:
@@ -130,7 +132,7 @@ def linearised_gain(fitted: Fitted, added: AddedEffect, values: Values, *, enlar
         return best
     by = {p.name: min(factor, LARGEST_FACTOR) if p.linear else 1.0 for p in added.form.parameters}
     larger = {name: value * by.get(name, 1.0) for name, value in values.items()}
-    other = linearised_gain(fitted, added, larger, enlarged=True)
+    other = linearised_gain(fitted, added, larger, enlarged=True, threads=threads)
     return other if other is not None and other.gain > KEPT_GAIN * linear else best
 
 
@@ -148,7 +150,7 @@ def joint_starts(added: AddedEffect, starts: Sequence[Values]) -> list[Values]:
     return [{**dict(others), **largest} for others, largest in groups.items() if all(largest.values())]
 
 
-def joint_linearised_gain(fitted: Fitted, added: AddedEffect, values: Values) -> Start | None:
+def joint_linearised_gain(fitted: Fitted, added: AddedEffect, values: Values, threads: int = 1) -> Start | None:
     """Judge a start whose linear parameters get the magnitudes and signs that gain most together.
 
     Each of them changes the angle in a run of its own. A tilted camera's gain and perspective gain little one by one,
@@ -169,7 +171,7 @@ def joint_linearised_gain(fitted: Fitted, added: AddedEffect, values: Values) ->
 
     def errors_with(own: Values) -> Floats:
         x = np.clip(model.coordinates(baseline, [*effects, own]), low + INSIDE_BOUNDS, high - INSIDE_BOUNDS)
-        return fitted.holdout.stacked(model.errors(x))[train]
+        return fitted.holdout.stacked(model.errors(x, threads))[train]
 
     try:
         without = errors_with(none)
@@ -181,7 +183,7 @@ def joint_linearised_gain(fitted: Fitted, added: AddedEffect, values: Values) ->
     steps = solve(np.column_stack([fitted.rows.jacobian[train], changes]), -without)
     factors = np.clip(steps[-len(linear) :], -LARGEST_FACTOR, LARGEST_FACTOR)
     scaled = {name: values[name] * float(factor) for name, factor in zip(linear, factors, strict=True)}
-    return linearised_gain(fitted, added, {**values, **scaled}, enlarged=True)
+    return linearised_gain(fitted, added, {**values, **scaled}, enlarged=True, threads=threads)
 
 
 def _moved(x: Floats, others: Floats, low: Floats, high: Floats) -> Floats:
