@@ -245,7 +245,7 @@ def test_a_record_of_its_own_preload_is_held_out_only_where_the_preload_acts(own
 
 
 def test_points_without_a_solution_count_as_far_off_in_every_channel():
-    def none(x: np.ndarray) -> None:
+    def none(x: np.ndarray, threads: int) -> None:
         raise SolverError("no equilibrium")
 
     model = SimpleNamespace(followed=none, problem=SimpleNamespace(channels=(1, 2)))
