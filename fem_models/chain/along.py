@@ -13,7 +13,7 @@ import numpy as np
 
 from fem_models.chain.follow import Run, Tape
 from fem_models.chain.moved import Line, follow_moved, linearise
-from fem_models.chain.parameters import ChainSettings, Memory, memory_at_rest
+from fem_models.chain.parameters import Memory, memory_at_rest
 from fem_models.chain.solve import ChainCase, chain_case, followed, run_space, tip_mm
 from fem_models.joint import JointRow
 from fem_models.load import LoadProgram
@@ -97,27 +97,18 @@ class TapedRun:
         return _kind(self.case, memory_at_rest(self.rig, self.case.joints))
 
 
-def taped_run(
-    rig: Rig, load: LoadProgram | Floats, settings: ChainSettings | None = None, like: ChainCase | None = None
-) -> TapedRun:
-    """Run a rig through a load program, or under tendon forces in N, shape (m,); ``like`` as of ``chain_case``.
+def taped_run(rig: Rig, load: LoadProgram | Floats, case: ChainCase | None = None) -> TapedRun:
+    """Run a rig through a load program, or under tendon forces in N, shape (m,).
+
+    With its ``case`` at hand (:func:`fem_models.chain.solve.chain_case`) hardly more than the kernel is left, which
+    releases the interpreter's lock.
 
     Raises
     ------
     SolverError, RigError
         As :func:`fem_models.chain.solve.solve_chain`.
     """
-    return taped(rig, load, chain_case(rig, load, settings, like=like))
-
-
-def taped(rig: Rig, load: LoadProgram | Floats, case: ChainCase) -> TapedRun:
-    """Run a rig whose case is derived; hardly more than the kernel, which releases the interpreter's lock.
-
-    Raises
-    ------
-    SolverError, RigError
-        As :func:`taped_run`.
-    """
+    case = case or chain_case(rig, load)
     run, tape = followed(rig, case, taped=True)
     return TapedRun(rig, load, case, ChainSeries(rig, case.joints, run), tape)
 

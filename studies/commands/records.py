@@ -170,7 +170,7 @@ def trace(
         list[Path] | None,
         typer.Option("--reference", help="Records before a change, CSV: traces what changed since; by default all."),
     ] = None,
-    threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for the derivatives.")] = 2,
+    threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for runs and derivatives.")] = 2,
     replacing: Overwrite,
     common: Common,
 ) -> None:

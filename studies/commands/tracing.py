@@ -116,7 +116,7 @@ def trace_loaded(
     seed
         Stored with the result; nothing in a trace is random.
     threads
-        For derivatives; see :func:`validation.tracing.trace_records`.
+        For runs and derivatives; see :func:`validation.tracing.trace_records`.
     progress
         Whether to show on a terminal what is being computed.
     """

@@ -96,7 +96,7 @@ def trace(records: Record | Sequence[Record], *, reference: Record | Sequence[Re
     reference
         Records of the same rig before a change: then only what changed since is traced.
     threads
-        For derivatives.
+        For runs of the records and for derivatives.
 
     Raises
     ------

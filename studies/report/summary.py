@@ -229,7 +229,7 @@ def words_of_part(name: str) -> str:
 
 
 TRACE_WORDS: Mapping[str, str] = {
-    "none": "the residual is noise",
+    "none": "the residual is noise, or too near it for a name",
     "effect": "the residual is traced to an effect",
     "partial": "the residual is traced to an effect; some structure remains",
     "ambiguous": "several effects explain the residual equally well",

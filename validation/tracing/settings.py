@@ -327,11 +327,11 @@ MISFIT_ALIKE = 1.15
 """Rms residual over that of the best model, where that is above the noise, up to which a model may be as good."""
 AS_DECLARED = 1.1
 """Rms residual over the noise up to which measured joints are taken to be as declared: what their stiffness varies by
-along the bend would leave more. An effect that takes an unknown rig from near the noise to this is named."""
+along the bend would leave more."""
 NEAR_NOISE = 2.0**0.5
 """Rms residual of a known rig over the noise up to which it is not unexplained, and up to which no effect is named
 beside measured joints: what these are off by makes as much. Beside a lumped rig with 3 % error, wheels and friction
-were named there. Beside an unknown rig one is named up to there if it leaves :data:`AS_DECLARED` or less."""
+were named there. Beside an unknown rig one is named up to there if what it leaves is noise."""
 
 # --- smooth functions of the residual, and tests of dependence -------------------------------------------------------
 

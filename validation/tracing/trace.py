@@ -53,6 +53,7 @@ from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import Progress
+from validation.tracing.search.stepwise import Selection
 from validation.tracing.sensors.lone_steps import without_lost_counts
 from validation.tracing.sensors.readings import sensor_words
 from validation.tracing.settings import (
@@ -114,7 +115,7 @@ def trace_records(
     reference
         Records of the same rig before a change: then only what changed since is traced.
     threads
-        For the derivatives.
+        For runs of the records and for derivatives.
     progress
         Called with what is being computed.
     effects
@@ -279,8 +280,7 @@ def _trace_as_declared(search: Search) -> Trace:
     baseline = best_of_other_loops(search, baseline)
     if rests_early(baseline) and not isinstance(search.problem, SpaceProblem):  # whose runs take far longer
         search = replace(search, early=_declared(search, baseline))
-    trace = find_effects(search, baseline)
-    return _with_better_baseline(search, trace) if trace.effects else trace
+    return _with_better_baseline(search, find_effects(search, baseline))
 
 
 def _declared(search: Search, baseline: Fitted) -> Fitted | None:
@@ -318,11 +318,13 @@ def _baseline_of_known_rig(search: Search) -> Fitted:
 
 
 def _with_better_baseline(search: Search, trace: Trace) -> Trace:
-    """Fit the baseline again, from its parameters in the augmented model, in case the first fit missed the optimum.
+    """Fit the baseline again, from its parameters beside the named effects, in case the first fit missed the optimum.
 
     The search is repeated where the effects do not pay beside the better baseline, or where smooth functions of its
     residual fit better than they do.
     """
+    if not trace.effects:
+        return trace
     before, augmented, model = trace.baseline, trace.augmented, Model(search.problem)
     try:
         baseline = fit(model, before.holdout, augmented.x[: model.baseline_size], threads=search.threads)
@@ -334,9 +336,7 @@ def _with_better_baseline(search: Search, trace: Trace) -> Trace:
     pays = is_worth_adding(baseline, augmented, len(search.effects)) and beats_smooth_functions(augmented, smooth)
     if nothing_to_explain(baseline, search.policy) or not pays:
         return find_effects(search, baseline)
-    less = before.bic(augmented.samples) - baseline.bic(augmented.samples)
-    candidates = tuple(replace(c, delta_bic=c.delta_bic - less) for c in trace.candidates)
-    return replace(trace, baseline=baseline, smooth=smooth, candidates=candidates)
+    return judge(search.policy, baseline, smooth, Selection(augmented, [[c.fitted for c in trace.candidates]]))
 
 
 # --- unknown geometry ------------------------------------------------------------------------------------------------
@@ -369,11 +369,11 @@ def _trace_unknown_geometry(
             if by_rig is None or not explained:
                 if not search.is_no_better(baseline):
                     traces.append(find_effects(search, baseline))
-            elif len(by_rig.effects) > 1 or nothing_to_explain(baseline, CURVE):
+            elif nothing_to_explain(baseline, CURVE) or (len(by_rig.effects) > 1 and not is_too_little(by_rig)):
                 traces += [one for one in [find_effects(search, baseline)] if one.verdict != "unexplained"]
     unexplained = not explained and all(trace.verdict == "unexplained" for trace in traces)
     if rig and by_rig and unexplained and ended_above_noise(by_rig, rig.policy):
-        traces.append(find_effects(rig, by_rig.baseline, down_to_noise=True))
+        traces.append(_with_better_baseline(rig, find_effects(rig, by_rig.baseline, down_to_noise=True)))
     best = best_of(traces) if traces else None
     if best is not None and (is_explained(best) or is_too_little(best)):
         by_folds = None
@@ -402,8 +402,7 @@ def _trace_equivalent_rig(
         search = replace(search, early=_baseline_of_all_samples(search, EARLY_STEPS))
         baseline = _baseline_of_all_samples(search)
         if baseline.rmse_deg < NOT_ALIKE * search.problem.scale.angle_deg and not search.is_far_behind(baseline):
-            trace = find_effects(search, baseline)
-            return search, _with_better_baseline(search, trace) if trace.effects else trace
+            return search, _with_better_baseline(search, find_effects(search, baseline))
     return None, None
 
 

@@ -26,7 +26,6 @@ from validation.tracing.search.stepwise import Selection, Stages
 from validation.tracing.search.still_zone import SAME_STILL, StillZone
 from validation.tracing.sensors.readings import LEAPT
 from validation.tracing.settings import (
-    AS_DECLARED,
     AT_FLOOR,
     AT_NOISE,
     EQUIVALENT_RIG,
@@ -238,17 +237,18 @@ def is_too_little(trace: Trace) -> bool:
     """Whether an equivalent rig leaves little more than noise, and no effect takes that to the noise.
 
     A rig that is not declared may be of another make, whose friction and flexures follow other laws. What those leave
-    is taken in part by several effects, and by none as a whole.
+    is taken in part by several effects, and seldom by one as a whole.
     """
     if trace.model != EQUIVALENT_RIG.name or trace.baseline.rmse_deg > NEAR_NOISE * trace.floor.deg:
         return False
-    return not trace.effects or trace.augmented.rmse_deg > AS_DECLARED * trace.floor.deg
+    at_noise = significant_ratio(trace.augmented, EQUIVALENT_RIG) * trace.floor.deg
+    return not trace.effects or trace.augmented.rmse_deg > at_noise
 
 
 def above_noise(trace: Trace) -> Trace:
     """Find nothing missing where the baseline, fitted to its end, leaves no more than noise.
 
-    Without an effect to name, that is what a first effect may leave; of a rig that is not declared also with one
+    Without an effect to name, that is what a first effect may leave. Of a rig that is not declared more may be left
     (:func:`is_too_little`).
     """
     error, over = trace.baseline.rmse_deg, SIGNIFICANT if trace.effects else SIGNIFICANT_LOOSE

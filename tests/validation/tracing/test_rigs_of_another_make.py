@@ -12,9 +12,10 @@ from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from validation.tracing import trace as tracing
 from validation.tracing import verdict
+from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
 from validation.tracing.fitting.noise import NoiseFloor
-from validation.tracing.search import final_fit
-from validation.tracing.settings import AS_DECLARED, EQUIVALENT_RIG, KNOWN_RIG, NEAR_NOISE
+from validation.tracing.search import detection, final_fit
+from validation.tracing.settings import EQUIVALENT_RIG, KNOWN_RIG, NEAR_NOISE, SIGNIFICANT
 
 NOISE = NoiseFloor(local_deg=0.1, repeats_deg=None)
 
@@ -33,9 +34,10 @@ class Found:
     words: tuple[str, ...] = ("before",)
 
 
-def left(over: float, *names: str) -> SimpleNamespace:
+def left(over: float, *names: str, samples: int = 10_000) -> SimpleNamespace:
     """A fit that leaves a multiple of the noise."""
-    return SimpleNamespace(names=names, rmse_deg=over * 0.1, heldout_rmse_deg=over * 0.1)
+    error = np.zeros(samples)
+    return SimpleNamespace(names=names, rmse_deg=over * 0.1, heldout_rmse_deg=over * 0.1, error_deg=error)
 
 
 def with_friction(before: float, after: float) -> Found:
@@ -45,12 +47,12 @@ def with_friction(before: float, after: float) -> Found:
 @pytest.mark.parametrize(
     ("before", "after", "kept"),
     [
-        (0.999 * NEAR_NOISE, 1.001 * AS_DECLARED, False),
-        (0.999 * NEAR_NOISE, 0.999 * AS_DECLARED, True),
+        (0.999 * NEAR_NOISE, 1.001 * SIGNIFICANT, False),
+        (0.999 * NEAR_NOISE, 0.999 * SIGNIFICANT, True),
         (1.001 * NEAR_NOISE, 1.3, True),
     ],
 )
-def test_near_the_noise_an_effect_of_an_unknown_rig_must_leave_nothing(before, after, kept):
+def test_near_the_noise_an_effect_of_an_unknown_rig_must_leave_noise(before, after, kept):
     """Friction of another law leaves 1.4 times the noise, and friction of the guides takes that to 1.16 times."""
     found = with_friction(before, after)
     judged = verdict.above_noise(found)
@@ -62,6 +64,13 @@ def test_near_the_noise_an_effect_of_an_unknown_rig_must_leave_nothing(before, a
     assert judged.words == ("the error of 0.14 deg is 1.4 times the noise: too little to be named",)
     known = replace(found, model=KNOWN_RIG.name)
     assert verdict.above_noise(known) is known
+
+
+def test_of_few_samples_noise_may_be_more():
+    """100 samples tell a level to 1 + 3 / 10."""
+    few = replace(with_friction(1.4, 1.29), augmented=left(1.29, "guide_friction", samples=100))
+    assert not verdict.is_too_little(few)
+    assert verdict.is_too_little(replace(few, augmented=left(1.31, "guide_friction", samples=100)))
 
 
 def test_near_the_noise_an_unknown_rig_without_an_effect_is_not_unexplained():
@@ -101,9 +110,8 @@ def test_the_final_baseline_is_fitted_from_the_model_with_effects_too(monkeypatc
     assert len(starts) == 1
 
 
-@pytest.mark.parametrize(("effects", "fitted_again"), [(("guide_friction",), True), ((), False)])
-def test_the_search_for_an_equivalent_rig_ends_with_its_better_baseline(monkeypatch, effects, fitted_again):
-    found, other = Found("effect", left(2.0), left(1.0), effects=effects), Found("none", left(1.0), left(1.0))
+def test_the_search_for_an_equivalent_rig_ends_with_its_better_baseline(monkeypatch):
+    found, other = with_friction(2.0, 1.0), Found("none", left(1.0), left(1.0))
     problem = SimpleNamespace(scale=SimpleNamespace(angle_deg=10.0))
     monkeypatch.setattr(tracing, "equivalent_rig_problem", lambda records: problem)
     monkeypatch.setattr(tracing, "_beside", lambda search, competitors: search)
@@ -113,9 +121,49 @@ def test_the_search_for_an_equivalent_rig_ends_with_its_better_baseline(monkeypa
     monkeypatch.setattr(tracing, "replace", lambda search, **given: search)
     monkeypatch.setattr(tracing, "_baseline_of_all_samples", lambda *given: left(2.0))
     monkeypatch.setattr(tracing, "find_effects", lambda *given: found)
-    monkeypatch.setattr(tracing, "_with_better_baseline", lambda search, trace: other)
+    monkeypatch.setattr(tracing, "_with_better_baseline", lambda search, trace: {id(found): other}[id(trace)])
     records = [SimpleNamespace(drive_unit="mm")]
-    assert tracing._trace_equivalent_rig(records, (), 1, print, (1.0, 1.0))[1] is (other if fitted_again else found)
+    assert tracing._trace_equivalent_rig(records, (), 1, print, (1.0, 1.0))[1] is other
+
+
+def better_baseline(monkeypatch, found, square: float, *, noise: bool = False, pays: bool = True):
+    """The trace beside a baseline that is fitted again and has a square."""
+    again = SimpleNamespace(square=square)
+    monkeypatch.setattr(tracing, "Model", lambda problem: SimpleNamespace(baseline_size=2))
+    monkeypatch.setattr(tracing, "fit", lambda *given, **more: again)
+    monkeypatch.setattr(tracing, "smooth_functions", lambda baseline: "smooth")
+    monkeypatch.setattr(tracing, "is_worth_adding", lambda *given: pays)
+    monkeypatch.setattr(tracing, "beats_smooth_functions", lambda *given: True)
+    monkeypatch.setattr(tracing, "nothing_to_explain", lambda *given: noise)
+    monkeypatch.setattr(tracing, "find_effects", lambda search, baseline: ("searched again", baseline))
+    monkeypatch.setattr(tracing, "judge", lambda *given: ("judged again", given))
+    search = SimpleNamespace(problem=None, threads=1, effects=(), policy=EQUIVALENT_RIG)
+    return again, tracing._with_better_baseline(search, found)
+
+
+@dataclass(frozen=True)
+class WithCandidates(Found):
+    """What is judged again."""
+
+    candidates: tuple[SimpleNamespace, ...] = (SimpleNamespace(fitted="one"), SimpleNamespace(fitted="other"))
+
+
+def test_effects_are_judged_again_beside_a_better_baseline(monkeypatch):
+    """Verdict, words and what is not distinguished belong to the baseline beside which they were found."""
+    baseline = SimpleNamespace(square=1.0, holdout=None)
+    augmented = SimpleNamespace(x=np.zeros(3), names=("guide_friction",))
+    found = WithCandidates("effect", baseline, augmented, effects=("guide_friction",))
+    again, (what, given) = better_baseline(monkeypatch, found, 0.9)
+    assert what == "judged again"
+    policy, other, smooth, selection = given
+    assert (policy, other, smooth) == (EQUIVALENT_RIG, again, "smooth")
+    assert (selection.best, selection.stages) == (augmented, [["one", "other"]])
+    assert better_baseline(monkeypatch, found, 1.0)[1] is found
+    for case in ({"noise": True}, {"pays": False}):
+        again, answer = better_baseline(monkeypatch, found, 0.9, **case)
+        assert answer == ("searched again", again)
+    without = replace(found, effects=())
+    assert better_baseline(monkeypatch, without, 0.9)[1] is without
 
 
 def test_a_rig_without_an_equilibrium_is_no_baseline(monkeypatch):
@@ -124,3 +172,15 @@ def test_a_rig_without_an_equilibrium_is_no_baseline(monkeypatch):
 
     monkeypatch.setattr(tracing, "equivalent_rig_problem", none)
     assert tracing._trace_equivalent_rig([SimpleNamespace(drive_unit="mm")], (), 1, print, (1.0, 1.0)) == (None, None)
+
+
+@pytest.mark.parametrize(("over", "limited"), [(1.0, False), (1.14, False), (1.16, True), (1.41, True), (1.42, False)])
+def test_a_detection_limit_of_an_unknown_rig_is_beyond_too_little(over, limited):
+    """What is left and the action make sqrt(2) times the noise together, with a margin for nine of ten."""
+    problem = object.__new__(EquivalentRigProblem)
+    fitted = SimpleNamespace(model=SimpleNamespace(problem=problem), error_deg=np.zeros(10_000), samples=400.0)
+    needed = detection._beyond_too_little_deg(fitted, over * 0.1, 0.1)
+    margin = detection.NINE_OF_TEN * over * 0.1 / 20
+    assert needed == pytest.approx((0.02 - (over * 0.1) ** 2) ** 0.5 + margin if limited else 0.0)
+    fitted.model.problem = None
+    assert detection._beyond_too_little_deg(fitted, over * 0.1, 0.1) == 0.0

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from fem_models.chain.along import MovedRun, TapedRun, line_along, moved_along, moved_run, moved_series, taped
+from fem_models.chain.along import MovedRun, TapedRun, line_along, moved_along, moved_run, moved_series, taped_run
 from fem_models.chain.solve import ChainCase, chain_case
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
@@ -63,7 +63,7 @@ class _ToRun:
 
 
 def _followed(one: _ToRun) -> FollowedRun:
-    return FollowedRun(one.run, one.driven, taped(one.rig, one.load, one.case))
+    return FollowedRun(one.run, one.driven, taped_run(one.rig, one.load, one.case))
 
 
 Added = Sequence[tuple[RigForm, Values]]

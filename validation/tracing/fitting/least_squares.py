@@ -84,7 +84,7 @@ def fit(
     start
         Coordinates, shape (p,).
     threads
-        For the derivatives.
+        For runs of the records and for derivatives.
     most_steps
         Least-squares steps at most.
     known

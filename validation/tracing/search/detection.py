@@ -18,7 +18,9 @@ import numpy as np
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
+from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
 from validation.tracing.effect import Effect, FreeParameter, Values
+from validation.tracing.fitting.evidence import significant_ratio
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.least_squares import solve
 from validation.tracing.fitting.model import Model
@@ -27,7 +29,9 @@ from validation.tracing.problem import AddedEffect
 from validation.tracing.result import DetectionLimit
 from validation.tracing.settings import (
     DETECTION_RUNS,
+    EQUIVALENT_RIG,
     LARGEST_FACTOR,
+    NEAR_NOISE,
     NINE_OF_TEN,
     SAME_ACTION,
     VERY_STRONG_EVIDENCE,
@@ -49,7 +53,7 @@ def detection_limits(fitted: Fitted, effects: Sequence[Effect], floor_deg: float
         Noise floor; the error that is left counts where it is larger.
     """
     left = max(floor_deg, fitted.heldout_rmse_deg if math.isfinite(fitted.heldout_rmse_deg) else 0.0)
-    needed = needed_rms_deg(fitted, left, len(effects))
+    needed = max(needed_rms_deg(fitted, left, len(effects)), _beyond_too_little_deg(fitted, left, floor_deg))
     out = []
     for effect in effects:
         if effect.name in fitted.names:
@@ -72,6 +76,19 @@ def needed_rms_deg(fitted: Fitted, left_deg: float, effects: int) -> float:
     by_criterion = math.sqrt(math.expm1(min(bar / count, 50.0)))
     by_worth = math.sqrt(1 / WORTH_NAMING**2 - 1)
     return left_deg * (max(by_criterion, by_worth) + NINE_OF_TEN / math.sqrt(count))
+
+
+def _beyond_too_little_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
+    """Rms action with which an equivalent rig that leaves more than noise leaves more than too little to be named.
+
+    See :func:`validation.tracing.verdict.is_too_little`; what any rig leaves that is at the noise is not limited by it.
+    """
+    policy, floor = EQUIVALENT_RIG, floor_deg
+    is_rig = isinstance(fitted.model.problem, EquivalentRigProblem)
+    if not is_rig or left_deg <= significant_ratio(fitted, policy) * floor or left_deg >= NEAR_NOISE * floor:
+        return 0.0
+    margin = NINE_OF_TEN * left_deg / math.sqrt(max(2.0, fitted.samples))
+    return math.sqrt((NEAR_NOISE * floor) ** 2 - left_deg**2) + margin
 
 
 def _forms(fitted: Fitted, effect: Effect) -> list[Any]:

@@ -39,7 +39,7 @@ class Search:
     effects
         The catalogue, or a part of it.
     threads
-        For the derivatives.
+        For runs of the records and for derivatives.
     report
         Called with what is being computed.
     early
