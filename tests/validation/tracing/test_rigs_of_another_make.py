@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,25 +13,10 @@ from fem_models.rig.checks import SolverError
 from validation.tracing import trace as tracing
 from validation.tracing import verdict
 from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
-from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.search import detection, final_fit
 from validation.tracing.settings import EQUIVALENT_RIG, KNOWN_RIG, NEAR_NOISE, SIGNIFICANT
 
-NOISE = NoiseFloor(local_deg=0.1, repeats_deg=None)
-
-
-@dataclass(frozen=True)
-class Found:
-    """What the rules read of a trace."""
-
-    verdict: str
-    baseline: SimpleNamespace
-    augmented: SimpleNamespace
-    effects: tuple[str, ...] = ()
-    model: str = EQUIVALENT_RIG.name
-    floor: NoiseFloor = NOISE
-    confusable: tuple[tuple[str, ...], ...] = ((),)
-    words: tuple[str, ...] = ("before",)
+from .test_verdict_rules import Found
 
 
 def left(over: float, *names: str, samples: int = 10_000) -> SimpleNamespace:
@@ -40,8 +25,12 @@ def left(over: float, *names: str, samples: int = 10_000) -> SimpleNamespace:
     return SimpleNamespace(names=names, rmse_deg=over * 0.1, heldout_rmse_deg=over * 0.1, error_deg=error)
 
 
+def of_an_equivalent_rig(verdict: str, baseline: SimpleNamespace, augmented: SimpleNamespace, **more) -> Found:
+    return Found(verdict, baseline, augmented, model=EQUIVALENT_RIG.name, **more)
+
+
 def with_friction(before: float, after: float) -> Found:
-    return Found("ambiguous", left(before), left(after, "guide_friction"), effects=("guide_friction",))
+    return of_an_equivalent_rig("ambiguous", left(before), left(after, "guide_friction"), effects=("guide_friction",))
 
 
 @pytest.mark.parametrize(
@@ -74,7 +63,9 @@ def test_of_few_samples_noise_may_be_more():
 
 
 def test_near_the_noise_an_unknown_rig_without_an_effect_is_not_unexplained():
-    near, far = (Found("unexplained", left(f * NEAR_NOISE), left(f * NEAR_NOISE)) for f in (0.999, 1.001))
+    near, far = (
+        of_an_equivalent_rig("unexplained", left(f * NEAR_NOISE), left(f * NEAR_NOISE)) for f in (0.999, 1.001)
+    )
     assert verdict.above_noise(near).verdict == "none"
     assert verdict.above_noise(far) is far
     none = replace(near, verdict="none")
@@ -111,7 +102,7 @@ def test_the_final_baseline_is_fitted_from_the_model_with_effects_too(monkeypatc
 
 
 def test_the_search_for_an_equivalent_rig_ends_with_its_better_baseline(monkeypatch):
-    found, other = with_friction(2.0, 1.0), Found("none", left(1.0), left(1.0))
+    found, other = with_friction(2.0, 1.0), of_an_equivalent_rig("none", left(1.0), left(1.0))
     problem = SimpleNamespace(scale=SimpleNamespace(angle_deg=10.0))
     monkeypatch.setattr(tracing, "equivalent_rig_problem", lambda records: problem)
     monkeypatch.setattr(tracing, "_beside", lambda search, competitors: search)
@@ -141,18 +132,12 @@ def better_baseline(monkeypatch, found, square: float, *, noise: bool = False, p
     return again, tracing._with_better_baseline(search, found)
 
 
-@dataclass(frozen=True)
-class WithCandidates(Found):
-    """What is judged again."""
-
-    candidates: tuple[SimpleNamespace, ...] = (SimpleNamespace(fitted="one"), SimpleNamespace(fitted="other"))
-
-
 def test_effects_are_judged_again_beside_a_better_baseline(monkeypatch):
     """Verdict, words and what is not distinguished belong to the baseline beside which they were found."""
     baseline = SimpleNamespace(square=1.0, holdout=None)
     augmented = SimpleNamespace(x=np.zeros(3), names=("guide_friction",))
-    found = WithCandidates("effect", baseline, augmented, effects=("guide_friction",))
+    tried = (SimpleNamespace(fitted="one"), SimpleNamespace(fitted="other"))
+    found = of_an_equivalent_rig("effect", baseline, augmented, effects=("guide_friction",), candidates=tried)
     again, (what, given) = better_baseline(monkeypatch, found, 0.9)
     assert what == "judged again"
     policy, other, smooth, selection = given
@@ -176,7 +161,7 @@ def test_a_rig_without_an_equilibrium_is_no_baseline(monkeypatch):
 
 @pytest.mark.parametrize(("over", "limited"), [(1.0, False), (1.14, False), (1.16, True), (1.41, True), (1.42, False)])
 def test_a_detection_limit_of_an_unknown_rig_is_beyond_too_little(over, limited):
-    """What is left and the action make sqrt(2) times the noise together, with a margin for nine of ten."""
+    """Residual and action together make sqrt(2) times the noise, with a margin for nine of ten."""
     problem = object.__new__(EquivalentRigProblem)
     fitted = SimpleNamespace(model=SimpleNamespace(problem=problem), error_deg=np.zeros(10_000), samples=400.0)
     needed = detection._beyond_too_little_deg(fitted, over * 0.1, 0.1)

@@ -79,16 +79,15 @@ def needed_rms_deg(fitted: Fitted, left_deg: float, effects: int) -> float:
 
 
 def _beyond_too_little_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
-    """Rms action with which an equivalent rig that leaves more than noise leaves more than too little to be named.
+    """Rms action that takes the residual of an equivalent rig beyond what is too little to be named.
 
-    See :func:`validation.tracing.verdict.is_too_little`; what any rig leaves that is at the noise is not limited by it.
+    An effect beside a residual above the noise is named only there (:func:`validation.tracing.verdict.is_too_little`).
     """
-    policy, floor = EQUIVALENT_RIG, floor_deg
-    is_rig = isinstance(fitted.model.problem, EquivalentRigProblem)
-    if not is_rig or left_deg <= significant_ratio(fitted, policy) * floor or left_deg >= NEAR_NOISE * floor:
+    noise, enough = significant_ratio(fitted, EQUIVALENT_RIG) * floor_deg, NEAR_NOISE * floor_deg
+    if not isinstance(fitted.model.problem, EquivalentRigProblem) or not noise < left_deg < enough:
         return 0.0
     margin = NINE_OF_TEN * left_deg / math.sqrt(max(2.0, fitted.samples))
-    return math.sqrt((NEAR_NOISE * floor) ** 2 - left_deg**2) + margin
+    return math.sqrt(enough**2 - left_deg**2) + margin
 
 
 def _forms(fitted: Fitted, effect: Effect) -> list[Any]:
