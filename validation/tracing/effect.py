@@ -257,6 +257,11 @@ class CurveContext:
     toe_ratio: float  # T_toe of the tendons over the largest preload, from the loops at several preloads; else 0
     slope_loss_per_loop: float  # part of the slope of f that the toe costs, per growth of the loop
 
+    @property
+    def of_baseline(self) -> tuple[float, ...]:
+        """What depends on the parameters of the baseline; the rest is of the records."""
+        return self.straight_deg, self.initial_state, self.loop_ratio, self.toe_ratio, self.slope_loss_per_loop
+
     def softness(self, tension: Floats) -> Floats:
         """Compliance of the tendons at tensions over the largest preload, relative to that at the record's preload."""
         return (1.0 + self.toe_ratio / tension) / (1.0 + self.toe_ratio / self.preload_ratio)

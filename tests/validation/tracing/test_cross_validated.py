@@ -166,6 +166,23 @@ def test_the_spline_goes_on_straight() -> None:
     assert np.abs(np.diff(outside, 2, axis=0)).max() < 1e-9
 
 
+def test_the_largest_of_several_amplitudes_is_predicted_by_a_straight_curve() -> None:
+    """A spline over the whole range would have coefficients there that no training sample tells: 5.8 deg."""
+    time = np.arange(0.0, 20.0, 0.02)
+    records = []
+    for seed, amplitude in enumerate((1.0, 1.4, 1.8)):
+        drive = amplitude * np.sin(2 * np.pi * 0.1 * time)
+        noise = NOISE_DEG * np.random.default_rng(seed).normal(size=time.size)
+        angle = angle_of(drive) + 0.3 * np.sin(4.0 * drive)
+        records.append(Record(drive=drive, angle_deg=angle + noise, drive_unit="mm", time_s=time, source=str(seed)))
+    plays = play_baselines(records)
+    assert plays is not None
+    largest = plays.fits.folds[-1]
+    for shape in plays.fitted:
+        errors = np.concatenate(plays.fits.errors(shape, largest))
+        assert np.sqrt(np.mean(errors**2)) < 0.6
+
+
 def test_gain_and_share_by_hand() -> None:
     before, after = [np.full(400, 0.5)], [np.full(400, 0.3)]
     better = gain(before, after)

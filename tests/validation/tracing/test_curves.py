@@ -17,7 +17,7 @@ from hysteresis.records.path import branches
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_record
 from validation.tracing.baseline.curve import curve_problem
-from validation.tracing.baseline.curve_kernels import lagged, loops, play, tendon_tension, transformed, two_tendons
+from validation.tracing.baseline.curve_kernels import lagged, loop, play, tendon_tension, transformed, two_tendons
 from validation.tracing.baseline.samples import kept_samples
 from validation.tracing.effect import catalogue
 
@@ -72,13 +72,12 @@ def baseline(problem):
 
 
 @pytest.mark.parametrize(("A", "n", "rho"), [(-0.6, 1.5, 0.5), (1.895, 1.176, 0.827)])
-def test_loops_are_the_bouc_wen_law(A, n, rho):
+def test_a_loop_is_the_bouc_wen_law(A, n, rho):
     """Eq. 7 of the paper by hysteresis.laws.bouc_wen: |A| / (beta + gamma) = saturation^n, reach = saturation / |A|."""
     f = 20 * np.sin(np.linspace(0, 14, 400))
     saturation = 1.3
     beta = abs(A) / saturation**n / (1 + rho)
-    elements = np.array([[math.copysign(saturation, A), saturation / abs(A), n, rho]])
-    got = loops(f, elements, 0.0, np.ones_like(f))
+    got = math.copysign(saturation, A) * loop(f, saturation / abs(A), n, rho, 0.0, np.ones_like(f))
     assert np.allclose(got, hysteresis(f, BoucWen(A, beta, rho * beta, n)), atol=1e-12)
 
 

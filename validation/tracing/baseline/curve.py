@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,9 @@ from scipy.optimize import least_squares
 
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
-from validation.tracing.baseline.curve_kernels import loops
+from validation.tracing.baseline.curve_kernels import loop
 from validation.tracing.baseline.curve_scale import CurveScale, PlacedForm
+from validation.tracing.baseline.remembered import Remembered
 from validation.tracing.baseline.samples import kept_samples, mean_slope, middle_of
 from validation.tracing.effect import CurveContext, CurveForm, Effect, FreeParameter, Need, Values, cycles_repeat
 from validation.tracing.prepared import RecordSet, prepare
@@ -102,12 +103,15 @@ class CurveProblem(RecordSet):
         values = {**_ONE_ELEMENT, **values}
         return [self._record(i, values, acting) for i in range(len(self.records))]
 
+    @cached_property
+    def _remembered(self) -> Remembered:
+        """Drives, loop sizes and loops: most derivatives leave all but one of them as they are."""
+        return Remembered()
+
     def _record(self, i: int, values: Values, acting: Sequence[tuple[CurveForm, Values]]) -> Floats:
         """Angle of one record, deg."""
-        group, x, context = self.groups[i], self._strokes[i], self._context(i, values)
-        for form, mine in acting:
-            if form.drive is not None:
-                x = form.drive(x, context, mine)
+        group, context = self.groups[i], self._context(i, values)
+        x = self._driven(i, context, acting)
         u = x / self.scale.drive
         f = self._backbone_deg(group, u, values)
         weight = np.exp(values["bend_loop"] * np.abs(u))
@@ -115,14 +119,49 @@ class CurveProblem(RecordSet):
             if form.backbone is not None:
                 f = form.backbone(f, context, mine)
             if form.loop_size is not None:
-                weight = weight * form.loop_size(f, context, mine)
-        theta = f + loops(f, self._elements(group, values), values[f"state_{i}"], weight)
+                weight = weight * self._loop_size(i, form, mine, f, context)
+        theta = f + self._loops(f, self._elements(group, values), values[f"state_{i}"], weight)
         for form, mine in acting:
             if form.angle is not None:
                 theta = form.angle(theta, context, mine)
             if form.observe is not None:
                 theta = form.observe(theta, self.inputs[i], mine)
         return theta
+
+    def _driven(self, i: int, context: CurveContext, acting: Sequence[tuple[CurveForm, Values]]) -> Floats:
+        """Drive of a record behind the effects that act on it."""
+        forms = [(form, form.drive, mine) for form, mine in acting if form.drive is not None]
+        if not forms:
+            return self._strokes[i]
+
+        def driven() -> Floats:
+            x = self._strokes[i]
+            for _, drive, mine in forms:
+                x = drive(x, context, mine)
+            return x
+
+        key = (i, *context.of_baseline, *((id(form), *mine.values()) for form, _, mine in forms))
+        return self._remembered.get(key, driven)
+
+    def _loop_size(self, i: int, form: CurveForm, mine: Values, f: Floats, context: CurveContext) -> Floats:
+        """Factor of an effect on the size of the loop."""
+        size = form.loop_size
+        assert size is not None
+        key = (i, id(form), *mine.values(), *context.of_baseline, f.tobytes())
+        return self._remembered.get(key, lambda: size(f, context, mine))
+
+    def _loops(self, f: Floats, elements: Floats, state: float, weight: Floats) -> Floats:
+        """Evaluate h, deg, shape (m,), from rows of saturation, reach, n, gamma / beta, shape (k, 4).
+
+        A negative saturation lags. The saturation enters linearly, so h is smooth through zero. The first element
+        starts in a state, the others at rest: that of an element of long reach fades over many cycles, as a drift does.
+        """
+        out, path, sizes = np.zeros_like(f), f.tobytes(), weight.tobytes()
+        for number, (saturation, *shape) in enumerate(elements.tolist()):
+            if saturation != 0.0:
+                key = (path, sizes, *shape, at := 0.0 if number else state)
+                out += saturation * self._remembered.get(key, partial(loop, f, *shape, at, weight)) * weight
+        return out
 
     def _backbone_deg(self, group: int, u: Any, values: Values) -> Any:
         """Evaluate f, deg, of the drive over half the stroke: a number or of shape (m,)."""

@@ -14,45 +14,40 @@ _LEAST_STIFFNESS = 0.05  # of two slack tendons, over that of a taut one: the lo
 
 
 @njit(cache=True)
-def loops(path: Floats, elements: Floats, state: float, weight: Floats) -> Floats:
-    """Sum of Bouc-Wen elements along a path of f.
+def loop(path: Floats, reach: float, n: float, rho: float, state: float, weight: Floats) -> Floats:
+    """Bouc-Wen element of saturation 1 along a path of f.
 
     Parameters
     ----------
     path
         Shape (m,), f in deg.
-    elements
-        Shape (k, 4), rows (saturation, reach, n, gamma / beta): h = saturation y, and y goes from 0 to 1 over a path
-        of about ``reach``. A negative saturation lags. The saturation enters linearly, so h is smooth through zero.
+    reach, n, rho
+        Of an element y that goes from 0 to 1 over a path of about ``reach``; rho is gamma / beta.
     state
-        y of the first element at the first sample, in -1..1; its sign is that of a motion towards larger f. The others
-        begin at rest: the state of an element of long reach fades over many cycles, as a drift does.
+        y at the first sample, in -1..1; its sign is that of a motion towards larger f.
     weight
         Shape (m,), factor on the size of the loop: of saturation and reach, so that the slope after a reversal stays.
 
     Returns
     -------
     Floats
-        Shape (m,), h in deg (paper, eq. 7, by :mod:`hysteresis.laws.flow`).
+        Shape (m,), y with the sign of f; its weight is left to the caller (paper, eq. 7, by
+        :mod:`hysteresis.laws.flow`).
     """
     m = path.shape[0]
-    out = np.zeros(m)
-    for i in range(elements.shape[0]):
-        saturation, reach, n, rho = elements[i]
-        if saturation == 0.0:
-            continue
-        kappa = (1.0 - rho) / (1.0 + rho)
-        work = workspace(n)
-        set_kappa(work, n, kappa)
-        y, direction, chart, place = state if i == 0 else 0.0, 1.0, FREE, 0.0
-        out[0] += saturation * y * weight[0]
-        for j in range(1, m):
-            df = path[j] - path[j - 1]
-            if df * direction < 0.0:
-                y, direction, chart = -y, -direction, FREE
-            y, chart, place = advance(y, chart, place, abs(df) / (reach * weight[j]), n, kappa, work)
-            y = min(1.0, y)
-            out[j] += direction * saturation * y * weight[j]
+    out = np.empty(m)
+    kappa = (1.0 - rho) / (1.0 + rho)
+    work = workspace(n)
+    set_kappa(work, n, kappa)
+    y, direction, chart, place = state, 1.0, FREE, 0.0
+    out[0] = y
+    for j in range(1, m):
+        df = path[j] - path[j - 1]
+        if df * direction < 0.0:
+            y, direction, chart = -y, -direction, FREE
+        y, chart, place = advance(y, chart, place, abs(df) / (reach * weight[j]), n, kappa, work)
+        y = min(1.0, y)
+        out[j] = direction * y
     return out
 
 

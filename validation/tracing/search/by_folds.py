@@ -24,6 +24,7 @@ import numpy as np
 
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats
+from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.effect import Effect, Values
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import Fold, fold_errors, gain, log_score, mean_square
@@ -63,8 +64,11 @@ class FoldFits:
 
     def _fit(self, candidate: Fitted, left_out: tuple[Fold, ...]) -> Fitted | None:
         first, *others = left_out
+        holdout, model = first.training(*others), candidate.model
+        if isinstance(model.problem, PlayProblem):
+            model = replace(model, problem=model.problem.trained_on(holdout.train))
         with suppress(SolverError, RigError):
-            return _fit(candidate.model, first.training(*others), candidate.x)
+            return _fit(model, holdout, candidate.x)
         return None
 
     def errors(self, candidate: Fitted, fold: Fold, *also_left_out: Fold) -> list[Floats]:
