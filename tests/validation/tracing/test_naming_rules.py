@@ -178,15 +178,16 @@ def test_fits_of_folds_are_made_once_and_errors_are_large_without_a_solution(mon
     made_ = []
 
     def fit_(model, holdout, start):
-        made_.append((model, [mask.tolist() for mask in holdout.train]))
-        if model == "none":
+        made_.append((model.name, [mask.tolist() for mask in holdout.train]))
+        if model.name == "none":
             raise SolverError("no equilibrium")
         return SimpleNamespace(errors=[np.arange(4.0) + start])
 
     monkeypatch.setattr(by_folds, "_fit", fit_)
     parts = tuple(Fold((np.arange(4) == i,), str(i)) for i in range(4))
     fits = FoldFits(parts)
-    one, none = SimpleNamespace(model="one", x=10.0), SimpleNamespace(model="none", x=0.0)
+    of_one, of_none = SimpleNamespace(name="one", problem=None), SimpleNamespace(name="none", problem=None)
+    one, none = SimpleNamespace(model=of_one, x=10.0), SimpleNamespace(model=of_none, x=0.0)
     assert fits.errors(one, parts[1])[0].tolist() == [11]
     assert fits.errors(one, parts[1])[0].tolist() == [11]
     assert made_ == [("one", [[True, False, True, True]])]
@@ -199,23 +200,59 @@ def test_fits_of_folds_are_made_once_and_errors_are_large_without_a_solution(mon
     assert [e.tolist() for e in fits.heldout([one, none, one, one])] == [[10], [1e3], [12], [13]]
 
 
-def test_each_fold_chooses_by_the_others_and_all_by_all():
-    """Scores of a and b on each fold; a fold's own score does not count. Of equals the first."""
-    parts = tuple(Fold((np.array([True]),), str(i)) for i in range(3))
-    rows = {"a": [1.0, 1.0, 9.0], "b": [2.0, 2.0, 1.0]}
-    a, b = (SimpleNamespace(name=name, noise=NOISE, errors=(np.zeros(3),)) for name in "ab")
+def stand_ins(drive):
+    """Two models, a and b, of one record."""
+    problem = SimpleNamespace(inputs=[SimpleNamespace(drive=np.array(drive))])
+    return [
+        SimpleNamespace(name=name, noise=NOISE, errors=(np.zeros(len(drive)),), model=SimpleNamespace(problem=problem))
+        for name in "ab"
+    ]
+
+
+def fits_of(rows, folds):
+    """Fits whose error of each model on each fold is given."""
 
     class Fits(FoldFits):
         def errors(self, candidate, fold, *also):
             assert fold not in also
-            return [np.array([rows[candidate.name][int(fold.name)]])]
+            return [np.array(rows[candidate.name][int(fold.name)], dtype=float)]
 
-    fits = Fits(parts)
+    return Fits(folds)
+
+
+def test_each_fold_chooses_by_the_others_and_all_by_all():
+    """Scores of a and b on each fold; a fold's own score does not count. Of equals the first."""
+    parts = tuple(Fold((np.arange(3) == i,), str(i)) for i in range(3))
+    a, b = stand_ins([0.0, 0.0, 0.0])
+    fits = fits_of({"a": [[1], [1], [9]], "b": [[2], [2], [1]]}, parts)
     # log errors: a 0, 0, 2.2; b 0.7, 0.7, 0
     assert [one.name for one in fits.chosen([a, b])] == ["b", "b", "a"]
     assert fits.best([a, b]) is b
     assert fits.best([a, a]) is a
     assert fits.chosen_without([a, b], 2) is a
+
+
+@pytest.mark.parametrize(("top", "best"), [(1.1, "b"), (1.3, "a")])
+def test_a_fold_that_reaches_further_does_not_choose(top, best):
+    """Of three records from 0 on, two reach to 1 and one to ``top``, which is b's; beyond a tenth more it is left out.
+
+    Left out itself, it reaches as far beyond: then the folds of both others choose, which a predicts better.
+    """
+    drive = [0.0, 0.5, 1.0, 0.0, 0.5, 1.0, 0.0, 0.5, top]
+    parts = tuple(Fold((np.arange(9) // 3 == i,), str(i)) for i in range(3))
+    a, b = stand_ins(drive)
+    fits = fits_of({"a": [[1, 1, 1]] * 2 + [[20, 20, 20]], "b": [[2, 2, 2]] * 2 + [[1, 1, 1]]}, parts)
+    assert fits.best([a, b]).name == best
+    assert fits.chosen_without([a, b], 0).name == best
+    assert fits.chosen_without([a, b], 2).name == "a"
+
+
+def test_where_every_fold_reaches_further_all_choose():
+    """Two records of one sample each, at other drives: neither has been where the other is."""
+    parts = tuple(Fold((np.arange(2) == i,), str(i)) for i in range(2))
+    a, b = stand_ins([0.0, 1.0])
+    fits = fits_of({"a": [[2], [2]], "b": [[1], [1]]}, parts)
+    assert fits.best([a, b]) is b
 
 
 def test_errors_of_folds_are_put_where_their_samples_are():

@@ -42,6 +42,19 @@ class Fold:
         return Holdout(tuple(~np.any(rows, axis=0) for rows in zip(*masks, strict=True)), self.name)
 
 
+ALIKE_REACH = 0.1
+"""Part of the range of a fold by which it may reach further beyond its training samples than another one and still ask
+the same of a model."""
+
+
+def beyond_training(drives: Sequence[Floats], fold: Fold, training: Holdout) -> float:
+    """Part of the range of a fold's drive that its training samples have not seen; drives have shapes (m_i,)."""
+    trained = np.concatenate([drive[mask] for drive, mask in zip(drives, training.train, strict=True)])
+    own = np.concatenate([drive[test] for drive, test in zip(drives, fold.test, strict=True)])
+    missed = max(0.0, float(trained.min() - own.min())) + max(0.0, float(own.max() - trained.max()))
+    return missed / max(float(np.ptp(own)), 1e-300)
+
+
 def has_folds(records: Sequence[PreparedRecord]) -> bool:
     """Whether records have parts that can predict each other: several records, or several cycles."""
     return len(records) > 1 or _cycles(records[0]).size >= LEAST_FOLD_CYCLES

@@ -27,7 +27,15 @@ from hysteresis.arrays import Floats
 from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.effect import Effect, Values
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.fitting.folds import Fold, fold_errors, gain, log_score, mean_square
+from validation.tracing.fitting.folds import (
+    ALIKE_REACH,
+    Fold,
+    beyond_training,
+    fold_errors,
+    gain,
+    log_score,
+    mean_square,
+)
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
@@ -91,6 +99,9 @@ class FoldFits:
 
         Each inner fold has an error of its own. One that nothing predicts, because its records alone reach so far,
         says no more than the others. What is below the noise counts little.
+
+        An inner fold that reaches further beyond its training samples than the fold does asks something else: it is
+        left out, unless all do.
         """
         return self._best(candidates, self.folds[fold])
 
@@ -100,9 +111,17 @@ class FoldFits:
 
     def _best(self, candidates: Sequence[Fitted], *left_out: Fold) -> Fitted:
         noise = candidates[0].noise.local_deg
-        inner = [one for one in self.folds if one not in left_out]
+        inner = self._alike(candidates[0].model.problem, left_out)
         scores = [sum(log_score(self.errors(model, one, *left_out), noise) for one in inner) for model in candidates]
         return candidates[int(np.argmax(scores))]
+
+    def _alike(self, problem: Problem, left_out: tuple[Fold, ...]) -> list[Fold]:
+        """Inner folds that ask of a model what the fold does that is left out."""
+        drives = [one.drive for one in problem.inputs]
+        inner = [one for one in self.folds if one not in left_out]
+        most = ALIKE_REACH + sum(beyond_training(drives, one, one.training()) for one in left_out)
+        near = [one for one in inner if beyond_training(drives, one, one.training(*left_out)) <= most]
+        return near or inner
 
     def chosen(self, candidates: Sequence[Fitted]) -> list[Fitted]:
         """Model that each fold chooses by the samples of the others."""
