@@ -96,6 +96,13 @@ def _davinci(file: str, load: int, rate: str, sha256: str) -> Entry:
     return Entry(name, title, _TOOL, f"data/Tool_4_Maryland_L_4/{file}.TXT", sha256, "deg", tool)
 
 
+def _manipulator(file: str, configuration: int, name: str, sha256: str) -> Entry:
+    title = f"Surgical manipulator, configuration {configuration}, sine of {name.partition('deg')[0]} deg"
+    path = f"optimization/selected/{file}.txt"
+    read = partial(manipulator, command=1)
+    return Entry(f"surgical-manipulator-conf{configuration}-{name}", title, _MANIPULATOR, path, sha256, "deg", read)
+
+
 def _decaying(file: str, kind: str, rate: str, sha256: str) -> Entry:
     course = {"taut": "about a mean", "slack": "back to zero"}[kind]
     title = f"Tendon catheter, decaying sine, {course}, {rate} Hz"
@@ -158,6 +165,13 @@ _ENTRIES = (
         "deg",
         partial(manipulator, command=6),
     ),
+    _manipulator("conf0_50", 0, "50deg", "da5254a42ce526f0b4295010037ddfd2eff5dd01cedbe1a0e8afe00bdad7d25e"),
+    _manipulator("conf0_60", 0, "60deg", "a061877ad2feea69ca110f83fc604a6581738753c5203c19954a8d1b7088582d"),
+    _manipulator("conf0_60_", 0, "60deg-b", "699056007b2e37ca22122f7157b477409c6c08e580f65786e05e8ff5428a6458"),
+    _manipulator("conf0_70", 0, "70deg", "4b27650b85d07eec7f2d27c6380fc5f0c496a36c4cb72e97531c320e945a967f"),
+    _manipulator("conf90_50", 90, "50deg", "69850822ff6a20c94305d6c2c502f3a99cf75b8de7deda73f03d24827a6b531c"),
+    _manipulator("conf90_60", 90, "60deg", "5a3152e1a2afdbfa8e1d157ce097ab94aa7a7a77c5f0b98c121d9bbfab284b3c"),
+    _manipulator("conf90_70", 90, "70deg", "5ef9009d4a95a05d304122c034d3a098a8b6f1b2aee787d98167f1ffccae871a"),
     _davinci("00", 10, "0.1", "796f89cb5e4469d590ae78db7a2a504ca0673f939c0255c00b1421b70d05ce62"),
     _davinci("20", 10, "0.3", "d0aa041646c41814486609407f853889a57738f782c102c26cb7dd0da6970cec"),
     _davinci("04", 50, "0.1", "48cbd949a66420f20ce3f000c3be2d4cfc97c1c77535317746aa161683ee4736"),

@@ -29,10 +29,13 @@ class Samples:
 def manipulator(path: Path, *, command: int) -> Samples:
     """Read a text table: time (s), reference (deg), ..., angle (deg) in column 5; the drive is column ``command``.
 
-    Samples that were logged twice, with their time, are dropped.
+    Samples that were logged twice at one time are dropped, and all from where the clock begins anew: the motor stands
+    still there.
     """
     table = np.loadtxt(path, delimiter=",")
-    table = table[np.append(True, (np.diff(table, axis=0) != 0).any(axis=1))]
+    steps = np.diff(table[:, 0])
+    table = table[: np.append(np.flatnonzero(steps < 0) + 1, len(table))[0]]
+    table = table[np.append(True, np.diff(table[:, 0]) > 0)]
     return Samples(time_s=table[:, 0], drive=table[:, command], angle_deg=table[:, 5])
 
 
