@@ -206,7 +206,7 @@ def _simulated(trace: Trace, problem: Problem, competitors: Sequence[Fitted]) ->
                         ],
                     )
             else:
-                yield trial, [_angle_of_curve(problem, fitted, widest, trial) for fitted in competitors]
+                yield trial, [_angle_of_curve(fitted, widest, trial) for fitted in competitors]
         except (SolverError, RigError, ValueError):  # ValueError: a preload that a rig cannot have with an effect
             continue
 
@@ -217,8 +217,12 @@ def _added(fitted: Fitted) -> tuple[Values, Added]:
     return baseline, [(a.form, values) for a, values in zip(fitted.model.added, more, strict=True)]
 
 
-def _angle_of_curve(problem: Problem, fitted: Fitted, widest: int, trial: Trial) -> Floats:
-    """Angle of a fitted model at a program in place of the widest record, shape (m,)."""
+def _angle_of_curve(fitted: Fitted, widest: int, trial: Trial) -> Floats:
+    """Angle of a fitted model at a program in place of the widest record, shape (m,).
+
+    Play operators that are compared may differ in their columns: each is a problem of its own.
+    """
+    problem = fitted.model.problem
     assert isinstance(problem, CurveProblem | PlayProblem)
     records = list(problem.records)
     records[widest] = replace(records[widest], inputs=trial.inputs)

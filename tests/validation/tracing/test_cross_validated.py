@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from validation.tracing.cross_validated import play_baselines, trace_by_folds, t
 from validation.tracing.effect import Effect, catalogue
 from validation.tracing.fitting import Model
 from validation.tracing.fitting.folds import folds_of, gain, mean_square, share
+from validation.tracing.next_experiment import _angle_of_curve, _most_different
 from validation.tracing.result import in_words, trace_report
 from validation.tracing.search.by_folds import FoldFits, fit_all
 from validation.tracing.search.detection import detection_limits
@@ -181,6 +183,20 @@ def test_the_largest_of_several_amplitudes_is_predicted_by_a_straight_curve() ->
     for shape in plays.fitted:
         errors = np.concatenate(plays.fits.errors(shape, largest))
         assert np.sqrt(np.mean(errors**2)) < 0.6
+
+
+def test_models_of_other_columns_are_compared_at_a_program() -> None:
+    """Where one beside constant widths competes with one beside widths that depend on the position."""
+    records = [record("a", 0), record("b", 1, rate_Hz=0.2)]
+    fitted = [fit_all(Model(play_problem(records, powers=powers, curve=curve))) for powers, curve in ((0, 6), (1, 12))]
+    for first, other in (fitted, fitted[::-1]):
+        found = _most_different(SimpleNamespace(baseline=first, records=records), [first, other])  # type: ignore[arg-type]
+        assert found is not None
+        trial, (difference,) = found
+        for one in fitted:
+            off = _angle_of_curve(one, 0, trial) - angle_of(trial.drive)
+            assert off[off.size // 2 :].std() < 0.3  # once the start is forgotten, but for a zero
+        assert 0.0 < difference < 1.0
 
 
 def test_gain_and_share_by_hand() -> None:
