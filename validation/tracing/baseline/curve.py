@@ -130,24 +130,24 @@ class CurveProblem(RecordSet):
 
     def _driven(self, i: int, context: CurveContext, acting: Sequence[tuple[CurveForm, Values]]) -> Floats:
         """Drive of a record behind the effects that act on it."""
-        forms = [(form, form.drive, mine) for form, mine in acting if form.drive is not None]
-        if not forms:
+        drives = [(form.drive, mine) for form, mine in acting if form.drive is not None]
+        if not drives:
             return self._strokes[i]
 
         def driven() -> Floats:
             x = self._strokes[i]
-            for _, drive, mine in forms:
+            for drive, mine in drives:
                 x = drive(x, context, mine)
             return x
 
-        key = (i, *context.of_baseline, *((id(form), *mine.values()) for form, _, mine in forms))
+        key = (i, *context.of_baseline, *((drive, *mine.items()) for drive, mine in drives))
         return self._remembered.get(key, driven)
 
     def _loop_size(self, i: int, form: CurveForm, mine: Values, f: Floats, context: CurveContext) -> Floats:
         """Factor of an effect on the size of the loop."""
         size = form.loop_size
         assert size is not None
-        key = (i, id(form), *mine.values(), *context.of_baseline, f.tobytes())
+        key = (i, size, *mine.items(), *context.of_baseline, f.tobytes())
         return self._remembered.get(key, lambda: size(f, context, mine))
 
     def _loops(self, f: Floats, elements: Floats, state: float, weight: Floats) -> Floats:

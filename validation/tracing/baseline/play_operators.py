@@ -194,12 +194,12 @@ class PlayProblem(RecordSet):
         """Factor on the loop; derivatives by the widths of plays leave f as it is."""
         size = form.loop_size
         assert size is not None
-        key = (i, id(form), *mine.values(), f.tobytes())
+        key = (i, size, *mine.items(), f.tobytes())
         return self._remembered.get(key, lambda: size(f, self._contexts[i], mine))
 
     def _columns(self, acting: Sequence[tuple[CurveForm, Values]]) -> list[tuple[Floats, Floats]]:
         """Columns of f and of the plays of each record."""
-        key = tuple((id(form), *mine.values()) for form, mine in acting if form.drive is not None)
+        key = tuple((form.drive, *mine.items()) for form, mine in acting if form.drive is not None)
         return self._remembered.get(key, lambda: [self._columns_of(i, acting) for i in range(len(self._strokes))])
 
     def _columns_of(self, i: int, acting: Sequence[tuple[CurveForm, Values]]) -> tuple[Floats, Floats]:
