@@ -7,7 +7,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from multiprocessing import forkserver
+from multiprocessing import forkserver, resource_tracker
 
 import dask
 from dask.system import CPU_COUNT
@@ -76,7 +76,8 @@ class WorkerPool:
         self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
         # one process imports the modules and the workers are forked from it, which makes their start fast
         get_mp_context().set_forkserver_preload(["distributed", "studies.sweep.cases"])
-        with interrupts_wait(signal.SIG_IGN):  # child processes inherit ignored signals
+        resource_tracker.ensure_running()  # which unblocks signals when it starts
+        with _interrupts_blocked():
             forkserver.ensure_running()
         cluster = LocalCluster(
             n_workers=self._count, threads_per_worker=1, processes=True, memory_limit=0, silence_logs=logging.CRITICAL,
@@ -110,8 +111,21 @@ class WorkerPool:
 
 
 @contextmanager
-def interrupts_wait(handler: signal.Handlers | None = None) -> Iterator[None]:
-    """Delay Ctrl-C and SIGTERM until the block ends, or ignore Ctrl-C, which a terminal sends to all processes.
+def _interrupts_blocked() -> Iterator[None]:
+    """Block Ctrl-C, which a terminal sends to all processes: child processes inherit that.
+
+    One that comes meanwhile is delivered when the block ends. It would be lost if Ctrl-C was ignored.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def interrupts_wait() -> Iterator[None]:
+    """Delay Ctrl-C and SIGTERM until the block ends.
 
     Processes of Dask print long errors if they are interrupted while they start.
     """
@@ -119,8 +133,9 @@ def interrupts_wait(handler: signal.Handlers | None = None) -> Iterator[None]:
         yield
         return
     received = list[int]()
-    caught = [signal.SIGINT] if handler is not None else [signal.SIGINT, signal.SIGTERM]
-    before = {number: signal.signal(number, handler or (lambda n, _: received.append(n))) for number in caught}
+    before = {
+        number: signal.signal(number, lambda n, _: received.append(n)) for number in (signal.SIGINT, signal.SIGTERM)
+    }
     try:
         yield
     finally:

@@ -2,6 +2,10 @@
 
 import gc
 import os
+import signal
+import subprocess
+import sys
+from contextlib import nullcontext
 
 import pytest
 from dask._task_spec import Task
@@ -94,3 +98,26 @@ def test_what_is_held_does_not_grow_with_the_cases(tmp_path, monkeypatch):
     batches = sweep.IN_FLIGHT + 1  # and the one that has just come back
     assert max(cases for cases, _ in held) <= batches * 16 + 1  # and the first of all
     assert max(tasks for _, tasks in held) <= 10 * batches
+
+
+def test_an_interrupt_while_the_fork_server_starts_is_not_lost(monkeypatch):
+    """The server, and the workers that it forks, do not hear it; this process does when they have started."""
+    in_child = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"
+    said = []
+
+    def started():
+        os.kill(os.getpid(), signal.SIGINT)
+        said.append(subprocess.run([sys.executable, "-c", in_child], capture_output=True, text=True, check=True).stdout)
+
+    monkeypatch.setattr(workers.forkserver, "ensure_running", started)
+    monkeypatch.setattr(workers, "LocalCluster", lambda **_: nullcontext())
+    monkeypatch.setattr(workers, "Client", lambda cluster: nullcontext())
+    monkeypatch.setattr(WorkerPool, "_checked", lambda pool, client: client)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with WorkerPool("chain", 1) as pool, pytest.raises(KeyboardInterrupt):
+            pool.client()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert said == ["True\n"]
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
