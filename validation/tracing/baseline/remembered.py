@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 Out = TypeVar("Out")
 
 MOST = 256
-"""Results that are kept: a step of a fit asks for a few dozen."""
+"""Results that are kept: a step of a fit needs a few dozen."""
 
 
 class Remembered:

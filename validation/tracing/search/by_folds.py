@@ -100,8 +100,8 @@ class FoldFits:
         Each inner fold has an error of its own. One that nothing predicts, because its records alone reach so far,
         says no more than the others. What is below the noise counts little.
 
-        An inner fold that reaches further beyond its training samples than the fold does asks something else: it is
-        left out, unless all do.
+        An inner fold that reaches further beyond its training samples than the outer fold tests another extrapolation:
+        it is left out, unless all do.
         """
         return self._best(candidates, self.folds[fold])
 
@@ -116,7 +116,7 @@ class FoldFits:
         return candidates[int(np.argmax(scores))]
 
     def _alike(self, problem: Problem, left_out: tuple[Fold, ...]) -> list[Fold]:
-        """Inner folds that ask of a model what the fold does that is left out."""
+        """Inner folds that reach no further beyond their training samples than the outer fold."""
         drives = [one.drive for one in problem.inputs]
         inner = [one for one in self.folds if one not in left_out]
         most = ALIKE_REACH + sum(beyond_training(drives, one, one.training()) for one in left_out)
