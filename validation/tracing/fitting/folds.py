@@ -43,8 +43,8 @@ class Fold:
 
 
 ALIKE_REACH = 0.1
-"""Part of the range of a fold by which it may reach further beyond its training samples than another one and still count
-as alike."""
+"""Part of the range of a fold by which it may reach further beyond its training samples than another one and still
+count as alike."""
 
 
 def beyond_training(drives: Sequence[Floats], fold: Fold, training: Holdout) -> float:
