@@ -174,6 +174,13 @@ def test_folds_name_what_takes_a_third_of_the_error_above_the_noise(monkeypatch,
 # --- the search by folds -------------------------------------------------------------------------------------------
 
 
+class StandIn(SimpleNamespace):
+    """Stands for a fitted model, which is the same as no other one."""
+
+    __hash__ = object.__hash__
+    __eq__ = object.__eq__
+
+
 def test_fits_of_folds_are_made_once_and_errors_are_large_without_a_solution(monkeypatch):
     made_ = []
 
@@ -187,7 +194,7 @@ def test_fits_of_folds_are_made_once_and_errors_are_large_without_a_solution(mon
     parts = tuple(Fold((np.arange(4) == i,), str(i)) for i in range(4))
     fits = FoldFits(parts)
     of_one, of_none = SimpleNamespace(name="one", problem=None), SimpleNamespace(name="none", problem=None)
-    one, none = SimpleNamespace(model=of_one, x=10.0), SimpleNamespace(model=of_none, x=0.0)
+    one, none = StandIn(model=of_one, x=10.0), StandIn(model=of_none, x=0.0)
     assert fits.errors(one, parts[1])[0].tolist() == [11]
     assert fits.errors(one, parts[1])[0].tolist() == [11]
     assert made_ == [("one", [[True, False, True, True]])]
@@ -198,6 +205,15 @@ def test_fits_of_folds_are_made_once_and_errors_are_large_without_a_solution(mon
     assert fits.errors(none, parts[0])[0].tolist() == [1e3]
     assert [e.tolist() for e in fits.everywhere(one)] == [[10], [11], [12], [13]]
     assert [e.tolist() for e in fits.heldout([one, none, one, one])] == [[10], [1e3], [12], [13]]
+
+
+def test_a_model_does_not_get_the_fit_of_one_that_is_no_longer_there(monkeypatch):
+    """Its number, which Python gives again, is not what tells models apart."""
+    monkeypatch.setattr(by_folds, "_fit", lambda model, holdout, start: SimpleNamespace(errors=[np.full(2, start)]))
+    parts = tuple(Fold((np.arange(2) == i,), str(i)) for i in range(2))
+    fits, model = FoldFits(parts), SimpleNamespace(problem=None)
+    for x in np.arange(50.0):
+        assert fits.errors(StandIn(model=model, x=x), parts[0])[0].tolist() == [x]
 
 
 def stand_ins(drive):

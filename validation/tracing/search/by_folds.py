@@ -61,11 +61,11 @@ class FoldFits:
     """Fits of models to the training samples of folds, each computed once."""
 
     folds: tuple[Fold, ...]
-    fits: dict[tuple[int, frozenset[int]], Fitted | None] = field(default_factory=dict)
+    fits: dict[tuple[Fitted, frozenset[Fold]], Fitted | None] = field(default_factory=dict)
 
     def fitted(self, candidate: Fitted, *left_out: Fold) -> Fitted | None:
         """Fit a model without some folds, from prior means that have seen no data; None without a solution."""
-        key = (id(candidate), frozenset(map(id, left_out)))
+        key = (candidate, frozenset(left_out))  # the models themselves: the number of a dead one is given again
         if key not in self.fits:
             self.fits[key] = self._fit(candidate, left_out)
         return self.fits[key]
