@@ -98,6 +98,7 @@ def _davinci(file: str, load: int, rate: str, sha256: str) -> Entry:
 
 def _manipulator(file: str, configuration: int, name: str, sha256: str) -> Entry:
     title = f"Surgical manipulator, configuration {configuration}, sine of {name.partition('deg')[0]} deg"
+    title += ", taken again" if name.endswith("-b") else ""
     path = f"optimization/selected/{file}.txt"
     read = partial(manipulator, command=1)
     return Entry(f"surgical-manipulator-conf{configuration}-{name}", title, _MANIPULATOR, path, sha256, "deg", read)

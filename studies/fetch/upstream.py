@@ -29,8 +29,8 @@ class Samples:
 def manipulator(path: Path, *, command: int) -> Samples:
     """Read a text table: time (s), reference (deg), ..., angle (deg) in column 5; the drive is column ``command``.
 
-    Samples that were logged twice at one time are dropped, and all from where the clock begins anew: the motor stands
-    still there.
+    Of samples at one time the first is kept. All from where the clock begins anew are dropped: the motor stands still
+    there.
     """
     table = np.loadtxt(path, delimiter=",")
     steps = np.diff(table[:, 0])

@@ -351,20 +351,18 @@ HELD_OUT_RECORD = 0.3
 SAME_PROTOCOL = 0.1
 """Relative difference up to which preloads, amplitudes and rates are the same."""
 
-LEAST_FOLD_RECORDS = 2
-"""Records above which a record is a fold."""
-MOST_FOLDS, FOLD_BLOCKS, LEAST_FOLD_CYCLES = 4, 4, 3
-"""Folds of a cross-validation at most (more records or cycles are held out several at a time), blocks of a path without
-whole cycles, and cycles of a single record from which they are folds: two to learn from, one to predict."""
+LEAST_FOLD_RECORDS, MOST_FOLDS, FOLD_BLOCKS, LEAST_FOLD_CYCLES = 2, 4, 4, 3
+"""Records above which a record is a fold, folds of a cross-validation at most (more are held out several at a time),
+blocks of a path without whole cycles, and cycles of a single record from which they are folds: two to learn from."""
+MOST_EXTRAPOLATION = 0.1
+"""Part of its range by which a fold may extrapolate and choose. Set on halves of two catheter records."""
 BOOTSTRAP_DRAWS, BOOTSTRAP_SAMPLES, CONFIDENCE = 2000, 40, 0.95
 """Draws of a bootstrap interval, neighbouring samples that are drawn together, and its level."""
 REFERENCE_MOST = 2.0
 """Floor of a comparison with a reference at most, over the rms error of the shared model on the reference, which was
 fitted to it."""
-FOLD_CANDIDATES = 5
-"""Effects of a stage that go on to the folds."""
-FOLD_EFFECTS = 2
-"""Effects at most that folds may name one after the other."""
+FOLD_CANDIDATES, FOLD_EFFECTS = 5, 2
+"""Effects of a stage that go on to the folds, and effects at most that folds may name one after the other."""
 FURTHER_ALIKE = 1
 """Effects at most that a further effect may be confused with. Small structure of real records that no effect has made
 is taken by several unlike ones; drag and delay are alike by nature."""

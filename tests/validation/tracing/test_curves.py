@@ -17,7 +17,14 @@ from hysteresis.records.path import branches
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_record
 from validation.tracing.baseline.curve import curve_problem
-from validation.tracing.baseline.curve_kernels import lagged, loop, play, tendon_tension, transformed, two_tendons
+from validation.tracing.baseline.curve_kernels import (
+    bouc_wen_element,
+    lagged,
+    play,
+    tendon_tension,
+    transformed,
+    two_tendons,
+)
 from validation.tracing.baseline.samples import kept_samples
 from validation.tracing.effect import catalogue
 
@@ -77,7 +84,7 @@ def test_a_loop_is_the_bouc_wen_law(A, n, rho):
     f = 20 * np.sin(np.linspace(0, 14, 400))
     saturation = 1.3
     beta = abs(A) / saturation**n / (1 + rho)
-    got = math.copysign(saturation, A) * loop(f, saturation / abs(A), n, rho, 0.0, np.ones_like(f))
+    got = math.copysign(saturation, A) * bouc_wen_element(f, saturation / abs(A), n, rho, 0.0, np.ones_like(f))
     assert np.allclose(got, hysteresis(f, BoucWen(A, beta, rho * beta, n)), atol=1e-12)
 
 

@@ -19,9 +19,9 @@ from scipy.optimize import least_squares
 
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
-from validation.tracing.baseline.curve_kernels import loop
+from validation.tracing.baseline.cache import Cache
+from validation.tracing.baseline.curve_kernels import bouc_wen_element
 from validation.tracing.baseline.curve_scale import CurveScale, PlacedForm
-from validation.tracing.baseline.remembered import Remembered
 from validation.tracing.baseline.samples import kept_samples, mean_slope, middle_of
 from validation.tracing.effect import CurveContext, CurveForm, Effect, FreeParameter, Need, Values, cycles_repeat
 from validation.tracing.prepared import RecordSet, prepare
@@ -104,9 +104,9 @@ class CurveProblem(RecordSet):
         return [self._record(i, values, acting) for i in range(len(self.records))]
 
     @cached_property
-    def _remembered(self) -> Remembered:
+    def _cache(self) -> Cache:
         """Drives, loop sizes and loops: most derivatives leave all but one of them as they are."""
-        return Remembered()
+        return Cache()
 
     def _record(self, i: int, values: Values, acting: Sequence[tuple[CurveForm, Values]]) -> Floats:
         """Angle of one record, deg."""
@@ -141,14 +141,14 @@ class CurveProblem(RecordSet):
             return x
 
         key = (i, *context.of_baseline, *((drive, *mine.items()) for drive, mine in drives))
-        return self._remembered.get(key, driven)
+        return self._cache.get(key, driven)
 
     def _loop_size(self, i: int, form: CurveForm, mine: Values, f: Floats, context: CurveContext) -> Floats:
         """Factor of an effect on the size of the loop."""
         size = form.loop_size
         assert size is not None
         key = (i, size, *mine.items(), *context.of_baseline, f.tobytes())
-        return self._remembered.get(key, lambda: size(f, context, mine))
+        return self._cache.get(key, lambda: size(f, context, mine))
 
     def _loops(self, f: Floats, elements: Floats, state: float, weight: Floats) -> Floats:
         """Evaluate h, deg, shape (m,), from rows of saturation, reach, n, gamma / beta, shape (k, 4).
@@ -160,7 +160,7 @@ class CurveProblem(RecordSet):
         for number, (saturation, *shape) in enumerate(elements.tolist()):
             if saturation != 0.0:
                 key = (path, sizes, *shape, at := 0.0 if number else state)
-                out += saturation * self._remembered.get(key, partial(loop, f, *shape, at, weight)) * weight
+                out += saturation * self._cache.get(key, partial(bouc_wen_element, f, *shape, at, weight)) * weight
         return out
 
     def _backbone_deg(self, group: int, u: Any, values: Values) -> Any:

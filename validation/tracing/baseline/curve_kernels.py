@@ -14,7 +14,7 @@ _LEAST_STIFFNESS = 0.05  # of two slack tendons, over that of a taut one: the lo
 
 
 @njit(cache=True)
-def loop(path: Floats, reach: float, n: float, rho: float, state: float, weight: Floats) -> Floats:
+def bouc_wen_element(path: Floats, reach: float, n: float, rho: float, state: float, weight: Floats) -> Floats:
     """Bouc-Wen element of saturation 1 along a path of f.
 
     Parameters
@@ -26,13 +26,13 @@ def loop(path: Floats, reach: float, n: float, rho: float, state: float, weight:
     state
         y at the first sample, in -1..1; its sign is that of a motion towards larger f.
     weight
-        Shape (m,), factor on the size of the loop: of saturation and reach, so that the slope after a reversal stays.
+        Shape (m,), factor on the reach: of a loop whose saturation grows by it the slope after a reversal stays.
 
     Returns
     -------
     Floats
-        Shape (m,), y with the sign of f; its weight is left to the caller (paper, eq. 7, by
-        :mod:`hysteresis.laws.flow`).
+        Shape (m,), y, above 0 behind a motion towards larger f; saturation and weight are left to the caller (paper,
+        eq. 7, by :mod:`hysteresis.laws.flow`).
     """
     m = path.shape[0]
     out = np.empty(m)

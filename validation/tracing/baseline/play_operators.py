@@ -24,8 +24,8 @@ from hysteresis.arrays import Floats, Mask
 from hysteresis.laws.prandtl_ishlinskii import plays
 from hysteresis.records.path import branches
 from hysteresis.records.record import Record
+from validation.tracing.baseline.cache import Cache
 from validation.tracing.baseline.curve_scale import CurveScale, PlacedForm
-from validation.tracing.baseline.remembered import Remembered
 from validation.tracing.baseline.samples import kept_samples, middle_of
 from validation.tracing.effect import CurveContext, CurveForm, Effect, FreeParameter, Need, Values, cycles_repeat
 from validation.tracing.prepared import PreparedRecord, RecordSet, prepare
@@ -41,7 +41,7 @@ from validation.tracing.settings import (
 
 Added = Sequence[tuple[PlacedForm, Values]]
 """Forms of effects with the values of their parameters, in the order in which they are added."""
-_DEGREE = 3
+_DEGREE, _MOST_COLUMNS = 3, 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,9 +142,14 @@ class PlayProblem(RecordSet):
         return tuple(inputs.drive - self.middle for inputs in self.inputs)
 
     @cached_property
-    def _remembered(self) -> Remembered:
-        """Columns and loop sizes: most derivatives are by coefficients of the columns."""
-        return Remembered()
+    def _kept_columns(self) -> Cache:
+        """Columns: most derivatives are by their coefficients. Few are kept, since they may be a megabyte."""
+        return Cache(most=_MOST_COLUMNS)
+
+    @cached_property
+    def _kept_loop_sizes(self) -> Cache:
+        """Factors on the loop, one of each record."""
+        return Cache()
 
     def predict(self, values: Values, added: Added) -> list[Floats]:
         """Angles of all records by the baseline with forms added, shapes (m_i,); the order of forms counts.
@@ -195,12 +200,13 @@ class PlayProblem(RecordSet):
         size = form.loop_size
         assert size is not None
         key = (i, size, *mine.items(), f.tobytes())
-        return self._remembered.get(key, lambda: size(f, self._contexts[i], mine))
+        return self._kept_loop_sizes.get(key, lambda: size(f, self._contexts[i], mine))
 
     def _columns(self, acting: Sequence[tuple[CurveForm, Values]]) -> list[tuple[Floats, Floats]]:
         """Columns of f and of the plays of each record."""
-        key = tuple((form.drive, *mine.items()) for form, mine in acting if form.drive is not None)
-        return self._remembered.get(key, lambda: [self._columns_of(i, acting) for i in range(len(self._strokes))])
+        drives = [one for one in acting if one[0].drive is not None]
+        key = tuple((form.drive, self._is_shared(form), *mine.items()) for form, mine in drives)
+        return self._kept_columns.get(key, lambda: [self._columns_of(i, acting) for i in range(len(self._strokes))])
 
     def _columns_of(self, i: int, acting: Sequence[tuple[CurveForm, Values]]) -> tuple[Floats, Floats]:
         """Columns of one record, shapes (m, curve) and (m, plays); those of the plays count a tenth of the range."""

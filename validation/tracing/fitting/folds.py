@@ -42,12 +42,7 @@ class Fold:
         return Holdout(tuple(~np.any(rows, axis=0) for rows in zip(*masks, strict=True)), self.name)
 
 
-ALIKE_REACH = 0.1
-"""Part of the range of a fold by which it may reach further beyond its training samples than another one and still
-count as alike."""
-
-
-def beyond_training(drives: Sequence[Floats], fold: Fold, training: Holdout) -> float:
+def extrapolation(drives: Sequence[Floats], fold: Fold, training: Holdout) -> float:
     """Part of the range of a fold's drive that its training samples have not seen; drives have shapes (m_i,)."""
     trained = np.concatenate([drive[mask] for drive, mask in zip(drives, training.train, strict=True)])
     own = np.concatenate([drive[test] for drive, test in zip(drives, fold.test, strict=True)])

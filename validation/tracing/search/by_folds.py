@@ -8,9 +8,9 @@ every effect. Here the folds decide.
 2. In every fold, the baselines and the candidates are compared by folds inside the training samples. The best one
    predicts the samples that were held out, and that error is reported.
 3. An effect is named if most folds choose an effect, if the held-out error falls beyond its interval, and if it
-   matters. It is the one that the same comparison chooses by all folds, as every fold chose by those inside it; the
-   error that is reported stays that of the folds' own choices. Then a further effect is searched for beside it, which
-   must be distinguished from all others but one.
+   matters. It is the one that the same comparison chooses by all folds (but those that extrapolate further than the
+   others), as every fold chose by those inside it; the error that is reported stays that of the folds' own choices.
+   Then a further effect is searched for beside it, which must be distinguished from all others but one.
 """
 
 from __future__ import annotations
@@ -28,9 +28,8 @@ from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.effect import Effect, Values
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import (
-    ALIKE_REACH,
     Fold,
-    beyond_training,
+    extrapolation,
     fold_errors,
     gain,
     log_score,
@@ -50,6 +49,7 @@ from validation.tracing.settings import (
     FURTHER_ALIKE,
     INFEASIBLE_DEG,
     LEAST_GAIN,
+    MOST_EXTRAPOLATION,
     NOT_TOLD,
     STEPS,
     WORTH_NAMING,
@@ -100,27 +100,26 @@ class FoldFits:
         Each inner fold has an error of its own. One that nothing predicts, because its records alone reach so far,
         says no more than the others. What is below the noise counts little.
 
-        An inner fold that reaches further beyond its training samples than the outer fold tests another extrapolation:
-        it is left out, unless all do.
+        An inner fold that extrapolates further than the outer fold tests something else: it is left out, unless all do.
         """
         return self._best(candidates, self.folds[fold])
 
     def best(self, candidates: Sequence[Fitted]) -> Fitted:
-        """Model that predicts best by all folds, chosen as :meth:`chosen_without` does."""
+        """Model that predicts best by all folds, but for those that extrapolate, unless all do."""
         return self._best(candidates)
 
     def _best(self, candidates: Sequence[Fitted], *left_out: Fold) -> Fitted:
         noise = candidates[0].noise.local_deg
-        inner = self._alike(candidates[0].model.problem, left_out)
+        inner = self._comparable(candidates[0].model.problem, left_out)
         scores = [sum(log_score(self.errors(model, one, *left_out), noise) for one in inner) for model in candidates]
         return candidates[int(np.argmax(scores))]
 
-    def _alike(self, problem: Problem, left_out: tuple[Fold, ...]) -> list[Fold]:
-        """Inner folds that reach no further beyond their training samples than the outer fold."""
+    def _comparable(self, problem: Problem, left_out: tuple[Fold, ...]) -> list[Fold]:
+        """Folds that extrapolate no further than the one that is left out; of all folds those that do not."""
         drives = [one.drive for one in problem.inputs]
         inner = [one for one in self.folds if one not in left_out]
-        most = ALIKE_REACH + sum(beyond_training(drives, one, one.training()) for one in left_out)
-        near = [one for one in inner if beyond_training(drives, one, one.training(*left_out)) <= most]
+        most = MOST_EXTRAPOLATION + sum(extrapolation(drives, one, one.training()) for one in left_out)
+        near = [one for one in inner if extrapolation(drives, one, one.training(*left_out)) <= most]
         return near or inner
 
     def chosen(self, candidates: Sequence[Fitted]) -> list[Fitted]:
