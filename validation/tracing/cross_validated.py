@@ -70,7 +70,7 @@ def trace_by_folds(
         report("still zone after reversals")
         zone = find_still_zone(trace.augmented, effects, baselines.fits)
         trace = trace if zone is None else with_still_zone(trace, zone)
-    trace = _reported(trace, chosen_by_folds=zone is not None)
+    trace = _reported(trace, AGAINST_OTHER_MODELS + ("" if zone is None else BY_STILL_ZONE))
     return replace(trace, channel_fits=tuple(_channel_fits(trace.records)))
 
 
@@ -182,17 +182,19 @@ def _floor(fitted: Fitted) -> NoiseFloor:
     return replace(fitted.noise, repeats_deg=repeats, by_repeats=True)
 
 
-def _reported(trace: Trace, *, chosen_by_folds: bool = False) -> Trace:
-    """Say how samples were held out, and whether a still zone was chosen by the very errors that are reported."""
+AGAINST_OTHER_MODELS = ", and whether play operators are used"
+BY_STILL_ZONE = (
+    "; the still zone is an exception: its width was found on all samples, and these errors decided to name it, so "
+    "that the error after it is not of samples that chose nothing"
+)
+
+
+def _reported(trace: Trace, also: str = "") -> Trace:
+    """Say how samples were held out, and what was chosen by the very errors that are reported, ``also`` what more."""
     by = (
         "each part in turn, by a fit without it (its zero is its own); inner folds chose the baseline and the effects, "
-        "and these errors whether an effect is named"
+        f"and these errors whether an effect is named{also}"
     )
-    if chosen_by_folds:
-        by += (
-            "; the still zone is an exception: its width was found on all samples, and these errors decided to name "
-            "it, so that the error after it is not of samples that chose nothing"
-        )
 
     def named(fitted: Fitted) -> Fitted:
         return replace(fitted, holdout=Holdout(fitted.holdout.train, by))
