@@ -89,7 +89,7 @@ def test_every_measured_record_is_fetchable_and_described_alike(measured):
         assert (entry.tube, entry.notch) == (ours.tube, ours.notch)
 
 
-def test_manipulator_takes_its_columns_and_drops_samples_logged_twice(upstream, tmp_path):
+def test_manipulator_takes_its_columns_and_keeps_the_first_of_samples_at_one_time(upstream, tmp_path):
     rows = [[0.1 * i, 10 + i, 0, 0, 0, 20 + i, 30 + i, 0, 0] for i in range(5)]
     rows.insert(3, rows[2])
     upstream("surgical-manipulator-feedforward", text(rows))
