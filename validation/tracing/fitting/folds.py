@@ -1,8 +1,9 @@
 """Cross-validation: folds that report, folds inside them that choose, and whether one model predicts better.
 
-A figure that is printed as held out comes from a fold that has chosen neither baseline nor effect (nested cross-validation; Varma, Simon
-2006, doi 10.1186/1471-2105-7-91). A fold is a record where there are several; half of one of two records, since a fit
-without one of them could not learn what their protocols tell together; else a cycle, else a block of the path.
+A figure that is printed as held out comes from a fold that has chosen neither baseline nor effect (nested
+cross-validation; Varma, Simon 2006, doi 10.1186/1471-2105-7-91). A fold is a record where there are several; half of
+one of two records, since a fit without one of them could not learn what their protocols tell together; else a cycle,
+else a block of the path.
 """
 
 from __future__ import annotations
