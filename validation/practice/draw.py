@@ -60,6 +60,7 @@ SetName = Literal[
     "score-23",
     "score-24",
     "score-25",
+    "score-26",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -88,6 +89,7 @@ SETS: dict[SetName, int] = {
     "score-23": 20_261_144,
     "score-24": 20_261_145,
     "score-25": 20_261_146,
+    "score-26": 20_261_147,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 
