@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -102,6 +103,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
         step(f"tracing {SHIPPED.stem}")
         traced = trace_loaded([shipped], seed=seed)
         report, files = with_ending(traced, "")
+        report = replace(report, next_program=None)  # its file is the trace command's: docs/guide/trace.md
         write_result(out / f"trace-{SHIPPED.stem}.json", report.to_dict())
         write_files({out / name: content for name, content in files.items()})
         step("drawing the tube")

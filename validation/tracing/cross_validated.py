@@ -30,6 +30,7 @@ from validation.tracing.search.still_zone import find_still_zone
 from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_SHAPES, REFERENCE_MOST, SAME_PRELOAD
 from validation.tracing.verdict import judge_by_folds, with_still_zone
 
+TOO_FEW_READINGS = f"too few readings: expected {LEAST_PLAY_SAMPLES} or more"
 FIRST_STROKE = "the first stroke of each record, which starts from an unknown state, is left out"
 
 
@@ -71,19 +72,29 @@ def trace_by_folds(
         zone = find_still_zone(trace.augmented, effects, baselines.fits)
         trace = trace if zone is None else with_still_zone(trace, zone)
     trace = _reported(trace, AGAINST_OTHER_MODELS + ("" if zone is None else BY_STILL_ZONE))
-    return replace(trace, channel_fits=tuple(_channel_fits(trace.records)))
+    fits = tuple(_channel_fits(trace.records))
+    few = set(_common_channels(trace.records)) - {one.name for one in fits}
+    notes = [f"{name} is not fitted: {TOO_FEW_READINGS}" for name in sorted(few)]
+    return replace(trace, channel_fits=fits, words=(*trace.words, *notes))
+
+
+def _common_channels(records: Sequence[Record]) -> list[str]:
+    """Names of what all records have beside the angle, and what moves."""
+    values = [channel_values(record) for record in records]
+    return [name for name in values[0] if all(name in own and np.ptp(own[name]) > 0 for own in values)]
 
 
 def _channel_fits(records: Sequence[Record]) -> Iterator[ChannelFit]:
-    """Fit play operators to every channel that all records have beside the angle, by the same folds."""
-    values = [channel_values(record) for record in records]
-    for name in values[0]:
-        if all(name in own and np.ptp(own[name]) > 0 for own in values):
-            as_angle = [replace(record, angle_deg=own[name]) for record, own in zip(records, values, strict=True)]
-            plays = play_baselines(as_angle)
-            assert plays is not None  # as of the angle
-            chosen = plays.fits.chosen(plays.fitted)
-            yield ChannelFit(name, channel_unit(name), plays.fits.with_fold_errors(plays.fitted[0], chosen))
+    """Fit play operators to every channel that all records have beside the angle, by the same folds.
+
+    A channel that is logged slower than the angle may have too few readings.
+    """
+    for name in _common_channels(records):
+        as_angle = [replace(record, angle_deg=channel_values(record)[name]) for record in records]
+        plays = play_baselines(as_angle)
+        if plays is not None:
+            best, chosen = plays.fits.best(plays.fitted), plays.fits.chosen(plays.fitted)
+            yield ChannelFit(name, channel_unit(name), plays.fits.with_fold_errors(best, chosen))
 
 
 def trace_change(

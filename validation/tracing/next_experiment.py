@@ -190,7 +190,8 @@ def _most_different(trace: Trace, competitors: Sequence[Fitted]) -> tuple[Trial,
 
 def _simulated(trace: Trace, problem: Problem, competitors: Sequence[Fitted]) -> Iterator[tuple[Trial, list[Floats]]]:
     """Angles of all competitors at each program that all of them can follow."""
-    widest = max(range(len(trace.records)), key=lambda i: float(np.ptp(trace.records[i].drive)))
+    new = range(len(trace.records) - trace.reference)  # a change does not act on the reference
+    widest = max(new, key=lambda i: float(np.ptp(trace.records[i].drive)))
     known = isinstance(problem, RigProblem)
     limits = [_limits(problem, fitted) for fitted in competitors] if isinstance(problem, RigProblem) else []
     for trial in _trials(trace, widest) if known else _altered(problem, widest):

@@ -256,7 +256,7 @@ def trace_report(
             dependences(trace.baseline),
             dependences(trace.augmented) if named else None,
         ),
-        samples=SampleCount(int(trace.baseline.error_deg.size), trace.augmented.samples),
+        samples=SampleCount(int(trace.baseline.error_deg.size), trace.augmented.angle_samples),
         multibody_words=opinion.words if opinion else "not run",
         alike=trace.alike,
         seconds=seconds,

@@ -138,7 +138,8 @@ def trace_records(
     if old:
         trace = _traced_change(numbered, old, tried, report)
         trace = doubted_with_leap(trace, lost=bool(lost))
-        return replace(trace, words=(*trace.words, *lost, *lost_before))
+        notes = (*lost, *lost_before, *map(_out_of_plane, filter(None, map(coupling, numbered))))
+        return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
     problem = known_rig_problem(numbered) or motor_drive_problem(numbered)
     notes = problem.channel_words if problem else _rigs_not_used(numbered)
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
@@ -178,8 +179,7 @@ def _trace_in_space(
         trace = _trace_as_declared(Search(problem, KNOWN_RIG, effects, threads, report))
     trace = replace(trace, reference=len(reference) * len(problem.angles))
     trace = with_remaining_error(partial_above_floor(confirmed_on_heldout(above_noise(trace))))
-    trace = doubted_with_leap(doubted_without_noise(trace))
-    trace = _left_by_reference(trace)
+    trace = doubted_with_leap(doubted_without_noise(_left_by_reference(trace)))
     notes = (*shared, *_turn_words(trace), *problem.channel_words, *sensor_words(trace.records, trace.floor.deg))
     return replace(trace, words=(*trace.words, *notes))
 

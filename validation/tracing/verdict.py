@@ -463,7 +463,8 @@ def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int 
         verdict = "ambiguous"
     others = {name for names in alike for name in names}
     gains = [c.delta_bic for c in candidates if set(c.names) & others]
-    least = max((c.delta_bic for c in candidates if c.names == best.names), default=0.0) - min(gains, default=0.0)
+    own = max((c.delta_bic for c in candidates if c.names == best.names), default=0.0)
+    least = own - min(gains, default=own)
     return Trace(
         model="play operators",
         verdict=verdict,

@@ -216,6 +216,8 @@ def test_names_of_the_control_count_only_where_they_have_grown():
     assert judged.size_over_true == pytest.approx(0.95)
     same = named(NamedEffect("time_delay", (), {"delay_s": 0.04}))
     assert judge(case, same, control).named == ()
+    less = named(NamedEffect("time_delay", (), {"delay_s": -0.07}))  # as far from the control, the other way
+    assert judge(case, less, control).named == ()
     leap = sealed_case(outside=True, label="leap", control="case-002")
     assert judge(leap, control, control).named == ()
     assert judge(leap, named("gravity", "thermal_drift"), control).named == ("thermal_drift",)

@@ -1,7 +1,7 @@
 """The score of hidden changes goes on where an interrupted run has stopped."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -63,3 +63,10 @@ def test_a_file_of_another_seed_is_refused_and_kept(tmp_path: Path, capsys: pyte
         main(["--measured", str(tmp_path), "--seed", "7", "--count", "1", "--out", str(file)])
     assert "seed = 8: expected 7" in capsys.readouterr().err
     assert file.read_text(encoding="utf-8") == before
+
+
+def test_a_name_of_the_control_counts_only_where_its_constant_has_grown() -> None:
+    of_both = replace(FOUND, of_control=("backlash",))
+    assert of_both.in_set
+    assert not replace(of_both, size=0.3).in_set
+    assert not replace(of_both, size=-0.9).in_set  # as far off, the other way

@@ -86,6 +86,11 @@ def test_sparse_regression_names_an_effect_or_none(records):
     assert delayed.effects[0].parameters["delay_s"] == pytest.approx(0.05, rel=0.1)
     # a delay is more than the speed of the angle times itself, so that a part of the residual stays
     assert NOISE < delayed.heldout_rmse_deg < 0.3 * np.sqrt(np.mean(found.residual_deg**2))
+    # held out: what is read of the last part of the records changes no weight
+    last = ~found.training
+    strange = replace(found, angle_deg=found.angle_deg + last * 3.0)
+    shifted = judge_terms(strange, Thresholds(kept=0.3, nothing=1e9, explained=0.5)).heldout_rmse_deg
+    assert shifted == pytest.approx(3.0, abs=0.5)
     leaping = [replace(one, angle_deg=one.angle_deg + 2.0 * (one.time_s > 0.43 * one.time_s[-1])) for one in records]
     assert judge_terms(residual_terms(leaping), Thresholds(explained=0.9)).verdict == "unexplained"
     assert answer_of(delayed.to_dict(), "case").named == delayed.named
@@ -109,6 +114,24 @@ def examples():
 def test_thresholds_with_few_false_alarms_are_chosen():
     chosen, hits, alarms = best_thresholds(examples())
     assert (chosen, hits, alarms) == (GRID[5], 1.0, 0.0)
+
+
+def test_training_is_not_gone_on_with_by_another_seed(tmp_path, capsys):
+    path = tmp_path / "training.json"
+    path.write_text(json.dumps(to_plain(Training(1, 7, NAMES, tuple(examples())))))
+    with pytest.raises(SystemExit):
+        main(["--seed", "8", "--count", "1", "--out", str(path)])
+    assert "seed = 7: expected 8" in capsys.readouterr().err
+    assert read_training(path).seed == 7
+
+
+def test_of_thresholds_with_as_many_hits_those_with_fewer_false_alarms_are_chosen():
+    some = [
+        Example(f"own {k}", "none" if k % 2 else "backlash", (0.0,) * len(NAMES),
+                tuple(() if k % 2 and (j == 4 or k > 2) else ("backlash",) for j in range(len(GRID))))
+        for k in range(60)
+    ]  # fmt: skip
+    assert best_thresholds(some) == (GRID[4], 1.0, 0.0)
 
 
 def test_classifier_learns_and_answers(records, tmp_path):

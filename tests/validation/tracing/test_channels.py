@@ -21,7 +21,7 @@ from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.smooth import Smooth
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import in_words, trace_report
-from validation.tracing.search.detection import action_deg
+from validation.tracing.search.detection import action_deg, detection_limits
 from validation.tracing.settings import VERY_STRONG_EVIDENCE
 from validation.tracing.trace import trace_records
 
@@ -130,6 +130,45 @@ def test_the_action_of_an_effect_is_that_on_the_angle_where_channels_are_fitted_
     absorbed = jacobian @ np.linalg.lstsq(jacobian, change, rcond=None)[0]
     angle = (change - absorbed)[: problem.records[0].angle_deg.size]
     assert action_deg(found, added, values) == pytest.approx(np.sqrt(np.mean(angle**2)), rel=0.02)
+
+
+def drifting(rate_deg_s: float, tension_noise_N: float) -> Record:
+    """Cycles of the default rig with both tensions, in a sensor of the angle that drifts."""
+    run = solve_chain(preset("du2018"), sine(1.5, 0.1, cycles=3, samples_per_cycle=64)).record
+    rng = np.random.default_rng(1)
+    tensions = {f"tension_{k}_N": getattr(run, f"tension_{k}_N") + rng.normal(0, tension_noise_N, run.drive.size)
+                for k in "ab"}  # fmt: skip
+    angle = run.angle_deg + rng.normal(0, 0.05, run.drive.size) + rate_deg_s * run.time_s
+    rig = {"preset": "du2018", "preload_N": 20.0}
+    return replace(run, angle_deg=angle, notches_deg=None, tip_mm=None, rig=rig, **tensions)
+
+
+def test_noise_of_a_channel_counts_no_more_than_that_of_the_angle():
+    """By its range a tension of 0.2 N noise would count as 2 deg, beside 0.05 of the angle."""
+    weights = [known_rig_problem([drifting(0.0, noise)]).channels[0].weight for noise in (0.2, 0.1, 1e-3)]
+    assert weights[0] == pytest.approx(0.05 / 0.2, rel=0.3)
+    assert weights[1] == pytest.approx(0.05 / 0.1, rel=0.3)
+    record = drifting(0.0, 1e-3)
+    assert weights[2] == pytest.approx(np.ptp(record.angle_deg) / np.ptp(record.tension_a_N))
+
+
+@pytest.mark.parametrize("noise_N", [0.05, 0.2])
+def test_an_effect_of_the_angle_s_sensor_is_named_beside_tensions_with_noise(noise_N):
+    """The drift makes twice the noise; what was measured beside the angle must not hide it."""
+    tried = [e for e in catalogue() if e.name in ("thermal_drift", "time_delay")]
+    trace = trace_records([drifting(0.0084, noise_N)], threads=1, effects=tried)
+    assert (trace.verdict, trace.names) == ("effect", ("thermal_drift",))
+
+
+def test_a_detection_limit_of_the_angle_s_sensor_holds_beside_tensions():
+    """A record with a third more than the limit has the effect named, one with a third of it has not."""
+    tried = [e for e in catalogue() if e.name == "thermal_drift"]
+    clean = trace_records([drifting(0.0, 0.05)], threads=1, effects=tried)
+    assert clean.verdict == "none"
+    (limit,) = detection_limits(clean.augmented, tried, clean.floor.deg)
+    above, below = (trace_records([drifting(k * limit.size, 0.05)], threads=1, effects=tried) for k in (1.35, 0.35))
+    assert above.names == ("thermal_drift",)
+    assert not below.names
 
 
 def test_plateau_and_closure_of_a_wrist_are_named_and_every_notch_has_its_figure():

@@ -190,7 +190,7 @@ def test_models_of_other_columns_are_compared_at_a_program() -> None:
     records = [record("a", 0), record("b", 1, rate_Hz=0.2)]
     fitted = [fit_all(Model(play_problem(records, powers=powers, curve=curve))) for powers, curve in ((0, 6), (1, 12))]
     for first, other in (fitted, fitted[::-1]):
-        found = _most_different(SimpleNamespace(baseline=first, records=records), [first, other])  # type: ignore[arg-type]
+        found = _most_different(SimpleNamespace(baseline=first, records=records, reference=0), [first, other])  # type: ignore[arg-type]
         assert found is not None
         trial, (difference,) = found
         for one in fitted:
@@ -261,3 +261,44 @@ def test_constants_without_sense_are_no_candidates(slow_and_fast: list[Record]) 
     again = [replace(one, angle_deg=1.3 * one.angle_deg) for one in slow_and_fast[:2]]
     trace = trace_change(again, slow_and_fast, some("camera_misalignment"), lambda words: None)
     assert trace.names == ()
+
+
+def test_a_channel_that_is_logged_too_slowly_is_left_out_in_a_word():
+    """Readings that are held are thinned to their updates; one of six is too few of these."""
+    slow = record("slow", 1, cycles=6)
+    tension = 10.0 + 3.0 * slow.drive + 0.05 * np.random.default_rng(4).normal(size=slow.drive.size)
+    held = tension[np.arange(tension.size) // 6 * 6]
+    plays = play_baselines([slow])
+    assert plays is not None
+    trace = trace_by_folds(plays, some("thermal_drift"), print)
+    assert not trace.channel_fits
+    trace = trace_by_folds(play_baselines([replace(slow, tension_a_N=held)]), some("thermal_drift"), print)
+    assert not trace.channel_fits
+    assert any(words.startswith("tension_a is not fitted: too few readings") for words in trace.words)
+    plays = play_baselines([replace(slow, tension_a_N=tension)])
+    (fit,) = trace_by_folds(plays, some("thermal_drift"), print).channel_fits
+    assert fit.fitted.rmse_deg < 1.2 * fit.fitted.heldout_rmse_deg  # of the model that the folds chose
+
+
+def test_the_program_to_distinguish_is_that_of_a_new_record_though_the_reference_is_wider(monkeypatch):
+    """A change does not act on the reference: its program distinguishes nothing."""
+    seen = []
+
+    def altered(problem, widest):
+        seen.append(widest)
+        return iter(())
+
+    monkeypatch.setattr("validation.tracing.next_experiment._altered", altered)
+    narrow, wide = record("new", 1), record("old", 2)
+    narrow = replace(narrow, drive=0.9 * narrow.drive)
+    plays = play_baselines([narrow, wide])
+    assert plays is not None
+    trace = SimpleNamespace(records=[narrow, wide], reference=1, baseline=plays.fitted[0])
+    assert _most_different(trace, [plays.fitted[0]]) is None
+    assert seen == [0]
+
+
+def test_words_on_the_sensor_are_there_with_a_reference(monkeypatch):
+    monkeypatch.setattr("validation.tracing.trace.sensor_words", lambda records, noise: (f"{len(records)} seen",))
+    trace = trace_records([record("new", 1)], reference=[record("old", 2)], effects=some("thermal_drift"), threads=1)
+    assert trace.words[-1] == "2 seen"

@@ -9,6 +9,7 @@ import pytest
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import LoadProgram, sine, triangle
 from fem_models.rig import preset
+from fem_models.rig.effects import Superelastic
 from hysteresis.records.record import Record
 from validation.tracing.baseline.known_rig import RigProblem, known_rig_problem
 from validation.tracing.effect import FreeParameter
@@ -73,6 +74,9 @@ def test_derivatives_and_repeated_cycles():
     assert run.short is not None
     whole = run.solve(run.rig).record.angle_deg[run.skip :]
     assert np.abs(run.angle_deg(run.rig) - whole).max() < 1e-9
+    heats = replace(run.rig, superelastic=Superelastic(heating_time_s=1.0))  # a memory for time
+    assert run.load(heats) is run.program
+    assert run.load(replace(run.rig, superelastic=Superelastic())) is run.short
     model, holdout = Model(problem), all_samples(problem)
     x = model.coordinates(problem.start, [])
     J = differentiate(model, holdout, x, holdout.stacked(model.errors(x)), 1)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from validation.tracing.fitting.channel_errors import channel_words
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import trace_report
 from validation.tracing.second_opinion import second_opinion
+from validation.tracing.sensors.readings import LEAPT
 
 ZHANG = any_preset("zhang2026")
 NOISE_DEG = 0.03
@@ -192,6 +194,16 @@ def test_an_error_that_the_reference_leaves_too_is_no_change(equal_planes):
     assert any("on the reference" in words for words in trace.words)
     alone = trace_records(scaled[:1], reference=[other], threads=1, effects=[EFFECTS["time_delay"]])
     assert alone.verdict == "unexplained"
+
+
+def test_a_leap_that_was_taken_out_is_no_lack_of_change(equal_planes, monkeypatch):
+    """The reference leaves as much; still a record of which a leap was taken out does not show that nothing changed."""
+    one, other = (by_multibody(equal_planes, seed=seed) for seed in (7, 8))
+    scaled = [replace(r, angle_2_deg=r.angle_2_deg + 0.02 * r.angle_deg**2) for r in (one, other)]
+    leapt = SimpleNamespace(readings=SimpleNamespace(leap_deg=1.0))
+    monkeypatch.setattr("validation.tracing.verdict._traced", lambda trace: [leapt])
+    trace = trace_records(scaled[:1], reference=scaled[1:], threads=1, effects=[EFFECTS["time_delay"]])
+    assert (trace.verdict, trace.words[0]) == ("unexplained", LEAPT)
 
 
 def test_tensions_and_tip_are_fitted_with_the_angles(equal_planes):

@@ -59,12 +59,14 @@ def test_what_is_beyond_chance_gains_more_than_thirty_of_the_criterion(gained, a
 
 
 def test_an_effect_at_the_threshold_is_not_worth_adding_and_a_curve_at_it_is_no_better():
-    before = SimpleNamespace(bic=lambda samples: 10.0, square=1.0)
-    after = SimpleNamespace(bic=lambda samples: 0.0, square=0.5, samples=1.0)
+    before = SimpleNamespace(bic=lambda samples: 10.0, square=1.0, mean_square=1.0)
+    after = SimpleNamespace(bic=lambda samples: 0.0, square=0.5, mean_square=0.5, samples=1.0)
     assert not evidence.is_worth_adding(before, after, 1)
-    more = SimpleNamespace(bic=lambda samples: 11.0, square=0.5 / evidence.WORTH_NAMING**2)
+    more = SimpleNamespace(bic=lambda samples: 11.0, square=0.5 / evidence.WORTH_NAMING**2, mean_square=0.5)
     assert evidence.is_worth_adding(replace_in(more, square=1.0), after, 1)
     assert not evidence.is_worth_adding(replace_in(more, square=0.25), replace_in(after, square=0.25), 1)
+    angle_alone = replace_in(more, square=0.25, mean_square=1.0)  # noise of the channels stays
+    assert evidence.is_worth_adding(angle_alone, replace_in(after, square=0.25), 1)
     effect = SimpleNamespace(angle_samples=50.0, angle_bic=lambda samples: 0.0)
     for value, beats in ((-10.0, False), (-9.0, True)):
         curve = SimpleNamespace(names=("time",), competitor=None, bic=lambda samples, value=value: value)
@@ -449,7 +451,7 @@ def test_folds_judge_at_their_thresholds(monkeypatch, sensible, before, after, t
     assert trace.verdict == say
     named = say in ("effect", "partial")
     assert (trace.augmented is best) is named
-    assert trace.alike == (21.0 if named else 10.0)
+    assert trace.alike == 10.0  # nothing is alike
     part = [f"drag takes {100 * taken:.0f} % of the error above the noise"]
     first = {"none": part if before > 1.15 else [], "effect": [], "partial": ["the remaining residual depends on time"]}
     expected = [*first.get(say, ["the residual depends on time", *part]), "word", *(["of drag"] if named else [])]
@@ -464,4 +466,4 @@ def test_how_far_effects_are_alike_counts_from_nothing_where_the_best_one_was_no
     trace = verdict.judge_by_folds(found, (), floor=UNIT)
     assert (trace.verdict, trace.alike) == ("ambiguous", 31.0)
     alone = SimpleNamespace(baseline=fitted(9.0), best=best, candidates=(best,), alike=((),))
-    assert verdict.judge_by_folds(alone, (), floor=UNIT).alike == 21.0
+    assert verdict.judge_by_folds(alone, (), floor=UNIT).alike == 10.0

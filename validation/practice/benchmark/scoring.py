@@ -140,11 +140,11 @@ def judge(case: SealedCase, answer: CaseAnswer, control: CaseAnswer | None = Non
 
 
 def _grown(case: SealedCase, one: NamedEffect, before: NamedEffect) -> bool:
-    """Whether a right name of the control has a constant that differs by a good part of what was hidden."""
+    """Whether a right name of the control has a constant that has grown by a good part of what was hidden."""
     now, then = size_of(one.name, one.parameters, case.rig), size_of(one.name, before.parameters, case.rig)
-    if one.name not in case.effects or case.size is None or now is None or then is None:
+    if one.name not in case.effects or not case.size or now is None or then is None:
         return False
-    return abs(now - then) >= GROWN * abs(case.size)
+    return (now - then) / case.size >= GROWN
 
 
 def _size(case: SealedCase, named: Sequence[NamedEffect], before: Mapping[str, NamedEffect]) -> float | None:

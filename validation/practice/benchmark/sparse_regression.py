@@ -56,13 +56,13 @@ def by_sparse_regression(records: Sequence[Record]) -> dict[str, Any]:
 def judge_terms(found: ResidualTerms, thresholds: Thresholds) -> CaseAnswer:
     """Answer from the residual and its terms."""
     if found.over_noise < thresholds.nothing:
-        return CaseAnswer(1, "none", (), _rms(found.residual_deg[~found.training]))
+        return CaseAnswer(1, "none", (), _heldout(found, found.terms[:, :0]))
     coefficients = sparse_coefficients(found, thresholds.kept)
     gains = group_gains(found)
     kept = sorted({e for e, c in zip(found.effects, coefficients, strict=True) if c}, key=lambda e: -gains[e])
     columns = found.terms[:, coefficients != 0]
     if not kept or _explained(found.residual_deg, columns) < thresholds.explained:
-        return CaseAnswer(1, "unexplained", (), _rms(found.residual_deg[~found.training]))
+        return CaseAnswer(1, "unexplained", (), _heldout(found, found.terms[:, :0]))
     best = kept[0]
     alike = [
         e for e in sorted(gains, key=lambda e: -gains[e]) if e != best and gains[e] >= thresholds.alike * gains[best]
@@ -118,8 +118,10 @@ def _explained(residual: Floats, columns: Floats) -> float:
 
 
 def _heldout(found: ResidualTerms, columns: Floats) -> float:
-    weights = _solved(columns[found.training], found.residual_deg[found.training])
-    return _rms((found.residual_deg - columns @ weights)[~found.training])
+    """Error on the last part of the records of baseline and terms that are fitted to the first part."""
+    columns = np.column_stack([found.baseline, columns])
+    weights = _solved(columns[found.training], found.angle_deg[found.training])
+    return _rms((found.angle_deg - columns @ weights)[~found.training])
 
 
 def _solved(columns: Floats, values: Floats) -> Floats:

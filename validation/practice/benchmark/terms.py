@@ -62,6 +62,8 @@ class ResidualTerms:
         Weights of the baseline's plays over the slope of its curve, by radius.
     training
         Samples that are not held out, shape (n,).
+    baseline, angle_deg
+        Columns of the baseline, shape (n, b), and what was measured, shape (n,).
     """
 
     residual_deg: Floats
@@ -71,6 +73,8 @@ class ResidualTerms:
     noise_deg: float
     loops: Floats
     training: Mask
+    baseline: Floats
+    angle_deg: Floats
 
     @property
     def over_noise(self) -> float:
@@ -124,6 +128,8 @@ def residual_terms(records: Sequence[Record]) -> ResidualTerms:
         noise_deg=_noise(np.split(residual, np.cumsum([index.size for index in thin])[:-1])),
         loops=weights[len(records) + DEGREE :][: len(RADII)] / max(float(np.abs(weights[len(records)])), 1e-9),
         training=np.concatenate([np.arange(index.size) < TRAINING_PART * index.size for index in thin]),
+        baseline=X[kept],
+        angle_deg=angle[kept],
     )
 
 

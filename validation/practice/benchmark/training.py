@@ -90,7 +90,7 @@ def best_thresholds(examples: Sequence[Example]) -> tuple[Thresholds, float, flo
 
     rates = [(right(k), false(k), k) for k in range(len(GRID))]
     allowed = [rate for rate in rates if rate[1] <= FALSE_ALARMS] or [min(rates, key=lambda rate: rate[1])]
-    hits, alarms, k = max(allowed)
+    hits, alarms, k = max(allowed, key=lambda rate: (rate[0], -rate[1], rate[2]))
     return GRID[k], hits, alarms
 
 
@@ -116,7 +116,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--count", type=int, default=200, help="cases of each source")
     parser.add_argument("--out", type=Path, required=True, help="file of the examples, JSON")
     options = parser.parse_args(arguments)
-    examples = [*read_training(options.out).examples] if options.out.exists() else []
+    stored = read_training(options.out) if options.out.exists() else Training(1, options.seed, NAMES, ())
+    if stored.seed != options.seed:
+        parser.error(f"{options.out}: seed = {stored.seed}: expected {options.seed}, or another file")
+    examples = [*stored.examples]
     there = {one.key for one in examples}
     # every fifth case is simulated with the multibody model, which takes a hundred times as long as the chain
     numbers = [number for number in range(2 * options.count) if number % 5 != 4][: options.count]

@@ -67,7 +67,7 @@ class HiddenOutcome:
 
         Where the control names it, too, it must have grown by at least half of what was hidden.
         """
-        grown = self.change not in self.of_control or (self.size is not None and abs(self.size) >= GROWN)
+        grown = self.change not in self.of_control or (self.size is not None and self.size >= GROWN)
         return grown and self.change in {*self.named, *self.alike}
 
 

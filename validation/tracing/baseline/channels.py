@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fem_models.rig import Rig
+from validation.tracing.fitting.noise import counts_as, neighbours_noise
 from validation.tracing.prepared import TIP, Channel, PreparedRecord, channel_unit, channel_values
 
 
@@ -14,10 +15,12 @@ def channels_of(records: Sequence[PreparedRecord], rigs: Sequence[Rig]) -> tuple
     """Channels that all records have and their rigs give, and a word for each that is left out.
 
     A notch counts as the angle does, degree by degree: errors of the notches add up to that of the tip. A tension
-    counts by its range, as the angle does by its own; the place of the tip by the larger of its two ranges.
+    counts by its range, as the angle does by its own; the place of the tip by the larger of its two ranges. None counts
+    by so much that its noise is more than that of the angle.
     """
     values = [channel_values(one.record) for one in records]
     reach = max(float(np.ptp(one.angle_deg)) for one in records)
+    noise_deg = neighbours_noise(records, [one.angle_deg for one in records])
     out, words = list[Channel](), list[str]()
     notches = max(sum(name.startswith("notch") for name in own) for own in values)
     if notches and any(rig.joints != notches for rig in rigs):
@@ -33,7 +36,8 @@ def channels_of(records: Sequence[PreparedRecord], rigs: Sequence[Rig]) -> tuple
         together = TIP if name in TIP else (name,)
         span = max(float(np.ptp(own[one])) for own in values for one in together)
         if span > 0 and any(np.ptp(row) > 0 for row in measured):
-            out.append(Channel(name, channel_unit(name), 1.0 if is_notch else reach / span, measured))
+            weight = min(1.0 if is_notch else reach / span, counts_as(records, measured, noise_deg))
+            out.append(Channel(name, channel_unit(name), weight, measured))
     return tuple(out), tuple(dict.fromkeys(words))
 
 

@@ -11,6 +11,7 @@ from fem_models.spatial import SpatialSolution
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
 from validation.tracing.effect import SpaceForm, Values
+from validation.tracing.fitting.noise import counts_as, neighbours_noise
 from validation.tracing.prepared import TIP_IN_SPACE, Channel, PreparedRecord, channel_unit
 
 TENSIONS = ("tension_a", "tension_b", "tension_c", "tension_d")
@@ -22,11 +23,12 @@ def channels_in_space(records: Sequence[Record], angles: Sequence[PreparedRecord
     ``tendons`` is the number of tendons that all rigs have.
 
     Tensions count by the largest range of all tensions, as the angles do by the largest of theirs, and the place of the
-    tip by the largest of its three ranges: that of a wheel that stands still has hardly more than noise.
+    tip by the largest of its three ranges: that of a wheel that stands still has hardly more than noise. None counts by
+    so much that its noise is more than that of the angles.
     """
     values, first = [_measured(one) for one in records], angles[:: len(angles) // len(records)]
     reach = max(float(np.ptp(one.angle_deg)) for one in angles)
-    out = list[Channel]()
+    noise_deg, out = neighbours_noise(angles, [one.angle_deg for one in angles]), list[Channel]()
     for name in (*TENSIONS[:tendons], *TIP_IN_SPACE):
         if any(name not in own for own in values):
             continue
@@ -34,7 +36,8 @@ def channels_in_space(records: Sequence[Record], angles: Sequence[PreparedRecord
         span = max(float(np.ptp(own[one])) for own in values for one in together if one in own)
         measured = tuple(own[name][one.kept] for own, one in zip(values, first, strict=True))
         if any(np.ptp(row) > 0 for row in measured):
-            out.append(Channel(name, channel_unit(name), reach / span, measured))
+            weight = min(reach / span, counts_as(first, measured, noise_deg))
+            out.append(Channel(name, channel_unit(name), weight, measured))
     return tuple(out)
 
 

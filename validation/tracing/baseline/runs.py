@@ -64,7 +64,8 @@ class Run:
 
 def _forgets(rig: Rig) -> bool:
     """Whether a rig has no memory for time and cycles."""
-    timeless = rig.creep is None and rig.drag is None and rig.stribeck is None
+    heats = rig.superelastic is not None and rig.superelastic.heating_time_s is not None
+    timeless = rig.creep is None and rig.drag is None and rig.stribeck is None and not heats
     return timeless and rig.preload_loss is None and rig.fatigue is None and rig.run_in is None
 
 

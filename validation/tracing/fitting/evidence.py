@@ -56,9 +56,14 @@ def rests_early(fitted: Fitted) -> bool:
 
 
 def is_worth_adding(before: Fitted, after: Fitted, tried: int) -> bool:
-    """Whether a further effect pays for its parameters, as the best of ``tried`` effects, and for being named."""
+    """Whether a further effect pays for its parameters, as the best of ``tried`` effects, and for being named.
+
+    It must reduce the error of all that is fitted, or that of the angle: an effect of the angle's sensor moves no
+    tension.
+    """
     gain = before.bic(after.samples) - after.bic(after.samples)
-    reduced = after.square < WORTH_NAMING**2 * before.square
+    most = WORTH_NAMING**2
+    reduced = after.square < most * before.square or after.mean_square < most * before.mean_square
     return gain > VERY_STRONG_EVIDENCE + 2 * math.log(tried) and reduced
 
 

@@ -183,6 +183,39 @@ def correlated_noise_deg(records: Sequence[PreparedRecord], residuals: Sequence[
     return float(np.exp(np.mean(ratio[best])))
 
 
+def counts_as(records: Sequence[PreparedRecord], measured: Sequence[Floats], noise_deg: float) -> float:
+    """Degrees of the angle that one unit of a channel may count as, so that its noise counts as that of the angle.
+
+    Effects that act on the angle alone would otherwise be lost in the noise of what was measured beside it.
+
+    Parameters
+    ----------
+    measured
+        Values of each record, shapes (m_i,).
+    noise_deg
+        That of the angle, by :func:`neighbours_noise`.
+
+    Returns
+    -------
+    float
+        Infinite where neighbouring samples do not tell the noise of the two, or what they tell is no noise: differences
+        of a smooth function grow with the distance of the samples.
+    """
+    noise, apart = neighbours_noise(records, measured), _third_difference_deg(records, measured, 2)
+    if apart > MOST_CORRELATED * noise:
+        return math.inf
+    return noise_deg / noise if noise > 0 and noise_deg > 0 else math.inf
+
+
+def neighbours_noise(records: Sequence[PreparedRecord], measured: Sequence[Floats]) -> float:
+    """Estimate the noise of measured values from the third differences of neighbours, in their unit.
+
+    It is at least a part of the range that no sensor resolves; that also where all branches are short.
+    """
+    least = LEAST_NOISE * max(float(np.ptp(values)) for values in measured)
+    return float(np.fmax(_third_difference_deg(records, measured, 1), least))
+
+
 def _third_difference_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats], apart: int) -> float:
     """Median third difference of samples some apart along each branch, as the standard deviation of white noise."""
     found = [

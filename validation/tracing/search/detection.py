@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from hysteresis.arrays import Floats
 from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
 from validation.tracing.effect import Effect, FreeParameter, Values
 from validation.tracing.fitting.evidence import significant_ratio
-from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.fitted import Fitted, rms
 from validation.tracing.fitting.least_squares import solve
 from validation.tracing.fitting.model import Model
 from validation.tracing.plausibility import has_no_scale
@@ -53,7 +54,7 @@ def detection_limits(fitted: Fitted, effects: Sequence[Effect], floor_deg: float
         Noise floor; the error that is left counts where it is larger.
     """
     left = max(floor_deg, fitted.heldout_rmse_deg if math.isfinite(fitted.heldout_rmse_deg) else 0.0)
-    needed = max(needed_rms_deg(fitted, left, len(effects)), _beyond_too_little_deg(fitted, left, floor_deg))
+    needed = _needed(fitted, left, floor_deg, len(effects))
     out = []
     for effect in effects:
         if effect.name in fitted.names:
@@ -64,18 +65,56 @@ def detection_limits(fitted: Fitted, effects: Sequence[Effect], floor_deg: float
     return out
 
 
-def needed_rms_deg(fitted: Fitted, left_deg: float, effects: int) -> float:
-    """Rms action, which other parameters cannot absorb, of an effect that would be named in nine of ten repetitions.
+@dataclass(frozen=True)
+class _Action:
+    """Rms of an effect that other parameters cannot absorb, deg: of the angle, and of all that is fitted."""
+
+    angle_deg: float
+    all_deg: float
+
+
+@dataclass(frozen=True)
+class _Needed:
+    """Rms action, deg, from which an effect is named in nine of ten repetitions.
+
+    ``all_deg`` is what the criterion asks of all that is fitted. Of the angle, or of all, the error must fall enough to
+    be worth naming: by ``angle_worth_deg`` or ``all_worth_deg``; and of the angle by ``angle_least_deg`` in any case.
+    """
+
+    all_deg: float
+    angle_worth_deg: float
+    all_worth_deg: float
+    angle_least_deg: float
+
+    def over(self, action: _Action) -> float:
+        """How many times the action is needed; infinite for an action of the channels where the angle must move."""
+
+        def ratio(needed: float, there: float) -> float:
+            return needed / there if there > 0 else 0.0 if needed == 0 else math.inf
+
+        worth = min(ratio(self.angle_worth_deg, action.angle_deg), ratio(self.all_worth_deg, action.all_deg))
+        least = ratio(self.angle_least_deg, action.angle_deg)
+        return max(ratio(self.all_deg, action.all_deg), worth, least)
+
+
+def _needed(fitted: Fitted, left_deg: float, floor_deg: float, effects: int) -> _Needed:
+    """Give what an effect needs beside a model that leaves an error of the angle.
 
     With the action a and the error that is left s, the error before is sqrt(s^2 + a^2). The rules ask for a ratio of
     the errors of ``WORTH_NAMING`` and for a gain n log(1 + a^2 / s^2) of the criterion; n are independent samples. The
-    amplitude of the action is known to s / sqrt(n).
+    amplitude of the action is known to s / sqrt(n). Channels that are fitted with the angle have errors, too.
     """
-    count = max(2.0, fitted.samples)
+    count, of_angle = max(2.0, fitted.samples), max(2.0, fitted.angle_samples)
     bar = VERY_STRONG_EVIDENCE + 2 * math.log(max(1, effects)) + math.log(count)
     by_criterion = math.sqrt(math.expm1(min(bar / count, 50.0)))
     by_worth = math.sqrt(1 / WORTH_NAMING**2 - 1)
-    return left_deg * (max(by_criterion, by_worth) + NINE_OF_TEN / math.sqrt(count))
+    all_left = left_deg * math.sqrt(fitted.square / fitted.mean_square) if fitted.mean_square > 0 else left_deg
+    return _Needed(
+        all_deg=all_left * (by_criterion + NINE_OF_TEN / math.sqrt(count)),
+        angle_worth_deg=left_deg * (by_worth + NINE_OF_TEN / math.sqrt(of_angle)),
+        all_worth_deg=all_left * (by_worth + NINE_OF_TEN / math.sqrt(count)),
+        angle_least_deg=_beyond_too_little_deg(fitted, left_deg, floor_deg),
+    )
 
 
 def _beyond_too_little_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
@@ -96,8 +135,11 @@ def _forms(fitted: Fitted, effect: Effect) -> list[Any]:
     return sorted(forms, key=lambda form: len(form.parameters))
 
 
-def _limit(fitted: Fitted, effect: Effect, form: Any, needed_deg: float) -> DetectionLimit | None:
-    """Scale the first start of a form until its action is as large as needed; None beyond its bounds."""
+def _limit(fitted: Fitted, effect: Effect, form: Any, needed: _Needed) -> DetectionLimit | None:
+    """Scale the first start of a form until its action is as large as needed; None beyond its bounds.
+
+    Of several amounts, such as a sine and a cosine, the first one acts alone: the size is that of the effect.
+    """
     starts = fitted.model.problem.starts(form)
     own = {p.name for p in form.parameters}
     if not starts:
@@ -106,13 +148,13 @@ def _limit(fitted: Fitted, effect: Effect, form: Any, needed_deg: float) -> Dete
     amount = next(p for p in form.parameters if p.acts_from_zero and start[p.name])
     if has_no_scale(fitted.model.problem, amount):
         return None
+    start |= {p.name: 0.0 for p in form.parameters if p.acts_from_zero and p is not amount}
     most = _largest_factor(form.parameters, start)
     factor = min(1.0, most)
     for _ in range(DETECTION_RUNS):
-        action = action_deg(fitted, AddedEffect(effect, form), _scaled(form.parameters, start, factor))
-        if action is None or action <= 0.0:
+        action = _action(fitted, AddedEffect(effect, form), _scaled(form.parameters, start, factor))
+        if action is None or not math.isfinite(step := needed.over(action)) or step <= 0.0:
             return None
-        step = needed_deg / action
         if abs(step - 1.0) < SAME_ACTION:
             return DetectionLimit(effect.name, amount.name, abs(start[amount.name]) * factor, amount.unit)
         factor = float(np.clip(factor * step, 1.0 / LARGEST_FACTOR, LARGEST_FACTOR))
@@ -136,6 +178,11 @@ def _scaled(parameters: Sequence[FreeParameter], start: Values, factor: float) -
 
 def action_deg(fitted: Fitted, added: AddedEffect, values: Values) -> float | None:
     """Rms change of the angle by an effect, less what the other parameters absorb of it; None without a solution."""
+    action = _action(fitted, added, values)
+    return None if action is None else action.angle_deg
+
+
+def _action(fitted: Fitted, added: AddedEffect, values: Values) -> _Action | None:
     model = Model(fitted.model.problem, (*fitted.model.added, added))
     baseline, effects = fitted.model.values(fitted.x)
     low, high = model.bounds()
@@ -147,5 +194,5 @@ def action_deg(fitted: Fitted, added: AddedEffect, values: Values) -> float | No
     if not np.isfinite(change).all():
         return None
     jacobian: Floats = fitted.rows.jacobian  # channels that were fitted with the angle fix parameters, too
-    remaining = (change + jacobian @ solve(jacobian, -change))[: fitted.error_deg.size]
-    return math.sqrt(float(remaining @ remaining) / remaining.size)
+    remaining = change + jacobian @ solve(jacobian, -change)
+    return _Action(rms(remaining[: fitted.error_deg.size]), rms(remaining))
