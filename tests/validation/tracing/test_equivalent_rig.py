@@ -1,6 +1,7 @@
 """The equivalent rig of records of unknown geometry: what it explains, and which effects are found beside it."""
 
 from dataclasses import astuple, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -190,6 +191,22 @@ def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkey
     ]  # one competitor is fitted in full
     assert candidates_figure(trace)[:4] == b"\x89PNG"
     assert in_words(replace(result, verdict="unexplained", candidates=(CandidateReport("x", None, 0.0),)))
+
+
+def test_the_nearest_candidate_has_a_share_where_the_last_fits_have_more_samples(monkeypatch):
+    """A loop that no effect makes; the baseline is fitted to more samples at the end than in the search."""
+    monkeypatch.setattr("validation.tracing.cross_validated.LEAST_PLAY_SAMPLES", 10**6)
+    few = partial(equivalent_rig_problem, samples=60)
+    monkeypatch.setattr("validation.tracing.trace.equivalent_rig_problem", few)
+    effects = [effect for effect in catalogue() if effect.name in ("thermal_drift", "time_delay")]
+    records = [
+        replace(one, angle_deg=one.angle_deg + 0.8 * np.sin(5.0 * one.drive) * np.sign(np.gradient(one.drive)))
+        for one in records_of(MEASURED, 1.2, plan=PLAN[:2])
+    ]
+    report = trace_report(trace_records(records, effects=effects, threads=1))
+    assert (report.verdict, report.model) == ("unexplained", EQUIVALENT_RIG.name)
+    assert report.explained_share is not None
+    assert report.explained_share.value < 0.2
 
 
 def test_records_without_an_effect_have_the_verdict_none():

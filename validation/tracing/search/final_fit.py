@@ -19,8 +19,9 @@ from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.holdout import Holdout, divide_records
 from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.model import Model
-from validation.tracing.outcome import Trace, competitors_of
+from validation.tracing.outcome import Candidate, Trace, competitors_of
 from validation.tracing.problem import Problem
+from validation.tracing.result import nearest_candidate
 from validation.tracing.search.refine import refined
 from validation.tracing.search.restarts import other_loops
 from validation.tracing.search.search import Progress
@@ -60,6 +61,8 @@ def refit_without_heldout(trace: Trace, policy: SearchPolicy, threads: int, repo
         if id(candidate.fitted) not in again:
             again[id(candidate.fitted)] = coarse.briefly(candidate.fitted, policy)
     candidates = tuple(replace(c, fitted=again[id(c.fitted)]) for c in trace.candidates)
+    if is_rig and trace.verdict == "unexplained":
+        candidates = final.with_nearest(candidates)
     return replace(trace, baseline=found[0], augmented=found[-1], candidates=candidates)
 
 
@@ -119,6 +122,12 @@ class _Refit:
             )  # fmt: skip
             return min(baseline, again, key=lambda one: one.train_square)
         return baseline
+
+    def with_nearest(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+        """Fit the nearest candidate as the baseline is, so that their errors are of the same samples and compare."""
+        nearest = nearest_candidate(candidates)
+        again = nearest and self.thoroughly(nearest.fitted, from_other_loops=False)
+        return tuple(replace(c, fitted=again) if again and c is nearest else c for c in candidates)
 
     def briefly(self, fitted: Fitted, policy: SearchPolicy) -> Fitted:
         """Fit a candidate that is not named; its errors are NaN where it has no equilibrium."""
