@@ -298,11 +298,18 @@ def test_ratios_from_which_there_is_something_to_explain():
         assert evidence.is_noise(SimpleNamespace(rmse_deg=part * AT_NOISE * 0.1, noise=NOISE)) is noise_
 
 
-@pytest.mark.parametrize(("gained", "ratio", "worth"), [(1.01, 0.89, True), (0.99, 0.89, False), (1.01, 0.91, False)])
-def test_a_further_effect_pays_for_itself_and_for_being_the_best_of_many(gained, ratio, worth):
+@pytest.mark.parametrize(
+    ("gained", "ratio", "of_angle", "worth"),
+    [(1.01, 0.89, 0.91, True), (1.01, 0.91, 0.89, True), (0.99, 0.89, 0.89, False), (1.01, 0.91, 0.91, False)],
+)
+def test_a_further_effect_pays_for_itself_and_for_being_the_best_of_many(gained, ratio, of_angle, worth):
     least = 10 + 2 * math.log(7)
-    before = SimpleNamespace(bic=lambda samples: gained * least if samples == 50.0 else math.nan, square=1.0)
-    after = SimpleNamespace(bic=lambda samples: 0.0, square=ratio**2, samples=50.0)
+
+    def criterion(samples: float) -> float:
+        return gained * least if samples == 50.0 else math.nan
+
+    before = SimpleNamespace(bic=criterion, square=1.0, mean_square=1.0)
+    after = SimpleNamespace(bic=lambda samples: 0.0, square=ratio**2, mean_square=of_angle**2, samples=50.0)
     assert evidence.is_worth_adding(before, after, 7) is worth
 
 

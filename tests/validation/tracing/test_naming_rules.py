@@ -163,7 +163,7 @@ def test_folds_name_what_takes_a_third_of_the_error_above_the_noise(monkeypatch,
         "unexplained": ("the residual depends on time", part, "word"),
     }  # fmt: skip
     assert trace.words == words[expected]
-    assert trace.alike == (51.0 if named else 10.0)
+    assert trace.alike == 10.0  # nothing is alike
     confused = verdict.judge_by_folds(
         SimpleNamespace(**{**vars(found), "alike": (("creep",),)}), ("word",), floor=NOISE
     )
