@@ -145,6 +145,13 @@ def test_compensate_gives_the_drive_of_the_command(record: nb.Record, fit: nb.Fi
         nb.compensate(fit, [90.0, 0.0])
 
 
+def test_separate_refuses_with_records_what_a_rig_alone_takes():
+    record = nb.simulate(nb.preset("du2018"), nb.triangle(1.0), engine="chain")
+    for given in ({"amplitude_mm": 1.0}, {"engine": "multibody"}, {"members": [nb.preset("du2018")]}):
+        with pytest.raises(nb.RecordError, match="with records"):
+            nb.separate(record, **given)
+
+
 def test_separate_gives_the_result_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert call(["separate", "--preset", "du2018", "--amplitude", "1", "--out", str(tmp_path), "--quiet"]) == 0
     found = nb.separate(nb.preset("du2018"), amplitude_mm=1.0)

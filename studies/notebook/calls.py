@@ -18,6 +18,7 @@ from fem_models.rig import Rig
 from hysteresis import Fit, Record
 from hysteresis.extras import require_extra
 from hysteresis.fitting.settings import DEFAULTS, IdentifySettings
+from hysteresis.records.record import RecordError
 from studies.notebook.results import Compensation, StudyResult
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ def trace(records: Record | Sequence[Record], *, reference: Record | Sequence[Re
 def separate(
     what: Rig | Record | Sequence[Record],
     *,
-    amplitude_mm: float = 2.2,
+    amplitude_mm: float | None = None,
     engine: EngineName = "chain",
     seed: int = 0,
     members: Sequence[Rig] = (),
@@ -121,8 +122,8 @@ def separate(
     Parameters
     ----------
     what
-        A rig, whose loop of ``amplitude_mm`` the ``engine`` simulates (chain or multibody); or records of a known rig,
-        which is calibrated on all of them, and whose first record's loop is divided.
+        A rig, whose loop of ``amplitude_mm`` (2.2 by default) the ``engine`` simulates (chain or multibody); or records
+        of a known rig, which is calibrated on all of them, and whose first record's loop is divided.
     seed
         Of the Bouc-Wen parameters.
     members
@@ -131,12 +132,16 @@ def separate(
     Raises
     ------
     RecordError, RigError, SolverError, MissingError
-        Records without a known rig or a loop; a rig that cannot be divided or cannot follow the drive.
+        Records without a known rig or a loop, or with what a rig alone takes (amplitude, engine, members); a rig that
+        cannot be divided or cannot follow the drive.
     """
     from studies.commands.separation import separate_records, separate_rig
 
     if isinstance(what, Rig):
-        return separate_rig(what, amplitude_mm, engine=engine, seed=seed, members=members)
+        size = 2.2 if amplitude_mm is None else amplitude_mm
+        return separate_rig(what, size, engine=engine, seed=seed, members=members)
+    if amplitude_mm is not None or engine != "chain" or members:
+        raise RecordError("amplitude_mm, engine or members: with records: expected a rig, or none of them")
     return separate_records(_listed(what), seed=seed)
 
 

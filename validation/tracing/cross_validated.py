@@ -30,7 +30,7 @@ from validation.tracing.search.still_zone import find_still_zone
 from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_SHAPES, REFERENCE_MOST, SAME_PRELOAD
 from validation.tracing.verdict import judge_by_folds, with_still_zone
 
-TOO_FEW_READINGS = f"too few readings: expected {LEAST_PLAY_SAMPLES} or more"
+TOO_FEW_READINGS = f"too few readings or cycles: expected {LEAST_PLAY_SAMPLES} or more, in parts that can be held out"
 FIRST_STROKE = "the first stroke of each record, which starts from an unknown state, is left out"
 
 

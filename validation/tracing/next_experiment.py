@@ -190,11 +190,10 @@ def _most_different(trace: Trace, competitors: Sequence[Fitted]) -> tuple[Trial,
 
 def _simulated(trace: Trace, problem: Problem, competitors: Sequence[Fitted]) -> Iterator[tuple[Trial, list[Floats]]]:
     """Angles of all competitors at each program that all of them can follow."""
-    new = range(len(trace.records) - trace.reference)  # a change does not act on the reference
-    widest = max(new, key=lambda i: float(np.ptp(trace.records[i].drive)))
+    widest = max(range(len(_new(trace))), key=lambda i: float(np.ptp(trace.records[i].drive)))
     known = isinstance(problem, RigProblem)
     limits = [_limits(problem, fitted) for fitted in competitors] if isinstance(problem, RigProblem) else []
-    for trial in _trials(trace, widest) if known else _altered(problem, widest):
+    for trial in _trials(trace, widest) if known else _altered(_new(trace), widest):
         try:
             if isinstance(problem, RigProblem):
                 runs = [_run_of_rig(problem, problem.runs[widest][0], trial, fitted) for fitted in competitors]
@@ -343,14 +342,20 @@ def _with_dwell(trial: Trial, at: Protocol) -> Trial:
     )
 
 
-def _altered(problem: Problem, widest: int) -> list[Trial]:
+def _new(trace: Trace) -> Sequence[PreparedRecord]:
+    """Give the records without those of a reference, on which a change does not act."""
+    records = trace.baseline.model.problem.records
+    return records[: len(records) - trace.reference]
+
+
+def _altered(records: Sequence[PreparedRecord], widest: int) -> list[Trial]:
     """Programs where the geometry is unknown: the path of one record at other amplitudes and rates."""
-    record, inputs = problem.records[widest].record, problem.inputs[widest]
-    base = protocol(problem.records[widest])
+    record, inputs = records[widest].record, records[widest].inputs
+    base = protocol(records[widest])
     middle = float(record.drive.min() + record.drive.max()) / 2
     if abs(middle) <= ONE_SIDED * base.amplitude:
         middle = 0.0
-    measured = [protocol(one) for one in problem.records]
+    measured = [protocol(one) for one in records]
     rates = RATE_FACTORS[1:] if inputs.timed else ()
     out = []
     for a, r in [(0.5, 1.0), (0.25, 1.0), *((1.0, rate) for rate in rates)]:
@@ -404,7 +409,8 @@ def _lacking_in_space(trace: Trace) -> str:
         return SLACK_WITH_WEIGHT
     problem = trace.baseline.model.problem
     assert isinstance(problem, SpaceProblem)
-    moved = np.any([np.ptp(run.wheels_mm, axis=0) > 0 for run in problem.runs], axis=0)
+    runs = problem.runs[: len(problem.runs) - trace.reference // len(problem.angles)]
+    moved = np.any([np.ptp(run.wheels_mm, axis=0) > 0 for run in runs], axis=0)
     still = ", ".join(str(k + 1) for k, moves in enumerate(moved) if not moves)
     if still:
         return f"a record in which wheel {still} moves: the other plane shows which turn or sensor couples them"
@@ -413,14 +419,14 @@ def _lacking_in_space(trace: Trace) -> str:
 
 def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
     """Protocols in which all records agree: what to measure, and what the records do not show."""
-    problem = trace.baseline.model.problem
-    protocols, unit = [protocol(one) for one in problem.records], trace.records[0].drive_unit
+    records = _new(trace)
+    protocols, unit = [protocol(one) for one in records], trace.records[0].drive_unit
     first, out = protocols[0], dict[str, tuple[str, str]]()
     if _all_same([p.amplitude for p in protocols]):
         half = f"a record at half the amplitude, {first.amplitude / 2:.3g} {unit}"
         out["amplitude"] = half, "at one amplitude play, loops and end stops look alike"
     if unit == "N":
-        if all(one.only_loads for one in problem.records):
+        if all(one.only_loads for one in records):
             unloading = "the same trials with unloading", "trials that only load show no loop of friction or metal"
             out = {"unloading": unloading, **out}
         return out
@@ -435,12 +441,12 @@ def _absent(trace: Trace) -> dict[str, tuple[str, str]]:
         fast = f"a record at ten times the rate, {10 * first.rate_Hz:.3g} Hz"
         timed = "a record with times, at two rates" if math.isnan(first.rate_Hz) else fast
         out["rate"] = timed, "at one rate drag and delay do not show"
-    if max(int(one.cycle.max()) for one in problem.inputs) < MANY_CYCLES:
+    if max(int(one.inputs.cycle.max()) for one in records) < MANY_CYCLES:
         out["cycles"] = (
             f"a record of {MANY_CYCLES} cycles or more",
             "few cycles do not show changes from cycle to cycle",
         )
-    if not any(map(_has_dwell, problem.inputs)):
+    if not any(_has_dwell(one.inputs) for one in records):
         out["dwell"] = "a record with a dwell at full drive", "without a dwell creep hardly shows"
     return out
 

@@ -337,10 +337,9 @@ def in_words(report: TraceReport) -> list[str]:
     if NOT_KNOWN in report.words:
         return [f"Whether an effect is missing cannot be said: the noise is not known. {baseline}.", *near, *reasons]
     if LEAPT in report.words:
-        return [
-            f"Beside a leap, which was taken out, these records show no missing effect. {baseline}; {noise}.",
-            *reasons,
-        ]
+        of_change = "nothing has changed since the reference"
+        nothing = of_change if report.reference else "these records show no missing effect"
+        return [f"Beside a leap, which was taken out, {nothing}. {baseline}; {noise}.", *reasons]
     return [first, f"{baseline}; {noise}.", *near, *reasons]
 
 

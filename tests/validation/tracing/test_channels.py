@@ -21,6 +21,7 @@ from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.smooth import Smooth
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import in_words, trace_report
+from validation.tracing.search import detection
 from validation.tracing.search.detection import action_deg, detection_limits
 from validation.tracing.settings import VERY_STRONG_EVIDENCE
 from validation.tracing.trace import trace_records
@@ -150,6 +151,34 @@ def test_noise_of_a_channel_counts_no_more_than_that_of_the_angle():
     assert weights[1] == pytest.approx(0.05 / 0.1, rel=0.3)
     record = drifting(0.0, 1e-3)
     assert weights[2] == pytest.approx(np.ptp(record.angle_deg) / np.ptp(record.tension_a_N))
+
+
+def test_an_angle_in_coarse_digits_does_not_take_the_weight_from_its_channels():
+    """Neighbours are equal in most samples: the digit is the noise, and tensions of as much count as they are."""
+    run = solve_chain(preset("du2018"), sine(0.4, 0.1, cycles=2, samples_per_cycle=600)).record
+    rng = np.random.default_rng(2)
+    coarse = 0.5 * np.round((run.angle_deg + rng.normal(0, 0.05, run.drive.size)) / 0.5)
+    tension = run.tension_a_N + rng.normal(0, 0.02, run.drive.size)
+    rig = {"preset": "du2018", "preload_N": 20.0}
+    one = replace(run, angle_deg=coarse, tension_a_N=tension, tension_b_N=None, notches_deg=None, tip_mm=None, rig=rig)
+    (channel,) = known_rig_problem([one]).channels
+    assert channel.weight == pytest.approx(np.ptp(coarse) / np.ptp(tension), rel=0.05)
+
+
+def test_of_several_amounts_the_first_one_that_acts_has_the_limit(monkeypatch):
+    """Fatigue of a metal without a loop loses none of it, but keeps an angle."""
+    problem = known_rig_problem([replace(driven(), notches_deg=None, tension_a_N=None, tension_b_N=None, tip_mm=None)])
+    model = Model(problem)
+    holdout = divide_records(problem.records).everything()
+    found = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_steps=2)
+    (fatigue,) = [e for e in catalogue() if e.name == "functional_fatigue"]
+
+    def of_angle_alone(fitted, added, values):
+        return detection._Action(*2 * (10.0 * abs(values["residual_deg"]),))
+
+    monkeypatch.setattr(detection, "_action", of_angle_alone)
+    (limit,) = detection_limits(found, [fatigue], 0.05)
+    assert limit.parameter == "residual_deg"
 
 
 @pytest.mark.parametrize("noise_N", [0.05, 0.2])

@@ -2,6 +2,7 @@
 
 from dataclasses import astuple, replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,10 +21,12 @@ from validation.tracing.effect import catalogue
 from validation.tracing.figures import candidates_figure
 from validation.tracing.fitting import Holdout, Model, fit
 from validation.tracing.fitting.holdout import divide_records
+from validation.tracing.outcome import Candidate
 from validation.tracing.plausibility import remarks
 from validation.tracing.problem import AddedEffect
-from validation.tracing.result import CandidateReport, in_words, trace_report
+from validation.tracing.result import CandidateReport, in_words, nearest_candidate, trace_report
 from validation.tracing.search.detection import detection_limits
+from validation.tracing.search.final_fit import _Refit
 from validation.tracing.settings import EQUIVALENT_JOINTS, EQUIVALENT_RIG
 
 PLAN = ((20.0, 1.0, 0.1), (10.0, 1.0, 0.1), (20.0, 0.5, 1.0))  # preload, part of the amplitude, rate
@@ -207,6 +210,20 @@ def test_the_nearest_candidate_has_a_share_where_the_last_fits_have_more_samples
     assert (report.verdict, report.model) == ("unexplained", EQUIVALENT_RIG.name)
     assert report.explained_share is not None
     assert report.explained_share.value < 0.2
+
+
+def test_the_candidate_that_is_nearest_after_a_fit_to_more_samples_is_fitted_so_too():
+    def candidate(name, heldout, samples="few"):
+        return Candidate(SimpleNamespace(names=(name,), heldout_rmse_deg=heldout, samples=samples), 0.0)
+
+    def thoroughly(one, *, from_other_loops):
+        worse = {"first": 0.0503, "second": 0.0499}
+        return candidate(one.names[0], worse[one.names[0]], "many").fitted
+
+    coarse = (candidate("first", 0.05), candidate("second", 0.0501), candidate("third", 0.2))
+    found = _Refit.with_nearest(SimpleNamespace(thoroughly=thoroughly), coarse)
+    assert nearest_candidate(found).fitted.samples == "many"
+    assert [one.fitted.samples for one in found] == ["many", "many", "few"]
 
 
 def test_records_without_an_effect_have_the_verdict_none():

@@ -1,16 +1,18 @@
 """The record to take next stays within what the rig stands, and asks for what the records do not tell."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fem_models.joint.strain import SUPERELASTIC
 from validation.tracing.baseline.known_rig import known_rig_problem
+from validation.tracing.baseline.play_operators import play_problem
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting import Model, fit
 from validation.tracing.fitting.holdout import divide_records
-from validation.tracing.next_experiment import Trial, _absent, _limits, _run_of_rig, next_experiment
+from validation.tracing.next_experiment import Trial, _absent, _altered, _limits, _new, _run_of_rig, next_experiment
 from validation.tracing.settings import TENSION_FACTOR
 from validation.tracing.trace import trace_records
 
@@ -65,3 +67,15 @@ def test_who_may_have_given_two_preloads_is_asked_to_write_them_down():
     assert "another preload" not in next_experiment(trace).words
     known = trace_records([one, one], threads=1, effects=[])
     assert _absent(known)["preload"][0] == "a record at another preload, such as 10 N"
+
+
+def test_what_the_reference_shows_is_still_lacking_in_the_new_records():
+    """A change does not act on it: half the amplitude and another rate of the reference say nothing about it."""
+    new = bare(driven())
+    old = replace(new, drive=0.5 * new.drive, angle_deg=0.5 * new.angle_deg, time_s=0.1 * new.time_s)
+    problem = play_problem([new, old], powers=0, curve=6)
+    fields = {"baseline": SimpleNamespace(model=SimpleNamespace(problem=problem)), "records": [new, old]}
+    assert {"amplitude", "rate"} <= set(_absent(SimpleNamespace(**fields, reference=1)))
+    assert not {"amplitude", "rate"} & set(_absent(SimpleNamespace(**fields, reference=0)))
+    amplitudes = [trial.words for trial in _altered(_new(SimpleNamespace(**fields, reference=1)), 0)]
+    assert any("1.1 mm amplitude, 0.1 Hz" in words for words in amplitudes)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fem_models.rig import Rig
-from validation.tracing.fitting.noise import counts_as, neighbours_noise
+from validation.tracing.fitting.noise import counts_as, noise_of_angle
 from validation.tracing.prepared import TIP, Channel, PreparedRecord, channel_unit, channel_values
 
 
@@ -20,7 +20,7 @@ def channels_of(records: Sequence[PreparedRecord], rigs: Sequence[Rig]) -> tuple
     """
     values = [channel_values(one.record) for one in records]
     reach = max(float(np.ptp(one.angle_deg)) for one in records)
-    noise_deg = neighbours_noise(records, [one.angle_deg for one in records])
+    noise_deg = noise_of_angle(records)
     out, words = list[Channel](), list[str]()
     notches = max(sum(name.startswith("notch") for name in own) for own in values)
     if notches and any(rig.joints != notches for rig in rigs):

@@ -11,7 +11,7 @@ from fem_models.spatial import SpatialSolution
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
 from validation.tracing.effect import SpaceForm, Values
-from validation.tracing.fitting.noise import counts_as, neighbours_noise
+from validation.tracing.fitting.noise import counts_as, noise_of_angle
 from validation.tracing.prepared import TIP_IN_SPACE, Channel, PreparedRecord, channel_unit
 
 TENSIONS = ("tension_a", "tension_b", "tension_c", "tension_d")
@@ -28,7 +28,7 @@ def channels_in_space(records: Sequence[Record], angles: Sequence[PreparedRecord
     """
     values, first = [_measured(one) for one in records], angles[:: len(angles) // len(records)]
     reach = max(float(np.ptp(one.angle_deg)) for one in angles)
-    noise_deg, out = neighbours_noise(angles, [one.angle_deg for one in angles]), list[Channel]()
+    noise_deg, out = noise_of_angle(angles), list[Channel]()
     for name in (*TENSIONS[:tendons], *TIP_IN_SPACE):
         if any(name not in own for own in values):
             continue

@@ -193,18 +193,27 @@ def counts_as(records: Sequence[PreparedRecord], measured: Sequence[Floats], noi
     measured
         Values of each record, shapes (m_i,).
     noise_deg
-        That of the angle, by :func:`neighbours_noise`.
+        That of the angle, by :func:`noise_of_angle`.
 
     Returns
     -------
     float
-        Infinite where neighbouring samples do not tell the noise of the two, or what they tell is no noise: differences
-        of a smooth function grow with the distance of the samples.
+        Infinite where neighbouring samples do not tell the noise of the channel: differences of a smooth function grow
+        with the distance of the samples.
     """
     noise, apart = neighbours_noise(records, measured), _third_difference_deg(records, measured, 2)
     if apart > MOST_CORRELATED * noise:
         return math.inf
     return noise_deg / noise if noise > 0 and noise_deg > 0 else math.inf
+
+
+def noise_of_angle(records: Sequence[PreparedRecord]) -> float:
+    """Estimate the noise of the measured angle, deg: at least the error of its digits and of the drive's steps.
+
+    Of an angle in coarse digits most neighbours are equal.
+    """
+    least = max(max(one.rounding_deg, one.drive_step_deg) for one in records)
+    return max(neighbours_noise(records, [one.angle_deg for one in records]), least)
 
 
 def neighbours_noise(records: Sequence[PreparedRecord], measured: Sequence[Floats]) -> float:

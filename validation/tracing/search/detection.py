@@ -138,25 +138,36 @@ def _forms(fitted: Fitted, effect: Effect) -> list[Any]:
 def _limit(fitted: Fitted, effect: Effect, form: Any, needed: _Needed) -> DetectionLimit | None:
     """Scale the first start of a form until its action is as large as needed; None beyond its bounds.
 
-    Of several amounts, such as a sine and a cosine, the first one acts alone: the size is that of the effect.
+    Of several amounts, such as a sine and a cosine, one acts alone, the first with a limit: its size is the effect's.
     """
     starts = fitted.model.problem.starts(form)
     own = {p.name for p in form.parameters}
     if not starts:
         return None
     start = {name: value for name, value in starts[0].items() if name in own}
-    amount = next(p for p in form.parameters if p.acts_from_zero and start[p.name])
-    if has_no_scale(fitted.model.problem, amount):
-        return None
-    start |= {p.name: 0.0 for p in form.parameters if p.acts_from_zero and p is not amount}
+    amounts = [p for p in form.parameters if p.acts_from_zero and start[p.name]]
+    nothing = {p.name: 0.0 for p in form.parameters if p.acts_from_zero}
+    alone = (
+        _limit_of_amount(fitted, AddedEffect(effect, form), p, start | nothing | {p.name: start[p.name]}, needed)
+        for p in amounts
+        if not has_no_scale(fitted.model.problem, p)
+    )
+    return next(filter(None, alone), None)
+
+
+def _limit_of_amount(
+    fitted: Fitted, added: AddedEffect, amount: FreeParameter, start: dict[str, float], needed: _Needed
+) -> DetectionLimit | None:
+    """Scale an amount until its action is as large as needed; None beyond its bounds, or without an action."""
+    form = added.form
     most = _largest_factor(form.parameters, start)
     factor = min(1.0, most)
     for _ in range(DETECTION_RUNS):
-        action = _action(fitted, AddedEffect(effect, form), _scaled(form.parameters, start, factor))
+        action = _action(fitted, added, _scaled(form.parameters, start, factor))
         if action is None or not math.isfinite(step := needed.over(action)) or step <= 0.0:
             return None
         if abs(step - 1.0) < SAME_ACTION:
-            return DetectionLimit(effect.name, amount.name, abs(start[amount.name]) * factor, amount.unit)
+            return DetectionLimit(added.effect.name, amount.name, abs(start[amount.name]) * factor, amount.unit)
         factor = float(np.clip(factor * step, 1.0 / LARGEST_FACTOR, LARGEST_FACTOR))
         if factor > most:
             return None

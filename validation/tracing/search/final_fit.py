@@ -25,7 +25,7 @@ from validation.tracing.result import nearest_candidate
 from validation.tracing.search.refine import refined
 from validation.tracing.search.restarts import other_loops
 from validation.tracing.search.search import Progress
-from validation.tracing.settings import EQUIVALENT_RIG, MOST_STEPS, SearchPolicy
+from validation.tracing.settings import EQUIVALENT_RIG, FAR_ABOVE, MOST_STEPS, SearchPolicy
 
 
 def refit_without_heldout(trace: Trace, policy: SearchPolicy, threads: int, report: Progress) -> Trace:
@@ -61,7 +61,8 @@ def refit_without_heldout(trace: Trace, policy: SearchPolicy, threads: int, repo
         if id(candidate.fitted) not in again:
             again[id(candidate.fitted)] = coarse.briefly(candidate.fitted, policy)
     candidates = tuple(replace(c, fitted=again[id(c.fitted)]) for c in trace.candidates)
-    if is_rig and trace.verdict == "unexplained":
+    far = found[0].heldout_rmse_deg > FAR_ABOVE * trace.floor.deg  # of which no effect missing is doubted later
+    if is_rig and not trace.effects and (trace.verdict == "unexplained" or far):
         candidates = final.with_nearest(candidates)
     return replace(trace, baseline=found[0], augmented=found[-1], candidates=candidates)
 
@@ -124,10 +125,18 @@ class _Refit:
         return baseline
 
     def with_nearest(self, candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
-        """Fit the nearest candidate as the baseline is, so that their errors are of the same samples and compare."""
-        nearest = nearest_candidate(candidates)
-        again = nearest and self.thoroughly(nearest.fitted, from_other_loops=False)
-        return tuple(replace(c, fitted=again) if again and c is nearest else c for c in candidates)
+        """Fit the nearest candidate as the baseline is, so that their errors are of the same samples and compare.
+
+        Where it is no longer the nearest then, the next one is fitted, too.
+        """
+        fine = set[tuple[str, ...]]()
+        while (nearest := nearest_candidate(candidates)) is not None and nearest.names not in fine:
+            again = self.thoroughly(nearest.fitted, from_other_loops=False)
+            if again is None:
+                break
+            fine.add(nearest.names)
+            candidates = tuple(replace(c, fitted=again) if c is nearest else c for c in candidates)
+        return candidates
 
     def briefly(self, fitted: Fitted, policy: SearchPolicy) -> Fitted:
         """Fit a candidate that is not named; its errors are NaN where it has no equilibrium."""
