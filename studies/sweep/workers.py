@@ -6,7 +6,7 @@ import logging
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import forkserver, resource_tracker
 
 import dask
@@ -18,6 +18,7 @@ from studies.sweep.code import code_of_worker, code_version
 from studies.sweep.errors import StudyError
 
 CONNECT_S = 10
+CLOSE_S = 20
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), 1)
 
 _SHORT_LOGS = {
@@ -83,7 +84,7 @@ class WorkerPool:
             n_workers=self._count, threads_per_worker=1, processes=True, memory_limit=0, silence_logs=logging.CRITICAL,
             dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},  # not reachable from other machines
         )  # fmt: skip
-        self._open.enter_context(cluster)
+        self._open.callback(_close, cluster)
         return self._open.enter_context(Client(cluster))
 
     def _remote(self, address: str) -> Client:
@@ -108,6 +109,15 @@ class WorkerPool:
             if code != code_version(self._engine):
                 raise StudyError(f"{where}: {worker} runs other code: {expected}")
         return client
+
+
+def _close(cluster: LocalCluster) -> None:
+    """Close a cluster, or leave it to the end of this process, with which its workers end.
+
+    After an interrupt amid its cases it has waited for its workers without end.
+    """
+    with suppress(TimeoutError):
+        cluster.close(timeout=CLOSE_S)
 
 
 @contextmanager

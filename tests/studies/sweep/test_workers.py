@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 from contextlib import nullcontext
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from dask._task_spec import Task
@@ -110,7 +112,7 @@ def test_an_interrupt_while_the_fork_server_starts_is_not_lost(monkeypatch):
         said.append(subprocess.run([sys.executable, "-c", in_child], capture_output=True, text=True, check=True).stdout)
 
     monkeypatch.setattr(workers.forkserver, "ensure_running", started)
-    monkeypatch.setattr(workers, "LocalCluster", lambda **_: nullcontext())
+    monkeypatch.setattr(workers, "LocalCluster", lambda **_: SimpleNamespace(close=lambda timeout: None))
     monkeypatch.setattr(workers, "Client", lambda cluster: nullcontext())
     monkeypatch.setattr(WorkerPool, "_checked", lambda pool, client: client)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -121,3 +123,29 @@ def test_an_interrupt_while_the_fork_server_starts_is_not_lost(monkeypatch):
         signal.signal(signal.SIGINT, before)
     assert said == ["True\n"]
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+HANGS = """
+import asyncio
+from distributed import LocalCluster
+from studies.sweep import workers
+
+async def never(self):
+    await asyncio.sleep(1000)
+
+if __name__ == "__main__":
+    workers.CLOSE_S = 1
+    LocalCluster._close = never
+    with workers.WorkerPool("chain", 1) as pool:
+        print(len(pool.client().nthreads()))
+    print("left")
+"""
+
+
+def test_a_cluster_that_does_not_close_does_not_keep_a_study(tmp_path):
+    """One that was interrupted amid its cases waited for its workers for a quarter of an hour, until it was killed."""
+    script = tmp_path / "hangs.py"
+    script.write_text(HANGS)
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, timeout=120)
+    assert done.stdout.split() == ["1", "left"]
