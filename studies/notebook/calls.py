@@ -135,10 +135,11 @@ def separate(
         Records without a known rig or a loop, or with what a rig alone takes (amplitude, engine, members); a rig that
         cannot be divided or cannot follow the drive.
     """
+    from studies.commands.records import SEPARATION_MM
     from studies.commands.separation import separate_records, separate_rig
 
     if isinstance(what, Rig):
-        size = 2.2 if amplitude_mm is None else amplitude_mm
+        size = SEPARATION_MM if amplitude_mm is None else amplitude_mm
         return separate_rig(what, size, engine=engine, seed=seed, members=members)
     if amplitude_mm is not None or engine != "chain" or members:
         raise RecordError("amplitude_mm, engine or members: with records: expected a rig, or none of them")

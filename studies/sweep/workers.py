@@ -19,6 +19,7 @@ from studies.sweep.errors import StudyError
 
 CONNECT_S = 10
 CLOSE_S = 20
+"""Longest times to connect to a scheduler, and to close the workers of this machine."""
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), 1)
 
 _SHORT_LOGS = {
