@@ -22,8 +22,8 @@ def made(errors, *, channels=None, train=None, branch_counts=None, size=2, **mor
     rows = tuple(np.asarray(e, dtype=float) for e in errors)
     counts = branch_counts or [1] * len(rows)
     records = [SimpleNamespace(branch_count=n) for n in counts]
-    names = () if channels is None else ("tension",)
-    model = SimpleNamespace(problem=SimpleNamespace(records=records, channels=names), names=())
+    tension = () if channels is None else (SimpleNamespace(name="tension", measured=channels),)
+    model = SimpleNamespace(problem=SimpleNamespace(records=records, channels=tension), names=())
     masks = tuple(np.ones(e.size, dtype=bool) for e in rows) if train is None else train
     total = sum(e.size for e in rows)
     own = None

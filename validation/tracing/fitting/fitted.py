@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -145,8 +146,14 @@ class Fitted:
 
     @cached_property
     def samples(self) -> float:
-        """Number of independent samples that all samples are worth, by the correlation of this model's errors."""
-        return independent_samples(self.rows.errors.size, lag_one_correlation(self._series), self._branches)
+        """Number of independent samples that all samples are worth, by the correlation of this model's errors.
+
+        A channel far quieter than the others adds little to the mean square, and counts for as little.
+        """
+        part = self._counted_part
+        return independent_samples(
+            part * self.rows.errors.size, lag_one_correlation(self._series), part * self._branches
+        )
 
     @cached_property
     def angle_samples(self) -> float:
@@ -160,9 +167,9 @@ class Fitted:
         """Number of independent samples that the training samples are worth."""
         masks = self.holdout.train
         errors = [error[masks[self.holdout.record_of(i)]] for i, error in enumerate(self._series)]
-        count = int(self.rows.train.sum())
+        part, count = self._counted_part, int(self.rows.train.sum())
         branches = round(count / self.rows.errors.size * self._branches)
-        return independent_samples(count, lag_one_correlation(errors), branches)
+        return independent_samples(part * count, lag_one_correlation(errors), part * branches)
 
     def bic(self, samples: float) -> float:
         """Criterion over all samples, the less the better; models are compared for one number of ``samples``."""
@@ -179,6 +186,21 @@ class Fitted:
     @property
     def _series(self) -> tuple[Floats, ...]:
         return self.errors if self.channels is None else (*self.errors, *self.channels.errors)
+
+    @cached_property
+    def _counted_part(self) -> float:
+        """Part of all samples that a mean square over channels of unequal errors is worth.
+
+        Satterthwaite 1946, doi 10.2307/3002019: (sum of S)^2 / (sum of S^2/n) of n samples with sum of squares S each.
+        """
+        if self.channels is None:
+            return 1.0
+        ends = np.cumsum([len(channel.measured) for channel in self.model.problem.channels])
+        parts = [self.errors, *(self.channels.errors[i:j] for i, j in pairwise([0, *ends]))]
+        sizes = [sum(e.size for e in errors) for errors in parts]
+        squares = [sum(float(e @ e) for e in errors) for errors in parts]
+        together = sum(s * s / n for s, n in zip(squares, sizes, strict=True) if n)
+        return sum(squares) ** 2 / together / sum(sizes) if together > 0 else 1.0
 
     @property
     def _branches(self) -> int:
