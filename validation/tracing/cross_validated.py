@@ -30,7 +30,9 @@ from validation.tracing.search.still_zone import find_still_zone
 from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_SHAPES, REFERENCE_MOST, SAME_PRELOAD
 from validation.tracing.verdict import judge_by_folds, with_still_zone
 
-TOO_FEW_READINGS = f"too few readings or cycles: expected {LEAST_PLAY_SAMPLES} or more, in parts that can be held out"
+TOO_FEW_READINGS = (
+    f"too few readings or cycles that change: expected {LEAST_PLAY_SAMPLES} or more, in parts that can be held out"
+)
 FIRST_STROKE = "the first stroke of each record, which starts from an unknown state, is left out"
 
 
@@ -53,6 +55,8 @@ def play_baselines(records: Sequence[Record]) -> PlayBaselines | None:
     problems = [play_problem(records, powers=powers, curve=curve) for powers, curve in PLAY_SHAPES]
     prepared = problems[0].records
     if not has_folds(prepared) or sum(one.kept.size for one in prepared) < LEAST_PLAY_SAMPLES:
+        return None
+    if all(np.ptp(one.angle_deg) == 0 for one in prepared):  # a channel that stands still after the first stroke
         return None
     fitted = tuple(fit_all(Model(problem)) for problem in problems)
     fits = FoldFits(folds_of(prepared))

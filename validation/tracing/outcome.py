@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -124,17 +123,17 @@ class Trace:
 
 
 def competitors_of(trace: Trace) -> list[Fitted]:
-    """Give the augmented model, then the models that explain the records as well, or else the runner-up."""
+    """Give the augmented model, then the best model with each effect it may be confused with, or else the runner-up.
+
+    Models of no more effects count, however they were found to be alike: by the criterion, by misfit, or by folds.
+    """
     own = set(trace.augmented.names)
     others = [c for c in trace.candidates if not own <= set(c.names) and not set(c.names) <= own]
     others.sort(key=lambda c: -c.delta_bic)
     confusable = {name for names in trace.confusable for name in names}
-    best = max((c.delta_bic for c in trace.candidates if c.fitted is trace.augmented), default=math.inf)
-
-    def as_good(c: Candidate) -> bool:
-        return len(c.names) <= len(own) and best - c.delta_bic < trace.alike and bool(set(c.names) & confusable)
-
-    near = [c for c in others if as_good(c)] or others[:1]
+    alike = [c for c in others if len(c.names) <= len(own)]
+    first = {name: next((c for c in alike if name in c.names), None) for name in confusable}
+    near = [c for c in alike if any(c is one for one in first.values())] or others[:1]
     return [trace.augmented, *(c.fitted for c in near[:MOST_COMPETITORS])]
 
 

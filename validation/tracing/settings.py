@@ -346,8 +346,6 @@ PORTMANTEAU_LAGS = 10
 
 KNOWN_BEGINNING = 0.05
 """Part of a held-out record that is fitted, at its beginning: the state that a record starts in cannot be predicted."""
-HELD_OUT_RECORD = 0.3
-"""Part of a record that is fitted: with less, the record as a whole counts as held out."""
 SAME_PROTOCOL = 0.1
 """Relative difference up to which preloads, amplitudes and rates are the same."""
 

@@ -382,7 +382,12 @@ def _trace_unknown_geometry(
     if best is None or (by_folds is not None and by_folds.augmented.heldout_rmse_deg < best.augmented.rmse_deg):
         assert by_folds is not None
         return by_folds
-    best = refit_without_heldout(best, POLICIES[best.model], threads, report)
+    try:
+        best = refit_without_heldout(best, POLICIES[best.model], threads, report)
+    except SolverError:  # play operators need no equilibrium
+        if plays is None:
+            raise
+        return by_folds or trace_by_folds(plays, effects, report)
     return by_folds if by_folds is not None and predicts_better(by_folds, best) else best
 
 

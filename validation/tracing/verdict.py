@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from fem_models.rig.joints import MeasuredJoint
-from validation.tracing.baseline.known_rig import KnownRigProblem
+from validation.tracing.baseline.known_rig import is_of_measured_joints
 from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
     curve_does_as_well,
@@ -72,6 +71,8 @@ def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Sel
         sensible = [g for g in _as_good(best, stages, alike, floor) if not implausible(g)]
         best = min(sensible, key=lambda g: g.bic(samples), default=best)
         verdict = _verdict(policy, baseline, best, smooth, floor)[0] if sensible else "unexplained"
+        if not sensible and (reason := _is_noise(policy, baseline, baseline, floor)) is not None:
+            verdict, (floor, words) = "none", reason
     best = baseline if verdict == "none" else best
     confusable = _confusable(best, stages, alike, floor) if verdict == "effect" else ()
     if any(confusable):
@@ -100,8 +101,8 @@ def _verdict(
 ) -> tuple[Verdict, list[str]]:
     """Verdict before competitors are looked at, and its reasons."""
     names = " + ".join(best.names)
-    excess = max(baseline.mean_square - floor.deg**2, 1e-300)
-    explained = (baseline.mean_square - best.mean_square) / excess
+    excess = max(baseline.rmse_deg**2 - floor.deg**2, 1e-300)
+    explained = (baseline.rmse_deg**2 - best.rmse_deg**2) / excess
     near = baseline.rmse_deg <= significant_ratio(baseline, policy) * floor.deg
     if near and not is_beyond_chance(baseline, best, policy):
         return "none", []
@@ -135,17 +136,15 @@ def _is_noise(
         raised = replace(floor, repeats_deg=noise) if by_repeats else replace(floor, local_deg=noise)
         raised = replace(raised, by_repeats=True)
         return raised, [f"the error of {error:.2g} deg is {how}, {noise:.2g} deg"]
-    if policy is KNOWN_RIG and (named is baseline or _is_measured(baseline)) and error <= NEAR_NOISE * floor.deg:
+    if (
+        policy is KNOWN_RIG
+        and (named is baseline or is_of_measured_joints(baseline.model.problem))
+        and error <= NEAR_NOISE * floor.deg
+    ):
         return floor, [
             f"the error of {error:.2g} deg is {error / floor.deg:.2g} times the noise: too little to be named"
         ]
     return None
-
-
-def _is_measured(baseline: Fitted) -> bool:
-    """Whether the rig is known by measured joints, whose stiffness and tendons are off by some percent."""
-    problem = baseline.model.problem
-    return isinstance(problem, KnownRigProblem) and isinstance(problem.runs[0][0].rig.joint, MeasuredJoint)
 
 
 def _depends_on(smooth: Smooth, what: str = "the residual") -> str:

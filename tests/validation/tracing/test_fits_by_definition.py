@@ -160,10 +160,14 @@ def test_repeats_are_no_less_than_rounding_and_steps_of_the_drive_add_to_them(mo
     monkeypatch.setattr(noise, "_residual_record", lambda one, residual: float(residual[0]))
     rows = [raw([slice(0, 20)], steps=4.0, repeat=True), raw([slice(0, 20)], rounding=12.0, steps=5.0, repeat=True)]
     rows.append(raw([slice(0, 20)], steps=40.0))  # without cycles that repeat
-    residuals = [np.full(20, 3.0), np.full(20, 1.0), np.full(20, 99.0)]
-    expected = math.sqrt((5.0**2 + 13.0**2) / 2)
-    assert estimate_noise_floor(rows, residuals).repeats_deg == pytest.approx(expected)
+    residuals = [np.full(20, 3.0), np.full(60, 1.0), np.full(20, 99.0)]
+    expected = math.sqrt((20 * 5.0**2 + 60 * 13.0**2) / 80)
+    assert estimate_noise_floor(rows[:2], residuals[:2]).repeats_deg == pytest.approx(expected)
     assert repeatability_deg(rows, residuals) == pytest.approx(expected)
+    # the floor is of all records: one whose cycles do not repeat has noise of its own
+    every = math.sqrt((20 * 5.0**2 + 60 * 13.0**2 + 20 * 40.0**2) / 100)
+    assert estimate_noise_floor(rows, residuals).repeats_deg == pytest.approx(every)
+    assert estimate_noise_floor(rows[2:], residuals[2:]).repeats_deg is None
     assert repeatability_deg(rows[2:], residuals[2:]) is None
     short = [replace_in(one, branches=[slice(0, 2)]) for one in rows[:2]]
     floor = estimate_noise_floor(short, residuals[:2])
@@ -325,11 +329,15 @@ def test_columns_without_slope_do_not_spoil_a_solution():
     assert found.tolist() == pytest.approx([2e10, 5.0])
 
 
-@pytest.mark.parametrize(("size", "counted"), [(1.0, 800.0), (0.5, 400 * 1.25**2 / 1.0625), (1e-3, 400.0), (0.0, 400.0)])
+@pytest.mark.parametrize(
+    ("size", "counted"), [(1.0, 800.0), (0.5, 400 * 1.25**2 / 1.0625), (1e-3, 400.0), (0.0, 400.0)]
+)
 def test_a_channel_counts_for_as_many_samples_as_its_errors_add_to_the_mean_square(size, counted):
     """Of n = 400 each, (1 + s^2)^2/(1 + s^4) n; as full samples, a quiet one would double the gain of any effect."""
     signs = (-1.0) ** np.arange(200)
-    fit = made([signs, signs], channels=[size * signs, size * signs], train=(np.arange(200) < 150, np.arange(200) < 150))
+    fit = made(
+        [signs, signs], channels=[size * signs, size * signs], train=(np.arange(200) < 150, np.arange(200) < 150)
+    )
     assert fit.samples == pytest.approx(counted, rel=1e-5)
     assert fit.train_samples == pytest.approx(0.75 * counted, rel=1e-5)
     assert fit.angle_samples == 400.0

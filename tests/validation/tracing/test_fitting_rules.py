@@ -111,6 +111,20 @@ def test_a_share_is_of_what_is_above_the_noise():
 # --- held-out samples ----------------------------------------------------------------------------------------------
 
 
+def test_a_reference_has_no_part_in_what_is_traced():
+    """New records at 1.5 times the noise beside three at 1 are not at 1.15 times: there is something to explain."""
+    signs = (-1.0) ** np.arange(100)
+    rows = [1.5 * signs, *[signs] * 3]
+    train = tuple(np.arange(100) < 70 for _ in rows)
+    alone, beside = made(rows[:1], train=train[:1]), made(rows, train=train)
+    assert beside.rmse_deg == pytest.approx(1.3125**0.5)
+    compared = replace(beside, holdout=replace(beside.holdout, reference=3))
+    assert compared.rmse_deg == alone.rmse_deg == 1.5
+    assert compared.heldout_rmse_deg == alone.heldout_rmse_deg == 1.5
+    assert compared.train_rmse_deg == beside.train_rmse_deg  # all of them are fitted
+    assert compared.mean_square == beside.mean_square
+
+
 def test_channels_belong_to_the_records_of_their_runs():
     masks = tuple(np.arange(10) < n for n in (10, 4, 3))
     each = Holdout(masks, "by")
@@ -119,7 +133,10 @@ def test_channels_belong_to_the_records_of_their_runs():
     runs = Holdout(masks, "by", with_channels=(0, 2))
     assert [runs.record_of(i) for i in range(7)] == [0, 1, 2, 0, 2, 0, 2]
     assert [int(mask.sum()) for mask in runs.series_masks(2)] == [10, 4, 3, 10, 3, 10, 3]
-    assert [each.is_held_out(i) for i in range(3)] == [False, False, True]  # up to 0.3
+    assert [each.is_held_out(i) for i in range(3)] == [False, False, False]
+    each, runs = (replace(one, whole=frozenset({2})) for one in (each, runs))
+    assert [each.is_held_out(i) for i in range(3)] == [False, False, True]
+    assert [each.everything().is_held_out(i) for i in range(3)] == [False, False, False]
     assert runs.offset_deg(1, np.arange(10.0)) == 1.5
     assert runs.offset_deg(2, np.arange(10.0)) == 4.5
     taken = runs.without_offsets([np.arange(10.0)] * 5)
@@ -310,6 +327,21 @@ def test_a_further_effect_pays_for_itself_and_for_being_the_best_of_many(gained,
 
     before = SimpleNamespace(bic=criterion, square=1.0, mean_square=1.0)
     after = SimpleNamespace(bic=lambda samples: 0.0, square=ratio**2, mean_square=of_angle**2, samples=50.0)
+    before.angle_bic = after.angle_bic = lambda samples: 0.0
+    after.angle_samples = 30.0
+    assert evidence.is_worth_adding(before, after, 7) is worth
+
+
+@pytest.mark.parametrize(
+    ("gained", "of_angle", "worth"), [(1.01, 0.89, True), (0.99, 0.89, False), (1.01, 0.91, False)]
+)
+def test_an_effect_pays_by_the_angle_alone_beside_a_channel_that_the_model_misses(gained, of_angle, worth):
+    """A tension that is off by a third leaves so much that a drift of five times the noise gains little of all."""
+    least = 10 + 2 * math.log(7)
+    before = SimpleNamespace(bic=lambda samples: 0.1, square=1.0, mean_square=1.0)
+    before.angle_bic = lambda samples: gained * least if samples == 30.0 else math.nan
+    after = SimpleNamespace(bic=lambda samples: 0.0, square=0.99, mean_square=of_angle**2, samples=50.0)
+    after.angle_bic, after.angle_samples = (lambda samples: 0.0), 30.0
     assert evidence.is_worth_adding(before, after, 7) is worth
 
 

@@ -140,13 +140,18 @@ def test_the_last_third_of_trials_under_a_force_is_held_out(trials, first):
     assert found.train[0].tolist() == (cycle < first).tolist()
 
 
-def test_a_record_is_held_out_up_to_three_tenths_of_training_samples_and_begins_in_training():
-    assert Holdout((np.arange(10) < 3,), "n").is_held_out(0)
-    assert not Holdout((np.arange(10) < 4,), "n").is_held_out(0)
+def test_a_record_that_is_held_out_begins_in_training():
+    """Another one, of few training samples, such as two cycles before a long dwell, has the zero of those."""
+    few = Holdout((np.arange(10) < 1,), "n")
+    assert not few.is_held_out(0)
+    assert few.offset_deg(0, np.arange(10.0)) == 0.0
+    assert Holdout((np.zeros(10, dtype=bool),), "n").offset_deg(0, np.arange(10.0)) == 4.5
     rows = [one_record(20, rig={"preload_N": 2.0}) for _ in range(3)]
     assert [int(mask.sum()) for mask in divide_records(rows).train] == [20, 20, 1]  # a twentieth; of equals the last
+    assert divide_records(rows).whole == {2}
     many = [one_record(45, rig={"preload_N": 2.0}) for _ in range(3)]
     assert int(divide_records(many).train[2].sum()) == 3  # samples 0, 1 and 2 are before 2.25
+    assert divide_records(many[:2]).whole == set()
 
 
 def test_a_record_with_a_preload_of_its_own_is_held_out_only_where_that_may_be():

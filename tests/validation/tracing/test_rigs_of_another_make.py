@@ -12,7 +12,10 @@ from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from validation.tracing import trace as tracing
 from validation.tracing import verdict
+from validation.tracing.baseline.curve import CurveProblem
 from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
+from validation.tracing.baseline.known_rig import KnownRigProblem
+from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.search import detection, final_fit
 from validation.tracing.settings import EQUIVALENT_RIG, KNOWN_RIG, NEAR_NOISE, SIGNIFICANT
 
@@ -164,8 +167,53 @@ def test_a_detection_limit_of_an_unknown_rig_is_beyond_too_little(over, limited)
     """Residual and action together make sqrt(2) times the noise, with a margin for nine of ten."""
     problem = object.__new__(EquivalentRigProblem)
     fitted = SimpleNamespace(model=SimpleNamespace(problem=problem), error_deg=np.zeros(10_000), samples=400.0)
-    needed = detection._beyond_too_little_deg(fitted, over * 0.1, 0.1)
+    needed = detection._beyond_noise_deg(fitted, over * 0.1, 0.1)
     margin = detection.NINE_OF_TEN * over * 0.1 / 20
     assert needed == pytest.approx((0.02 - (over * 0.1) ** 2) ** 0.5 + margin if limited else 0.0)
-    fitted.model.problem = None
-    assert detection._beyond_too_little_deg(fitted, over * 0.1, 0.1) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "bar"), [("rig", 1.15), ("few", 1.3), ("joints", 2**0.5), ("curve", 1.3), ("plays", 1.15)]
+)
+@pytest.mark.parametrize("over", [1.0, 1.1, 1.29, 1.6])
+def test_a_detection_limit_is_beyond_what_counts_as_noise(monkeypatch, kind, bar, over):
+    """Residual and action together make the bar of the verdict: 1 + 3/10 of 100 samples, sqrt(2) of measured joints."""
+    made_of = {"curve": CurveProblem, "plays": PlayProblem}.get(kind, KnownRigProblem)
+    monkeypatch.setattr(detection, "is_of_measured_joints", lambda problem: kind == "joints")
+    error = np.zeros(100 if kind == "few" else 10_000)
+    fitted = SimpleNamespace(model=SimpleNamespace(problem=object.__new__(made_of)), error_deg=error, samples=400.0)
+    expected = (bar**2 - over**2) ** 0.5 + detection.NINE_OF_TEN * over / 20 if over < bar else 0.0
+    assert detection._beyond_noise_deg(fitted, over * 0.1, 0.1) == pytest.approx(0.1 * expected)
+
+
+@pytest.mark.parametrize(
+    ("made_of", "factor"),
+    [(KnownRigProblem, 1.5), (PlayProblem, 0.5), (EquivalentRigProblem, 3.0), (CurveProblem, 3.0)],
+)
+def test_a_detection_limit_is_a_large_part_of_an_error_above_the_noise(made_of, factor):
+    """a^2 of s^2 + a^2 - 1 is 0.6, a third or three quarters: a^2 is 1.5, 0.5 or 3 times s^2 - 1."""
+    fitted = SimpleNamespace(model=SimpleNamespace(problem=object.__new__(made_of)), samples=400.0)
+    assert detection._large_part_deg(fitted, 0.15, 0.1) == 0.0
+    margin = detection.NINE_OF_TEN * 0.3 / 20
+    assert detection._large_part_deg(fitted, 0.3, 0.1) == pytest.approx((factor * 0.08) ** 0.5 + margin)
+
+
+def test_play_operators_answer_where_a_rig_has_no_equilibrium_without_the_held_out_samples(monkeypatch):
+    """One fit without a solution had ended the whole trace."""
+    error = SimpleNamespace(rmse_deg=0.1, heldout_rmse_deg=0.1)
+    rig = SimpleNamespace(model="equivalent rig", effects=(), augmented=error, verdict="none")
+    plays = SimpleNamespace(heldout_deg=0.1, fitted=[SimpleNamespace(noise=SimpleNamespace(deg=0.1))])
+
+    def no_solution(*given):
+        raise SolverError("no equilibrium")
+
+    monkeypatch.setattr(tracing, "_trace_equivalent_rig", lambda *given: (None, rig))
+    monkeypatch.setattr(tracing, "is_explained", lambda one: True)
+    monkeypatch.setattr(tracing, "best_of", lambda traces: traces[0])
+    monkeypatch.setattr(tracing, "refit_without_heldout", no_solution)
+    monkeypatch.setattr(tracing, "trace_by_folds", lambda *given: "by folds")
+    monkeypatch.setattr(tracing, "play_baselines", lambda records: plays)
+    assert tracing._trace_unknown_geometry([], [], 1, lambda words: None) == "by folds"
+    monkeypatch.setattr(tracing, "play_baselines", lambda records: None)
+    with pytest.raises(SolverError):
+        tracing._trace_unknown_geometry([], [], 1, lambda words: None)

@@ -305,11 +305,19 @@ def test_what_the_residual_depends_on_is_said_where_it_is_above_the_noise(monkey
     assert (trace.verdict, trace.words) == (expected, words)
 
 
-def selected(monkeypatch, said: str, *, only_loads: bool = False, repeats: float = 0.5, senseless: str = ""):
-    """Judge a selection whose verdict is given; return the trace, and the model whose noise was asked for."""
+def selected(monkeypatch, said: str, *, only_loads: bool = False, repeats: float = 0.5, senseless: str = "", noise=()):
+    """Judge a selection whose verdict is given; return the trace, and the model whose noise was asked for.
+
+    The baseline alone is noise for the reasons in ``noise``.
+    """
     seen = []
     monkeypatch.setattr(verdict, "_verdict", lambda *given: (said, []))
-    monkeypatch.setattr(verdict, "_is_noise", lambda policy, baseline, named, floor: seen.append(named))
+
+    def is_noise(policy, baseline, named, floor):
+        seen.append(named)
+        return (floor, list(noise)) if noise and not named.names else None
+
+    monkeypatch.setattr(verdict, "_is_noise", is_noise)
     beyond = (senseless,) if senseless else ()
     monkeypatch.setattr(verdict, "implausible", lambda fit: beyond if fit.names == ("gravity",) else ())
     monkeypatch.setattr(verdict, "remarks", lambda fit: [f"remark on {fit.names[0]}"])
@@ -364,3 +372,13 @@ def test_a_constant_beyond_sense_is_not_named_but_the_best_that_makes_sense(monk
     assert trace.verdict == expected
     assert trace.words[0] == "gravity would explain the residual, but a mass of 9 kg"
     assert trace.augmented.names == others
+
+
+def test_a_constant_beyond_sense_does_not_make_noise_unexplained(monkeypatch):
+    """Near the noise `none` is found without any effect, and so with one that makes no sense."""
+    monkeypatch.setattr(verdict, "_as_good", lambda *given: [])
+    too_little = ("too little to be named",)
+    trace, seen, baseline, best = selected(monkeypatch, "effect", senseless="a mass of 9 kg", noise=too_little)
+    assert (trace.verdict, trace.words) == ("none", too_little)
+    assert trace.augmented is baseline
+    assert seen == [best, baseline]

@@ -60,9 +60,11 @@ def test_what_is_beyond_chance_gains_more_than_thirty_of_the_criterion(gained, a
 
 def test_an_effect_at_the_threshold_is_not_worth_adding_and_a_curve_at_it_is_no_better():
     before = SimpleNamespace(bic=lambda samples: 10.0, square=1.0, mean_square=1.0)
-    after = SimpleNamespace(bic=lambda samples: 0.0, square=0.5, mean_square=0.5, samples=1.0)
+    after = SimpleNamespace(bic=lambda samples: 0.0, square=0.5, mean_square=0.5, samples=1.0, angle_samples=1.0)
+    before.angle_bic = after.angle_bic = lambda samples: 0.0
     assert not evidence.is_worth_adding(before, after, 1)
     more = SimpleNamespace(bic=lambda samples: 11.0, square=0.5 / evidence.WORTH_NAMING**2, mean_square=0.5)
+    more.angle_bic = before.angle_bic
     assert evidence.is_worth_adding(replace_in(more, square=1.0), after, 1)
     assert not evidence.is_worth_adding(replace_in(more, square=0.25), replace_in(after, square=0.25), 1)
     angle_alone = replace_in(more, square=0.25, mean_square=1.0)  # noise of the channels stays
@@ -84,8 +86,10 @@ def test_criteria_are_compared_by_their_difference_alone():
         (-50.0, -90.0, True),
         (-50.0, -55.0, False),
     ):
-        one = SimpleNamespace(bic=lambda samples, value=before: value, square=1.0)
-        other = SimpleNamespace(bic=lambda samples, value=after: value, square=0.25, samples=1.0)
+        one = SimpleNamespace(square=1.0, mean_square=1.0)
+        one.bic = one.angle_bic = lambda samples, value=before: value
+        other = SimpleNamespace(square=0.25, mean_square=0.25, samples=1.0, angle_samples=1.0)
+        other.bic = other.angle_bic = lambda samples, value=after: value
         assert evidence.is_worth_adding(one, other, 1) is worth
     for effect, value, beats, alike in (
         (100.0, 95.0, True, True),
@@ -197,7 +201,7 @@ def test_too_little_to_be_named_is_up_to_the_root_of_two_of_a_known_rig_without_
     assert (floor, words) == (UNIT, ["the error of 1.4 deg is 1.4 times the noise: too little to be named"])
     assert verdict._is_noise(verdict.KNOWN_RIG, baseline, after, UNIT) is None
     assert verdict._is_noise(replace(verdict.KNOWN_RIG), baseline, baseline, UNIT) is None
-    monkeypatch.setattr(verdict, "_is_measured", lambda baseline: True)
+    monkeypatch.setattr(verdict, "is_of_measured_joints", lambda problem: True)
     assert verdict._is_noise(verdict.KNOWN_RIG, baseline, after, UNIT)[0] is UNIT
     # an effect beyond chance stays beside a baseline at the noise
     monkeypatch.setattr(verdict, "is_beyond_chance", lambda *given: True)

@@ -85,7 +85,9 @@ class SpaceProblem(RecordSet):
         parts = [self._divided(self.records[k::count]) for k in range(count)]
         by_record = zip(*(part.train for part in parts), strict=True)
         first = tuple(range(0, len(self.records), count))
-        return Holdout(tuple(mask for masks in by_record for mask in masks), parts[0].by, first)
+        whole = frozenset(i * count + k for k, part in enumerate(parts) for i in part.whole)
+        masks = tuple(mask for masks in by_record for mask in masks)
+        return Holdout(masks, parts[0].by, first, whole, self.reference * count)
 
     def _divided(self, records: Sequence[PreparedRecord]) -> Holdout:
         """Divide within each record where some are a reference: else all that has changed may be held out."""

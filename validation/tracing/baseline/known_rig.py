@@ -84,6 +84,11 @@ class KnownRigProblem(RigProblem):
         )
 
 
+def is_of_measured_joints(problem: object) -> bool:
+    """Whether a rig is known by measured joints, whose stiffness and tendons are off by some percent."""
+    return isinstance(problem, KnownRigProblem) and isinstance(problem.runs[0][0].rig.joint, MeasuredJoint)
+
+
 def with_varied_flexures(problem: KnownRigProblem) -> KnownRigProblem | None:
     """Let the flexures vary along the bend; None where they are no measured joints, driven in mm."""
     measured = all(isinstance(run.rig.joint, MeasuredJoint) for runs in problem.runs for run in runs)

@@ -58,13 +58,14 @@ def rests_early(fitted: Fitted) -> bool:
 def is_worth_adding(before: Fitted, after: Fitted, tried: int) -> bool:
     """Whether a further effect pays for its parameters, as the best of ``tried`` effects, and for being named.
 
-    It must reduce the error of all that is fitted, or that of the angle: an effect of the angle's sensor moves no
-    tension.
+    It must reduce the error of all that is fitted, or that of the angle, and pay there: an effect of the angle's sensor
+    moves no tension, and may be small beside what the model lacks of a tension.
     """
-    gain = before.bic(after.samples) - after.bic(after.samples)
-    most = WORTH_NAMING**2
-    reduced = after.square < most * before.square or after.mean_square < most * before.mean_square
-    return gain > VERY_STRONG_EVIDENCE + 2 * math.log(tried) and reduced
+    least, most = VERY_STRONG_EVIDENCE + 2 * math.log(tried), WORTH_NAMING**2
+    of_all, of_angle = after.square < most * before.square, after.mean_square < most * before.mean_square
+    n, m = after.samples, after.angle_samples
+    pays = before.bic(n) - after.bic(n) > least
+    return (pays and (of_all or of_angle)) or (of_angle and before.angle_bic(m) - after.angle_bic(m) > least)
 
 
 def beats_smooth_functions(fitted: Fitted, smooth: Smooth) -> bool:

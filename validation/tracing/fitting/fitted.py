@@ -90,10 +90,11 @@ class Fitted:
 
     @cached_property
     def heldout_errors(self) -> list[Floats]:
-        """Errors of the held-out samples of each record."""
+        """Errors of the held-out samples of each record that is traced."""
         if self.fold_errors is not None:
             return [error[~np.isnan(error)] for error in self.fold_errors]
-        return [error[~train] for error, train in zip(self.errors, self.holdout.train, strict=True)]
+        every = [error[~train] for error, train in zip(self.errors, self.holdout.train, strict=True)]
+        return every[self.holdout.traced]
 
     @property
     def heldout_error_deg(self) -> Floats:
@@ -117,8 +118,9 @@ class Fitted:
 
     @property
     def rmse_deg(self) -> float:
-        """Rms error of all samples."""
-        return math.sqrt(self.mean_square)
+        """Rms error of all samples; of records with a reference, those of the new records, in which effects act."""
+        traced = self.errors[self.holdout.traced]
+        return math.sqrt(self.mean_square) if len(traced) == len(self.errors) else rms(np.concatenate(traced))
 
     @cached_property
     def noise(self) -> NoiseFloor:

@@ -12,7 +12,7 @@ import numpy as np
 from hysteresis.arrays import Floats, Mask
 from hysteresis.records.holdout import hold_out
 from validation.tracing.prepared import PreparedRecord
-from validation.tracing.settings import HELD_OUT_RECORD, KNOWN_BEGINNING, SAME_PROTOCOL
+from validation.tracing.settings import KNOWN_BEGINNING, SAME_PROTOCOL
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,12 +21,21 @@ class Holdout:
 
     The angle of every record has an unknown offset (its zero), which is taken out of the errors. So has each channel of
     a record; errors of channels follow those of the angle, record by record. ``with_channels`` are the records that
-    channels belong to: all of them, unless each angle of a run stands as a record.
+    channels belong to: all of them, unless each angle of a run stands as a record. ``whole`` are the records that are
+    held out as a whole, but for their beginning; so is a record without any training sample. The last ``reference`` of
+    them are a reference: they are fitted, and no error of what is traced.
     """
 
     train: tuple[Mask, ...]
     by: str
     with_channels: tuple[int, ...] | None = None
+    whole: frozenset[int] = frozenset()
+    reference: int = 0
+
+    @property
+    def traced(self) -> slice:
+        """The records that are traced."""
+        return slice(len(self.train) - self.reference)
 
     @cached_property
     def train_mask(self) -> Mask:
@@ -46,7 +55,7 @@ class Holdout:
 
     def is_held_out(self, i: int) -> bool:
         """Whether a record is held out as a whole, but for its beginning."""
-        return bool(self.train[i].mean() <= HELD_OUT_RECORD)
+        return i in self.whole or not self.train[i].any()
 
     def offset_deg(self, i: int, error_deg: Floats) -> float:
         """Offset of a record: the mean error of its training samples, or of all samples of a held-out record."""
@@ -62,7 +71,7 @@ class Holdout:
 
     def everything(self) -> Holdout:
         """Put all samples of the same records into the training set."""
-        return replace(self, train=tuple(np.ones_like(mask) for mask in self.train))
+        return replace(self, train=tuple(np.ones_like(mask) for mask in self.train), whole=frozenset())
 
 
 @dataclass(frozen=True)
@@ -113,7 +122,8 @@ def divide_records(records: Sequence[PreparedRecord], *, own_preload: bool = Tru
             for i, one in enumerate(records)
         )
         beginning = f"its first {100 * KNOWN_BEGINNING:.0f} % (its initial state) and its offset are fitted"
-        return Holdout(masks, f"{name}, whose protocol differs from those fitted; {beginning}")
+        by = f"{name}, whose protocol differs from those fitted; {beginning}"
+        return Holdout(masks, by, whole=frozenset({out}))
     parts = [_within(one) for one in records]
     return Holdout(tuple(mask for mask, _ in parts), "; ".join(dict.fromkeys(by for _, by in parts)))
 

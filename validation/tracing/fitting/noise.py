@@ -39,7 +39,8 @@ class NoiseFloor:
     local_deg
         Sensor noise, from neighbouring samples; the whole residual, or repeatability, where these do not tell.
     repeats_deg
-        Repeatability, from cycles or trials that repeat each other; None where there are none.
+        Repeatability, from cycles or trials that repeat each other; None where there are none. In a fit's own floor,
+        records without such cycles count by their neighbouring samples.
     reference_deg
         Error that is left on a reference, of records that are compared with one.
     by_repeats
@@ -94,24 +95,32 @@ def estimate_noise_floor(records: Sequence[PreparedRecord], residuals: Sequence[
     repeats with the cycles, and adds to what these differ by. A branch of four samples has one such difference. Records
     with fewer than five are left out; without any, the noise is not known, and the floor is the whole residual.
     """
-    local, repeats, weight = [], [], []
+    local, repeats = list[tuple[float, int]](), list[tuple[float, int]]()  # sizes, and samples that they are of
     for one, residual in zip(records, residuals, strict=True):
         least = max(one.rounding_deg, LEAST_NOISE * float(np.ptp(one.record.angle_deg)))
         steps = one.drive_step_deg
         long = [b for b in one.branches if b.stop - b.start >= NOISE_BRANCH_SAMPLES]
         third = np.concatenate([np.empty(0), *(np.diff(residual[b], 3) for b in long)])
+        own = list[tuple[float, int]]()
         if third.size >= NOISE_DIFFERENCES:
             size = MAD_TO_SIGMA * float(np.median(np.abs(third))) / math.sqrt(20)
-            local.append(max(size, least, steps))
-            weight.append(residual.size)
+            own = [(max(size, least, steps), residual.size)]
+        local += own
         if one.cycles_repeat:
-            repeats.append(math.hypot(max(noise_floor(_residual_record(one, residual)), least), steps))
-    known = math.sqrt(float(np.mean(np.square(repeats)))) if repeats else None
+            own = [(math.hypot(max(noise_floor(_residual_record(one, residual)), least), steps), residual.size)]
+        repeats += own  # of a record whose cycles differ, its neighbouring samples: it has noise of its own
+    known = _rms(repeats) if any(one.cycles_repeat for one in records) else None
     if not local:  # short branches only: without cycles that repeat, the whole residual may be noise
         whole = np.concatenate([r - r.mean() for r in residuals])
         rms_deg = math.sqrt(float(whole @ whole) / whole.size)
         return NoiseFloor(rms_deg if known is None else known, known, local_known=False)
-    return NoiseFloor(math.sqrt(float(np.average(np.square(local), weights=weight))), known)
+    return NoiseFloor(_rms(local), known)
+
+
+def _rms(sizes: Sequence[tuple[float, int]]) -> float:
+    """Root mean square of sizes, each of so many samples."""
+    values, counts = zip(*sizes, strict=True)
+    return math.sqrt(float(np.average(np.square(values), weights=counts)))
 
 
 def repeatability_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> float | None:
@@ -127,13 +136,13 @@ def repeatability_deg(records: Sequence[PreparedRecord], residuals: Sequence[Flo
     Returns
     -------
     float or None
-        Root mean square over the records that have cycles or trials that repeat; None where none has.
+        Root mean square over the samples of records that have cycles or trials that repeat; None where none has.
     """
-    known = []
+    known = list[tuple[float, int]]()
     for one, residual in zip(records, residuals, strict=True):
         if one.cycles_repeat and (size := metrics.repeatability_deg(_residual_record(one, residual))) is not None:
-            known.append(math.hypot(max(size, one.rounding_deg), one.drive_step_deg))
-    return math.sqrt(float(np.mean(np.square(known)))) if known else None
+            known.append((math.hypot(max(size, one.rounding_deg), one.drive_step_deg), residual.size))
+    return _rms(known) if known else None
 
 
 def sensor_noise_deg(records: Sequence[PreparedRecord], residuals: Sequence[Floats]) -> float | None:

@@ -2,9 +2,9 @@
 
 An effect is added to the model that was found, larger and larger, and the records are thought of as made with it. What
 the other parameters cannot absorb of its action (their linearised fit) must be large enough to be named by the rules of
-the search: worth naming against the error that is left, beyond the bar of the criterion, and by a margin that nine of
-ten repetitions pass. Limits of this kind are those of a linearised fit; a search may miss an effect of that size for
-want of a start.
+the search and of the verdict: worth naming against the error that is left, beyond the bar of the criterion and beyond
+what counts as noise, a large enough part of what is above the noise, and by a margin that nine of ten repetitions pass.
+Limits of this kind are those of a linearised fit; a search may miss an effect of that size for want of a start.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ import numpy as np
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
+from validation.tracing.baseline.curve import CurveProblem
 from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
+from validation.tracing.baseline.known_rig import is_of_measured_joints
+from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.effect import Effect, FreeParameter, Values
 from validation.tracing.fitting.evidence import significant_ratio
 from validation.tracing.fitting.fitted import Fitted, rms
@@ -29,11 +32,17 @@ from validation.tracing.plausibility import has_no_scale
 from validation.tracing.problem import AddedEffect
 from validation.tracing.result import DetectionLimit
 from validation.tracing.settings import (
+    AT_FLOOR,
+    CURVE,
     DETECTION_RUNS,
     EQUIVALENT_RIG,
+    EXPLAINED_SHARE,
+    KNOWN_RIG,
     LARGEST_FACTOR,
+    MOST_OF_ERROR,
     NEAR_NOISE,
     NINE_OF_TEN,
+    PARTIAL_SHARE,
     SAME_ACTION,
     VERY_STRONG_EVIDENCE,
     WORTH_NAMING,
@@ -113,20 +122,49 @@ def _needed(fitted: Fitted, left_deg: float, floor_deg: float, effects: int) -> 
         all_deg=all_left * (by_criterion + NINE_OF_TEN / math.sqrt(count)),
         angle_worth_deg=left_deg * (by_worth + NINE_OF_TEN / math.sqrt(of_angle)),
         all_worth_deg=all_left * (by_worth + NINE_OF_TEN / math.sqrt(count)),
-        angle_least_deg=_beyond_too_little_deg(fitted, left_deg, floor_deg),
+        angle_least_deg=max(
+            _beyond_noise_deg(fitted, left_deg, floor_deg), _large_part_deg(fitted, left_deg, floor_deg)
+        ),
     )
 
 
-def _beyond_too_little_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
-    """Rms action that takes the residual of an equivalent rig beyond what is too little to be named.
+def _beyond_noise_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
+    """Rms action that takes the residual beyond what counts as noise; 0 where it is beyond without.
 
-    An effect beside a residual above the noise is named only there (:func:`validation.tracing.verdict.is_too_little`).
+    Beside an equivalent rig that leaves no more than noise an effect is tried nevertheless. One that leaves more, and
+    measured joints, are given none up to :data:`NEAR_NOISE` (:func:`validation.tracing.verdict.is_too_little`).
     """
-    noise, enough = significant_ratio(fitted, EQUIVALENT_RIG) * floor_deg, NEAR_NOISE * floor_deg
-    if not isinstance(fitted.model.problem, EquivalentRigProblem) or not noise < left_deg < enough:
+    problem = fitted.model.problem
+    if isinstance(problem, EquivalentRigProblem):
+        noise = significant_ratio(fitted, EQUIVALENT_RIG)
+        bar = 0.0 if left_deg <= noise * floor_deg else NEAR_NOISE
+    elif is_of_measured_joints(problem):
+        bar = NEAR_NOISE
+    else:
+        bar = significant_ratio(fitted, CURVE if isinstance(problem, CurveProblem) else KNOWN_RIG)
+    missing = (bar * floor_deg) ** 2 - left_deg**2
+    return math.sqrt(missing) + _margin_deg(fitted, left_deg) if missing > 0 else 0.0
+
+
+def _large_part_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
+    """Rms action that is as large a part of the mean square above the noise as the verdict asks of an effect.
+
+    With the action a and the part p it is a^2 >= p (left^2 + a^2 - floor^2), where more than noise is left. Inner folds
+    ask less of a known rig, and of play operators any part may be named that takes :data:`PARTIAL_SHARE`.
+    """
+    if left_deg <= AT_FLOOR * floor_deg:
         return 0.0
-    margin = NINE_OF_TEN * left_deg / math.sqrt(max(2.0, fitted.samples))
-    return math.sqrt(enough**2 - left_deg**2) + margin
+    problem = fitted.model.problem
+    if isinstance(problem, PlayProblem):
+        part = PARTIAL_SHARE
+    else:
+        part = EXPLAINED_SHARE if isinstance(problem, EquivalentRigProblem | CurveProblem) else MOST_OF_ERROR
+    return math.sqrt(part / (1 - part) * (left_deg**2 - floor_deg**2)) + _margin_deg(fitted, left_deg)
+
+
+def _margin_deg(fitted: Fitted, left_deg: float) -> float:
+    """How much the action is off at most in nine of ten repetitions."""
+    return NINE_OF_TEN * left_deg / math.sqrt(max(2.0, fitted.samples))
 
 
 def _forms(fitted: Fitted, effect: Effect) -> list[Any]:

@@ -17,7 +17,8 @@ from validation.tracing.settings import STEPS
 def inner_fold_errors(fitted: Fitted, threads: int = 2) -> list[Floats]:
     """Errors of the training samples, each by a fit without its fold and without the held-out samples.
 
-    The folds are those of :func:`validation.tracing.fitting.folds.folds_of`; each fit starts from the fitted model.
+    The folds are those of :func:`validation.tracing.fitting.folds.folds_of`; each fit starts from the fitted model. A
+    record that is held out as a whole takes no part, with its beginning: its zero would be that of held-out samples.
 
     Returns
     -------
@@ -29,7 +30,8 @@ def inner_fold_errors(fitted: Fitted, threads: int = 2) -> list[Floats]:
     SolverError, RigError
         The model has no solution at its fitted parameters.
     """
-    model, train = fitted.model, fitted.holdout.train
+    model, holdout = fitted.model, fitted.holdout
+    train = [mask & (not holdout.is_held_out(i)) for i, mask in enumerate(holdout.train)]
     prior = Model(model.problem).coordinates(model.problem.start, [])
     out: list[Floats] = []
     for fold in folds_of(model.problem.records):

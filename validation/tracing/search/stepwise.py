@@ -66,12 +66,14 @@ def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_
         best = stages[place][0]
     best, stages = _restarted(search, pruned(search, best), stages)
     if _looks_from_there(search, best):
-        best, stages = _with_others_from_there(search, best, stages)
+        found, stages = _with_others_from_there(search, best, stages)
+        known = not search.policy.absorbs_effects
+        best, stages = _restarted(search, found, stages) if known and found is not best else (found, stages)
     stages = _with_restarted_competitors(search, best, stages)
     if best is not baseline and all(best is not g for stage in stages for g in stage):
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
         stages.append([best])
-    best = _best_after_restarts(search, best, stages)
+    best, stages = _best_after_restarts(search, best, stages)
     return Selection(best, _with_sensible(search, best, _nested(search, baseline, best, stages)))
 
 
@@ -94,8 +96,10 @@ def _with_others_from_there(search: Search, best: Fitted, stages: Stages) -> tup
     That baseline is nearer to the rig's own than one that has absorbed the effect, from which a competitor may end in
     another optimum: a load at the tip had come to the noise, and the weight of the rings, much alike, to twice that.
     """
-    policy = replace(search.policy, starts_from_declared=False, leading=1)
-    others = exchanged(replace(search, early=None, policy=policy, _forms={}), best, None)
+    there = replace(search, early=None)
+    if search.policy.starts_from_declared:
+        there = replace(there, policy=replace(search.policy, starts_from_declared=False, leading=1), _forms={})
+    others = exchanged(there, best, None)
     first = ranked_models([*(stages[0] if stages else []), best, *others])
     return first[0], [first, *stages[1:]]
 
@@ -117,12 +121,19 @@ def _with_sensible(search: Search, best: Fitted, stages: Stages) -> Stages:
     return [sorted((again.get(id(g), g) for g in stage), key=lambda g: g.bic(best.samples)) for stage in stages]
 
 
-def _best_after_restarts(search: Search, best: Fitted, stages: Stages) -> Fitted:
-    """Give the best model with as many effects; on a known rig competitors were fitted again from other starts."""
+def _best_after_restarts(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
+    """Give the best model with as many effects; on a known rig competitors were fitted again from other starts.
+
+    Another one than before is refined as that was.
+    """
     if not (search.policy.along_valley and best.names):
-        return best
+        return best, stages
     alike = [g for stage in stages for g in stage if len(g.names) == len(best.names)]
-    return min((best, *alike), key=lambda g: g.bic(best.samples))
+    found = min((best, *alike), key=lambda g: g.bic(best.samples))
+    if found is best or not search.policy.refined:
+        return found, stages
+    fine = refined(found, search.report, threads=search.threads)
+    return fine, [[fine if g is found else g for g in stage] for stage in stages]
 
 
 def _nested(search: Search, baseline: Fitted, best: Fitted, stages: Stages) -> Stages:
