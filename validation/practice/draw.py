@@ -61,6 +61,7 @@ SetName = Literal[
     "score-24",
     "score-25",
     "score-26",
+    "score-27",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -90,6 +91,7 @@ SETS: dict[SetName, int] = {
     "score-24": 20_261_145,
     "score-25": 20_261_146,
     "score-26": 20_261_147,
+    "score-27": 20_261_148,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

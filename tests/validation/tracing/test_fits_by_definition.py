@@ -333,14 +333,13 @@ def test_columns_without_slope_do_not_spoil_a_solution():
     ("size", "counted"), [(1.0, 800.0), (0.5, 400 * 1.25**2 / 1.0625), (1e-3, 400.0), (0.0, 400.0)]
 )
 def test_a_channel_counts_for_as_many_samples_as_its_errors_add_to_the_mean_square(size, counted):
-    """Of n = 400 each, (1 + s^2)^2/(1 + s^4) n; as full samples, a quiet one would double the gain of any effect."""
+    """Of n = 400 each, (1 + s^2)^2/(1 + s^4) n."""
     signs = (-1.0) ** np.arange(200)
     fit = made(
         [signs, signs], channels=[size * signs, size * signs], train=(np.arange(200) < 150, np.arange(200) < 150)
     )
-    assert fit.samples == pytest.approx(counted, rel=1e-5)
-    assert fit.train_samples == pytest.approx(0.75 * counted, rel=1e-5)
-    assert fit.angle_samples == 400.0
+    assert fit.variance_samples == pytest.approx(counted, rel=1e-5)
+    assert (fit.samples, fit.train_samples, fit.angle_samples) == (800.0, 600.0, 400.0)  # models compare by all of them
 
 
 def test_the_interval_of_a_constant_is_that_of_the_angle_alone_beside_a_channel_without_errors():
@@ -355,11 +354,11 @@ def test_a_covariance_is_of_the_training_samples_and_of_parameters_of_any_size()
     """Orthogonal columns of 2 and 2e-10: s^2 = 12/(4 - 2), with 4 of 8 samples and so 3 of 6 independent ones."""
     J = np.array([[1, 1], [1, -1], [1, 1], [1, -1]]) * np.array([1.0, 1e-10])
     rows = Rows(np.r_[3.0, 1.0, -1.0, 1.0, [50.0] * 4], np.vstack([J, np.full((4, 2), 9.0)]), np.arange(8) < 4)
-    found = covariance(SimpleNamespace(rows=rows, samples=6.0))
+    found = covariance(SimpleNamespace(rows=rows, variance_samples=6.0))
     s2 = 12 / 2 * 4 / 3
     assert (found.freedom, found.variance) == (1.0, pytest.approx(s2))
     np.testing.assert_allclose(found.matrix * np.array([[1, 1e-10], [1e-10, 1e-20]]), np.eye(2) * s2 / 4, atol=1e-9)
-    few = covariance(SimpleNamespace(rows=rows._replace(train=np.arange(8) < 2), samples=40.0))
+    few = covariance(SimpleNamespace(rows=rows._replace(train=np.arange(8) < 2), variance_samples=40.0))
     assert (few.freedom, few.variance) == (pytest.approx(8.0), pytest.approx(10 * 2 / 10))  # 10/1, not 10/0
 
 
@@ -367,7 +366,7 @@ def test_a_parameter_without_slope_leaves_the_others_their_covariance():
     """The mean of four errors 3, 1, -1, 1: s^2 = 12/(4 - 2) of a slope of 2 in all."""
     J = np.array([[1.0, 0.0]] * 4)
     rows = Rows(np.array([3.0, 1.0, -1.0, 1.0]), J, np.ones(4, dtype=bool))
-    found = covariance(SimpleNamespace(rows=rows, samples=4.0)).matrix
+    found = covariance(SimpleNamespace(rows=rows, variance_samples=4.0)).matrix
     assert found[0, 0] == pytest.approx(6.0 / 4)
     assert np.isfinite(found).all()
     model = SimpleNamespace(bounds=lambda: (np.full(2, -9.0), np.full(2, 9.0)))

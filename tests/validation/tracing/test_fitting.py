@@ -58,7 +58,7 @@ def test_the_record_whose_protocol_the_others_cover_is_held_out():
 
 def test_offsets_are_means_of_training_samples_and_of_all_samples_of_a_held_out_record():
     train = np.arange(10) < 6
-    holdout = Holdout((train, np.arange(10) < 1), "by hand")
+    holdout = Holdout((train, np.arange(10) < 1), "by hand", whole=frozenset({1}))
     errors = [np.where(train, 1.0, 5.0), np.arange(10.0)]
     assert [holdout.is_held_out(i) for i in (0, 1)] == [False, True]
     assert [holdout.offset_deg(i, e) for i, e in enumerate(errors)] == [1.0, 4.5]

@@ -142,7 +142,7 @@ def test_a_derivative_costs_a_run_for_each_column_that_is_not_known(monkeypatch,
 def test_freedom_of_a_covariance_is_at_least_one(samples, columns, freedom):
     rng = np.random.default_rng(1)
     rows = Rows(rng.normal(size=20), rng.normal(size=(20, columns)), np.ones(20, dtype=bool))
-    found = covariance(SimpleNamespace(rows=rows, samples=samples))
+    found = covariance(SimpleNamespace(rows=rows, variance_samples=samples))
     assert found.freedom == freedom
     one = rows.errors @ rows.errors / (20 - columns) * 20 / max(2.0, samples)
     np.testing.assert_allclose(found.matrix, one * np.linalg.inv(rows.jacobian.T @ rows.jacobian), rtol=1e-9)

@@ -21,7 +21,7 @@ def lag_one_correlation(errors: Sequence[Floats]) -> float:
     return min(max(covariance / variance if variance > 0 else 0.0, 0.0), MOST_CORRELATION)
 
 
-def independent_samples(samples: float, correlation: float, branches: float) -> float:
+def independent_samples(samples: int, correlation: float, branches: int) -> float:
     """Count the independent samples that correlated ones are worth: m (1 - r)/(1 + r), as of an AR(1) process.
 
     Every branch of the path counts for eight at least, but for no more samples than there are.

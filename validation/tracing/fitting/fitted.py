@@ -148,14 +148,16 @@ class Fitted:
 
     @cached_property
     def samples(self) -> float:
-        """Number of independent samples that all samples are worth, by the correlation of this model's errors.
+        """Number of independent samples that all samples are worth, by the correlation of this model's errors."""
+        return independent_samples(self.rows.errors.size, lag_one_correlation(self._series), self._branches)
 
-        A channel far quieter than the others adds little to the mean square, and counts for as little.
+    @cached_property
+    def variance_samples(self) -> float:
+        """Number of independent samples that the mean square is worth as the variance of all errors.
+
+        A channel far quieter than the others adds little to it, and counts for as little.
         """
-        part = self._counted_part
-        return independent_samples(
-            part * self.rows.errors.size, lag_one_correlation(self._series), part * self._branches
-        )
+        return self._counted_part * self.samples
 
     @cached_property
     def angle_samples(self) -> float:
@@ -169,9 +171,9 @@ class Fitted:
         """Number of independent samples that the training samples are worth."""
         masks = self.holdout.train
         errors = [error[masks[self.holdout.record_of(i)]] for i, error in enumerate(self._series)]
-        part, count = self._counted_part, int(self.rows.train.sum())
+        count = int(self.rows.train.sum())
         branches = round(count / self.rows.errors.size * self._branches)
-        return independent_samples(part * count, lag_one_correlation(errors), part * branches)
+        return independent_samples(count, lag_one_correlation(errors), branches)
 
     def bic(self, samples: float) -> float:
         """Criterion over all samples, the less the better; models are compared for one number of ``samples``."""

@@ -22,12 +22,15 @@ class Covariance(NamedTuple):
 def covariance(fitted: Fitted) -> Covariance:
     """Covariance of a least-squares fit, s^2 (J^T J)^-1, with the number of independent samples in place of all.
 
+    Channels that are quieter than the others count for fewer
+    (:attr:`validation.tracing.fitting.fitted.Fitted.variance_samples`).
+
     Directions without slope get the covariance of a slope of 1e-9 of the steepest one.
     """
     rows = fitted.rows
     J, error = rows.jacobian[rows.train], rows.errors[rows.train]
     train = error.size
-    count = max(2.0, fitted.samples * train / rows.errors.size)
+    count = max(2.0, fitted.variance_samples * train / rows.errors.size)
     variance = float(error @ error) / max(1, train - J.shape[1]) * train / count
     scale = np.maximum(np.linalg.norm(J, axis=0), 1e-12)
     _, singular, basis = np.linalg.svd(J / scale, full_matrices=False)
