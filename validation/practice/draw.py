@@ -62,6 +62,7 @@ SetName = Literal[
     "score-25",
     "score-26",
     "score-27",
+    "score-28",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -92,6 +93,7 @@ SETS: dict[SetName, int] = {
     "score-25": 20_261_146,
     "score-26": 20_261_147,
     "score-27": 20_261_148,
+    "score-28": 20_261_149,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 

@@ -11,11 +11,13 @@ import numpy as np
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Ints
+from validation.tracing.effect import Effect
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.least_squares import fit, fitted_at
 from validation.tracing.fitting.model import Model
 from validation.tracing.search.candidates import candidates_with_one_more
 from validation.tracing.search.search import Search
+from validation.tracing.search.starts import every_start
 from validation.tracing.settings import VERY_STRONG_EVIDENCE
 
 
@@ -56,6 +58,22 @@ def exchanged(search: Search, fitted: Fitted, most: int | None) -> list[Fitted]:
             found = candidates_with_one_more(others, _without(fitted, place), most)
             models += [_with_last_at(g, place) for g in found]
     return models
+
+
+def from_every_start(search: Search, fitted: Fitted, effect: Effect) -> list[Fitted]:
+    """Fit an effect in the place of the only one of a model, from all its starts beside the same baseline.
+
+    After the first steps the best two go on. Which start is the right one shows late: of a load at the tip the two
+    directions across had 3.6 and 5.2 times the noise after four steps, 3.1 and 2.2 after eight, 3.1 and 1 in the end.
+    """
+    base, early = _without(fitted, 0), list[Fitted]()
+    own = replace(search, policy=replace(search.policy, starts_from_declared=False), _forms={})
+    for one in every_start(base, effect, own.forms(effect)):
+        found = [search.with_effect(base, one.added, x, search.policy.first_steps) for x in one.starts]
+        early += [there for there in found if there is not None]
+    early.sort(key=lambda there: there.square)
+    finished = [search.with_effect(base, one.model.added[0], one.x) for one in early[:2]]
+    return [one for one in finished if one is not None]
 
 
 def _without(fitted: Fitted, place: int) -> Fitted:

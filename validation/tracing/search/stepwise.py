@@ -20,7 +20,7 @@ from validation.tracing.fitting.least_squares import fit
 from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.plausibility import implausible
 from validation.tracing.search.candidates import candidates_with_one_more
-from validation.tracing.search.exchange import exchanged, pruned
+from validation.tracing.search.exchange import exchanged, from_every_start, pruned
 from validation.tracing.search.nested import no_worse_than_contained
 from validation.tracing.search.refine import refined
 from validation.tracing.search.restarts import best_of_restarts
@@ -34,6 +34,17 @@ from validation.tracing.settings import (
     SIGNIFICANT_LOOSE,
 )
 
+READ_ALIKE = (
+    ("gravity", "tip_load"),
+    ("backlash", "guide_friction", "preloaded_play"),
+    ("tendon_slack", "tendon_stiffening"),
+    ("camera_misalignment", "drive_gain"),
+    ("tendon_creep", "thermal_drift"),
+    ("time_delay", "viscous_drag"),
+    ("functional_fatigue", "preload_loss"),
+    ("notch_closure", "tip_contact"),
+)
+"""Effects that records may not tell apart; docs/guide/effects-catalogue.md has by what they are distinguished."""
 Stages = list[list[Fitted]]
 """Models with one effect more in every stage, best first."""
 
@@ -65,10 +76,11 @@ def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_
         stages[place] = ranked_models([*stages[place], *others])
         best = stages[place][0]
     best, stages = _restarted(search, pruned(search, best), stages)
-    if _looks_from_there(search, best):
-        found, stages = _with_others_from_there(search, best, stages)
-        known = not search.policy.absorbs_effects
-        best, stages = _restarted(search, found, stages) if known and found is not best else (found, stages)
+    if others := _from_there(search, best, stages):
+        first = ranked_models([*(stages[0] if stages else []), best, *others])
+        found, best, stages = best, first[0], [first, *stages[1:]]
+        if best is not found and not search.policy.absorbs_effects:
+            best, stages = _restarted(search, best, stages)
     stages = _with_restarted_competitors(search, best, stages)
     if best is not baseline and all(best is not g for stage in stages for g in stage):
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
@@ -77,31 +89,29 @@ def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_
     return Selection(best, _with_sensible(search, best, _nested(search, baseline, best, stages)))
 
 
-def _looks_from_there(search: Search, best: Fitted) -> bool:
-    """Whether all other effects are tried from the baseline beside the one that was found.
-
-    Of a known rig they are where that effect leaves structure near the noise. The right effect leaves none: in practice
-    slack had come to 1.02 times the noise beside stiffening and a play that had ended in another optimum, at more.
-    """
-    policy = search.policy
-    if not policy.screened or len(best.names) != 1:
-        return False
-    near = best.rmse_deg <= AT_FLOOR * best.noise.deg
-    return policy.absorbs_effects or (near and bool(smooth_functions(best).names))
-
-
-def _with_others_from_there(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
-    """Fit all other effects in the place of the one that was found, from the baseline beside it.
+def _from_there(search: Search, best: Fitted, stages: Stages) -> list[Fitted]:
+    """Fit other effects in the place of the one that was found, from the baseline beside it.
 
     That baseline is nearer to the rig's own than one that has absorbed the effect, from which a competitor may end in
     another optimum: a load at the tip had come to the noise, and the weight of the rings, much alike, to twice that.
+
+    Of a known rig these are all others where the effect leaves structure near the noise. The right effect leaves none:
+    in practice slack had come to 1.02 times the noise beside stiffening and a play that had ended in another optimum.
+    Else they are those that read nearly the same (:data:`READ_ALIKE`) and are not as good yet: the weight of the rings
+    had come to 0.995 times the noise without structure, and the load at the tip that made the records to 3.
     """
-    there = replace(search, early=None)
-    if search.policy.starts_from_declared:
-        there = replace(there, policy=replace(search.policy, starts_from_declared=False, leading=1), _forms={})
-    others = exchanged(there, best, None)
-    first = ranked_models([*(stages[0] if stages else []), best, *others])
-    return first[0], [first, *stages[1:]]
+    policy = search.policy
+    if not policy.screened or len(best.names) != 1:
+        return []
+    if policy.absorbs_effects:
+        return exchanged(replace(search, early=None), best, None)
+    if best.rmse_deg <= AT_FLOOR * best.noise.deg and smooth_functions(best).names:
+        beside = replace(policy, starts_from_declared=False, leading=1)
+        return exchanged(replace(search, early=None, policy=beside, _forms={}), best, None)
+    good = {g.names for stage in stages for g in stage if g.bic(best.samples) - best.bic(best.samples) < COMPETITOR_BIC}
+    alike = {name for names in READ_ALIKE if best.names[0] in names for name in names}
+    others = [e for e in search.effects if e.name in alike and e.name not in best.names and (e.name,) not in good]
+    return [g for effect in others for g in from_every_start(search, best, effect)]
 
 
 def _with_sensible(search: Search, best: Fitted, stages: Stages) -> Stages:
