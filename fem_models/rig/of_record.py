@@ -32,12 +32,23 @@ def rig_of(record: Record) -> Rig | None:
     RigError
         One line with the record's file, the field, its value and what was expected.
     """
+    rig = declared_rig_of(record)
+    return None if record.drive_unit == "N" else rig
+
+
+def declared_rig_of(record: Record) -> Rig | None:
+    """Return the rig that the sidecar describes, whatever its drive; None if the geometry is unknown.
+
+    Raises
+    ------
+    RigError
+        As :func:`rig_of`.
+    """
     notched_tube_of(record)
     try:
-        rig = _from_table(record.rig, Path(record.source).parent)
+        return _from_table(record.rig, Path(record.source).parent)
     except RigError as error:
         raise RigError(f"{_where(record)}: {error}") from None
-    return None if record.drive_unit == "N" else rig
 
 
 def bends_in_space(record: Record) -> bool:

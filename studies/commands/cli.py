@@ -363,7 +363,7 @@ def repeated(arguments: Sequence[str], command: str, option: str) -> list[str]:
         if inside and not one.startswith("-") and out[-1] != option:
             out.append(option)
         elif one.startswith("-"):
-            inside = one == option
+            inside = one == option or one.startswith(f"{option}=")
         out.append(one)
     return out
 

@@ -16,6 +16,7 @@ from hysteresis.records.record import DriveUnit
 
 DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "space"}
 COMMENTS = ("#", "%", "//")
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(\.\d{3})+(,\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _WORDS = {
     "drive": r"drive|displacement|tendon|pull|wheel|motor|stroke|stage|actuator",
@@ -33,8 +34,9 @@ _NOT = {
     "force": r"time",
 }
 _OTHER_UNITS = {
-    "angle": r"rad(\b|_|$)",
-    "time": r"(^|[^a-z])ms(\b|_|$)",
+    "drive": r"(^|[^a-z])(um|cm|m|inch|inches|rad|radians?|turns?|revs?|counts?|ticks|current|voltage)(\b|_|$)",
+    "angle": r"rad(ians?)?(\b|_|$)",
+    "time": r"(^|[^a-z])(ms|us|ns|min|minutes|h|hours)(\b|_|$)",
     "force": r"(^|[^a-z])(g|gf|kg|kgf|mn|kn|lbf?)(\b|_|$)",
 }
 
@@ -97,6 +99,8 @@ def read_bench_csv(path: Path) -> BenchTable:
             raise RecordError(f"{path}:{number}: {len(row)} fields: expected {len(names)}, one a column")
     comma = delimiter != "," and any(_DECIMAL_COMMA.fullmatch(cell.strip()) for row in rows[1:20] for cell in row)
     cells = [[_number(cell, comma) for cell in row] for row in rows[1:]]
+    if comma:  # beside decimal commas a point is for thousands, or a slip: 1.000 may be 1 or 1000
+        _refuse_points(path, names, rows[1:], [number for number, _ in kept[1:]])
     return BenchTable(
         path=path,
         columns=dict(zip(names, np.array(cells, dtype=float).T, strict=True)),
@@ -106,6 +110,17 @@ def read_bench_csv(path: Path) -> BenchTable:
         decimal_comma=comma,
         plain=delimiter == "," and len(kept) == len(text.rstrip().splitlines()) and '"' not in text,
     )
+
+
+def _refuse_points(path: Path, names: Sequence[str], rows: Sequence[Sequence[str]], lines: Sequence[int]) -> None:
+    """Refuse numbers that are another thousand times as large if their points are for thousands."""
+    for line, row in zip(lines, rows, strict=True):
+        for name, cell in zip(names, row, strict=True):
+            if _THOUSANDS.fullmatch(cell.strip()):
+                raise RecordError(
+                    f"{path}:{line}: column {name!r} = {cell.strip()}: expected decimal commas, as in other cells, and "
+                    "no points for thousands"
+                )
 
 
 def guess_column(table: BenchTable, key: str) -> str | None:
@@ -131,10 +146,22 @@ def guess_column(table: BenchTable, key: str) -> str | None:
             f"{table.path}: columns {', '.join(map(repr, found))}: any of them may be the {key}: "
             f"expected --{'drive' if key == 'force' else key}-column NAME"
         )
-    if found and key in _OTHER_UNITS and re.search(_OTHER_UNITS[key], found[0].lower()):
-        unit = {"angle": "degrees", "time": "seconds", "force": "newtons"}[key]
-        raise RecordError(f"{table.path}: column {found[0]!r}: expected {unit}; convert it, or name another column")
+    if found:
+        require_unit(table, key, found[0])
     return found[0] if found else None
+
+
+def require_unit(table: BenchTable, key: str, name: str) -> None:
+    """Refuse a column whose name says another unit than a record has.
+
+    Raises
+    ------
+    RecordError
+        Such a name, found or given.
+    """
+    if key in _OTHER_UNITS and re.search(_OTHER_UNITS[key], name.lower()):
+        units = {"drive": "mm, deg, steps or N", "angle": "degrees", "time": "seconds", "force": "newtons"}
+        raise RecordError(f"{table.path}: column {name!r}: expected {units[key]}; convert it, or name another column")
 
 
 def drive_unit_of(name: str) -> DriveUnit:

@@ -11,7 +11,7 @@ from hysteresis.arrays import Floats
 from hysteresis.files import RecordError
 from hysteresis.messages import listed, quoted
 from hysteresis.records.record import FIELDS, FURTHER_DRIVES, LIST_FIELDS, DriveUnit
-from studies.own_rig.bench_csv import BenchTable, drive_unit_of, guess_column
+from studies.own_rig.bench_csv import BenchTable, drive_unit_of, guess_column, require_unit
 
 NAMED = ("drive", "angle", "time", "cycle")
 """Keys whose column an option may name. The drive may be a force; its key in the sidecar is then ``force``."""
@@ -34,6 +34,8 @@ def columns_of(table: BenchTable, given: Mapping[str, str | None], unit: DriveUn
     known = dict[str, str]()
     for key in NAMED:
         name = given.get(key) or _guess(table, key)
+        if given.get(key) and name in table.columns and not (key == "drive" and unit):
+            require_unit(table, key, name)
         if name is None and key in ("drive", "angle"):
             raise RecordError(
                 f"{table.path}: no column is named as the {key}: the columns are {', '.join(table.columns)}: "

@@ -105,7 +105,7 @@ def new_record(
     drive = known["force" if "force" in known else "drive"]
     assert isinstance(drive, str)
     unit = drive_unit or drive_unit_of(drive)
-    values: dict[str, Any] = dict(values_of(table, known))
+    values: dict[str, Any] = _once(values_of(table, known))
     record = Record(**values, drive_unit=unit, title=title or target.stem, rig=rig.table, source=str(path))
     if record.drive.size < 3:  # as where a record is read
         raise RecordError(f"{path}: {record.drive.size} samples: expected at least 3")
@@ -114,6 +114,15 @@ def new_record(
     found = _understood(record, table, known, rig)
     _write(record, known, target, copied=out is not None)
     return replace(found, record=str(target), sidecar=str(target.with_suffix(".toml")))
+
+
+def _once(values: dict[str, Floats]) -> dict[str, Floats]:
+    """Drop samples that were logged twice, as where a record with times is read."""
+    if "time_s" not in values:
+        return values
+    rows = np.column_stack(list(values.values()))
+    once = np.r_[True, (np.diff(rows, axis=0) != 0).any(axis=1)]
+    return {name: column[once] for name, column in values.items()}
 
 
 def _way_of_writing(table: BenchTable) -> str:

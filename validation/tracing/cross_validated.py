@@ -27,7 +27,14 @@ from validation.tracing.problem import AddedEffect
 from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
 from validation.tracing.search.search import Progress
 from validation.tracing.search.still_zone import find_still_zone
-from validation.tracing.settings import FOLD_ALIKE, LEAST_PLAY_SAMPLES, PLAY_SHAPES, REFERENCE_MOST, SAME_PRELOAD
+from validation.tracing.settings import (
+    FOLD_ALIKE,
+    LEAST_PLAY_SAMPLES,
+    PLAY_SHAPES,
+    REFERENCE_MOST,
+    SAME_PRELOAD,
+    SAME_PROTOCOL,
+)
 from validation.tracing.verdict import judge_by_folds, with_still_zone
 
 TOO_FEW_READINGS = (
@@ -133,7 +140,7 @@ def trace_change(
             break
         shared = more
         words.append(f"{_names(new)} predicts as well where it acts on the reference, too: no change")
-    words += _preload_words(found.best)
+    words += [*_preload_words(found.best), *_amplitude_words(records, reference)]
     left = REFERENCE_MOST * _left_of_reference(found.baseline, len(records))
     if before is not None:  # blocks of one short record are hard to predict: no floor for others
         left = min(left, before.augmented.heldout_rmse_deg)
@@ -149,6 +156,23 @@ def _preload_words(fitted: Fitted) -> list[str]:
     return [
         f"the preloads of {preloads[0]:g} to {preloads[-1]:g} N are not used: all records share one loop, and a loop "
         "that differs may be that of another preload"
+    ]
+
+
+def _amplitude_words(records: Sequence[Record], reference: Sequence[Record]) -> list[str]:
+    """Say so where new records have an amplitude that no record of the reference has.
+
+    Play operators that are fitted to one amplitude are off at another: an unchanged rig had a delay of 7 ms named.
+    """
+    known = [float(np.ptp(one.drive)) / 2 for one in reference]
+    new = [float(np.ptp(one.drive)) / 2 for one in records]
+    other = sorted({own for own in new if all(abs(own - one) > SAME_PROTOCOL * max(own, one) for one in known)})
+    if not other:
+        return []
+    own = ", ".join(f"{one:.3g}" for one in sorted(set(known)))
+    return [
+        f"the reference has no record of an amplitude of {other[0]:.3g} {records[0].drive_unit} (its own are {own}): "
+        "what is named may be of the amplitude and no change; record the reference at this amplitude, too"
     ]
 
 

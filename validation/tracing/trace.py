@@ -24,7 +24,7 @@ from threadpoolctl import threadpool_limits
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
-from fem_models.rig.of_record import bends_in_space, rig_of
+from fem_models.rig.of_record import bends_in_space, declared_rig_of, rig_of
 from hysteresis.records.path import cycle_index, require_reversal
 from hysteresis.records.planes import Coupling, coupling
 from hysteresis.records.record import Record, RecordError
@@ -87,6 +87,8 @@ from validation.tracing.verdict import (
     with_remaining_error,
 )
 
+ONE_SENSE = 0.5
+"""Correlation of angle and drive from which its sign is the sense of the rig."""
 ALIKE_TURNS = (
     "the records do not show which is turned about the tube axis, the tendons (plane_coupling) or the sensor "
     "(turned_sensor): a wrist that is as stiff in both planes reads nearly the same"
@@ -235,8 +237,23 @@ def _traced_change(
         if record.drive_unit == "N":
             where = record.source or "record"
             raise RecordError(f"{where}: drive.unit = N: expected a drive that reverses, to compare with a reference")
+    _require_one_sense(records, reference)
     with threadpool_limits(1, user_api="blas"):
         return doubted_with_leap(trace_change(records, reference, effects, report))
+
+
+def _require_one_sense(records: Sequence[Record], reference: Sequence[Record]) -> None:
+    """Refuse an angle of another sign than the reference: a camera that was set up anew is no change of the rig."""
+    senses = [float(np.corrcoef(one.drive, one.angle_deg)[0, 1]) for one in (*reference, *records)]
+    first = senses[0]
+    for one, sense in zip((*reference, *records), senses, strict=True):
+        if sense * first < 0 and min(abs(sense), abs(first)) > ONE_SENSE:
+            how = ("falls", "rises") if sense < 0 else ("rises", "falls")
+            first_name = Path(reference[0].source).name or "its first record"
+            raise RecordError(
+                f"{one.source or 'record'}: angle_deg: {how[0]} as the drive rises: expected the sign of the "
+                f"reference, {first_name}, where it {how[1]}"
+            )
 
 
 def find_effects(search: Search, baseline: Fitted, *, down_to_noise: bool = False) -> Trace:
@@ -426,6 +443,11 @@ def _baseline_of_all_samples(search: Search, most_steps: int = MOST_STEPS) -> Fi
 
 def _rigs_not_used(records: Sequence[Record]) -> tuple[str, ...]:
     """Say so where some records name their rig and others do not: all records share one baseline."""
+    forces = [record for record in records if record.drive_unit == "N"]
+    pulled = [record for record in forces if rig_under_tendon_force(record) is None and declared_rig_of(record)]
+    if pulled:
+        name = Path(pulled[0].source).name or "a record"
+        return (f"{name}: its rig has two tendons and is not used under a tendon force: expected a rig of one tendon",)
     without = [r for r in records if (rig_under_tendon_force(r) if r.drive_unit == "N" else rig_of(r)) is None]
     if not 0 < len(without) < len(records):
         return ()

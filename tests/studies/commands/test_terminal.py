@@ -115,6 +115,13 @@ def test_examples_are_shown_and_taken(name, capsys):
     assert len(f"  {last:<10}  {ENTRIES[name].summary}") <= 80, group
 
 
+@pytest.mark.parametrize("first", [["--reference", "a.csv"], ["--reference=a.csv"]])
+def test_all_values_after_an_option_are_its_own(first):
+    """With an equals sign the second one had become a new record."""
+    given = cli.repeated(["trace", "new.csv", *first, "b.csv", "--out", "o"], "trace", "--reference")
+    assert given == ["trace", "new.csv", *first, "--reference", "b.csv", "--out", "o"]
+
+
 def test_names_in_examples_are_there():
     assert ENTRIES["data fetch"].examples[0].split()[3] in CATALOGUE
     assert ENTRIES["study"].examples[0].split()[2] in ready_studies()

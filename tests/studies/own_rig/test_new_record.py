@@ -308,3 +308,38 @@ def test_the_amplitude_of_fatigue_is_that_of_a_closed_cycle():
     assert fatigue_amplitude_mm(one, 0.01 * one[:, None], both_ways=False) == pytest.approx(0.8, abs=0.005)
     assert fatigue_amplitude_mm(drive, 0.3 * strain, both_ways=True) is None
     assert fatigue_amplitude_mm(drive, np.nan * strain, both_ways=True) is None
+
+
+@pytest.mark.parametrize(
+    "column", ["stage_um", "drive_inch", "motor_rad", "wheel_turns", "motor_counts", "drive_cm", "motor_current_A"]
+)
+def test_a_drive_in_another_unit_is_refused_and_not_taken_as_mm(bench, capsys, column):
+    bench(header=f"{column},angle_deg")
+    assert f"column {column!r}: expected mm, deg, steps or N" in complaint(capsys, "bench.csv")
+    assert new(capsys, "bench.csv", "--drive-unit", "step", "--drive-column", column)["drive_unit"] == "step"
+
+
+@pytest.mark.parametrize("column", ["angle_rad", "theta_radians"])
+def test_an_angle_in_radians_is_refused_where_its_column_is_given_too(bench, capsys, column):
+    bench(header=f"drive_mm,{column}")
+    assert "expected degrees" in complaint(capsys, "bench.csv")
+    assert "expected degrees" in complaint(capsys, "bench.csv", "--angle-column", column)
+
+
+def test_points_for_thousands_beside_decimal_commas_are_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    rows = [f"{x};{str(y).replace('.', ',')}" for x, y in (("0", 0.5), ("1.500", 1.5), ("0", 0.7))]
+    (tmp_path / "steps.csv").write_text("\n".join(["motor_steps;angle_deg", *rows]) + "\n")
+    said = complaint(capsys, "steps.csv", "--out", "copy.csv")
+    assert said.startswith("notchbend: steps.csv:3: column 'motor_steps' = 1.500: expected decimal commas")
+    assert not (tmp_path / "copy.csv").exists()
+
+
+def test_a_sample_that_was_logged_twice_counts_once(bench, tmp_path, capsys):
+    bench(header="drive_mm,angle_deg")
+    lines = (tmp_path / "bench.csv").read_text().splitlines()
+    rows = [f"{line},{0.1 * k:.1f}" for k, line in enumerate(lines[1:])]
+    rows.insert(5, rows[4])
+    (tmp_path / "bench.csv").write_text("\n".join(["drive_mm,angle_deg,time_s", *rows]) + "\n")
+    assert new(capsys, "bench.csv")["samples"] == WAY.size
+    assert read_record(tmp_path / "bench.csv").drive.size == WAY.size

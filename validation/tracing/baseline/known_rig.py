@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.of_record import notched_tube_of, rig_of
+from fem_models.rig.of_record import declared_rig_of, notched_tube_of, rig_of
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.records.path import cycle_index
 from hysteresis.records.record import Record, RecordError
@@ -200,15 +200,15 @@ def declared_start(rig: Rig, *, load_control: bool) -> Values:
 
 
 def rig_under_tendon_force(record: Record) -> Rig | None:
-    """Rig of one tendon under a force, from the tube and the notch of a record; None where they are not given.
+    """Rig of one tendon under a force, from the tube and the notch of a record, or declared; None without either.
 
     Assumed is what the tables do not say: 50 GPa (40 to 60 GPa are fitted to such tubes, GitHub
     nepacheco/MastersThesis 4f920c7; identified in any case), a tendon along the wall opposite to the metal that the
     notch leaves, rigid rings. The shape at rest is the angle without force.
     """
+    declared = declared_rig_of(record)  # checks its [rig] table
     if not record.tube or not record.notch:
-        return None
-    rig_of(record)  # checks its [rig] table, too
+        return declared if declared is not None and declared.tendon_b is None else None
     known = notched_tube_of(record)
     assert known is not None
     tube, notch = known.tube, replace(known.notch, rigid_roots=True)
