@@ -159,6 +159,9 @@ def require_unit(table: BenchTable, key: str, name: str) -> None:
     RecordError
         Such a name, found or given.
     """
+    words = set(re.sub(r"[^a-z]+", " ", name.lower()).split())
+    if key == "drive" and words & {"mm", "deg", "step", "steps", "n", "newton", "newtons"}:
+        return  # as in current_position_mm and wheel_turn_deg
     if key in _OTHER_UNITS and re.search(_OTHER_UNITS[key], name.lower()):
         units = {"drive": "mm, deg, steps or N", "angle": "degrees", "time": "seconds", "force": "newtons"}
         raise RecordError(f"{table.path}: column {name!r}: expected {units[key]}; convert it, or name another column")

@@ -319,6 +319,12 @@ def test_a_drive_in_another_unit_is_refused_and_not_taken_as_mm(bench, capsys, c
     assert new(capsys, "bench.csv", "--drive-unit", "step", "--drive-column", column)["drive_unit"] == "step"
 
 
+@pytest.mark.parametrize(("column", "unit"), [("motor_current_position_mm", "mm"), ("wheel_turn_deg", "deg")])
+def test_a_drive_that_says_its_unit_is_taken_whatever_else_its_name_has(bench, capsys, column, unit):
+    bench(header=f"{column},angle_deg")
+    assert new(capsys, "bench.csv")["drive_unit"] == unit
+
+
 @pytest.mark.parametrize("column", ["angle_rad", "theta_radians"])
 def test_an_angle_in_radians_is_refused_where_its_column_is_given_too(bench, capsys, column):
     bench(header=f"drive_mm,{column}")

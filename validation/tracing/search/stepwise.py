@@ -44,7 +44,7 @@ READ_ALIKE = (
     ("functional_fatigue", "preload_loss"),
     ("notch_closure", "tip_contact"),
 )
-"""Effects that records may not tell apart; docs/guide/effects-catalogue.md has by what they are distinguished."""
+"""Effects that records may not distinguish; docs/guide/effects-catalogue.md has by what they are distinguished."""
 Stages = list[list[Fitted]]
 """Models with one effect more in every stage, best first."""
 
