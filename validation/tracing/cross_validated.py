@@ -18,7 +18,7 @@ from validation.tracing.effect import CurveForm, Effect, Values
 from validation.tracing.fitting import Fitted, Model
 from validation.tracing.fitting.channel_errors import ChannelFit
 from validation.tracing.fitting.fitted import rms
-from validation.tracing.fitting.folds import folds_of, has_folds
+from validation.tracing.fitting.folds import folds_of, has_folds, share
 from validation.tracing.fitting.holdout import Holdout
 from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
 from validation.tracing.outcome import Trace
@@ -35,7 +35,7 @@ from validation.tracing.settings import (
     SAME_PRELOAD,
     SAME_PROTOCOL,
 )
-from validation.tracing.verdict import judge_by_folds, with_still_zone
+from validation.tracing.verdict import judge_by_folds, taken_back, with_still_zone
 
 TOO_FEW_READINGS = (
     f"too few readings or cycles that change: expected {LEAST_PLAY_SAMPLES} or more, in parts that can be held out"
@@ -145,7 +145,8 @@ def trace_change(
     if before is not None:  # blocks of one short record are hard to predict: no floor for others
         left = min(left, before.augmented.heldout_rmse_deg)
     floor = replace(_floor(found.best), reference_deg=left)
-    return _reported(judge_by_folds(found, words, reference=len(reference), floor=floor))
+    trace = judge_by_folds(found, words, reference=len(reference), floor=floor)
+    return _reported(_doubted_by_amplitude(trace, records, reference))
 
 
 def _preload_words(fitted: Fitted) -> list[str]:
@@ -160,20 +161,42 @@ def _preload_words(fitted: Fitted) -> list[str]:
 
 
 def _amplitude_words(records: Sequence[Record], reference: Sequence[Record]) -> list[str]:
-    """Say so where new records have an amplitude that no record of the reference has.
-
-    Play operators that are fitted to one amplitude are off at another: an unchanged rig had a delay of 7 ms named.
-    """
-    known = [float(np.ptp(one.drive)) / 2 for one in reference]
-    new = [float(np.ptp(one.drive)) / 2 for one in records]
-    other = sorted({own for own in new if all(abs(own - one) > SAME_PROTOCOL * max(own, one) for one in known)})
-    if not other:
+    """Say so where new records have an amplitude that no record of the reference has."""
+    if not (other := _other_amplitudes(records, reference)):
         return []
-    own = ", ".join(f"{one:.3g}" for one in sorted(set(known)))
+    own = ", ".join(f"{one:.3g}" for one in sorted(set(map(_amplitude, reference))))
     return [
         f"the reference has no record of an amplitude of {other[0]:.3g} {records[0].drive_unit} (its own are {own}): "
-        "what is named may be of the amplitude and no change; record the reference at this amplitude, too"
+        "what differs may be of the amplitude and no change; record the reference at this amplitude, too"
     ]
+
+
+def _other_amplitudes(records: Sequence[Record], reference: Sequence[Record]) -> list[float]:
+    """Amplitudes of new records that no record of a reference has, the smallest first."""
+    known = list(map(_amplitude, reference))
+    new = sorted(set(map(_amplitude, records)))
+    return [own for own in new if all(abs(own - one) > SAME_PROTOCOL * max(own, one) for one in known)]
+
+
+def _doubted_by_amplitude(trace: Trace, records: Sequence[Record], reference: Sequence[Record]) -> Trace:
+    """Name no change where new records go beyond the amplitudes of the reference, or stay below all of them.
+
+    Play operators that are fitted to one amplitude are off at another, by what no record tells: of a rig that had not
+    changed, half the amplitude had a delay named, or stiffening. Between two amplitudes of the reference they hold.
+    """
+    known, new = list(map(_amplitude, reference)), _other_amplitudes(records, reference)
+    if not trace.effects or all(min(known) < own < max(known) for own in new):
+        return trace
+    before, after = trace.baseline.heldout_errors, trace.augmented.heldout_errors
+    found = 100 * share(before, after, trace.floor.deg).value
+    reason = f"{_names(trace.effects)} takes {found:.0f} % of the error above the noise, at an amplitude of its own"
+    taken = taken_back(trace, reason)
+    return replace(taken, words=(*taken.words, *trace.words))
+
+
+def _amplitude(record: Record) -> float:
+    """Half the range of a record's drive."""
+    return float(np.ptp(record.drive)) / 2
 
 
 def _names(effects: Sequence[AddedEffect]) -> str:

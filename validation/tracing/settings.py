@@ -243,8 +243,9 @@ GAIN_BRANCH_SAMPLES, GAIN_CORRECTIONS = 20, 4
 STEPS, MOST_STEPS, FEW_STEPS = 30, 40, 4
 """Least-squares steps of a fit at most: by default, of a fit that has to converge, and of one that is only to show
 which candidates are worth the rest."""
-EARLY_STEPS = 4
-"""Steps of an equivalent rig's baseline that do not yet let it absorb an effect."""
+EARLY_STEPS, LEAST_ABSORBED = 4, 1.1
+"""Steps of an equivalent rig's baseline that do not yet let it absorb an effect; and the mean square that it leaves
+then, over that in the end, from which it has absorbed so much that effects are also started beside the early one."""
 DIFFERENCE_STEP = 1e-3
 """Step of finite differences, in coordinates. A moved rig is solved for to first order, so that a smaller step would
 change nothing but the part of rounding and of the residual."""

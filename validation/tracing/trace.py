@@ -64,6 +64,7 @@ from validation.tracing.settings import (
     EQUIVALENT_RIG,
     FAR_ABOVE,
     KNOWN_RIG,
+    LEAST_ABSORBED,
     MOST_STEPS,
     NOT_ALIKE,
     POLICIES,
@@ -370,11 +371,12 @@ def _trace_unknown_geometry(
     """
     report("the baseline model (play operators)")
     plays = play_baselines(records)
-    by_folds, competitors = None, (math.inf, math.inf)
+    by_folds, competitors = None, (math.inf, math.inf, math.inf)
     if plays is not None:
-        if plays.heldout_deg > COMPETITOR_NOISE * plays.fitted[0].noise.deg:
+        noise_deg = plays.fitted[0].noise.deg
+        if plays.heldout_deg > COMPETITOR_NOISE * noise_deg:
             by_folds = trace_by_folds(plays, effects, report)
-        competitors = plays.heldout_deg, by_folds.augmented.heldout_rmse_deg if by_folds else math.inf
+        competitors = plays.heldout_deg, by_folds.augmented.heldout_rmse_deg if by_folds else math.inf, noise_deg
     rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, competitors)
     traces = [by_rig] if by_rig else []
     explained = by_rig is not None and (is_explained(by_rig) or is_too_little(by_rig))
@@ -413,7 +415,7 @@ def _trace_equivalent_rig(
     effects: Sequence[Effect],
     threads: int,
     report: Progress,
-    competitors: tuple[float, float],
+    competitors: tuple[float, float, float],
 ) -> tuple[Search | None, Trace | None]:
     """Trace records by an equivalent rig; None where no such rig follows them."""
     if records[0].drive_unit == "N":
@@ -421,16 +423,19 @@ def _trace_equivalent_rig(
     with suppress(SolverError, RigError):
         problem = equivalent_rig_problem(records)
         search = _beside(Search(problem, EQUIVALENT_RIG, effects, threads, report), competitors)
-        search = replace(search, early=_baseline_of_all_samples(search, EARLY_STEPS))
-        baseline = _baseline_of_all_samples(search)
+        early = _baseline_of_all_samples(search, EARLY_STEPS)
+        baseline = _baseline_of_all_samples(replace(search, early=early))
+        if early.square > LEAST_ABSORBED * baseline.square:
+            search = replace(search, early=early)
         if baseline.rmse_deg < NOT_ALIKE * search.problem.scale.angle_deg and not search.is_far_behind(baseline):
             return search, _with_better_baseline(search, find_effects(search, baseline))
     return None, None
 
 
-def _beside(search: Search, competitors: tuple[float, float]) -> Search:
-    """Give a search the held-out errors of play operators, without effects and with them."""
-    return replace(search, competitor_deg=competitors[0], explained_deg=competitors[1])
+def _beside(search: Search, competitors: tuple[float, float, float]) -> Search:
+    """Give a search the held-out errors of play operators, without effects and with them, and their noise floor."""
+    competitor_deg, explained_deg, noise_deg = competitors
+    return replace(search, competitor_deg=competitor_deg, explained_deg=explained_deg, noise_deg=noise_deg)
 
 
 def _baseline_of_all_samples(search: Search, most_steps: int = MOST_STEPS) -> Fitted:

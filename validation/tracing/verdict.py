@@ -229,7 +229,7 @@ def confirmed_on_heldout(trace: Trace) -> Trace:
         return trace
     names = " + ".join(trace.augmented.names)
     reason = f"with {names} the held-out error is {after:.3g} deg, that of the baseline model is {before:.3g} deg"
-    return _taken_back(trace, reason)
+    return taken_back(trace, reason)
 
 
 def is_too_little(trace: Trace) -> bool:
@@ -320,10 +320,10 @@ def named_in_part(trace: Trace, threads: int = 2) -> Trace:
     taken, names = share(before, after, trace.floor.deg).value, " + ".join(best.names)
     others = _alike_alone(best, single, trace.floor)
     if taken < MOST_OF_ERROR or not gain(before, after).is_positive:
-        return _taken_back(trace, f"{names} takes {100 * taken:.0f} % of the error above the noise") if near else trace
+        return taken_back(trace, f"{names} takes {100 * taken:.0f} % of the error above the noise") if near else trace
     if len(others) > MOST_ALIKE:
         reason = f"{names} takes {100 * taken:.0f} % of the error above the noise, and {len(others)} others do as well"
-        return _taken_back(trace, reason)
+        return taken_back(trace, reason)
     verdict: Verdict = "partial" if best.heldout_rmse_deg > AT_FLOOR * trace.floor.deg else "effect"
     if verdict == "effect" and others:
         verdict = "ambiguous"
@@ -338,7 +338,7 @@ def _alike_alone(best: Fitted, single: Sequence[Fitted], floor: NoiseFloor) -> t
     return tuple(name for name in names if name not in best.names)
 
 
-def _taken_back(trace: Trace, reason: str) -> Trace:
+def taken_back(trace: Trace, reason: str) -> Trace:
     """Name nothing, for a reason."""
     words = (reason, _depends_on(trace.smooth))
     return replace(trace, verdict="unexplained", augmented=trace.baseline, confusable=(), words=words)
@@ -371,16 +371,16 @@ def partial_above_floor(trace: Trace) -> Trace:
     names = " + ".join(after.names)
     if not trace.known and len(after.names) > 1:
         left = after.heldout_rmse_deg / trace.floor.deg
-        return _taken_back(trace, f"{names} leave {left:.2g} times the noise of an unknown rig: too much for several")
+        return taken_back(trace, f"{names} leave {left:.2g} times the noise of an unknown rig: too much for several")
     off = min(before.heldout_rmse_deg, FAR_ABOVE * trace.floor.deg) if trace.known else 0.0
     alike = max((len(others) for others in trace.confusable), default=0)
     if alike > MOST_ALIKE:
         first = _first_alone(trace)
         if first is None:
-            return _taken_back(trace, f"{names} explains a part, and {alike} others do as well")
+            return taken_back(trace, f"{names} explains a part, and {alike} others do as well")
         return partial_above_floor(first)
     if taken < PARTIAL_SHARE and after.heldout_rmse_deg > off:
-        return _taken_back(trace, f"{names} takes {100 * taken:.0f} % of the held-out error above the noise")
+        return taken_back(trace, f"{names} takes {100 * taken:.0f} % of the held-out error above the noise")
     return replace(trace, verdict="partial")
 
 

@@ -1,16 +1,19 @@
 """What a reference must have in common with new records, and rigs that are declared under a tendon force."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from fem_models.chain import simulate_chain
+from fem_models.load import LoadProgram
 from fem_models.load_control import run_load_control
 from fem_models.rig import preset
 from hysteresis.records.record import Record, RecordError
 from validation.tracing import trace_records
 from validation.tracing.baseline.known_rig import known_rig_problem
-from validation.tracing.cross_validated import _amplitude_words
+from validation.tracing.cross_validated import _amplitude_words, _doubted_by_amplitude
 from validation.tracing.trace import _require_one_sense, _rigs_not_used
 
 
@@ -33,6 +36,34 @@ def test_an_amplitude_that_the_reference_lacks_is_told():
     (words,) = _amplitude_words([loop(1.0), loop(2.0)], [loop(2.0), loop(2.1)])
     assert words.startswith("the reference has no record of an amplitude of 1 mm (its own are 2, 2.1)")
     assert _amplitude_words([loop(2.0)], [loop(1.0), loop(2.1)]) == []
+
+
+def du2018_record(amplitude, seed, rate_Hz=0.1):
+    """Three cycles of a rig that does not change, with 0.05 deg of noise."""
+    time = np.linspace(0.0, 3 / rate_Hz, 361)
+    drive = amplitude * np.sin(2 * np.pi * rate_Hz * time)
+    angle = simulate_chain(replace(preset("du2018"), preload_N=20.0), LoadProgram(drive, time)).angle_deg
+    return Record(drive, angle + 0.05 * np.random.default_rng(seed).standard_normal(drive.size), time_s=time)
+
+
+def test_no_change_is_named_at_an_amplitude_that_the_reference_lacks():
+    """A delay was named, as `effect`, of a rig that had not changed."""
+    reference = [du2018_record(2.0, 0), du2018_record(2.0, 1, 0.3)]
+    trace = trace_records([du2018_record(1.0, 10)], reference=reference)
+    assert trace.verdict == "unexplained"
+    assert trace.names == ()
+    assert trace.confusable == ()
+    assert "of the error above the noise, at an amplitude of its own" in trace.words[0]
+    assert any(words.startswith("the reference has no record of an amplitude of 1 mm") for words in trace.words)
+    assert trace.candidates
+
+
+def test_between_amplitudes_of_the_reference_a_change_stays_named():
+    named = SimpleNamespace(effects=("time_delay",))
+    assert _doubted_by_amplitude(named, [loop(1.5)], [loop(1.0), loop(2.0)]) is named
+    assert _doubted_by_amplitude(named, [loop(2.0)], [loop(2.1)]) is named
+    nothing = SimpleNamespace(effects=())
+    assert _doubted_by_amplitude(nothing, [loop(1.0)], [loop(2.0)]) is nothing
 
 
 def under_force(name):

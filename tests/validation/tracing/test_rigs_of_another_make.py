@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -17,6 +18,7 @@ from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
 from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.search import detection, final_fit
+from validation.tracing.search.search import Search
 from validation.tracing.settings import EQUIVALENT_RIG, KNOWN_RIG, NEAR_NOISE, SIGNIFICANT
 
 from .test_verdict_rules import Found
@@ -113,11 +115,34 @@ def test_the_search_for_an_equivalent_rig_ends_with_its_better_baseline(monkeypa
         tracing, "Search", lambda *given: SimpleNamespace(problem=problem, is_far_behind=lambda one: False)
     )
     monkeypatch.setattr(tracing, "replace", lambda search, **given: search)
-    monkeypatch.setattr(tracing, "_baseline_of_all_samples", lambda *given: left(2.0))
+    baseline = SimpleNamespace(square=4.0, rmse_deg=0.2, noise=SimpleNamespace(deg=1.0))
+    monkeypatch.setattr(tracing, "_baseline_of_all_samples", lambda *given: baseline)
     monkeypatch.setattr(tracing, "find_effects", lambda *given: found)
     monkeypatch.setattr(tracing, "_with_better_baseline", lambda search, trace: {id(found): other}[id(trace)])
     records = [SimpleNamespace(drive_unit="mm")]
-    assert tracing._trace_equivalent_rig(records, (), 1, print, (1.0, 1.0))[1] is other
+    assert tracing._trace_equivalent_rig(records, (), 1, print, (1.0, 1.0, 1.0))[1] is other
+
+
+@pytest.mark.parametrize(("early", "beside"), [(2.21, True), (2.19, False)])
+def test_effects_are_started_beside_an_early_baseline_only_if_it_absorbed_something_after(monkeypatch, early, beside):
+    """Of the tendon robot the baseline left as much after four steps as in the end: half a minute for nothing."""
+    problem = SimpleNamespace(scale=SimpleNamespace(angle_deg=100.0))
+    monkeypatch.setattr(tracing, "equivalent_rig_problem", lambda records: problem)
+    noise = SimpleNamespace(deg=1.0)
+    squares = iter([SimpleNamespace(square=early), SimpleNamespace(square=2.0, rmse_deg=1.4, noise=noise)])
+    monkeypatch.setattr(tracing, "_baseline_of_all_samples", lambda *given: next(squares))
+    monkeypatch.setattr(tracing, "find_effects", lambda search, baseline: search)
+    monkeypatch.setattr(tracing, "_with_better_baseline", lambda search, trace: trace)
+    search, _ = tracing._trace_equivalent_rig([SimpleNamespace(drive_unit="mm")], (), 1, print, (math.inf,) * 3)
+    assert (search.early is not None) is beside
+
+
+@pytest.mark.parametrize(("noise", "gives_up"), [(0.2, False), (0.15, True)])
+def test_a_search_is_given_up_by_the_noise_of_all_samples(noise, gives_up):
+    """Neighbours of thinned samples are further apart: their noise was 0.23 deg, that of all samples 0.17."""
+    search = Search(None, EQUIVALENT_RIG, (), 1, print, competitor_deg=0.6, explained_deg=0.6, noise_deg=noise)
+    assert search.gives_up(SimpleNamespace(rmse_deg=0.56, noise=SimpleNamespace(deg=0.23))) is gives_up
+    assert not search.is_far_behind(SimpleNamespace(rmse_deg=1.0, noise=SimpleNamespace(deg=0.23)))
 
 
 def better_baseline(monkeypatch, found, square: float, *, noise: bool = False, pays: bool = True):

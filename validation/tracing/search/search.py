@@ -48,6 +48,9 @@ class Search:
         Held-out error of another kind of baseline, which makes a search give up that does not come near it.
     explained_deg
         The same with the effects that were found beside that baseline.
+    noise_deg
+        Noise floor of the competitor, which is fitted to all samples: neighbours of thinned samples are further apart,
+        and some structure counts as their noise.
     most_effects
         Effects that are named together at most.
     """
@@ -60,6 +63,7 @@ class Search:
     early: Fitted | None = None
     competitor_deg: float = math.inf
     explained_deg: float = math.inf
+    noise_deg: float = math.inf
     most_effects: int = MOST_EFFECTS
     _forms: dict[str, list[FormStarts]] = field(default_factory=dict)
 
@@ -79,23 +83,28 @@ class Search:
 
         Near the noise a competitor may have absorbed an effect that this baseline lacks, and is to be given.
         """
-        far = self.competitor_deg > COMPETITOR_FAR * baseline.noise.deg
+        far = self.competitor_deg > COMPETITOR_FAR * self._noise_deg(baseline)
         return far and baseline.rmse_deg > COMPETITOR_MARGIN * self.competitor_deg
 
     def is_no_better(self, baseline: Fitted) -> bool:
         """Whether a fitted baseline leaves about what a competitor predicts to, or more, far above the noise."""
         if baseline.rmse_deg > self.competitor_deg:
             return True
-        far = self.competitor_deg > COMPETITOR_FAR * baseline.noise.deg
+        far = self.competitor_deg > COMPETITOR_FAR * self._noise_deg(baseline)
         return far and baseline.rmse_deg > self.competitor_deg / COMPETITOR_FITTED
 
     def gives_up(self, fitted: Fitted) -> bool:
         """Whether a rig with effects leaves far more than a competitor without any, or no less than with its own."""
-        if fitted.rmse_deg > max(self.explained_deg / COMPETITOR_MARGIN, COMPETITOR_FAR * fitted.noise.deg):
+        noise_deg = self._noise_deg(fitted)
+        if fitted.rmse_deg > max(self.explained_deg / COMPETITOR_MARGIN, COMPETITOR_FAR * noise_deg):
             return True
         return self.policy.screened and fitted.rmse_deg > max(
-            self.competitor_deg / COMPETITOR_MARGIN, COMPETITOR_NOISE * fitted.noise.deg
+            self.competitor_deg / COMPETITOR_MARGIN, COMPETITOR_NOISE * noise_deg
         )
+
+    def _noise_deg(self, fitted: Fitted) -> float:
+        """Noise floor by the samples that are nearest to each other."""
+        return min(fitted.noise.deg, self.noise_deg)
 
     def with_effect(
         self, fitted: Fitted, added: AddedEffect, x: Floats, most_steps: int = STEPS, known: Floats | None = None
