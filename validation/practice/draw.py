@@ -63,6 +63,7 @@ SetName = Literal[
     "score-26",
     "score-27",
     "score-28",
+    "score-29",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -94,6 +95,7 @@ SETS: dict[SetName, int] = {
     "score-26": 20_261_147,
     "score-27": 20_261_148,
     "score-28": 20_261_149,
+    "score-29": 20_261_150,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 
