@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from hysteresis.arrays import Floats
 from hysteresis.records.leaps import Leap, find_leap
-from hysteresis.records.path import branches, cycle_index, cycle_slices, find_cycles
+from hysteresis.records.path import branches, cycle_index, cycle_slices, find_cycles, first_stroke
 from hysteresis.records.record import Record
 
 _CLOSED = 0.05  # of a cycle's drive range: largest gap of a closed cycle, and of turning points that repeat
@@ -364,7 +364,7 @@ def leap_between_cycles(record: Record) -> CycleLeap | None:
     part, where = parts[branch], cycles[found.cycle][branch]
     drive = part.drives[found.phase - (int(at[branch - 1]) if branch else 0)]
     sample = where.start + int(np.argmin(np.abs(record.drive[where] - drive)))
-    if sample < branches(record.drive)[0].stop:
+    if sample < first_stroke(record.drive).stop:
         return None
     amid = _AMID < found.phase / at[-1] < 1 - _AMID
     return CycleLeap(sample, found.size_deg, found.of_angle and bool(amid))

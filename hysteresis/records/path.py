@@ -10,6 +10,7 @@ from hysteresis.arrays import Floats, Ints
 from hysteresis.records.record import Record, RecordError
 
 _SAME_DRIVE = 0.05  # of the drive's range: two samples count as the same drive
+_TAKES_HOLD = 0.1  # of the drive's range: a shorter stroke at the beginning is a drive that takes hold
 _SAME_ANGLE = 0.02  # of the angle's range: two samples count as the same angle
 
 
@@ -52,6 +53,21 @@ def branches(drive: Floats, *, tolerance: float | None = None) -> list[slice]:
     # The first entry found is the start of the first branch, not a reversal. That branch starts at sample 0.
     ends = [0, *reversals[2:], len(values) - 1]
     return [slice(a, b + 1) for a, b in pairwise(ends)]
+
+
+def first_stroke(drive: Floats) -> slice:
+    """Give the first stroke of a record, which starts from an unknown state.
+
+    Strokes before it that are shorter than a tenth of the drive's range leave the state nearly as unknown: a motor that
+    takes hold moves to and fro, and behind a play by more.
+
+    Parameters
+    ----------
+    drive
+        Shape (m,).
+    """
+    every, least = branches(drive), _TAKES_HOLD * float(np.ptp(drive))
+    return next((one for one in every if abs(drive[one.stop - 1] - drive[one.start]) >= least), every[0])
 
 
 def find_cycles(drive: Floats, angle_deg: Floats) -> Ints:

@@ -22,6 +22,7 @@ from hysteresis.records.metrics import (
     repeatability_deg,
     signed_mean_fitness,
 )
+from hysteresis.records.path import branches
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_record
 
@@ -384,6 +385,15 @@ def test_a_first_stroke_from_the_middle_of_a_play_is_no_leap() -> None:
     leap = leap_between_cycles(replace(record, angle_deg=angle + 3.0 * (k >= 200)))
     assert abs(leap.sample - 200) <= 3
     assert leap.sudden
+    to_and_fro = np.r_[0.0, -0.04, -0.09, -0.04]  # a motor that takes hold
+    late = replace(
+        record,
+        drive=np.r_[to_and_fro, drive],
+        angle_deg=np.r_[np.full(4, angle[0]), angle],
+        cycle=np.r_[np.zeros(4, dtype=int), record.cycle],
+    )
+    assert len(branches(late.drive)) == len(branches(drive)) + 1
+    assert leap_between_cycles(late) is None
 
 
 @pytest.mark.parametrize("slope", [np.ones(30), np.linspace(-1.0, 2.0, 30), np.r_[np.zeros(15), np.ones(15)]])

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hysteresis.records.path import branches, cycle_index, cycle_slices, find_cycles, require_reversal
+from hysteresis.records.path import branches, cycle_index, cycle_slices, find_cycles, first_stroke, require_reversal
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_record
 
@@ -141,3 +141,12 @@ def test_virgin_branch_of_the_surgical_manipulator(measured: Path) -> None:
     assert virgin[0] == pytest.approx(0, abs=1e-3)  # the README: sine 0..80 deg
     assert virgin[-1] == 80
     assert len(record.drive) == 8085 - 11  # rows of the file less the samples it logs twice
+
+
+def test_the_first_stroke_is_not_that_of_a_motor_that_takes_hold() -> None:
+    """A small motion to and fro leaves the state as unknown as it was; a tenth of the range is a stroke."""
+    sine = np.sin(2 * np.pi * np.arange(240) / 120)
+    assert first_stroke(np.r_[0.0, -0.09, sine]) == slice(1, 33)
+    assert first_stroke(np.r_[0.0, -0.25, sine]) == slice(0, 2)
+    assert first_stroke(np.linspace(0.0, 1.0, 5)) == slice(0, 5)
+    assert first_stroke(np.zeros(5)) == slice(0, 5)

@@ -428,6 +428,9 @@ def with_still_zone(trace: Trace, zone: StillZone) -> Trace:
 def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int = 0, floor: NoiseFloor) -> Trace:
     """Judge what folds have found: their held-out errors decide.
 
+    A change must take :data:`PARTIAL_SHARE` of the whole mean square: what a reference leaves is no noise, and records
+    of a rig that has not changed exceed it by as much as a half. Of so small a rest an effect soon takes a large part.
+
     Parameters
     ----------
     words
@@ -443,7 +446,8 @@ def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int 
     reasons = list(words)
     verdict: Verdict = "effect"
     near = before <= SIGNIFICANT * floor.deg
-    if best is baseline or near or explained.value < PARTIAL_SHARE:
+    of_floor = bool(reference) and before**2 - after**2 < PARTIAL_SHARE * before**2
+    if best is baseline or near or of_floor or explained.value < PARTIAL_SHARE:
         verdict = "none" if before <= AT_FLOOR * floor.deg else "unexplained"
         if best is not baseline and not near:
             reasons.insert(

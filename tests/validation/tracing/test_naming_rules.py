@@ -142,6 +142,8 @@ def test_a_leap_of_a_record_that_is_traced_is_said(leap, reference, said):
         (1.0, 1.01 * AT_FLOOR * 0.1, "partial"),
         (1.0, (1 - 0.99 * 0.34) ** 0.5, "partial"),
         (1.0, (1 - 0.99 * 0.32) ** 0.5, "unexplained"),
+        (0.14, 0.116, "none"),  # of a reference: two thirds of what is above the noise, and less than a third of all
+        (0.14, 0.114, "effect"),
     ],
 )
 def test_folds_name_what_takes_a_third_of_the_error_above_the_noise(monkeypatch, before, after, expected):
@@ -156,16 +158,16 @@ def test_folds_name_what_takes_a_third_of_the_error_above_the_noise(monkeypatch,
     named = expected in ("effect", "partial")
     assert trace.augmented is (best if named else baseline)
     assert trace.confusable == (((),) if named else ())
-    part = f"drag takes {100 * (1 - after**2) / 0.99:.0f} % of the error above the noise"
+    part = f"drag takes {100 * (before**2 - after**2) / (before**2 - 0.01):.0f} % of the error above the noise"
     words = {
-        "none": ("word",), "effect": ("word", "remark"),
+        "none": ("word",) if before < 0.12 else (part, "word"), "effect": ("word", "remark"),
         "partial": ("the remaining residual depends on time", "word", "remark"),
         "unexplained": ("the residual depends on time", part, "word"),
     }  # fmt: skip
     assert trace.words == words[expected]
     assert trace.alike == 10.0  # nothing is alike
     confused = verdict.judge_by_folds(
-        SimpleNamespace(**{**vars(found), "alike": (("creep",),)}), ("word",), floor=NOISE
+        SimpleNamespace(**{**vars(found), "alike": (("creep",),)}), ("word",), floor=NOISE, reference=2
     )
     assert confused.verdict == ("ambiguous" if expected == "effect" else expected)
     assert confused.alike == (21.0 if named else 10.0)  # 50 - 30, and one more

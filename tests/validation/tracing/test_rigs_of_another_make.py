@@ -217,10 +217,16 @@ def test_a_detection_limit_is_beyond_what_counts_as_noise(monkeypatch, kind, bar
 )
 def test_a_detection_limit_is_a_large_part_of_an_error_above_the_noise(made_of, factor):
     """a^2 of s^2 + a^2 - 1 is 0.6, a third or three quarters: a^2 is 1.5, 0.5 or 3 times s^2 - 1."""
-    fitted = SimpleNamespace(model=SimpleNamespace(problem=object.__new__(made_of)), samples=400.0)
+    problem = object.__new__(made_of)
+    if made_of is PlayProblem:
+        object.__setattr__(problem, "changed", (True,))
+    fitted = SimpleNamespace(model=SimpleNamespace(problem=problem), samples=400.0)
     assert detection._large_part_deg(fitted, 0.15, 0.1) == 0.0
     margin = detection.NINE_OF_TEN * 0.3 / 20
     assert detection._large_part_deg(fitted, 0.3, 0.1) == pytest.approx((factor * 0.08) ** 0.5 + margin)
+    if made_of is PlayProblem:  # a change since a reference: half of all that is left
+        object.__setattr__(problem, "changed", (True, False))
+        assert detection._large_part_deg(fitted, 0.3, 0.25) == pytest.approx((0.5 * 0.09) ** 0.5 + margin)
 
 
 def test_play_operators_answer_where_a_rig_has_no_equilibrium_without_the_held_out_samples(monkeypatch):

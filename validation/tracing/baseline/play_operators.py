@@ -22,7 +22,7 @@ from scipy.interpolate import BSpline
 
 from hysteresis.arrays import Floats, Mask
 from hysteresis.laws.prandtl_ishlinskii import plays
-from hysteresis.records.path import branches
+from hysteresis.records.path import first_stroke
 from hysteresis.records.record import Record
 from validation.tracing.baseline.cache import Cache
 from validation.tracing.baseline.curve_scale import CurveScale, PlacedForm
@@ -273,10 +273,10 @@ def after_first_stroke(records: Sequence[Record], samples: int) -> tuple[tuple[P
     """
     kept, arrived = [], []
     for record in records:
-        first = branches(record.drive)[0]
+        first = first_stroke(record.drive)
         turn = first.stop - 1 if 2 * (first.stop - 1) < record.drive.size else 0
         kept.append(turn + kept_samples(record.drive[turn:], samples))
-        arrived.append(float(record.drive[turn] - record.drive[0]))
+        arrived.append(float(record.drive[turn] - record.drive[min(first.start, turn)]))
     return prepare(records, kept), tuple(arrived)
 
 

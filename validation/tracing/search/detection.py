@@ -150,11 +150,14 @@ def _large_part_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
     """Rms action that is as large a part of the mean square above the noise as the verdict asks of an effect.
 
     With the action a and the part p it is a^2 >= p (left^2 + a^2 - floor^2), where more than noise is left. Inner folds
-    ask less of a known rig, and of play operators any part may be named that takes :data:`PARTIAL_SHARE`.
+    ask less of a known rig, and of play operators any part may be named that takes :data:`PARTIAL_SHARE`; of a change
+    since a reference, that part of the whole mean square.
     """
+    problem = fitted.model.problem
+    if isinstance(problem, PlayProblem) and problem.is_compared:  # of the whole mean square
+        return math.sqrt(PARTIAL_SHARE / (1 - PARTIAL_SHARE)) * left_deg + _margin_deg(fitted, left_deg)
     if left_deg <= AT_FLOOR * floor_deg:
         return 0.0
-    problem = fitted.model.problem
     if isinstance(problem, PlayProblem):
         part = PARTIAL_SHARE
     else:
