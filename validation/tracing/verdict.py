@@ -428,8 +428,8 @@ def with_still_zone(trace: Trace, zone: StillZone) -> Trace:
 def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int = 0, floor: NoiseFloor) -> Trace:
     """Judge what folds have found: their held-out errors decide.
 
-    A change must take :data:`PARTIAL_SHARE` of the whole mean square: what a reference leaves is no noise. Of 30 records
-    of surgical tools that had not changed, 12 exceeded it, and of so small a rest an effect soon takes a large part.
+    A change must take :data:`PARTIAL_SHARE` of the whole mean square: what a reference leaves is no noise. Of 30
+    records of surgical tools that had not changed, 12 exceeded it, and of a small rest an effect soon takes much.
 
     Parameters
     ----------
