@@ -11,6 +11,7 @@ from hysteresis.records.record import Record, RecordError
 
 _SAME_DRIVE = 0.05  # of the drive's range: two samples count as the same drive
 _TAKES_HOLD = 0.1  # of the drive's range: a shorter stroke at the beginning is a drive that takes hold
+_MOST_TO_AND_FRO = 3  # such strokes
 _SAME_ANGLE = 0.02  # of the angle's range: two samples count as the same angle
 
 
@@ -58,8 +59,8 @@ def branches(drive: Floats, *, tolerance: float | None = None) -> list[slice]:
 def first_stroke(drive: Floats) -> slice:
     """Give the first stroke of a record, which starts from an unknown state.
 
-    Strokes before it that are shorter than a tenth of the drive's range leave the state nearly as unknown: a motor that
-    takes hold moves to and fro, and behind a play by more.
+    Up to three strokes before it that are shorter than a tenth of the drive's range leave the state nearly as unknown:
+    a motor that takes hold moves to and fro, and behind a play by more. More of them are a program.
 
     Parameters
     ----------
@@ -67,7 +68,8 @@ def first_stroke(drive: Floats) -> slice:
         Shape (m,).
     """
     every, least = branches(drive), _TAKES_HOLD * float(np.ptp(drive))
-    return next((one for one in every if abs(drive[one.stop - 1] - drive[one.start]) >= least), every[0])
+    begins = every[: _MOST_TO_AND_FRO + 1]
+    return next((one for one in begins if abs(drive[one.stop - 1] - drive[one.start]) >= least), every[0])
 
 
 def find_cycles(drive: Floats, angle_deg: Floats) -> Ints:

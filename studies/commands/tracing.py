@@ -22,6 +22,7 @@ from studies.report.trace_page import trace_page
 from studies.results.made import Made, made_entry
 from studies.results.trace_samples import SAMPLES, TraceSamples, samples_csv, samples_of
 from validation.tracing import catalogue, trace_records
+from validation.tracing.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.effect import acting
 from validation.tracing.figures import figures
@@ -162,8 +163,8 @@ def with_ending(traced: Traced, ending: str) -> tuple[TraceReport, dict[str, str
 
 
 def limits_of(trace: Trace) -> list[DetectionLimit]:
-    """Give the detection limits of the records; none where named effects leave nothing to find."""
-    if trace.verdict not in ("none", "partial", "unexplained"):
+    """Give the detection limits of the records; none where named effects leave nothing to find, or nothing is named."""
+    if trace.verdict not in ("none", "partial", "unexplained") or OTHER_AMPLITUDE in trace.words:
         return []
     return detection_limits(trace.augmented, acting(catalogue(), in_space=_is_in_space(trace)), trace.floor.deg)
 

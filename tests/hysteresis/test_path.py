@@ -148,5 +148,6 @@ def test_the_first_stroke_is_not_that_of_a_motor_that_takes_hold() -> None:
     sine = np.sin(2 * np.pi * np.arange(240) / 120)
     assert first_stroke(np.r_[0.0, -0.09, sine]) == slice(1, 33)
     assert first_stroke(np.r_[0.0, -0.25, sine]) == slice(0, 2)
+    assert first_stroke(np.r_[0.0, -0.09, 0.0, -0.09, 0.0, -0.09, sine]) == slice(0, 2)  # a program
     assert first_stroke(np.linspace(0.0, 1.0, 5)) == slice(0, 5)
     assert first_stroke(np.zeros(5)) == slice(0, 5)

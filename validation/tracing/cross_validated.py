@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hysteresis.records.record import Record
+from validation.tracing.amplitudes import OTHER_AMPLITUDE, amplitude_words
 from validation.tracing.baseline.play_operators import PlayProblem, play_problem
 from validation.tracing.effect import CurveForm, Effect, Values
 from validation.tracing.fitting import Fitted, Model
@@ -33,7 +34,6 @@ from validation.tracing.settings import (
     PLAY_SHAPES,
     REFERENCE_MOST,
     SAME_PRELOAD,
-    SAME_PROTOCOL,
 )
 from validation.tracing.verdict import judge_by_folds, taken_back, with_still_zone
 
@@ -140,13 +140,13 @@ def trace_change(
             break
         shared = more
         words.append(f"{_names(new)} predicts as well where it acts on the reference, too: no change")
-    words += [*_preload_words(found.best), *_amplitude_words(records, reference)]
+    words += [*_preload_words(found.best), *amplitude_words(records, reference)]
     left = REFERENCE_MOST * _left_of_reference(found.baseline, len(records))
     if before is not None:  # blocks of one short record are hard to predict: no floor for others
         left = min(left, before.augmented.heldout_rmse_deg)
     floor = replace(_floor(found.best), reference_deg=left)
     trace = judge_by_folds(found, words, reference=len(reference), floor=floor)
-    return _reported(_doubted_by_amplitude(trace, records, reference))
+    return _reported(_without_change(trace, words))
 
 
 def _preload_words(fitted: Fitted) -> list[str]:
@@ -160,43 +160,14 @@ def _preload_words(fitted: Fitted) -> list[str]:
     ]
 
 
-def _amplitude_words(records: Sequence[Record], reference: Sequence[Record]) -> list[str]:
-    """Say so where new records have an amplitude that no record of the reference has."""
-    if not (other := _other_amplitudes(records, reference)):
-        return []
-    own = ", ".join(f"{one:.3g}" for one in sorted(set(map(_amplitude, reference))))
-    return [
-        f"the reference has no record of an amplitude of {other[0]:.3g} {records[0].drive_unit} (its own are {own}): "
-        "what differs may be of the amplitude and no change; record the reference at this amplitude, too"
-    ]
-
-
-def _other_amplitudes(records: Sequence[Record], reference: Sequence[Record]) -> list[float]:
-    """Amplitudes of new records that no record of a reference has, the smallest first."""
-    known = list(map(_amplitude, reference))
-    new = sorted(set(map(_amplitude, records)))
-    return [own for own in new if all(abs(own - one) > SAME_PROTOCOL * max(own, one) for one in known)]
-
-
-def _doubted_by_amplitude(trace: Trace, records: Sequence[Record], reference: Sequence[Record]) -> Trace:
-    """Name no change where new records go beyond the amplitudes of the reference, or stay below all of them.
-
-    Play operators that are fitted to one amplitude are off at another, by what no record tells: of a rig that had not
-    changed, half the amplitude had a delay named, or stiffening. Between two amplitudes of the reference they hold.
-    """
-    known, new = list(map(_amplitude, reference)), _other_amplitudes(records, reference)
-    if not trace.effects or all(min(known) < own < max(known) for own in new):
+def _without_change(trace: Trace, words: Sequence[str]) -> Trace:
+    """Name no change where every new record has another amplitude than the reference; ``words`` of the records stay."""
+    if OTHER_AMPLITUDE not in words or not trace.effects:
         return trace
     before, after = trace.baseline.heldout_errors, trace.augmented.heldout_errors
     found = 100 * share(before, after, trace.floor.deg).value
-    reason = f"{_names(trace.effects)} takes {found:.0f} % of the error above the noise, at an amplitude of its own"
-    taken = taken_back(trace, reason)
-    return replace(taken, words=(*taken.words, *trace.words))
-
-
-def _amplitude(record: Record) -> float:
-    """Half the range of a record's drive."""
-    return float(np.ptp(record.drive)) / 2
+    taken = taken_back(trace, f"{_names(trace.effects)} takes {found:.0f} % of the error above the noise")
+    return replace(taken, words=(*taken.words, *words))
 
 
 def _names(effects: Sequence[AddedEffect]) -> str:

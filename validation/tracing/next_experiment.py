@@ -22,6 +22,7 @@ from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.path import branches
+from validation.tracing.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.baseline.curve import CurveProblem
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.baseline.play_operators import PlayProblem
@@ -387,6 +388,8 @@ _CAUSES: tuple[tuple[str, str, str], ...] = (
 
 def _lacking(trace: Trace) -> str:
     """Say which protocol the records lack, first of all one that the residual depends on."""
+    if OTHER_AMPLITUDE in trace.words:
+        return "the reference at the amplitude of the new records: without it, a change and the amplitude look alike"
     lacks = _absent(trace)
     if trace.verdict == "unexplained":
         for name in trace.smooth.names:

@@ -14,6 +14,7 @@ from scipy.stats import t as student
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.records.metrics import Errors, errors, leap_between_cycles
+from validation.tracing.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words, with_channel_fits
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
@@ -328,14 +329,12 @@ def in_words(report: TraceReport) -> list[str]:
         default=None,
     )
     near = [] if nearest is None else [_nearest_words(nearest, report)]
-    no_effect = "no effect of the catalogue explains enough of it"
-    first = (
-        f"Something has changed since the reference, but {no_effect}."
-        if report.reference
-        else f"The residual has structure, but {no_effect}."
-    )
+    something = "Something has changed since the reference" if report.reference else "The residual has structure"
+    first = f"{something}, but no effect of the catalogue explains enough of it."
     if NOT_KNOWN in report.words:
         return [f"Whether an effect is missing cannot be said: the noise is not known. {baseline}.", *near, *reasons]
+    if OTHER_AMPLITUDE in report.words:
+        return [f"Whether the rig has changed cannot be said. {baseline}; {noise}.", *near, *reasons]
     if LEAPT in report.words:
         of_change = "nothing has changed since the reference"
         nothing = of_change if report.reference else "these records show no missing effect"

@@ -381,7 +381,8 @@ to be named where a known rig with effects does not come to the noise."""
 MOST_ALIKE = 2
 """Effects at most that the one named there may be confused with: of more, what takes the error says nothing."""
 PARTIAL_SHARE = 1.0 / 3.0
-"""Part of the mean square above the noise that effects must take from the held-out error to be named."""
+"""Part of the mean square above the noise that effects must take from the held-out error to be named; of a change since
+a reference of the whole mean square, too."""
 
 COMPETITOR_MARGIN, COMPETITOR_NOISE, COMPETITOR_FAR = 1.1, 3.0, 5.0
 """No effects are searched for beside an equivalent rig that leaves more than the held-out error of play operators times

@@ -49,6 +49,7 @@ from validation.tracing.fitting.evidence import (
 )
 from validation.tracing.fitting.fitted import rms
 from validation.tracing.fitting.holdout import divide_records
+from validation.tracing.fitting.noise import sensor_noise_deg
 from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
@@ -373,10 +374,12 @@ def _trace_unknown_geometry(
     plays = play_baselines(records)
     by_folds, competitors = None, (math.inf, math.inf, math.inf)
     if plays is not None:
-        noise_deg = plays.fitted[0].noise.deg
-        if plays.heldout_deg > COMPETITOR_NOISE * noise_deg:
+        fitted = plays.fitted[0]
+        if plays.heldout_deg > COMPETITOR_NOISE * fitted.noise.deg:
             by_folds = trace_by_folds(plays, effects, report)
-        competitors = plays.heldout_deg, by_folds.augmented.heldout_rmse_deg if by_folds else math.inf, noise_deg
+        hidden_deg = sensor_noise_deg(fitted.model.problem.records, fitted.residuals) or 0.0
+        explained_deg = by_folds.augmented.heldout_rmse_deg if by_folds else math.inf
+        competitors = plays.heldout_deg, explained_deg, max(fitted.noise.deg, hidden_deg)
     rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, competitors)
     traces = [by_rig] if by_rig else []
     explained = by_rig is not None and (is_explained(by_rig) or is_too_little(by_rig))

@@ -450,9 +450,10 @@ def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int 
     if best is baseline or near or of_floor or explained.value < PARTIAL_SHARE:
         verdict = "none" if before <= AT_FLOOR * floor.deg else "unexplained"
         if best is not baseline and not near:
-            reasons.insert(
-                0, f"{' + '.join(best.names)} takes {100 * explained.value:.0f} % of the error above the noise"
-            )
+            whole, part = 1 - (after / before) ** 2, f"{100 * explained.value:.0f} % of the error above the noise"
+            if explained.value >= PARTIAL_SHARE:
+                part = f"{100 * whole:.0f} % of the error, too little of what the reference leaves"
+            reasons.insert(0, f"{' + '.join(best.names)} takes {part}")
         best = baseline
         if verdict == "unexplained":
             reasons.insert(0, _depends_on(smooth))

@@ -159,8 +159,10 @@ def test_folds_name_what_takes_a_third_of_the_error_above_the_noise(monkeypatch,
     assert trace.augmented is (best if named else baseline)
     assert trace.confusable == (((),) if named else ())
     part = f"drag takes {100 * (before**2 - after**2) / (before**2 - 0.01):.0f} % of the error above the noise"
+    whole = 100 * (1 - (after / before) ** 2)
+    of_all = f"drag takes {whole:.0f} % of the error, too little of what the reference leaves"
     words = {
-        "none": ("word",) if before < 0.12 else (part, "word"), "effect": ("word", "remark"),
+        "none": ("word",) if before < 0.12 else (of_all, "word"), "effect": ("word", "remark"),
         "partial": ("the remaining residual depends on time", "word", "remark"),
         "unexplained": ("the residual depends on time", part, "word"),
     }  # fmt: skip

@@ -11,9 +11,13 @@ from fem_models.load import LoadProgram
 from fem_models.load_control import run_load_control
 from fem_models.rig import preset
 from hysteresis.records.record import Record, RecordError
+from studies.commands.tracing import limits_of
 from validation.tracing import trace_records
+from validation.tracing.amplitudes import OTHER_AMPLITUDE, amplitude_words, cycle_amplitudes
 from validation.tracing.baseline.known_rig import known_rig_problem
-from validation.tracing.cross_validated import _amplitude_words, _doubted_by_amplitude
+from validation.tracing.cross_validated import _without_change
+from validation.tracing.next_experiment import next_experiment
+from validation.tracing.result import in_words, trace_report
 from validation.tracing.trace import _require_one_sense, _rigs_not_used
 
 
@@ -32,10 +36,25 @@ def test_an_angle_of_the_other_sign_is_no_change_of_the_rig():
     _require_one_sense([turns], [loop()])
 
 
-def test_an_amplitude_that_the_reference_lacks_is_told():
-    (words,) = _amplitude_words([loop(1.0), loop(2.0)], [loop(2.0), loop(2.1)])
-    assert words.startswith("the reference has no record of an amplitude of 1 mm (its own are 2, 2.1)")
-    assert _amplitude_words([loop(2.0)], [loop(1.0), loop(2.1)]) == []
+def test_amplitudes_beyond_those_of_the_reference_are_told():
+    other, *words = amplitude_words([loop(1.0), loop(1.7)], [loop(2.0), loop(2.1)])
+    assert other == OTHER_AMPLITUDE
+    assert words[0].startswith("a record: the reference has no amplitude of 1 mm (its own: 2): what differs may be")
+    assert len(words) == 2
+    (words,) = amplitude_words([loop(1.0, source="x/new.csv"), loop(2.0)], [loop(2.0), loop(3.0)])
+    assert words.startswith("new.csv: the reference has no amplitude of 1 mm (its own: 2 to 3)")
+    assert amplitude_words([loop(1.5)], [loop(1.0), loop(2.1)]) == []
+
+
+def test_amplitudes_are_those_of_the_cycles():
+    """One record of growing cycles is a reference at all of them; one of decaying cycles is not at the largest."""
+    t = np.linspace(0.0, 8 * np.pi, 400)
+    growing = Record((0.5 + t / (4 * np.pi)) * np.sin(t), t)
+    assert len(cycle_amplitudes(growing)) > 2
+    assert amplitude_words([loop(1.0)], [growing]) == []
+    assert OTHER_AMPLITUDE in amplitude_words([growing], [loop(2.5)])
+    rising = Record(np.linspace(0.0, 3.0, 20), np.arange(20.0))
+    assert cycle_amplitudes(rising) == [1.5]
 
 
 def du2018_record(amplitude, seed, rate_Hz=0.1):
@@ -53,17 +72,22 @@ def test_no_change_is_named_at_an_amplitude_that_the_reference_lacks():
     assert trace.verdict == "unexplained"
     assert trace.names == ()
     assert trace.confusable == ()
-    assert "of the error above the noise, at an amplitude of its own" in trace.words[0]
-    assert any(words.startswith("the reference has no record of an amplitude of 1 mm") for words in trace.words)
+    assert trace.words[0].startswith("time_delay takes ")
+    assert OTHER_AMPLITUDE in trace.words
+    assert not any("remaining" in words for words in trace.words)
     assert trace.candidates
+    assert limits_of(trace) == []
+    experiment = next_experiment(trace)
+    assert experiment.words.startswith("the reference at the amplitude of the new records")
+    report = trace_report(trace, experiment=experiment, opinion=None, limits=[], seconds=1.0, seed=0)
+    assert in_words(report)[0].startswith("Whether the rig has changed cannot be said.")
 
 
-def test_between_amplitudes_of_the_reference_a_change_stays_named():
+def test_beside_a_record_of_an_amplitude_of_the_reference_a_change_stays_named():
     named = SimpleNamespace(effects=("time_delay",))
-    assert _doubted_by_amplitude(named, [loop(1.5)], [loop(1.0), loop(2.0)]) is named
-    assert _doubted_by_amplitude(named, [loop(2.0)], [loop(2.1)]) is named
+    assert _without_change(named, amplitude_words([loop(1.0), loop(2.0)], [loop(2.0)])) is named
     nothing = SimpleNamespace(effects=())
-    assert _doubted_by_amplitude(nothing, [loop(1.0)], [loop(2.0)]) is nothing
+    assert _without_change(nothing, amplitude_words([loop(1.0)], [loop(2.0)])) is nothing
 
 
 def under_force(name):

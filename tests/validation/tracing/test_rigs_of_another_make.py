@@ -233,7 +233,11 @@ def test_play_operators_answer_where_a_rig_has_no_equilibrium_without_the_held_o
     """One fit without a solution had ended the whole trace."""
     error = SimpleNamespace(rmse_deg=0.1, heldout_rmse_deg=0.1)
     rig = SimpleNamespace(model="equivalent rig", effects=(), augmented=error, verdict="none")
-    plays = SimpleNamespace(heldout_deg=0.1, fitted=[SimpleNamespace(noise=SimpleNamespace(deg=0.1))])
+    model = SimpleNamespace(problem=SimpleNamespace(records=()))
+    plays = SimpleNamespace(
+        heldout_deg=0.1, fitted=[SimpleNamespace(noise=SimpleNamespace(deg=0.1), model=model, residuals=())]
+    )
+    monkeypatch.setattr(tracing, "sensor_noise_deg", lambda records, residuals: None)
 
     def no_solution(*given):
         raise SolverError("no equilibrium")

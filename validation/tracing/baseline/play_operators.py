@@ -262,9 +262,9 @@ def spline_columns(x: Floats, low: float, high: float, count: int) -> Floats:
 
 
 def after_first_stroke(records: Sequence[Record], samples: int) -> tuple[tuple[PreparedRecord, ...], tuple[float, ...]]:
-    """Thin records from their first reversal on; also the stroke that led there, with its sign.
+    """Thin records from the end of their first stroke on; also that stroke, with its sign.
 
-    A record that does not reverse, or has little behind its first reversal, stays whole.
+    A record that does not reverse, or has little behind its first stroke, stays whole.
 
     Parameters
     ----------

@@ -49,8 +49,8 @@ class Search:
     explained_deg
         The same with the effects that were found beside that baseline.
     noise_deg
-        Noise floor of the competitor, which is fitted to all samples: neighbours of thinned samples are further apart,
-        and some structure counts as their noise.
+        Noise floor of the competitor, which is fitted to more samples: neighbours of thinned ones are further apart,
+        and some structure counts as their noise. With the noise that neighbours hide, where that is known.
     most_effects
         Effects that are named together at most.
     """
@@ -103,7 +103,7 @@ class Search:
         )
 
     def _noise_deg(self, fitted: Fitted) -> float:
-        """Noise floor by the samples that are nearest to each other."""
+        """Smaller one of two noise floors: that of the more samples, unless those are noisier."""
         return min(fitted.noise.deg, self.noise_deg)
 
     def with_effect(

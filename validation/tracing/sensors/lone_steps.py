@@ -15,7 +15,7 @@ from numpy.polynomial import chebyshev
 
 from hysteresis.arrays import Floats
 from hysteresis.laws.prandtl_ishlinskii import plays
-from hysteresis.records.path import first_stroke
+from hysteresis.records.path import branches
 from hysteresis.records.record import Record
 from validation.tracing.settings import (
     LEAST_LONE_STEP,
@@ -92,7 +92,7 @@ def without_lost_counts(record: Record) -> tuple[Record, str]:
 
 def _first_turn(record: Record) -> int:
     """Sample of the first reversal; 0 where half of the record is before it."""
-    turn = first_stroke(record.drive).stop - 1
+    turn = branches(record.drive)[0].stop - 1
     return turn if 2 * turn < record.drive.size else 0
 
 
