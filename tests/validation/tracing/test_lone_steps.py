@@ -110,6 +110,20 @@ def test_nineteen_samples_may_have_one() -> None:
     assert lone_step(np.where(np.arange(19) >= 9, 9.0, 0.0)) == LoneStep(sample=9, size=9.0)
 
 
+def test_a_motor_that_takes_hold_hides_no_lost_counts() -> None:
+    """Its own steps at the start are as large; a drive that leaps by more than all strokes is found as before."""
+    start = np.r_[0.0, 0.3, 0.1, np.zeros(TIME.size - 3)]
+    lost = replace(LOST, drive=LOST.drive + start)
+    assert lone_step(lost.drive) is None
+    step = lost_counts(lost)
+    assert step is not None
+    assert (step.sample, step.size) == (AT, pytest.approx(COUNTS_MM, rel=0.02))
+    assert lost_counts(replace(SOUND, drive=SOUND.drive + start)) is None
+    far = lost_counts(replace(SOUND, drive=SOUND.drive + 75 * COUNTS_MM * AFTER))
+    assert far is not None
+    assert far.size == pytest.approx(75 * COUNTS_MM, rel=0.02)
+
+
 def test_the_first_stroke_and_a_tendon_force_are_left_alone() -> None:
     early = replace(SOUND, drive=SOUND.drive + COUNTS_MM * (np.arange(TIME.size) >= 20))
     assert lone_step(early.drive) is not None

@@ -15,7 +15,7 @@ from numpy.polynomial import chebyshev
 
 from hysteresis.arrays import Floats
 from hysteresis.laws.prandtl_ishlinskii import plays
-from hysteresis.records.path import branches
+from hysteresis.records.path import branches, first_stroke
 from hysteresis.records.record import Record
 from validation.tracing.settings import (
     LEAST_LONE_STEP,
@@ -60,9 +60,18 @@ def lone_step(values: Floats) -> LoneStep | None:
 
 
 def lost_counts(record: Record) -> LoneStep | None:
-    """Find a step of the logged drive that the rig did not make; None without one, and under a tendon force."""
-    step = None if record.drive_unit == "N" else lone_step(record.drive)
-    if step is None or step.sample <= _first_turn(record):
+    """Find a step of the logged drive that the rig did not make; None without one, and under a tendon force.
+
+    A motor that takes hold makes steps of its own: where none stands alone in the whole record, one may do so behind
+    the first stroke.
+    """
+    if record.drive_unit == "N":
+        return None
+    step, turn = lone_step(record.drive), _first_turn(record)
+    if step is None and (begin := first_stroke(record.drive).stop - 1) * 2 < record.drive.size:
+        behind = lone_step(record.drive[begin:])
+        step = behind and replace(behind, sample=begin + behind.sample)
+    if step is None or step.sample <= turn:
         return None
     return step if _is_nearer(record, replace(record, drive=record.drive - step.of_each(record.drive.size))) else None
 
