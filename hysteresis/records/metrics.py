@@ -347,7 +347,8 @@ def leap_between_cycles(record: Record) -> CycleLeap | None:
 
     The angle, or the drive, is off by a constant from one sample on. This must explain nearly all of what one cycle
     differs from the next, and far more than a steady drift does. A first stroke that differs from those of later cycles
-    starts from another state, such as the middle of a play: no leap.
+    starts from another state, such as the middle of a play: no leap. Nor is what lasts into the stroke after it: its
+    turning point was reached from that state, and friction remembers it until all has slid back.
 
     Returns
     -------
@@ -364,7 +365,8 @@ def leap_between_cycles(record: Record) -> CycleLeap | None:
     part, where = parts[branch], cycles[found.cycle][branch]
     drive = part.drives[found.phase - (int(at[branch - 1]) if branch else 0)]
     sample = where.start + int(np.argmin(np.abs(record.drive[where] - drive)))
-    if sample < first_stroke(record.drive).stop:
+    begin = first_stroke(record.drive).stop
+    if sample < next((one.stop for one in branches(record.drive) if one.stop > begin), begin):
         return None
     amid = _AMID < found.phase / at[-1] < 1 - _AMID
     return CycleLeap(sample, found.size_deg, found.of_angle and bool(amid))

@@ -258,8 +258,9 @@ def test_a_leap_is_sudden_from_three_hundredths_of_a_cycle_on(phase, sudden):
     assert (found.sample, found.sudden, found.size_deg) == (sample, sudden, pytest.approx(0.5))
 
 
-@pytest.mark.parametrize(("sample", "found"), [(99, False), (100, False), (101, True)])
-def test_a_leap_of_the_first_stroke_is_none(sample, found):
+@pytest.mark.parametrize(("sample", "found"), [(99, False), (101, False), (200, False), (201, True)])
+def test_a_leap_of_the_first_two_strokes_is_none(sample, found):
+    """Of a practice rig with heavy rings a leap of 0.4 deg was seen amid the second stroke, 15 times the noise."""
     drive, cycle = loops(100.0, 100.0, 100.0, 100.0)
     record = Record(drive, 0.2 * drive - 0.5 * (np.arange(drive.size) >= sample), cycle=cycle)
     leap = metrics.leap_between_cycles(record)
