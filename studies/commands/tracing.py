@@ -22,10 +22,10 @@ from studies.report.trace_page import trace_page
 from studies.results.made import Made, made_entry
 from studies.results.trace_samples import SAMPLES, TraceSamples, samples_csv, samples_of
 from validation.tracing import catalogue, trace_records
-from validation.tracing.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.effect import acting
 from validation.tracing.figures import figures
+from validation.tracing.fitting.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.outcome import Trace
 from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report

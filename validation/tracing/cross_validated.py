@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hysteresis.records.record import Record
-from validation.tracing.amplitudes import OTHER_AMPLITUDE, amplitude_words
 from validation.tracing.baseline.play_operators import PlayProblem, play_problem
 from validation.tracing.effect import CurveForm, Effect, Values
 from validation.tracing.fitting import Fitted, Model
+from validation.tracing.fitting.amplitudes import OTHER_AMPLITUDE, amplitude_words
 from validation.tracing.fitting.channel_errors import ChannelFit
 from validation.tracing.fitting.fitted import rms
 from validation.tracing.fitting.folds import folds_of, has_folds, share

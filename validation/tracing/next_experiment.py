@@ -22,7 +22,6 @@ from fem_models.load.program import LoadProgram
 from fem_models.rig.checks import RigError, SolverError
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.path import branches
-from validation.tracing.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.baseline.curve import CurveProblem
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.baseline.play_operators import PlayProblem
@@ -30,6 +29,7 @@ from validation.tracing.baseline.rig_problem import Added, RigProblem, observed_
 from validation.tracing.baseline.runs import Run
 from validation.tracing.effect import SampleInputs, Values
 from validation.tracing.fitting import holdout
+from validation.tracing.fitting.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.fitting.fitted import Fitted, rms
 from validation.tracing.fitting.holdout import Protocol
 from validation.tracing.outcome import Trace, competitors_of, turns_are_alike

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.records.metrics import Errors, errors, leap_between_cycles
-from validation.tracing.amplitudes import OTHER_AMPLITUDE
+from validation.tracing.fitting.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words, with_channel_fits
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
