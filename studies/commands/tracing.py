@@ -25,12 +25,12 @@ from validation.tracing import catalogue, trace_records
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.effect import acting
 from validation.tracing.figures import figures
-from validation.tracing.fitting.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.outcome import Trace
 from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report
 from validation.tracing.search.detection import detection_limits
 from validation.tracing.second_opinion import second_opinion
+from validation.tracing.sensors.amplitudes import OTHER_AMPLITUDE
 
 NEXT = "next-experiment.csv"
 PICTURES = ("trace-residual.png", "trace-loops.png", "trace-candidates.png")

@@ -16,7 +16,6 @@ from hysteresis.records.record import Record
 from validation.tracing.baseline.play_operators import PlayProblem, play_problem
 from validation.tracing.effect import CurveForm, Effect, Values
 from validation.tracing.fitting import Fitted, Model
-from validation.tracing.fitting.amplitudes import OTHER_AMPLITUDE, amplitude_words
 from validation.tracing.fitting.channel_errors import ChannelFit
 from validation.tracing.fitting.fitted import rms
 from validation.tracing.fitting.folds import folds_of, has_folds, share
@@ -28,6 +27,7 @@ from validation.tracing.problem import AddedEffect
 from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
 from validation.tracing.search.search import Progress
 from validation.tracing.search.still_zone import find_still_zone
+from validation.tracing.sensors.amplitudes import OTHER_AMPLITUDE, amplitude_words
 from validation.tracing.settings import (
     FOLD_ALIKE,
     LEAST_PLAY_SAMPLES,

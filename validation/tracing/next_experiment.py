@@ -29,13 +29,13 @@ from validation.tracing.baseline.rig_problem import Added, RigProblem, observed_
 from validation.tracing.baseline.runs import Run
 from validation.tracing.effect import SampleInputs, Values
 from validation.tracing.fitting import holdout
-from validation.tracing.fitting.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.fitting.fitted import Fitted, rms
 from validation.tracing.fitting.holdout import Protocol
 from validation.tracing.outcome import Trace, competitors_of, turns_are_alike
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.problem import Problem
 from validation.tracing.search.still_zone import SAME_STILL
+from validation.tracing.sensors.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.settings import (
     AMPLITUDE_FACTORS,
     CYCLE_SAMPLES,

@@ -14,7 +14,6 @@ from scipy.stats import t as student
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.records.metrics import Errors, errors, leap_between_cycles
-from validation.tracing.fitting.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words, with_channel_fits
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
@@ -22,6 +21,7 @@ from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.fitting.noise import NOT_KNOWN
 from validation.tracing.fitting.ranking import RankedModel, ranked_models
 from validation.tracing.fitting.uncertainty import covariance
+from validation.tracing.sensors.amplitudes import OTHER_AMPLITUDE
 from validation.tracing.sensors.readings import LEAPT
 
 if TYPE_CHECKING:  # a trace makes its own report

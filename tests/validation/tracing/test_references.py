@@ -15,9 +15,9 @@ from studies.commands.tracing import limits_of
 from validation.tracing import trace_records
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.cross_validated import _without_change
-from validation.tracing.fitting.amplitudes import OTHER_AMPLITUDE, amplitude_words, cycle_amplitudes
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import in_words, trace_report
+from validation.tracing.sensors.amplitudes import OTHER_AMPLITUDE, amplitude_words, cycle_amplitudes
 from validation.tracing.trace import _require_one_sense, _rigs_not_used
 
 
