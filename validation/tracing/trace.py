@@ -70,6 +70,7 @@ from validation.tracing.settings import (
     NOT_ALIKE,
     POLICIES,
     REFERENCE_MOST,
+    SIGNIFICANT,
 )
 from validation.tracing.verdict import (
     above_noise,
@@ -377,9 +378,8 @@ def _trace_unknown_geometry(
         fitted = plays.fitted[0]
         if plays.heldout_deg > COMPETITOR_NOISE * fitted.noise.deg:
             by_folds = trace_by_folds(plays, effects, report)
-        hidden_deg = sensor_noise_deg(fitted.model.problem.records, fitted.residuals) or 0.0
         explained_deg = by_folds.augmented.heldout_rmse_deg if by_folds else math.inf
-        competitors = plays.heldout_deg, explained_deg, max(fitted.noise.deg, hidden_deg)
+        competitors = plays.heldout_deg, explained_deg, _noise_of_competitor(fitted)
     rig, by_rig = _trace_equivalent_rig(records, effects, threads, report, competitors)
     traces = [by_rig] if by_rig else []
     explained = by_rig is not None and (is_explained(by_rig) or is_too_little(by_rig))
@@ -411,6 +411,12 @@ def _trace_unknown_geometry(
             raise
         return by_folds or trace_by_folds(plays, effects, report)
     return by_folds if by_folds is not None and predicts_better(by_folds, best) else best
+
+
+def _noise_of_competitor(fitted: Fitted) -> float:
+    """Noise floor of play operators, deg; what neighbours hide counts where it is all that is left, as for a verdict."""
+    hidden_deg = sensor_noise_deg(fitted.model.problem.records, fitted.residuals) or 0.0
+    return max(fitted.noise.deg, hidden_deg if fitted.rmse_deg <= SIGNIFICANT * hidden_deg else 0.0)
 
 
 def _trace_equivalent_rig(

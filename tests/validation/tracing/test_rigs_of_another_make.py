@@ -145,6 +145,15 @@ def test_a_search_is_given_up_by_the_noise_of_all_samples(noise, gives_up):
     assert not search.is_far_behind(SimpleNamespace(rmse_deg=1.0, noise=SimpleNamespace(deg=0.23)))
 
 
+@pytest.mark.parametrize(("hidden", "noise"), [(None, 0.02), (0.09, 0.09), (0.08, 0.02), (0.01, 0.02)])
+def test_noise_that_neighbours_hide_counts_where_it_is_all_that_is_left(monkeypatch, hidden, noise):
+    """A filtered sensor hides its noise from neighbours; of the tendon robot structure looks like such noise, too."""
+    monkeypatch.setattr(tracing, "sensor_noise_deg", lambda records, residuals: hidden)
+    model = SimpleNamespace(problem=SimpleNamespace(records=()))
+    plays = SimpleNamespace(model=model, residuals=(), rmse_deg=0.1, noise=SimpleNamespace(deg=0.02))
+    assert tracing._noise_of_competitor(plays) == noise
+
+
 def better_baseline(monkeypatch, found, square: float, *, noise: bool = False, pays: bool = True):
     """The trace beside a baseline that is fitted again and has a square."""
     again = SimpleNamespace(square=square)
@@ -233,11 +242,8 @@ def test_play_operators_answer_where_a_rig_has_no_equilibrium_without_the_held_o
     """One fit without a solution had ended the whole trace."""
     error = SimpleNamespace(rmse_deg=0.1, heldout_rmse_deg=0.1)
     rig = SimpleNamespace(model="equivalent rig", effects=(), augmented=error, verdict="none")
-    model = SimpleNamespace(problem=SimpleNamespace(records=()))
-    plays = SimpleNamespace(
-        heldout_deg=0.1, fitted=[SimpleNamespace(noise=SimpleNamespace(deg=0.1), model=model, residuals=())]
-    )
-    monkeypatch.setattr(tracing, "sensor_noise_deg", lambda records, residuals: None)
+    plays = SimpleNamespace(heldout_deg=0.1, fitted=[SimpleNamespace(noise=SimpleNamespace(deg=0.1))])
+    monkeypatch.setattr(tracing, "_noise_of_competitor", lambda fitted: 0.1)
 
     def no_solution(*given):
         raise SolverError("no equilibrium")
