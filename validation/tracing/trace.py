@@ -414,7 +414,7 @@ def _trace_unknown_geometry(
 
 
 def _noise_of_competitor(fitted: Fitted) -> float:
-    """Noise floor of play operators, deg; what neighbours hide counts where it is all that is left, as for a verdict."""
+    """Noise floor of play operators, deg; what neighbours hide counts where it is all that is left."""
     hidden_deg = sensor_noise_deg(fitted.model.problem.records, fitted.residuals) or 0.0
     return max(fitted.noise.deg, hidden_deg if fitted.rmse_deg <= SIGNIFICANT * hidden_deg else 0.0)
 
