@@ -64,6 +64,8 @@ SetName = Literal[
     "score-27",
     "score-28",
     "score-29",
+    "score-30",
+    "score-31",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -96,6 +98,8 @@ SETS: dict[SetName, int] = {
     "score-27": 20_261_148,
     "score-28": 20_261_149,
     "score-29": 20_261_150,
+    "score-30": 20_261_151,
+    "score-31": 20_261_152,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 
