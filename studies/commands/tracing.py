@@ -30,7 +30,8 @@ from validation.tracing.outcome import Trace
 from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report
 from validation.tracing.search.detection import detection_limits
 from validation.tracing.second_opinion import second_opinion
-from validation.tracing.sensors.amplitudes import OTHER_AMPLITUDE
+from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
+from validation.tracing.settings import AT_FLOOR, EXPLAINED_SHARE
 
 NEXT = "next-experiment.csv"
 PICTURES = ("trace-residual.png", "trace-loops.png", "trace-candidates.png")
@@ -166,7 +167,12 @@ def limits_of(trace: Trace) -> list[DetectionLimit]:
     """Give the detection limits of the records; none where named effects leave nothing to find, or nothing is named."""
     if trace.verdict not in ("none", "partial", "unexplained") or OTHER_AMPLITUDE in trace.words:
         return []
-    return detection_limits(trace.augmented, acting(catalogue(), in_space=_is_in_space(trace)), trace.floor.deg)
+    effects = acting(catalogue(), in_space=_is_in_space(trace))
+    if OTHER_RATE not in trace.words:
+        return detection_limits(trace.augmented, effects, trace.floor.deg)
+    if trace.augmented.heldout_rmse_deg > AT_FLOOR * trace.floor.deg:  # a change must leave less (_without_change)
+        return []
+    return detection_limits(trace.augmented, effects, trace.floor.deg, of_change=EXPLAINED_SHARE)
 
 
 def _is_in_space(trace: Trace) -> bool:

@@ -35,7 +35,7 @@ from validation.tracing.outcome import Trace, competitors_of, turns_are_alike
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.problem import Problem
 from validation.tracing.search.still_zone import SAME_STILL
-from validation.tracing.sensors.amplitudes import OTHER_AMPLITUDE
+from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
 from validation.tracing.settings import (
     AMPLITUDE_FACTORS,
     CYCLE_SAMPLES,
@@ -390,6 +390,8 @@ def _lacking(trace: Trace) -> str:
     """Say which protocol the records lack, first of all one that the residual depends on."""
     if OTHER_AMPLITUDE in trace.words:
         return "the reference at the amplitude of the new records: without it, a change and the amplitude look alike"
+    if OTHER_RATE in trace.words:
+        return "the reference at the rate of the new records, or on both sides of it: a change and a rate look alike"
     lacks = _absent(trace)
     if trace.verdict == "unexplained":
         for name in trace.smooth.names:

@@ -21,7 +21,7 @@ from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.fitting.noise import NOT_KNOWN
 from validation.tracing.fitting.ranking import RankedModel, ranked_models
 from validation.tracing.fitting.uncertainty import covariance
-from validation.tracing.sensors.amplitudes import OTHER_AMPLITUDE
+from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
 from validation.tracing.sensors.readings import LEAPT
 
 if TYPE_CHECKING:  # a trace makes its own report
@@ -333,7 +333,7 @@ def in_words(report: TraceReport) -> list[str]:
     first = f"{something}, but no effect of the catalogue explains enough of it."
     if NOT_KNOWN in report.words:
         return [f"Whether an effect is missing cannot be said: the noise is not known. {baseline}.", *near, *reasons]
-    if OTHER_AMPLITUDE in report.words:
+    if OTHER_AMPLITUDE in report.words or OTHER_RATE in report.words:
         return [f"Whether the rig has changed cannot be said. {baseline}; {noise}.", *near, *reasons]
     if LEAPT in report.words:
         of_change = "nothing has changed since the reference"

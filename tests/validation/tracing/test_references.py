@@ -15,9 +15,18 @@ from studies.commands.tracing import limits_of
 from validation.tracing import trace_records
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.cross_validated import _without_change
+from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.next_experiment import next_experiment
+from validation.tracing.outcome import Trace
 from validation.tracing.result import in_words, trace_report
-from validation.tracing.sensors.amplitudes import OTHER_AMPLITUDE, amplitude_words, cycle_amplitudes
+from validation.tracing.sensors.protocol import (
+    OTHER_AMPLITUDE,
+    OTHER_RATE,
+    amplitude_words,
+    cycle_amplitudes,
+    cycle_rates,
+    rate_words,
+)
 from validation.tracing.trace import _require_one_sense, _rigs_not_used
 
 
@@ -88,6 +97,72 @@ def test_beside_a_record_of_an_amplitude_of_the_reference_a_change_stays_named()
     assert _without_change(named, amplitude_words([loop(1.0), loop(2.0)], [loop(2.0)])) is named
     nothing = SimpleNamespace(effects=())
     assert _without_change(nothing, amplitude_words([loop(1.0)], [loop(2.0)])) is nothing
+
+
+def timed(rate_Hz, cycles=3.3, amplitude=2.0, **about):
+    """A motor that takes hold by a small motion to and fro, then whole cycles, and a part of one."""
+    time = np.arange(int(120 * cycles) + 1) / (120 * rate_Hz)
+    drive = amplitude * np.sin(2 * np.pi * rate_Hz * time) + 0.1 * np.exp(-((20 * rate_Hz * time - 1) ** 2))
+    return Record(drive, 10 * drive, time_s=time, **about)
+
+
+def test_rates_are_those_of_whole_cycles():
+    assert cycle_rates(timed(0.3)) == pytest.approx([0.3] * 4, rel=0.02)
+    assert cycle_rates(timed(0.3, cycles=1.05)) == pytest.approx([0.3], rel=0.02)  # two turning points
+    assert cycle_rates(replace(timed(0.3), time_s=None)) == []
+
+
+def test_rates_beyond_those_of_the_reference_are_told():
+    other, *words = rate_words([timed(0.3, source="x/new.csv")], [timed(0.1), timed(0.1)])
+    assert other == OTHER_RATE
+    assert words == [
+        "new.csv: the reference has no rate of 0.3 Hz (its own: 0.1): what differs may be of the rate and no change; "
+        "record the reference at this one, too"
+    ]
+    assert rate_words([timed(0.3)], [timed(0.1), timed(0.5)]) == []  # in between
+    assert rate_words([timed(0.3)], [timed(0.31)]) == []
+    assert OTHER_RATE not in rate_words([timed(0.3), timed(0.1)], [timed(0.1)])
+    assert rate_words([loop()], [timed(0.1)]) == []  # no times
+    assert rate_words([timed(0.3)], [loop()]) == []
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "confusable", "verdict", "stays"),
+    [
+        (0.5, 0.2, (("backlash",),), "effect", True),
+        (0.5, 0.27, (("backlash",),), "effect", False),  # 71 % of the squares: a rate has made as much
+        (0.5, 0.2, (("backlash",),), "partial", False),  # more is left than of the reference
+        (0.5, 0.2, (("a", "b", "c"),), "ambiguous", False),
+    ],
+)
+def test_at_another_rate_a_change_must_explain_more_than_the_rate(before, after, confusable, verdict, stays):
+    baseline, best = (
+        SimpleNamespace(names=(), heldout_rmse_deg=left, heldout_errors=[np.full(50, left)]) for left in (before, after)
+    )
+    trace = Trace(
+        model="play operators",
+        verdict=verdict,
+        baseline=baseline,
+        augmented=SimpleNamespace(
+            **vars(best), model=SimpleNamespace(added=[SimpleNamespace(effect=SimpleNamespace(name="gravity"))])
+        ),
+        candidates=(),
+        confusable=confusable,
+        floor=NoiseFloor(0.1, None),
+        smooth=SimpleNamespace(names=()),
+        words=(),
+        alike=10.0,
+    )
+    words = rate_words([timed(0.3)], [timed(0.1)])
+    judged = _without_change(trace, words)
+    if stays:
+        assert judged is trace
+    else:
+        assert judged.verdict == "unexplained"
+        assert judged.augmented is baseline
+        assert judged.words[0].startswith("gravity takes ")
+        assert [*judged.words[-len(words) :]] == words
+    assert _without_change(trace, rate_words([timed(0.1)], [timed(0.1)])) is trace
 
 
 def under_force(name):
