@@ -181,8 +181,8 @@ of the angle, that a parameter counts as which is one scale away from its prior 
 LARGEST_TOE = 2.2
 """Toe region of the tendons of an equivalent rig at most, over the largest preload: as soft as the paper's tendon at
 20 N. A softer one is an effect (stiffening)."""
-LEAST_TOE = 0.025
-"""Toe region, over the largest preload, of tendons that are all but linear."""
+LEAST_TOE, TOE_PARAMETER = 0.025, "toe_N"
+"""Toe region, over the largest preload, of tendons that are all but linear, and its name in a baseline."""
 LARGEST_GUIDE_FRICTION = 0.02
 """Friction of all guides of an equivalent rig at most, over the largest preload: more is an effect."""
 LARGEST_CUBIC = 0.45

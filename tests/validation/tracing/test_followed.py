@@ -89,11 +89,16 @@ def beside_an_early_baseline(case, *names):
 
 
 @pytest.mark.parametrize(
-    ("effect", "left"), [("tendon_slack", 2.4), pytest.param("tip_load", 1.9, marks=pytest.mark.case)]
+    ("set_name", "effect", "left"),
+    [
+        ("score-21", "tendon_slack", 2.4),
+        ("score-29", "tendon_slack", 2.8),  # from everywhere, until the toe region of its own fit was taken out
+        pytest.param("score-21", "tip_load", 1.9, marks=pytest.mark.case),
+    ],
 )
-def test_effects_of_unknown_rigs_come_to_the_noise_from_starts_far_from_the_baseline(effect, left):
+def test_effects_of_unknown_rigs_come_to_the_noise_from_starts_far_from_the_baseline(set_name, effect, left):
     """Slack ended beside a toe region that takes its place, a load at the tip at a fifth of its size."""
-    case = draw_case("score-21", "unknown", effect, 0)
+    case = draw_case(set_name, "unknown", effect, 0)
     search, baseline = beside_an_early_baseline(case, effect)
     assert baseline.rmse_deg > left * case.truth.noise_deg  # what slack and a small load left, too
     found = min(candidates_with_one_more(search, baseline, None), key=lambda one: one.square)

@@ -14,16 +14,18 @@ from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.model import Model
 from validation.tracing.plausibility import implausible
 from validation.tracing.problem import AddedEffect
-from validation.tracing.search.restarts import best_of_other_loops
+from validation.tracing.search.restarts import best_of_other_loops, best_of_other_tendons
 from validation.tracing.search.search import Search
 from validation.tracing.search.starts import Start, best_starts, every_start
 from validation.tracing.settings import (
     BESIDE,
     COMPETITOR_AT_NOISE,
+    COMPETITOR_SQUARE,
     FEW_STEPS,
     GAINS_FAST,
     MISFIT_ALIKE,
     OTHER_FORM_SQUARE,
+    SIGNIFICANT_LOOSE,
 )
 
 
@@ -64,7 +66,20 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
     screened.sort(key=lambda one: one.fitted.square)
     if not policy.screened:
         return [one.fitted for one in screened]
-    return _lead_on(search, fitted, _finish(search, fitted, screened))
+    finished = _finish(search, fitted, screened)
+    return _lead_on(search, fitted, finished if fitted.names else _with_other_tendons(search, finished))
+
+
+def _with_other_tendons(search: Search, candidates: Sequence[Fitted]) -> list[Fitted]:
+    """Fit candidates that are about as good as the best from other tendons, too, where none explains the records.
+
+    Only an equivalent rig has tendons that are free.
+    """
+    best = min(candidates, key=lambda g: g.square, default=None)
+    if not search.policy.absorbs_effects or best is None or best.rmse_deg <= SIGNIFICANT_LOOSE * best.noise.deg:
+        return [*candidates]
+    near = COMPETITOR_SQUARE * best.square
+    return [best_of_other_tendons(search, g) if g.square < near else g for g in candidates]
 
 
 def _first_steps_of_all(search: Search, early: Fitted, effects: Sequence[Effect], number: int) -> list[Screened]:
