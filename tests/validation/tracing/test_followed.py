@@ -22,6 +22,7 @@ from validation.tracing.fitting.evidence import rests_early
 from validation.tracing.fitting.fitted import Rows
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.search.candidates import candidates_with_one_more
+from validation.tracing.search.restarts import best_of_restarts
 from validation.tracing.search.search import Search
 from validation.tracing.search.starts import every_start
 from validation.tracing.settings import EARLY_STEPS, EQUIVALENT_RIG, KNOWN_RIG, MOST_STEPS
@@ -103,6 +104,17 @@ def test_effects_of_unknown_rigs_come_to_the_noise_from_starts_far_from_the_base
     assert baseline.rmse_deg > left * case.truth.noise_deg  # what slack and a small load left, too
     found = min(candidates_with_one_more(search, baseline, None), key=lambda one: one.square)
     assert found.rmse_deg < 1.15 * case.truth.noise_deg
+
+
+def test_a_play_is_fitted_again_beside_the_start_of_the_baseline():
+    """It was left at 1.02 times the noise, its width at 0.14 mm, and the weight of the rings was named."""
+    case = draw_case("score-29", "unknown", "preloaded_play", 0)
+    search, baseline = beside_an_early_baseline(case, "preloaded_play")
+    found = min(candidates_with_one_more(search, baseline, None), key=lambda one: one.square)
+    again = best_of_restarts(search, found)
+    assert again.square < 0.97 * found.square
+    width = again.model.values(again.x)[1][0]["free_width_mm"]
+    assert width == pytest.approx(case.truth.numbers["preloaded_play"]["free_width_mm"], rel=0.05)
 
 
 def test_every_start_of_an_effect_may_name_parameters_of_the_baseline():

@@ -48,18 +48,35 @@ def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
     """Fit an augmented model again from other starting points; the best fit of the training samples.
 
     A fit may end in a valley along which the training samples do not distinguish two parameters, such as backlash and
-    friction at the base. On a known rig other loops are tried again from a fit that is better: a loop may be
-    several optima away.
+    friction at the base, or beside wrong tendons (:func:`other_tendons`). On a known rig other loops are tried again
+    from a fit that is better: a loop may be several optima away.
     """
     if not (search.policy.restarted and fitted.names):
         return fitted
     valley = along_the_valley(fitted) if search.policy.along_valley else ()
-    best = _best_from(search, fitted, (*other_loops(fitted), *valley))
+    best = _best_from(search, fitted, (*other_loops(fitted), *other_tendons(fitted), *valley))
     for _ in range(MOST_RESTARTS if search.policy.along_valley else 0):
         if best is fitted or best.train_square > (1 - CONTAINED_TOLERANCE) * fitted.train_square:
             break
         fitted, best = best, _best_from(search, best, other_loops(best))
-    return best
+    return _best_from_declared(search, best) if search.policy.absorbs_effects else best
+
+
+def _best_from_declared(search: Search, fitted: Fitted) -> Fitted:
+    """Fit a model of an equivalent rig again, its effects as they are, beside the baseline's start; the better fit.
+
+    The parameters of the fit are those of a baseline that had absorbed the effect. Beside such a one a play that
+    preload takes up had come to 1.02 times the noise, and the weight of the rings, which was named, to 1.00; from the
+    start, of linear tendons, it came to 0.99.
+    """
+    start, effects = dict(search.problem.start), fitted.model.values(fitted.x)[1]
+    if TOE_PARAMETER in start:
+        start[TOE_PARAMETER] = LEAST_TOE * search.problem.preload_N
+    search.report(f"{' + '.join(fitted.names)}, from the start of the baseline")
+    with suppress(SolverError, RigError):
+        there = fit(fitted.model, fitted.holdout, fitted.model.coordinates(start, effects), threads=search.threads)
+        return min(fitted, there, key=lambda one: one.train_square)
+    return fitted
 
 
 def _best_from(search: Search, fitted: Fitted, starts: Sequence[Floats]) -> Fitted:
@@ -75,7 +92,12 @@ def _best_from(search: Search, fitted: Fitted, starts: Sequence[Floats]) -> Fitt
 
 
 def best_of_other_tendons(search: Search, fitted: Fitted) -> Fitted:
-    """Fit a model of an equivalent rig again from tendons with hardly a toe region; the better fit of all samples.
+    """Fit a model of an equivalent rig again from tendons with hardly a toe region; the better fit."""
+    return _best_from(search, fitted, other_tendons(fitted))
+
+
+def other_tendons(fitted: Fitted) -> list[Floats]:
+    """Coordinates of an equivalent rig with tendons that are all but linear; none where they are, or have no toe.
 
     Soft tendons and linear ones are two optima, and a baseline without the effect may sit in the wrong one. For slack
     of a rig of linear tendons every start led to a toe region of 20 N and 2.8 times the noise; from there with one of
@@ -84,18 +106,11 @@ def best_of_other_tendons(search: Search, fitted: Fitted) -> Fitted:
     problem, (baseline, effects) = fitted.model.problem, fitted.model.values(fitted.x)
     own = {name for values in effects for name in values}
     if not isinstance(problem, EquivalentRigProblem) or TOE_PARAMETER not in baseline.keys() - own:
-        return fitted
+        return []
     linear = LEAST_TOE * problem.preload_N
-    if is_noise(fitted) or baseline[TOE_PARAMETER] <= linear:
-        return fitted
-    search.report(f"{' + '.join(fitted.names)}, from other tendons")
-    x = fitted.model.coordinates({**baseline, TOE_PARAMETER: linear}, effects)
-    with suppress(SolverError, RigError):
-        there = fit(fitted.model, fitted.holdout, x, threads=search.threads, most_steps=FEW_STEPS)
-        if there.square < PROMISING**2 * fitted.square:
-            there = fit(fitted.model, fitted.holdout, there.x, threads=search.threads)
-        return min(fitted, there, key=lambda one: one.square)
-    return fitted
+    if baseline[TOE_PARAMETER] <= linear:
+        return []
+    return [fitted.model.coordinates({**baseline, TOE_PARAMETER: linear}, effects)]
 
 
 def other_loops(fitted: Fitted, factors: Sequence[float] = LOOP_FACTORS_FINAL) -> list[Floats]:
