@@ -31,7 +31,6 @@ from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, T
 from validation.tracing.search.detection import detection_limits
 from validation.tracing.second_opinion import second_opinion
 from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
-from validation.tracing.settings import AT_FLOOR, EXPLAINED_SHARE
 
 NEXT = "next-experiment.csv"
 PICTURES = ("trace-residual.png", "trace-loops.png", "trace-candidates.png")
@@ -164,15 +163,14 @@ def with_ending(traced: Traced, ending: str) -> tuple[TraceReport, dict[str, str
 
 
 def limits_of(trace: Trace) -> list[DetectionLimit]:
-    """Give the detection limits of the records; none where named effects leave nothing to find, or nothing is named."""
-    if trace.verdict not in ("none", "partial", "unexplained") or OTHER_AMPLITUDE in trace.words:
+    """Give the detection limits of the records; none where named effects leave nothing to find, or nothing is named.
+
+    Nor where a reference lacks the amplitude or the rate of the new records, which hides a change.
+    """
+    hidden = {OTHER_AMPLITUDE, OTHER_RATE} & {*trace.words}
+    if trace.verdict not in ("none", "partial", "unexplained") or hidden:
         return []
-    effects = acting(catalogue(), in_space=_is_in_space(trace))
-    if OTHER_RATE not in trace.words:
-        return detection_limits(trace.augmented, effects, trace.floor.deg)
-    if trace.augmented.heldout_rmse_deg > AT_FLOOR * trace.floor.deg:  # a change must leave less (_without_change)
-        return []
-    return detection_limits(trace.augmented, effects, trace.floor.deg, of_change=EXPLAINED_SHARE)
+    return detection_limits(trace.augmented, acting(catalogue(), in_space=_is_in_space(trace)), trace.floor.deg)
 
 
 def _is_in_space(trace: Trace) -> bool:

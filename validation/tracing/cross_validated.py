@@ -165,23 +165,28 @@ def _preload_words(fitted: Fitted) -> list[str]:
 def _without_change(trace: Trace, words: Sequence[str]) -> Trace:
     """Name no change that may be of another amplitude or rate of every new record; ``words`` of the records stay.
 
-    A rate alone has made 77 % of the squares look like a late tendon, and 86 % like one of six effects. A change counts
-    there that takes most, leaves no more than the reference does, and is confused with few.
+    A rate alone has made 77 % of the squares look like a late tendon that still left twice the floor, and 86 % like one
+    of six effects. A change is named there that takes most, leaves no more than counts as explained, and is confused
+    with few.
     """
-    if not trace.effects or not (OTHER_AMPLITUDE in words or (OTHER_RATE in words and not _exceeds_a_rate(trace))):
+    if not trace.effects or not {OTHER_AMPLITUDE, OTHER_RATE} & {*words}:
         return trace
-    before, after = trace.baseline.heldout_errors, trace.augmented.heldout_errors
-    found = 100 * share(before, after, trace.floor.deg).value
-    taken = taken_back(trace, f"{_names(trace.effects)} takes {found:.0f} % of the error above the noise")
+    before, after, names = trace.baseline, trace.augmented, _names(trace.effects)
+    if OTHER_AMPLITUDE in words:
+        part = share(before.heldout_errors, after.heldout_errors, trace.floor.deg).value
+        reason = f"{names} takes {100 * part:.0f} % of the error above the noise"
+    else:
+        whole = 1 - (after.heldout_rmse_deg / before.heldout_rmse_deg) ** 2
+        alike = max((len(others) for others in trace.confusable), default=0)
+        reason = f"{names} takes {100 * whole:.0f} % of the squared error"
+        if whole >= EXPLAINED_SHARE and trace.verdict != "partial" and alike <= MOST_ALIKE:
+            return replace(trace, words=(*trace.words, f"{reason}, more than a rate has made of rigs without a change"))
+        if whole >= EXPLAINED_SHARE:
+            left = f"leaves {after.heldout_rmse_deg / trace.floor.deg:.2g} times the floor"
+            reason += f" and {left}" if trace.verdict == "partial" else f", and {alike} others do as well"
+        reason += ": a rate may make as much"
+    taken = taken_back(trace, reason)
     return replace(taken, words=(*taken.words, *words))
-
-
-def _exceeds_a_rate(trace: Trace) -> bool:
-    """Whether a change explains more than another rate of a rig that has not changed."""
-    before, after = trace.baseline.heldout_rmse_deg, trace.augmented.heldout_rmse_deg
-    takes_most = before**2 - after**2 >= EXPLAINED_SHARE * before**2
-    few = all(len(others) <= MOST_ALIKE for others in trace.confusable)
-    return takes_most and few and trace.verdict != "partial"
 
 
 def _names(effects: Sequence[AddedEffect]) -> str:

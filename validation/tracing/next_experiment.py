@@ -134,11 +134,12 @@ def next_experiment(trace: Trace) -> Experiment:
     """Propose the record that distinguishes most.
 
     Where an effect is named: the program at which the model with it differs most from those that explain the records as
-    well, or else from the runner-up. For ``none`` and ``unexplained``: the protocol that the records lack.
+    well, or else from the runner-up. For ``none`` and ``unexplained``, and where a reference lacks the rate of the new
+    records: the protocol that is lacking.
     """
     if isinstance(trace.baseline.model.problem, SpaceProblem):
         return Experiment(_lacking_in_space(trace))
-    if trace.verdict in ("none", "unexplained"):
+    if trace.verdict in ("none", "unexplained") or OTHER_RATE in trace.words:
         return Experiment(_lacking(trace))
     if _is_still_zone(trace):
         return Experiment(PLAY_OR_FRICTION)

@@ -71,15 +71,19 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
 
 
 def _with_other_tendons(search: Search, candidates: Sequence[Fitted]) -> list[Fitted]:
-    """Fit candidates that are about as good as the best from other tendons, too, where none explains the records.
+    """Fit the leading effects from other tendons, too, where none explains the records.
 
     Only an equivalent rig has tendons that are free.
     """
     best = min(candidates, key=lambda g: g.square, default=None)
     if not search.policy.absorbs_effects or best is None or best.rmse_deg <= SIGNIFICANT_LOOSE * best.noise.deg:
         return [*candidates]
-    near = COMPETITOR_SQUARE * best.square
-    return [best_of_other_tendons(search, g) if g.square < near else g for g in candidates]
+    leading = dict[str, Fitted]()
+    for candidate in sorted(candidates, key=lambda g: g.square):
+        if len(leading) < search.policy.finished and candidate.square < COMPETITOR_SQUARE * best.square:
+            leading.setdefault(candidate.names[-1], candidate)
+    again = {id(g): best_of_other_tendons(search, g) for g in leading.values()}
+    return [again.get(id(g), g) for g in candidates]
 
 
 def _first_steps_of_all(search: Search, early: Fitted, effects: Sequence[Effect], number: int) -> list[Screened]:

@@ -49,9 +49,7 @@ from validation.tracing.settings import (
 )
 
 
-def detection_limits(
-    fitted: Fitted, effects: Sequence[Effect], floor_deg: float, of_change: float = PARTIAL_SHARE
-) -> list[DetectionLimit]:
+def detection_limits(fitted: Fitted, effects: Sequence[Effect], floor_deg: float) -> list[DetectionLimit]:
     """Give the detection limit of each effect with an amount that a model does not have.
 
     Effects without a limit within the bounds of their parameters are left out: no size that the fit allows would show.
@@ -63,11 +61,9 @@ def detection_limits(
         The model that was found, fitted to records.
     floor_deg
         Noise floor; the error that is left counts where it is larger.
-    of_change
-        Part of the whole mean square that a change since a reference must take.
     """
     left = max(floor_deg, fitted.heldout_rmse_deg if math.isfinite(fitted.heldout_rmse_deg) else 0.0)
-    needed = _needed(fitted, left, floor_deg, len(effects), of_change)
+    needed = _needed(fitted, left, floor_deg, len(effects))
     out = []
     for effect in effects:
         if effect.name in fitted.names:
@@ -110,7 +106,7 @@ class _Needed:
         return max(ratio(self.all_deg, action.all_deg), worth, least)
 
 
-def _needed(fitted: Fitted, left_deg: float, floor_deg: float, effects: int, of_change: float) -> _Needed:
+def _needed(fitted: Fitted, left_deg: float, floor_deg: float, effects: int) -> _Needed:
     """Give what an effect needs beside a model that leaves an error of the angle.
 
     With the action a and the error that is left s, the error before is sqrt(s^2 + a^2). The rules ask for a ratio of
@@ -127,7 +123,7 @@ def _needed(fitted: Fitted, left_deg: float, floor_deg: float, effects: int, of_
         angle_worth_deg=left_deg * (by_worth + NINE_OF_TEN / math.sqrt(of_angle)),
         all_worth_deg=all_left * (by_worth + NINE_OF_TEN / math.sqrt(count)),
         angle_least_deg=max(
-            _beyond_noise_deg(fitted, left_deg, floor_deg), _large_part_deg(fitted, left_deg, floor_deg, of_change)
+            _beyond_noise_deg(fitted, left_deg, floor_deg), _large_part_deg(fitted, left_deg, floor_deg)
         ),
     )
 
@@ -150,16 +146,16 @@ def _beyond_noise_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> floa
     return math.sqrt(missing) + _margin_deg(fitted, left_deg) if missing > 0 else 0.0
 
 
-def _large_part_deg(fitted: Fitted, left_deg: float, floor_deg: float, of_change: float = PARTIAL_SHARE) -> float:
+def _large_part_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
     """Rms action that is as large a part of the mean square above the noise as the verdict asks of an effect.
 
     With the action a and the part p it is a^2 >= p (left^2 + a^2 - floor^2), where more than noise is left. Inner folds
     ask less of a known rig, and of play operators any part may be named that takes :data:`PARTIAL_SHARE`; of a change
-    since a reference, ``of_change`` of the whole mean square.
+    since a reference, that part of the whole mean square.
     """
     problem = fitted.model.problem
     if isinstance(problem, PlayProblem) and problem.is_compared:  # of the whole mean square
-        return math.sqrt(of_change / (1 - of_change)) * left_deg + _margin_deg(fitted, left_deg)
+        return math.sqrt(PARTIAL_SHARE / (1 - PARTIAL_SHARE)) * left_deg + _margin_deg(fitted, left_deg)
     if left_deg <= AT_FLOOR * floor_deg:
         return 0.0
     if isinstance(problem, PlayProblem):

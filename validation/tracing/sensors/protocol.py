@@ -9,11 +9,13 @@ at one other rate had a late tendon or a play named. Between two rates of the re
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from hysteresis.records.path import branches, cycle_index, cycle_slices
+from hysteresis.arrays import Floats
+from hysteresis.records.path import branches, cycle_index, cycle_slices, first_stroke
 from hysteresis.records.record import Record
 from validation.tracing.settings import SAME_PROTOCOL
 
@@ -21,8 +23,8 @@ OTHER_AMPLITUDE = "every new record is beyond the amplitudes of the reference"
 """Word of a trace that cannot say whether the rig has changed."""
 OTHER_RATE = "every new record is beyond the rates of the reference"
 """Word of a trace in which a change must explain more than what a rate makes."""
-_OF_CYCLE = 0.25
-"""Part of the drive's range that a stroke of a cycle has at least."""
+_STILL, _RESTS = 1e-3, 0.25
+"""Part of a stroke by which a drive that rests at its end may move; part of its time from which it does rest."""
 
 
 def cycle_amplitudes(record: Record) -> list[float]:
@@ -33,19 +35,29 @@ def cycle_amplitudes(record: Record) -> list[float]:
 
 
 def cycle_rates(record: Record) -> list[float]:
-    """Rate of each whole cycle, Hz, from one turning point of the drive to the next but one; none without times.
+    """Rate of each whole cycle, two strokes that follow each other without what the drive rests between them, Hz.
 
-    Small strokes are no cycles: a motor that takes hold moves to and fro. A record of fewer turning points than three
-    has the rate of its longest stroke.
+    None without times. The first stroke does not count, nor the small ones of a motor that takes hold before it, nor
+    the last one, which may be a part; of one or two strokes the longer one does.
     """
     if record.time_s is None:
         return []
-    ends = [one.stop - 1 for one in branches(record.drive, tolerance=_OF_CYCLE * float(np.ptp(record.drive)))]
-    turns = record.time_s[ends[:-1]]  # the record ends anywhere
-    periods = turns[2:] - turns[:-2]
-    if not periods.size:
-        periods = 2 * np.diff(record.time_s[[0, *ends]]).max(keepdims=True)
-    return [float(1 / period) for period in periods if period > 0]
+    drive, time = record.drive, record.time_s
+    every = branches(drive)
+    whole = [one for one in every[:-1] if one.start > first_stroke(drive).start]
+    if len(whole) < 2:
+        whole = 2 * [max(every, key=lambda one: abs(drive[one.stop - 1] - drive[one.start]))]
+    taken = [_without_rest(time[one], drive[one]) for one in whole]
+    return [float(1 / (a + b)) for a, b in pairwise(taken) if a + b > 0]
+
+
+def _without_rest(time: Floats, drive: Floats) -> float:
+    """Time of a stroke, s, but for what the drive rests at its ends; a sine, which is slow there, does not rest."""
+    near = _STILL * abs(float(drive[-1] - drive[0]))
+    left = int(np.argmax(np.abs(drive - drive[0]) > near))
+    reached = int(np.argmax(np.abs(drive - drive[-1]) <= near))
+    whole, moving = float(time[-1] - time[0]), float(time[reached] - time[max(left - 1, 0)])
+    return moving if moving < (1 - _RESTS) * whole else whole
 
 
 def amplitude_words(records: Sequence[Record], reference: Sequence[Record]) -> list[str]:
@@ -67,10 +79,14 @@ def _words(
     records: Sequence[Record],
     reference: Sequence[Record],
 ) -> list[str]:
-    """Say which records have a median cycle that is larger than all of a reference, or smaller than all."""
-    known = [own for one in reference for own in of_cycles(one)]
-    if not known:
+    """Say which records have a median cycle that is larger than all of a reference, or smaller than all.
+
+    Nothing where a record of the reference does not tell its own.
+    """
+    of_each = [of_cycles(one) for one in reference]
+    if not all(of_each):
         return []
+    known = [own for cycles in of_each for own in cycles]
     low, high = min(known), max(known)
     own = f"{low:.3g}" if high <= (1 + SAME_PROTOCOL) * low else f"{low:.3g} to {high:.3g}"
     medians = [(one, float(np.median(cycles))) for one in records if (cycles := of_cycles(one))]
@@ -80,4 +96,4 @@ def _words(
         for one, median in medians
         if not (1 - SAME_PROTOCOL) * low <= median <= (1 + SAME_PROTOCOL) * high
     ]
-    return [of_all, *beyond] if beyond and len(beyond) == len(records) else beyond
+    return [of_all, *beyond] if beyond and len(beyond) == len(medians) else beyond
