@@ -12,6 +12,7 @@ from validation.tracing import verdict
 from validation.tracing.fitting.noise import NOT_KNOWN, NoiseFloor
 from validation.tracing.fitting.ranking import ranked_models
 from validation.tracing.settings import AT_FLOOR, AT_NOISE, FAR_ABOVE, MISFIT_ALIKE, SIGNIFICANT, SIGNIFICANT_LOOSE
+from validation.tracing.trace import _confirmed
 
 NOISE = NoiseFloor(local_deg=0.1, repeats_deg=None)
 SMOOTH = SimpleNamespace(names=("time",), bic=lambda samples: 0.0)
@@ -56,6 +57,16 @@ def test_what_predicts_better_has_the_lower_heldout_error():
     assert verdict.predicts_better(low, high)
     assert not verdict.predicts_better(high, low)
     assert not verdict.predicts_better(low, low)
+
+
+def test_effects_that_are_taken_back_predict_no_better_than_play_operators_with_theirs():
+    """Three effects of an equivalent rig had come below a delay beside play operators, and nothing was named."""
+    by_folds = named(3.2, 0.6, heldout=(3.2, 0.7), say="partial")
+    several = named(3.7, 0.5, heldout=(3.7, 0.6))
+    several = replace(several, augmented=fitted(0.5, 0.6, names=("time_delay", "tip_contact")), model="equivalent rig")
+    assert not verdict.predicts_better(by_folds, several)
+    assert _confirmed(several).verdict == "unexplained"
+    assert verdict.predicts_better(by_folds, _confirmed(several))
 
 
 @pytest.mark.parametrize(("say", "expected"), [("effect", "partial"), ("ambiguous", "partial"), ("none", "none")])
