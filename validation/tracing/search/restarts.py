@@ -48,8 +48,9 @@ def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
     """Fit an augmented model again from other starting points; the best fit of the training samples.
 
     A fit may end in a valley along which the training samples do not distinguish two parameters, such as backlash and
-    friction at the base, or beside wrong tendons (:func:`other_tendons`). On a known rig other loops are tried again
-    from a fit that is better: a loop may be several optima away.
+    friction at the base, or beside wrong tendons (:func:`other_tendons`). Of an equivalent rig the effects are also
+    fitted beside the baseline's start. On a known rig other loops are tried again from a fit that is better: a loop may
+    be several optima away.
     """
     if not (search.policy.restarted and fitted.names):
         return fitted
