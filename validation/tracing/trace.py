@@ -84,6 +84,7 @@ from validation.tracing.verdict import (
     is_explained,
     is_too_little,
     judge,
+    left_near_noise,
     named_in_part,
     partial_above_floor,
     predicts_better,
@@ -156,7 +157,7 @@ def trace_records(
         trace = _confirmed(trace)
         if trace.verdict == "unexplained" and problem is not None:
             trace = partial_above_floor(named_in_part(trace, threads))
-        trace = with_remaining_error(trace)
+        trace = with_remaining_error(left_near_noise(trace))
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
     notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))

@@ -10,6 +10,7 @@ from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
     curve_does_as_well,
     is_beyond_chance,
+    more_than_noise,
     significant_ratio,
 )
 from validation.tracing.fitting.fitted import Fitted
@@ -242,6 +243,20 @@ def is_too_little(trace: Trace) -> bool:
         return False
     at_noise = significant_ratio(trace.augmented, EQUIVALENT_RIG) * trace.floor.deg
     return not trace.effects or trace.augmented.rmse_deg > at_noise
+
+
+def left_near_noise(trace: Trace) -> Trace:
+    """Take effects of a known rig back whose baseline is near the noise, and which leave more than noise.
+
+    A rig that is declared may be of another make, too, whose laws leave up to :data:`FAR_ABOVE` times the noise. Of two
+    clean ones a loss of the loop took half of 1.5 times the noise, and slack came to it on what was fitted alone.
+    """
+    baseline, floor = trace.baseline, trace.floor.deg
+    near = trace.known and trace.effects and baseline.train_rmse_deg < FAR_ABOVE * floor
+    if not (near and (reason := more_than_noise(trace.augmented, floor))):
+        return trace
+    trace = taken_back(trace, f"{reason}: too much, so near to the noise")
+    return replace(trace, verdict="none") if baseline.rmse_deg <= NEAR_NOISE * floor else trace
 
 
 def above_noise(trace: Trace) -> Trace:

@@ -11,6 +11,7 @@ from validation.tracing.settings import (
     AT_NOISE,
     FAR_BEYOND_CHANCE,
     RESTS_EARLY,
+    SIGNIFICANT,
     SMALL_SAMPLE_MARGIN,
     VERY_STRONG_EVIDENCE,
     WORTH_NAMING,
@@ -36,6 +37,18 @@ def is_beyond_chance(before: Fitted, after: Fitted, policy: SearchPolicy) -> boo
     """
     gain = before.train_bic(after.train_samples) - after.train_bic(after.train_samples)
     return policy.absorbs_effects and bool(after.names) and gain > FAR_BEYOND_CHANCE
+
+
+def more_than_noise(fitted: Fitted, noise_deg: float) -> str:
+    """Words where a model leaves more than noise of the samples it was fitted to or of those held out, else empty."""
+    held = fitted.heldout_error_deg.size
+    for samples, error, count in (
+        ("fitted", fitted.train_rmse_deg, fitted.error_deg.size - held),
+        ("held-out", fitted.heldout_rmse_deg, held),
+    ):
+        if count and error > max(SIGNIFICANT, 1.0 + SMALL_SAMPLE_MARGIN / math.sqrt(count)) * noise_deg:
+            return f"{' + '.join(fitted.names)} leaves {error / noise_deg:.2g} times the noise of the {samples} samples"
+    return ""
 
 
 def is_noise(fitted: Fitted) -> bool:

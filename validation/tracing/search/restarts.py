@@ -60,10 +60,10 @@ def best_of_restarts(search: Search, fitted: Fitted) -> Fitted:
         if best is fitted or best.train_square > (1 - CONTAINED_TOLERANCE) * fitted.train_square:
             break
         fitted, best = best, _best_from(search, best, other_loops(best))
-    return _best_from_start(search, best) if search.policy.absorbs_effects else best
+    return best_from_start(search, best) if search.policy.absorbs_effects else best
 
 
-def _best_from_start(search: Search, fitted: Fitted) -> Fitted:
+def best_from_start(search: Search, fitted: Fitted) -> Fitted:
     """Fit a model of an equivalent rig again, its effects as they are, beside the baseline's start; the better fit.
 
     The parameters of the fit are those of a baseline that had absorbed the effect. Beside such a one a play that
