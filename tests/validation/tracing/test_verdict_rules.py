@@ -11,7 +11,15 @@ import pytest
 from validation.tracing import verdict
 from validation.tracing.fitting.noise import NOT_KNOWN, NoiseFloor
 from validation.tracing.fitting.ranking import ranked_models
-from validation.tracing.settings import AT_FLOOR, AT_NOISE, FAR_ABOVE, MISFIT_ALIKE, SIGNIFICANT, SIGNIFICANT_LOOSE
+from validation.tracing.settings import (
+    AT_FLOOR,
+    AT_NOISE,
+    FAR_ABOVE,
+    MISFIT_ALIKE,
+    NEAR_NOISE,
+    SIGNIFICANT,
+    SIGNIFICANT_LOOSE,
+)
 from validation.tracing.trace import _confirmed
 
 NOISE = NoiseFloor(local_deg=0.1, repeats_deg=None)
@@ -393,3 +401,42 @@ def test_a_constant_beyond_sense_does_not_make_noise_unexplained(monkeypatch):
     assert (trace.verdict, trace.words) == ("none", too_little)
     assert trace.augmented is baseline
     assert seen == [best, baseline]
+
+
+def near(before: float, fit: float, held: float, *, samples: int = 10_000, **more) -> Found:
+    """A known rig whose baseline leaves a multiple of the noise, with an effect that leaves others."""
+    baseline, effect = fitted(0.1 * before), fitted(0.1 * fit, 0.1 * held, names=("functional_fatigue",))
+    effect.error_deg, effect.heldout_error_deg = np.zeros(2 * samples), np.zeros(samples)
+    return Found("effect", baseline, effect, effects=("functional_fatigue",), known=True, **more)
+
+
+@pytest.mark.parametrize(
+    ("before", "fit", "held", "says"),
+    [
+        (0.99 * FAR_ABOVE, 1.14, 1.14, "effect"),
+        (0.99 * FAR_ABOVE, 1.16, 1.0, "unexplained"),
+        (0.99 * FAR_ABOVE, 1.0, 1.16, "unexplained"),
+        (1.01 * FAR_ABOVE, 1.3, 1.3, "effect"),
+        (1.01 * NEAR_NOISE, 1.24, 1.0, "unexplained"),
+        (0.99 * NEAR_NOISE, 1.24, 1.0, "none"),
+    ],
+)
+def test_near_the_noise_an_effect_of_a_known_rig_must_leave_noise_of_both_samples(before, fit, held, says):
+    """A clean rig of another make leaves 1.5 times the noise, and a loss of the loop took that to 1.24 times."""
+    found = near(before, fit, held)
+    judged = verdict.left_near_noise(found)
+    assert judged.verdict == says
+    if says == "effect":
+        assert judged is found
+        return
+    assert judged.augmented is found.baseline
+    which = "fitted" if fit > held else "held-out"
+    assert judged.words[0].startswith(f"functional_fatigue leaves 1.2 times the noise of the {which} samples")
+
+
+def test_the_noise_of_few_samples_and_rigs_that_are_not_declared_have_rules_of_their_own():
+    few = near(1.5, 1.0, 1.29, samples=100)  # 1 + 3 / 10
+    assert verdict.left_near_noise(few) is few
+    assert verdict.left_near_noise(near(1.5, 1.0, 1.31, samples=100)).verdict == "unexplained"
+    for other in (replace(few, known=False), replace(few, effects=())):
+        assert verdict.left_near_noise(other) is other
