@@ -66,6 +66,7 @@ SetName = Literal[
     "score-29",
     "score-30",
     "score-31",
+    "score-32",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -100,6 +101,7 @@ SETS: dict[SetName, int] = {
     "score-29": 20_261_150,
     "score-30": 20_261_151,
     "score-31": 20_261_152,
+    "score-32": 20_261_163,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 
