@@ -280,7 +280,7 @@ def _trace_known_rig(search: Search) -> Trace:
     varied = with_varied_flexures(problem) if isinstance(problem, KnownRigProblem) else None
     if varied is None:
         return _trace_as_declared(search)
-    declared = _trace_as_declared(replace(search, most_effects=1))
+    declared = left_near_noise(_trace_as_declared(replace(search, most_effects=1)))
     if declared.verdict == "none" or declared.augmented.rmse_deg <= AS_DECLARED * declared.floor.deg:
         return declared
     beside = Search(varied, KNOWN_RIG, search.effects, search.threads, search.report, most_effects=2)
@@ -288,6 +288,7 @@ def _trace_known_rig(search: Search) -> Trace:
     near = other.baseline.train_rmse_deg < FAR_ABOVE * other.floor.deg
     if (len(other.effects) > 1 or near) and other.augmented.rmse_deg > AS_DECLARED * other.floor.deg:
         other = named_in_part(other, search.threads)
+    other = left_near_noise(other)
     if is_explained(declared) and is_as_good(declared.augmented, other.augmented, declared.floor):
         return declared
     samples = min((declared.augmented, other.augmented), key=lambda g: g.mean_square).samples

@@ -228,9 +228,8 @@ def confirmed_on_heldout(trace: Trace) -> Trace:
     before, after = trace.baseline.heldout_rmse_deg, trace.augmented.heldout_rmse_deg
     if not trace.effects or after <= max(AT_FLOOR * trace.floor.deg, WORTH_NAMING * before):
         return trace
-    names = " + ".join(trace.augmented.names)
-    reason = f"with {names} the held-out error is {after:.3g} deg, that of the baseline model is {before:.3g} deg"
-    return taken_back(trace, reason)
+    error = f"with {' + '.join(trace.augmented.names)} the held-out error is {after:.3g} deg"
+    return taken_back(trace, f"{error}, that of the baseline model is {before:.3g} deg")
 
 
 def is_too_little(trace: Trace) -> bool:
@@ -248,15 +247,17 @@ def is_too_little(trace: Trace) -> bool:
 def left_near_noise(trace: Trace) -> Trace:
     """Take effects of a known rig back whose baseline is near the noise, and which leave more than noise.
 
-    A rig that is declared may be of another make, too, whose laws leave up to :data:`FAR_ABOVE` times the noise. Of two
-    clean ones a loss of the loop took half of 1.5 times the noise, and slack came to it on what was fitted alone.
+    A rig of another make leaves up to :data:`FAR_ABOVE` times the noise. Of two clean ones a loss of the loop took half
+    of 1.5 times the noise, and slack came to it on what was fitted alone.
     """
     baseline, floor = trace.baseline, trace.floor.deg
-    near = trace.known and trace.effects and baseline.train_rmse_deg < FAR_ABOVE * floor
-    if not (near and (reason := more_than_noise(trace.augmented, floor))):
+    near = trace.known and trace.effects and trace.floor.known and baseline.train_rmse_deg < FAR_ABOVE * floor
+    reason = more_than_noise(trace.augmented, floor) if near else ""
+    if not reason:
         return trace
-    trace = taken_back(trace, f"{reason}: too much, so near to the noise")
-    return replace(trace, verdict="none") if baseline.rmse_deg <= NEAR_NOISE * floor else trace
+    if max(baseline.train_rmse_deg, baseline.heldout_rmse_deg) > NEAR_NOISE * floor:
+        return taken_back(trace, reason)
+    return replace(trace, verdict="none", augmented=baseline, confusable=(), words=(reason,))
 
 
 def above_noise(trace: Trace) -> Trace:
@@ -267,8 +268,8 @@ def above_noise(trace: Trace) -> Trace:
     """
     error, over = trace.baseline.rmse_deg, SIGNIFICANT if trace.effects else SIGNIFICANT_LOOSE
     if trace.verdict != "none" and is_too_little(trace):
-        over_noise = f"the error of {error:.2g} deg is {error / trace.floor.deg:.2g} times the noise"
-        words = (f"{over_noise}: too little to be named",)
+        times = f"{error / trace.floor.deg:.2g} times the noise"
+        words = (f"the error of {error:.2g} deg is {times}: too little to be named",)
         return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=words)
     if trace.verdict == "none" or error > over * trace.floor.deg or _is_beyond_noise(trace):
         return trace

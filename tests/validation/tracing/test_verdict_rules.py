@@ -403,9 +403,9 @@ def test_a_constant_beyond_sense_does_not_make_noise_unexplained(monkeypatch):
     assert seen == [best, baseline]
 
 
-def near(before: float, fit: float, held: float, *, samples: int = 10_000, **more) -> Found:
-    """A known rig whose baseline leaves a multiple of the noise, with an effect that leaves others."""
-    baseline, effect = fitted(0.1 * before), fitted(0.1 * fit, 0.1 * held, names=("functional_fatigue",))
+def near(before: float, fit: float, held: float, *, heldout: float = 0.0, samples: int = 10_000, **more) -> Found:
+    """A known rig whose baseline leaves multiples of the noise, with an effect that leaves others."""
+    baseline, effect = fitted(0.1 * before, 0.1 * heldout), fitted(0.1 * fit, 0.1 * held, names=("functional_fatigue",))
     effect.error_deg, effect.heldout_error_deg = np.zeros(2 * samples), np.zeros(samples)
     return Found("effect", baseline, effect, effects=("functional_fatigue",), known=True, **more)
 
@@ -431,7 +431,19 @@ def test_near_the_noise_an_effect_of_a_known_rig_must_leave_noise_of_both_sample
         return
     assert judged.augmented is found.baseline
     which = "fitted" if fit > held else "held-out"
-    assert judged.words[0].startswith(f"functional_fatigue leaves 1.2 times the noise of the {which} samples")
+    (first, *others) = judged.words
+    assert first.startswith(f"functional_fatigue leaves 1.2 times the noise on the {which} samples: too")
+    assert bool(others) is (says == "unexplained")  # on what the residual depends
+
+
+def test_a_known_rig_near_the_noise_is_far_from_it_on_held_out_samples():
+    assert verdict.left_near_noise(near(1.3, 1.24, 1.0, heldout=1.01 * NEAR_NOISE)).verdict == "unexplained"
+    assert verdict.left_near_noise(near(1.3, 1.24, 1.0, heldout=0.99 * NEAR_NOISE)).verdict == "none"
+    other = near(0.99 * FAR_ABOVE, 1.24, 1.0)
+    other.baseline.rmse_deg = 1.0  # all samples do not decide what is near
+    assert verdict.left_near_noise(other).verdict == "unexplained"
+    unknown = near(1.3, 1.24, 1.0, floor=NoiseFloor(local_deg=0.1, repeats_deg=None, local_known=False))
+    assert verdict.left_near_noise(unknown) is unknown
 
 
 def test_the_noise_of_few_samples_and_rigs_that_are_not_declared_have_rules_of_their_own():

@@ -47,7 +47,8 @@ def more_than_noise(fitted: Fitted, noise_deg: float) -> str:
         ("held-out", fitted.heldout_rmse_deg, held),
     ):
         if count and error > max(SIGNIFICANT, 1.0 + SMALL_SAMPLE_MARGIN / math.sqrt(count)) * noise_deg:
-            return f"{' + '.join(fitted.names)} leaves {error / noise_deg:.2g} times the noise of the {samples} samples"
+            names, times = " + ".join(fitted.names), f"{error / noise_deg:.2g} times the noise"
+            return f"{names} leaves {times} on the {samples} samples: too much, so near to the noise"
     return ""
 
 

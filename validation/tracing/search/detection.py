@@ -21,7 +21,7 @@ from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
 from validation.tracing.baseline.curve import CurveProblem
 from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
-from validation.tracing.baseline.known_rig import is_of_measured_joints
+from validation.tracing.baseline.known_rig import KnownRigProblem, is_of_measured_joints
 from validation.tracing.baseline.play_operators import PlayProblem
 from validation.tracing.effect import Effect, FreeParameter, Values
 from validation.tracing.fitting.evidence import significant_ratio
@@ -37,6 +37,7 @@ from validation.tracing.settings import (
     DETECTION_RUNS,
     EQUIVALENT_RIG,
     EXPLAINED_SHARE,
+    FAR_ABOVE,
     KNOWN_RIG,
     LARGEST_FACTOR,
     MOST_OF_ERROR,
@@ -132,16 +133,20 @@ def _beyond_noise_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> floa
     """Rms action that takes the residual beyond what counts as noise; 0 where it is beyond without.
 
     Beside an equivalent rig that leaves no more than noise an effect is tried nevertheless. One that leaves more, and
-    measured joints, are given none up to :data:`NEAR_NOISE` (:func:`validation.tracing.verdict.is_too_little`).
+    measured joints, are given none up to :data:`NEAR_NOISE` (:func:`validation.tracing.verdict.is_too_little`). A known
+    rig that leaves more than noise is given none up to :data:`FAR_ABOVE`, since that more is left beside it
+    (:func:`validation.tracing.verdict.left_near_noise`).
     """
     problem = fitted.model.problem
     if isinstance(problem, EquivalentRigProblem):
         noise = significant_ratio(fitted, EQUIVALENT_RIG)
         bar = 0.0 if left_deg <= noise * floor_deg else NEAR_NOISE
-    elif is_of_measured_joints(problem):
-        bar = NEAR_NOISE
     else:
         bar = significant_ratio(fitted, CURVE if isinstance(problem, CurveProblem) else KNOWN_RIG)
+        if isinstance(problem, KnownRigProblem) and left_deg > bar * floor_deg:
+            bar = FAR_ABOVE
+        elif is_of_measured_joints(problem):
+            bar = NEAR_NOISE
     missing = (bar * floor_deg) ** 2 - left_deg**2
     return math.sqrt(missing) + _margin_deg(fitted, left_deg) if missing > 0 else 0.0
 

@@ -78,12 +78,12 @@ def select_effects(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_
         stages[place] = ranked_models([*stages[place], *others])
         best = stages[place][0]
     best, stages = _restarted(search, pruned(search, best), stages)
-    best, stages = _with_second_near_noise(search, best, stages)
     if others := _from_there(search, best, stages):
         first = ranked_models([*(stages[0] if stages else []), best, *others])
         found, best, stages = best, first[0], [first, *stages[1:]]
         if best is not found and not search.policy.absorbs_effects:
             best, stages = _restarted(search, best, stages)
+    best, stages = _with_second_near_noise(search, best, stages)
     stages = _with_restarted_competitors(search, best, stages)
     if best is not baseline and all(best is not g for stage in stages for g in stage):
         stages = [[g for g in stage if set(g.names) != set(best.names)] for stage in stages]
@@ -201,17 +201,15 @@ def _with_one_more(search: Search, front: Sequence[Fitted], smaller: Sequence[Fi
 
 
 def _extended(models: Sequence[Fitted], policy: SearchPolicy) -> list[Fitted]:
-    """Models to which a further effect is added: the best ones, of an equivalent rig none that reads like a better one.
+    """Models to which a further effect is added: the best ones.
 
-    Two that read alike leave the same residual. For slack with a play the weight of the rings and a load at the tip
-    came first, so that slack, third and hardly behind, was not given the play, beside which it comes to the noise.
+    Of an equivalent rig the best that reads unlike them is another one where they read alike. For slack with a play the
+    weight of the rings and a load at the tip came first, so that slack, third and hardly behind, was not given the
+    play, beside which it comes to the noise.
     """
-    if not policy.absorbs_effects:
-        return [*models[:EXTENDED_MODELS]]
-    front = list[Fitted]()
-    for g in models:
-        if len(front) < EXTENDED_MODELS and not any(_read_alike(g, better) for better in front):
-            front.append(g)
+    front = [*models[:EXTENDED_MODELS]]
+    if policy.absorbs_effects and any(_read_alike(front[0], other) for other in front[1:]):
+        front += [g for g in models[EXTENDED_MODELS:] if not any(_read_alike(g, one) for one in front)][:1]
     return front
 
 
@@ -233,19 +231,27 @@ def _with_second_near_noise(search: Search, best: Fitted, stages: Stages) -> tup
     """Add a second effect to a first one that leaves about the noise, but structure, if it takes far more than chance.
 
     An equivalent rig with one effect absorbs much of another one: of drag and a play of 6 times the noise the drag
-    alone left 1.1 times it, where no second effect had been looked for, and the play gained 1400 of the criterion.
+    alone left 1.1 times it, where no second effect had been looked for, and the play gained 1400 of the criterion. What
+    is found must make sense, and leave no structure.
     """
-    at_noise = best.rmse_deg <= significant_ratio(best, search.policy) * best.noise.deg
-    if not (search.policy.absorbs_effects and len(best.names) == 1 < search.most_effects and at_noise):
+    policy = search.policy
+    at_noise = best.rmse_deg <= significant_ratio(best, policy) * best.noise.deg
+    if not (policy.absorbs_effects and len(best.names) == 1 < search.most_effects and at_noise):
         return best, stages
     if not smooth_functions(best).names:
         return best, stages
-    near = [g for g in stages[0] if g.square < COMPETITOR_SQUARE * best.square][:EXTENDED_MODELS]
-    models = _with_one_more(search, near, near)
-    if not models or not is_beyond_chance(best, models[0], search.policy):
+    first = [g for g in (stages[0] if stages else []) if set(g.names) != set(best.names)]
+    near = [g for g in first if g.square < COMPETITOR_SQUARE * best.square]
+    front = [best, *sorted(near, key=lambda g: g.bic(best.samples))[: EXTENDED_MODELS - 1]]
+    models = [g for g in _with_one_more(search, front, front) if not implausible(g)]
+    if not models or not is_beyond_chance(best, models[0], policy):
         return best, stages
-    models = ranked_models([*models, *exchanged(search, models[0], search.policy.later_candidates)])
-    return _restarted(search, pruned(search, models[0]), [*stages[:1], models])
+    others = [*exchanged(search, models[0], policy.later_candidates), *(g for stage in stages[1:2] for g in stage)]
+    second = ranked_models([*models, *others])
+    found, stages_found = _restarted(search, pruned(search, models[0]), [*stages[:1], second])
+    if implausible(found) or smooth_functions(found).names:
+        return best, stages
+    return found, stages_found
 
 
 def _restarted(search: Search, best: Fitted, stages: Stages) -> tuple[Fitted, Stages]:
