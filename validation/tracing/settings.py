@@ -109,7 +109,7 @@ class SearchPolicy:
     absorbs_effects
         Whether the baseline is so free that it absorbs a good part of an effect. The search then goes on to the noise,
         each selected effect is exchanged for others, and competitors are fitted from other starting points. Beside a
-        baseline that leaves no more than noise, one effect is tried: it must gain :data:`FAR_BEYOND_CHANCE`.
+        model without or with one effect that leaves no more than noise, another must gain :data:`FAR_BEYOND_CHANCE`.
     starts_from_declared
         Whether effects are also started beside the declared parameters: the fitted baseline may have absorbed the
         effect.
@@ -373,7 +373,7 @@ NOT_TOLD = 0.01
 the baseline's that a further effect takes: real records have structure of that size that no model has."""
 FAR_ABOVE = 2.0
 """Rms error over the noise up to which a known rig without a missing effect may be off: rigs of another make leave 1.0
-to 1.9 times the noise where their flexures may vary. Of an unknown rig, held-out error over the noise and over the
+to 1.9 times the noise where their flexures may vary. Below it an effect must leave noise. Of an unknown rig, held-out error over the noise and over the
 error of the fitted samples beyond which nothing is claimed."""
 MOST_OF_ERROR = 0.6
 """Part of the mean square above the noise that one effect must take from fitted samples that inner folds hold out,
