@@ -373,8 +373,8 @@ NOT_TOLD = 0.01
 the baseline's that a further effect takes: real records have structure of that size that no model has."""
 FAR_ABOVE = 2.0
 """Rms error over the noise up to which a known rig without a missing effect may be off: rigs of another make leave 1.0
-to 1.9 times the noise where their flexures may vary. Below it an effect must leave noise. Of an unknown rig, held-out error over the noise and over the
-error of the fitted samples beyond which nothing is claimed."""
+to 1.9 times the noise where their flexures may vary, and an effect must leave noise. Of an unknown rig, held-out error
+over the noise and over the error of the fitted samples beyond which nothing is claimed."""
 MOST_OF_ERROR = 0.6
 """Part of the mean square above the noise that one effect must take from fitted samples that inner folds hold out,
 to be named where a known rig with effects does not come to the noise."""

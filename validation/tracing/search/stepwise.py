@@ -188,8 +188,9 @@ def _forward(search: Search, baseline: Fitted, smooth: Smooth, *, down_to_noise:
 def _with_one_more(search: Search, front: Sequence[Fitted], smaller: Sequence[Fitted]) -> list[Fitted]:
     """Add each further effect to the models of ``front``; all of them, best first.
 
-    Of an equivalent rig the best with two effects are fitted beside the start of the baseline, too: the model with one
-    had absorbed the other, and from it slack with a play came to 1.33 times the noise, from that start to 1.01.
+    Of an equivalent rig the best three with each model of ``front`` are fitted beside the start of the baseline, too.
+    The model with one effect had absorbed the other: from it slack with a play came to 1.33 times the noise, from that
+    start to 1.01.
     """
     policy, later = search.policy, bool(front[0].names)
     most = policy.later_candidates if later else policy.first_candidates
@@ -197,7 +198,9 @@ def _with_one_more(search: Search, front: Sequence[Fitted], smaller: Sequence[Fi
     models = ranked_models(no_worse_than_contained(search, found, [*smaller]))
     if not (policy.absorbs_effects and later):
         return models
-    return ranked_models([*(best_from_start(search, g) for g in models[:MOST_COMPETITORS]), *models])
+    own = [[g for g in models if set(one.names) <= set(g.names)] for one in front]
+    best = {id(g): g for with_one in own for g in with_one[:MOST_COMPETITORS]}
+    return ranked_models([*(best_from_start(search, g) for g in best.values()), *models])
 
 
 def _extended(models: Sequence[Fitted], policy: SearchPolicy) -> list[Fitted]:
