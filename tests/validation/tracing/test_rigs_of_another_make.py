@@ -21,7 +21,7 @@ from validation.tracing.search import detection, final_fit
 from validation.tracing.search.search import Search
 from validation.tracing.settings import EQUIVALENT_RIG, KNOWN_RIG, NEAR_NOISE, SIGNIFICANT
 
-from .test_verdict_rules import Found
+from .test_verdict_rules import Found, fitted, near
 
 
 def left(over: float, *names: str, samples: int = 10_000) -> SimpleNamespace:
@@ -263,3 +263,15 @@ def test_play_operators_answer_where_a_rig_has_no_equilibrium_without_the_held_o
     monkeypatch.setattr(tracing, "play_baselines", lambda records: None)
     with pytest.raises(SolverError):
         tracing._trace_unknown_geometry([], [], 1, lambda words: None)
+
+
+def test_flexures_may_vary_where_an_effect_beside_declared_ones_leaves_more_than_noise(monkeypatch):
+    """Such an effect is taken back; it had been returned before flexures that vary were tried."""
+    search = Search(object.__new__(KnownRigProblem), KNOWN_RIG, (), 1, lambda words: None)
+    none = Found("none", fitted(0.1), fitted(0.1), known=True)
+    monkeypatch.setattr(tracing, "with_varied_flexures", lambda problem: problem)
+    for held, expected in ((1.2, none), (1.1, None)):
+        declared = near(1.8, 1.05, held)
+        traces = iter([declared, none])
+        monkeypatch.setattr(tracing, "_trace_as_declared", lambda search, traces=traces: next(traces))
+        assert tracing._trace_known_rig(search) is (expected or declared)
