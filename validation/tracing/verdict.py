@@ -137,15 +137,15 @@ def _is_noise(
         raised = replace(floor, repeats_deg=noise) if by_repeats else replace(floor, local_deg=noise)
         raised = replace(raised, by_repeats=True)
         return raised, [f"the error of {error:.2g} deg is {how}, {noise:.2g} deg"]
-    if (
-        policy is KNOWN_RIG
-        and (named is baseline or is_of_measured_joints(baseline.model.problem))
-        and error <= NEAR_NOISE * floor.deg
-    ):
-        return floor, [
-            f"the error of {error:.2g} deg is {error / floor.deg:.2g} times the noise: too little to be named"
-        ]
+    unnamed = named is baseline or is_of_measured_joints(baseline.model.problem)
+    if policy is KNOWN_RIG and unnamed and error <= NEAR_NOISE * floor.deg:
+        return floor, [_too_little(error, floor)]
     return None
+
+
+def _too_little(error_deg: float, floor: NoiseFloor) -> str:
+    times = f"{error_deg / floor.deg:.2g} times the noise"
+    return f"the error of {error_deg:.2g} deg is {times}: too little to be named"
 
 
 def _depends_on(smooth: Smooth, what: str = "the residual") -> str:
@@ -185,7 +185,6 @@ def is_as_good(fitted: Fitted, best: Fitted, floor: NoiseFloor) -> bool:
 
 
 def _leaves_as_little(square: float, least: float, floor: NoiseFloor) -> bool:
-    """Tell the same of mean squares, deg^2."""
     misfit = max(0.0, least - (AT_NOISE * floor.deg) ** 2)
     return square - least < min(misfit, (MISFIT_ALIKE**2 - 1.0) * least)
 
@@ -247,17 +246,21 @@ def is_too_little(trace: Trace) -> bool:
 def left_near_noise(trace: Trace) -> Trace:
     """Take effects of a known rig back whose baseline is near the noise, and which leave more than noise.
 
-    A rig of another make leaves up to :data:`FAR_ABOVE` times the noise. Of two clean ones a loss of the loop took half
-    of 1.5 times the noise, and slack came to it on what was fitted alone.
+    A rig of another make leaves up to :data:`FAR_ABOVE` times the noise. Of clean ones a loss of the loop took half of
+    1.5 times the noise, and slack came to it on what was fitted alone. Measured joints are given no effect up to
+    :data:`NEAR_NOISE` of the fitted samples: wheels of another radius were named there.
     """
     baseline, floor = trace.baseline, trace.floor.deg
-    near = trace.known and trace.effects and trace.floor.known and baseline.train_rmse_deg < FAR_ABOVE * floor
-    reason = more_than_noise(trace.augmented, floor) if near else ""
+    fitted = baseline.train_rmse_deg
+    if not (trace.known and trace.effects and trace.floor.known and fitted < FAR_ABOVE * floor):
+        return trace
+    reason = more_than_noise(trace.augmented, floor)
+    if fitted <= NEAR_NOISE * floor and is_of_measured_joints(baseline.model.problem):
+        reason = f"of the fitted samples {_too_little(fitted, trace.floor)}"
     if not reason:
         return trace
-    if max(baseline.train_rmse_deg, baseline.heldout_rmse_deg) > NEAR_NOISE * floor:
-        return taken_back(trace, reason)
-    return replace(trace, verdict="none", augmented=baseline, confusable=(), words=(reason,))
+    far = max(fitted, baseline.heldout_rmse_deg) > NEAR_NOISE * floor
+    return taken_back(trace, reason) if far else _none(trace, reason)
 
 
 def above_noise(trace: Trace) -> Trace:
@@ -268,14 +271,15 @@ def above_noise(trace: Trace) -> Trace:
     """
     error, over = trace.baseline.rmse_deg, SIGNIFICANT if trace.effects else SIGNIFICANT_LOOSE
     if trace.verdict != "none" and is_too_little(trace):
-        times = f"{error / trace.floor.deg:.2g} times the noise"
-        words = (f"the error of {error:.2g} deg is {times}: too little to be named",)
-        return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=words)
+        return _none(trace, _too_little(error, trace.floor))
     if trace.verdict == "none" or error > over * trace.floor.deg or _is_beyond_noise(trace):
         return trace
     without = f"{' + '.join(trace.augmented.names)} is not needed: without it, " if trace.effects else ""
-    words = (f"{without}the error is {error:.2g} deg, {error / trace.floor.deg:.2g} times the noise",)
-    return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=words)
+    return _none(trace, f"{without}the error is {error:.2g} deg, {error / trace.floor.deg:.2g} times the noise")
+
+
+def _none(trace: Trace, reason: str) -> Trace:
+    return replace(trace, verdict="none", augmented=trace.baseline, confusable=(), words=(reason,))
 
 
 def _is_beyond_noise(trace: Trace) -> bool:
@@ -322,9 +326,8 @@ def named_in_part(trace: Trace, threads: int = 2) -> Trace:
 
     The best single effect must take :data:`MOST_OF_ERROR` of the mean square above the noise, beyond its interval, from
     fitted samples that each inner fold has not seen, and few others may do as well; the held-out ones choose nothing.
-    Without such an effect a trace that names none stays as it is. Beside a baseline that is not right, further effects
-    take what it lacks, and are not named. What it leaves is up to :data:`FAR_ABOVE` times the noise without any: there
-    what was named is taken back, unless one effect takes most.
+    Without such an effect a trace that names none stays as it is; what was named is taken back up to :data:`FAR_ABOVE`
+    times the noise. Further effects take what a baseline lacks that is not right, and are not named.
     """
     single = [c.fitted for c in trace.candidates if len(c.names) == 1 and not implausible(c.fitted)]
     near = trace.baseline.train_rmse_deg < FAR_ABOVE * trace.floor.deg
@@ -340,9 +343,8 @@ def named_in_part(trace: Trace, threads: int = 2) -> Trace:
     if len(others) > MOST_ALIKE:
         reason = f"{names} takes {100 * taken:.0f} % of the error above the noise, and {len(others)} others do as well"
         return taken_back(trace, reason)
-    verdict: Verdict = "partial" if best.heldout_rmse_deg > AT_FLOOR * trace.floor.deg else "effect"
-    if verdict == "effect" and others:
-        verdict = "ambiguous"
+    partial = best.heldout_rmse_deg > AT_FLOOR * trace.floor.deg
+    verdict: Verdict = "partial" if partial else "ambiguous" if others else "effect"
     return replace(trace, verdict=verdict, augmented=best, confusable=(others,), words=tuple(remarks(best)))
 
 
@@ -372,11 +374,10 @@ def with_remaining_error(trace: Trace) -> Trace:
 def partial_above_floor(trace: Trace) -> Trace:
     """Say that effects explain a part only, where the held-out error with them is far above the noise.
 
-    They must take :data:`PARTIAL_SHARE` of the mean square above the noise from it, or nothing is named. A known rig
-    may be off by :data:`FAR_ABOVE` times the noise: within that, held-out samples say nothing against an effect that
-    does not raise their error. Several effects of an unknown rig are not named so: where they do not come to the noise,
-    they take what its model lacks. Nor is what more than :data:`MOST_ALIKE` others take as well; where that is a
-    further effect of a known rig, the first one stays, if it takes most by itself.
+    They must take :data:`PARTIAL_SHARE` of the mean square above the noise from it, or nothing is named; of a known rig
+    within :data:`FAR_ABOVE` times the noise they must not raise it. Several effects of an unknown rig are not named so:
+    they take what its model lacks. Nor is what more than :data:`MOST_ALIKE` others take as well; a first effect of a
+    known rig stays, if it takes most by itself.
     """
     if trace.verdict not in ("effect", "ambiguous", "partial"):
         return trace
@@ -411,7 +412,8 @@ def _first_alone(trace: Trace) -> Trace | None:
     if len(trace.names) < 2 or first is None or len(trace.confusable[0]) > MOST_ALIKE:
         return None
     noise, left = trace.floor.deg**2, first.train_rmse_deg**2
-    if trace.baseline.train_rmse_deg**2 - left < MOST_OF_ERROR * (trace.baseline.train_rmse_deg**2 - noise):
+    before = trace.baseline.train_rmse_deg**2
+    if before - left < MOST_OF_ERROR * (before - noise):
         return None
     others = _alike_alone(first, single, trace.floor)
     return replace(trace, augmented=first, confusable=(others,), words=tuple(remarks(first)))
@@ -429,8 +431,7 @@ def with_still_zone(trace: Trace, zone: StillZone) -> Trace:
         f"for twice as far leaves {zone.refuted_deg:.3g} deg. This is a play, or friction between wheel and base. Play "
         "operators follow either, so the error falls little where it is named"
     )
-    samples = best.samples
-    candidate = Candidate(best, trace.baseline.bic(samples) - best.bic(samples))
+    candidate = Candidate(best, trace.baseline.bic(best.samples) - best.bic(best.samples))
     return replace(
         trace,
         verdict="partial" if best.heldout_rmse_deg > AT_FLOOR * trace.floor.deg else "ambiguous",
@@ -477,8 +478,7 @@ def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int 
         verdict = "partial"
         reasons.insert(0, _depends_on(smooth_functions(best), "the remaining residual"))
     alike = found.alike if best is not baseline else ()
-    if best is not baseline:
-        reasons += remarks(best)
+    reasons += remarks(best) if best is not baseline else []
     if verdict == "effect" and any(alike):
         verdict = "ambiguous"
     others = {name for names in alike for name in names}

@@ -406,6 +406,7 @@ def test_a_constant_beyond_sense_does_not_make_noise_unexplained(monkeypatch):
 def near(before: float, fit: float, held: float, *, heldout: float = 0.0, samples: int = 10_000, **more) -> Found:
     """A known rig whose baseline leaves multiples of the noise, with an effect that leaves others."""
     baseline, effect = fitted(0.1 * before, 0.1 * heldout), fitted(0.1 * fit, 0.1 * held, names=("functional_fatigue",))
+    baseline.model = SimpleNamespace(problem=None)
     effect.error_deg, effect.heldout_error_deg = np.zeros(2 * samples), np.zeros(samples)
     return Found("effect", baseline, effect, effects=("functional_fatigue",), known=True, **more)
 
@@ -452,3 +453,21 @@ def test_the_noise_of_few_samples_and_rigs_that_are_not_declared_have_rules_of_t
     assert verdict.left_near_noise(near(1.5, 1.0, 1.31, samples=100)).verdict == "unexplained"
     for other in (replace(few, known=False), replace(few, effects=())):
         assert verdict.left_near_noise(other) is other
+
+
+@pytest.mark.parametrize(
+    ("before", "joints", "kept"),
+    [(0.99 * NEAR_NOISE, True, False), (1.01 * NEAR_NOISE, True, True), (0.99 * NEAR_NOISE, False, True)],
+)
+def test_measured_joints_near_the_noise_of_the_fitted_samples_are_given_no_effect(monkeypatch, before, joints, kept):
+    """Of a clean rig of another make a wheel of 0.4 mm took 2.2 times the noise of the held-out samples to 1.07."""
+    monkeypatch.setattr(verdict, "is_of_measured_joints", lambda problem: joints)
+    found = near(before, 1.06, 1.07, heldout=2.17)
+    judged = verdict.left_near_noise(found)
+    assert (judged is found) is kept
+    if not kept:
+        assert judged.verdict == "unexplained"
+        assert (
+            judged.words[0]
+            == "of the fitted samples the error of 0.14 deg is 1.4 times the noise: too little to be named"
+        )
