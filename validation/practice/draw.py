@@ -67,6 +67,7 @@ SetName = Literal[
     "score-30",
     "score-31",
     "score-32",
+    "score-33",
 ]
 SETS: dict[SetName, int] = {
     "work": 20_180_001,
@@ -102,6 +103,7 @@ SETS: dict[SetName, int] = {
     "score-30": 20_261_151,
     "score-31": 20_261_152,
     "score-32": 20_261_163,
+    "score-33": 20_261_171,
 }
 """Seeds: ``work`` is the set for development; each score uses a set that has not been inspected before."""
 
