@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from forked import alone_in_fork
 
 from fem_models.rig import preset
 from hysteresis.files import write_files
@@ -18,6 +19,7 @@ def killed_at(step: int, write: Callable[[], object]) -> bool:
     """Write in a child that is killed at a step: half way through a file, or before one is put in place."""
     child = os.fork()
     if child == 0:
+        alone_in_fork()
         steps = iter(range(step + 1))
         text, data, put = Path.write_text, Path.write_bytes, Path.replace
 
@@ -41,9 +43,12 @@ def killed_at(step: int, write: Callable[[], object]) -> bool:
         Path.write_text, Path.write_bytes, Path.replace = write_text, write_bytes, replace
         try:
             write()
-        finally:
             os._exit(0)
-    return os.WIFSIGNALED(os.waitpid(child, 0)[1])
+        finally:
+            os._exit(1)
+    ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    assert ended in (0, -signal.SIGKILL)
+    return ended != 0
 
 
 def contents(folder: Path) -> dict[str, bytes]:

@@ -52,6 +52,8 @@ def test_latin_hypercube_has_one_point_a_row():
 
 RUN = "import sys; from studies.commands import main; sys.argv[0] = 'notchbend'; main()"
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+MOST_S = 120
+"""Most time that a command may take to end, with its workers."""
 
 
 def stored(out: Path) -> int:
@@ -77,6 +79,15 @@ def begun(file: Path, out: Path) -> subprocess.Popen:
         signal.signal(signal.SIGINT, heard)
 
 
+def last_words(process: subprocess.Popen) -> str:
+    """What a command that was told to end has said; it and its workers are killed where they do not end."""
+    try:
+        return process.communicate(timeout=MOST_S)[1].decode()
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        raise
+
+
 def test_killed_three_times_then_finished(tmp_path, undisturbed):
     """240 cases; the process gets SIGKILL as soon as some of them are stored, three times over."""
     file, out = study_file(tmp_path, LONG), tmp_path / "out"
@@ -86,7 +97,7 @@ def test_killed_three_times_then_finished(tmp_path, undisturbed):
         while process.poll() is None and stored(out) < before + 32:  # more than a batch, so that one is there for good
             time.sleep(0.02)
         process.kill()
-        process.communicate()
+        last_words(process)
         with open_store(out) as store:  # takes back what was half written
             at_kill.append(finished_in(store))
     assert 0 < at_kill[0] < at_kill[1] < at_kill[2] < 240  # each run was killed in its middle
@@ -115,7 +126,7 @@ def test_interrupted_study_says_how_far_it_came(when, number, tmp_path, undistur
     while process.poll() is None and not (stored(out) if when == "in the middle" else (out / "inputs").exists()):
         time.sleep(0.02)
     (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
-    said = process.communicate()[1].decode()
+    said = last_words(process)
     assert process.returncode == 128 + number
     status = open_study(out).status.values.ravel().tolist()
     summary = json.loads((out / "study.json").read_text())

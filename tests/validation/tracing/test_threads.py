@@ -7,6 +7,7 @@ import threading
 import time
 
 import pytest
+from forked import alone_in_fork
 
 from validation.tracing import threads
 from validation.tracing.threads import in_threads
@@ -54,9 +55,7 @@ def test_a_forked_process_starts_threads_of_its_own():
     in_threads(abs, [-1, -2], 2)
     child = os.fork()
     if child == 0:  # pragma: no cover
-        alive = threading.Timer(20.0, os._exit, (1,))  # ends the child where it hangs
-        alive.daemon = True
-        alive.start()
+        alone_in_fork()
         os._exit(0 if in_threads(abs, [-1, -2], 2) == [1, 2] else 2)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
     assert threads._pool(2) is threads._pool(2)
