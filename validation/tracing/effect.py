@@ -46,6 +46,7 @@ Quantity = Literal[
     "half stroke",
     "1/half stroke",
     "half range",
+    "half range per joint",
     "1/half range",
     "half range/duration",
     "quarter cycle",

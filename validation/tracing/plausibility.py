@@ -18,6 +18,7 @@ from hysteresis.arrays import Floats
 from validation.tracing.baseline.equivalent_rig import EquivalentRigProblem
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.baseline.known_rig import KnownRigProblem
+from validation.tracing.baseline.rig_problem import RigProblem
 from validation.tracing.effect import FreeParameter, Quantity, Sensible
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.uncertainty import Covariance, covariance, rise_without
@@ -171,6 +172,8 @@ def _size(fitted: Fitted, one: EstimatedParameter, per: Quantity, sizes: Mapping
     problem = fitted.model.problem
     if per == "wheel radius":
         return _wheel_radius(fitted, one)
+    if per == "half range per joint":
+        return sizes["half range"] / (problem.runs[0][0].rig.joints if isinstance(problem, RigProblem) else 1)
     if "stroke" in per and isinstance(problem, KnownRigProblem) and "mm" in one.parameter.unit:
         return problem.scale.drive if per == "half stroke" else 1.0 / problem.scale.drive
     return sizes[per]

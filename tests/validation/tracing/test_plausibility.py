@@ -10,6 +10,7 @@ import pytest
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine
 from fem_models.rig import preset
+from fem_models.rig.effects import Fatigue
 from hysteresis.records.record import Record
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.known_rig import known_rig_problem
@@ -164,6 +165,29 @@ def test_ranges_follow_the_unit_of_the_drive_and_the_cycle():
     late = fitted_with(problem, "time_delay", form, {"delay_s": 0.1})
     (words,) = implausible(with_values(late, delay_s=4.0))
     assert "(sensible: -2.5 to 2.5;" in words
+
+
+def test_a_residual_angle_counts_for_each_joint_and_training_takes_cycles():
+    """A clean rig of another make was given 5 deg at each of its joints, all of it within a fifth of a cycle."""
+    values = {"loop_loss": 0.3, "residual_deg": 0.3, "cycles": 1.5}
+    rig = replace(preset("du2018", preload_N=20.0), fatigue=Fatigue(**values))
+    run = simulate_chain(rig, sine(2.0, 0.1, cycles=4, samples_per_cycle=60))
+    angle = run.angle_deg + np.random.default_rng(3).normal(0, NOISE_DEG, run.angle_deg.size)
+    told = {"preload_N": 20.0, "preset": "du2018"}
+    one = Record(drive=run.drive, angle_deg=angle, time_s=run.time_s, cycle=run.cycle, rig=told)
+    problem = known_rig_problem([one])
+    fitted = fitted_with(problem, "functional_fatigue", effect("functional_fatigue").rig_forms[0], values)
+
+    def outside(**changed):
+        return [words for words in implausible(with_values(fitted, **values | changed)) if words.startswith("only")]
+
+    most = 0.25 * np.ptp(one.angle_deg) / preset("du2018").joints
+    assert implausible(fitted) == []
+    assert outside(residual_deg=0.8 * most) == []
+    (words,) = outside(residual_deg=1.8 * most)
+    assert f"(sensible: {-most:.3g} to {most:.3g}; residual strains" in words
+    (words,) = outside(cycles=0.21)
+    assert "(sensible: 0.5 to 200; training takes cycles" in words
 
 
 def test_every_effect_has_a_range_of_sense_with_a_reason():

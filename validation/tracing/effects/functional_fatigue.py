@@ -23,10 +23,13 @@ from validation.tracing.effect import (
     compound,
 )
 
-SENSIBLE_RESIDUAL = Sensible(-0.5, 0.5, "residual strains stay well below those of the bend", "half range")
+RESIDUAL_BECAUSE = "residual strains stay well below those of the bend"
+SENSIBLE_RESIDUAL = Sensible(-0.5, 0.5, RESIDUAL_BECAUSE, "half range")
+SENSIBLE_EACH = Sensible(-0.5, 0.5, RESIDUAL_BECAUSE, "half range per joint")
+SENSIBLE_CYCLES = Sensible(0.5, 200.0, "training takes cycles: what is over within half of one is a first stroke")
 LOSS = FreeParameter("loop_loss", "-", 0.0, 1.0, 0.05, linear=True)
-RESIDUAL = FreeParameter("residual_deg", "deg", -5.0, 5.0, 0.02, linear=True, sensible=SENSIBLE_RESIDUAL)
-CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True)
+RESIDUAL = FreeParameter("residual_deg", "deg", -5.0, 5.0, 0.02, linear=True, sensible=SENSIBLE_EACH)
+CYCLES = FreeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True, sensible=SENSIBLE_CYCLES)
 
 
 def _rig(rig: Rig, values: Values) -> Rig:
@@ -72,7 +75,7 @@ _CURVE = CurveForm(
     (
         RelativeParameter("loop_loss", "-", 0.0, 0.99, 0.02, amount=True),
         RelativeParameter("residual_deg", "angle", -1.0, 1.0, 0.002, amount=True, sensible=SENSIBLE_RESIDUAL),
-        RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True),
+        RelativeParameter("cycles", "-", 0.2, 200.0, 0.3, log=True, sensible=SENSIBLE_CYCLES),
     ),
     tuple({"loop_loss": 0.1, "residual_deg": side * 0.02, "cycles": c} for side in (-1, 1) for c in (1.0, 5.0)),
     loop_size=_loop_size,
