@@ -20,10 +20,8 @@ from validation.tracing.fitting.smooth import Smooth, smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
 from validation.tracing.plausibility import implausible, remarks
 from validation.tracing.prepared import PreparedRecord
-from validation.tracing.search.by_folds import FoundByFolds
 from validation.tracing.search.inner_folds import inner_fold_errors
 from validation.tracing.search.stepwise import Selection, Stages
-from validation.tracing.search.still_zone import SAME_STILL, StillZone
 from validation.tracing.sensors.readings import LEAPT
 from validation.tracing.settings import (
     AT_FLOOR,
@@ -79,7 +77,7 @@ def judge(policy: SearchPolicy, baseline: Fitted, smooth: Smooth, selection: Sel
     if any(confusable):
         verdict = "ambiguous"
     if verdict == "unexplained":
-        words.append(_depends_on(smooth))
+        words.append(depends_on(smooth))
         best = baseline
     elif best is not baseline:
         words += remarks(best)
@@ -148,7 +146,8 @@ def _too_little(error_deg: float, floor: NoiseFloor) -> str:
     return f"the error of {error_deg:.2g} deg is {times}: too little to be named"
 
 
-def _depends_on(smooth: Smooth, what: str = "the residual") -> str:
+def depends_on(smooth: Smooth, what: str = "the residual") -> str:
+    """Say on which quantities a residual depends by its smooth functions."""
     if not smooth.names:
         subject = "it" if what == "it" else "the remaining residual"
         return f"{subject} follows none of the quantities that were tested"
@@ -185,6 +184,7 @@ def is_as_good(fitted: Fitted, best: Fitted, floor: NoiseFloor) -> bool:
 
 
 def _leaves_as_little(square: float, least: float, floor: NoiseFloor) -> bool:
+    """Whether a mean square, deg^2, is above the ``least`` by no more than that is above the noise, nor far more."""
     misfit = max(0.0, least - (AT_NOISE * floor.deg) ** 2)
     return square - least < min(misfit, (MISFIT_ALIKE**2 - 1.0) * least)
 
@@ -358,7 +358,7 @@ def _alike_alone(best: Fitted, single: Sequence[Fitted], floor: NoiseFloor) -> t
 
 def taken_back(trace: Trace, reason: str) -> Trace:
     """Name nothing, for a reason."""
-    words = (reason, _depends_on(trace.smooth))
+    words = (reason, depends_on(trace.smooth))
     return replace(trace, verdict="unexplained", augmented=trace.baseline, confusable=(), words=words)
 
 
@@ -368,7 +368,7 @@ def with_remaining_error(trace: Trace) -> Trace:
     if best is trace.baseline or best.fold_errors is not None or best.rmse_deg <= AT_FLOOR * noise:
         return trace
     remaining = f"the remaining error is {best.rmse_deg:.2g} deg rms, {best.rmse_deg / noise:.2g} times the noise"
-    return replace(trace, words=(*trace.words, f"{remaining}; {_depends_on(smooth_functions(best), 'it')}"))
+    return replace(trace, words=(*trace.words, f"{remaining}; {depends_on(smooth_functions(best), 'it')}"))
 
 
 def partial_above_floor(trace: Trace) -> Trace:
@@ -417,84 +417,3 @@ def _first_alone(trace: Trace) -> Trace | None:
         return None
     others = _alike_alone(first, single, trace.floor)
     return replace(trace, augmented=first, confusable=(others,), words=tuple(remarks(first)))
-
-
-def with_still_zone(trace: Trace, zone: StillZone) -> Trace:
-    """Name what stands still after reversals beside the effects that lower the error.
-
-    It is never told from friction between wheel and base, and its share of the error is what play operators leave of
-    it: little, if anything.
-    """
-    best, unit = zone.fitted, trace.records[0].drive_unit
-    words = (
-        f"after every reversal the angle stands still for {zone.width:.3g} {unit} of the drive; a model that does so "
-        f"for twice as far leaves {zone.refuted_deg:.3g} deg. This is a play, or friction between wheel and base. Play "
-        "operators follow either, so the error falls little where it is named"
-    )
-    candidate = Candidate(best, trace.baseline.bic(best.samples) - best.bic(best.samples))
-    return replace(
-        trace,
-        verdict="partial" if best.heldout_rmse_deg > AT_FLOOR * trace.floor.deg else "ambiguous",
-        augmented=best,
-        candidates=(*trace.candidates, candidate),
-        confusable=(*trace.confusable, tuple(name for name in SAME_STILL if name not in trace.names)),
-        words=(words, *trace.words),
-    )
-
-
-def judge_by_folds(found: FoundByFolds, words: Sequence[str], *, reference: int = 0, floor: NoiseFloor) -> Trace:
-    """Judge what folds have found: their held-out errors decide.
-
-    A change must take :data:`PARTIAL_SHARE` of the whole mean square: what a reference leaves is no noise. Of 30
-    records of surgical tools that had not changed, 12 exceeded it, and of a small rest an effect soon takes much.
-
-    Parameters
-    ----------
-    words
-        Remarks on the records, which are passed on.
-    reference
-        Number of the last records that are a reference.
-    """
-    baseline, best = found.baseline, found.best
-    samples, smooth = best.samples, smooth_functions(baseline)
-    candidates = tuple(Candidate(g, baseline.bic(samples) - g.bic(samples)) for g in found.candidates)
-    before, after = baseline.heldout_rmse_deg, best.heldout_rmse_deg
-    explained = share(baseline.heldout_errors, best.heldout_errors, floor.deg)
-    reasons = list(words)
-    verdict: Verdict = "effect"
-    near = before <= SIGNIFICANT * floor.deg
-    of_floor = bool(reference) and before**2 - after**2 < PARTIAL_SHARE * before**2
-    if best is baseline or near or of_floor or explained.value < PARTIAL_SHARE:
-        verdict = "none" if before <= AT_FLOOR * floor.deg else "unexplained"
-        if best is not baseline and not near:
-            whole, part = 1 - (after / before) ** 2, f"{100 * explained.value:.0f} % of the error above the noise"
-            if explained.value >= PARTIAL_SHARE:
-                part = f"{100 * whole:.0f} % of the error, too little of what the reference leaves"
-            reasons.insert(0, f"{' + '.join(best.names)} takes {part}")
-        best = baseline
-        if verdict == "unexplained":
-            reasons.insert(0, _depends_on(smooth))
-    elif after > AT_FLOOR * floor.deg:
-        verdict = "partial"
-        reasons.insert(0, _depends_on(smooth_functions(best), "the remaining residual"))
-    alike = found.alike if best is not baseline else ()
-    reasons += remarks(best) if best is not baseline else []
-    if verdict == "effect" and any(alike):
-        verdict = "ambiguous"
-    others = {name for names in alike for name in names}
-    gains = [c.delta_bic for c in candidates if set(c.names) & others]
-    own = max((c.delta_bic for c in candidates if c.names == best.names), default=0.0)
-    least = own - min(gains, default=own)
-    return Trace(
-        model="play operators",
-        verdict=verdict,
-        baseline=baseline,
-        augmented=best,
-        candidates=candidates,
-        confusable=alike,
-        floor=floor,
-        smooth=smooth,
-        words=tuple(reasons),
-        alike=max(VERY_STRONG_EVIDENCE, 1.0 + least),
-        reference=reference,
-    )

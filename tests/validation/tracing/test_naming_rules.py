@@ -9,7 +9,7 @@ import pytest
 from made_fits import made
 
 from fem_models.rig.checks import SolverError
-from validation.tracing import verdict
+from validation.tracing import cross_validated, verdict
 from validation.tracing.fitting.folds import Fold
 from validation.tracing.fitting.noise import NoiseFloor
 from validation.tracing.search import by_folds, still_zone
@@ -109,10 +109,10 @@ def test_a_search_may_have_ended_early(monkeypatch):
 
 def test_what_the_rest_depends_on_in_words():
     nothing, time = SimpleNamespace(names=()), SimpleNamespace(names=("time", "rate"))
-    assert verdict._depends_on(time) == "the residual depends on time, rate"
-    assert verdict._depends_on(time, "it") == "it depends on time, rate"
-    assert verdict._depends_on(nothing, "it") == "it follows none of the quantities that were tested"
-    assert verdict._depends_on(nothing) == "the remaining residual follows none of the quantities that were tested"
+    assert verdict.depends_on(time) == "the residual depends on time, rate"
+    assert verdict.depends_on(time, "it") == "it depends on time, rate"
+    assert verdict.depends_on(nothing, "it") == "it follows none of the quantities that were tested"
+    assert verdict.depends_on(nothing) == "the remaining residual follows none of the quantities that were tested"
 
 
 @pytest.mark.parametrize(("leap", "reference", "said"), [(0.5, 0, "unexplained"), (None, 0, "none"), (0.5, 1, "none")])
@@ -147,12 +147,12 @@ def test_a_leap_of_a_record_that_is_traced_is_said(leap, reference, said):
     ],
 )
 def test_folds_name_what_takes_a_third_of_the_error_above_the_noise(monkeypatch, before, after, expected):
-    monkeypatch.setattr(verdict, "smooth_functions", lambda fit: SimpleNamespace(names=("time",)))
-    monkeypatch.setattr(verdict, "remarks", lambda fit: ["remark"])
+    monkeypatch.setattr(cross_validated, "smooth_functions", lambda fit: SimpleNamespace(names=("time",)))
+    monkeypatch.setattr(cross_validated, "remarks", lambda fit: ["remark"])
     baseline, best = fitted(before), fitted(after, "drag", bic_=-50.0)
     other = fitted(after, "creep", bic_=-30.0)
     found = SimpleNamespace(baseline=baseline, best=best, candidates=(best, other), alike=((),))
-    trace = verdict.judge_by_folds(found, ("word",), floor=NOISE, reference=2)
+    trace = cross_validated.judge_by_folds(found, ("word",), floor=NOISE, reference=2)
     assert (trace.verdict, trace.reference) == (expected, 2)
     assert [c.delta_bic for c in trace.candidates] == [50.0, 30.0]
     named = expected in ("effect", "partial")
@@ -168,7 +168,7 @@ def test_folds_name_what_takes_a_third_of_the_error_above_the_noise(monkeypatch,
     }  # fmt: skip
     assert trace.words == words[expected]
     assert trace.alike == 10.0  # nothing is alike
-    confused = verdict.judge_by_folds(
+    confused = cross_validated.judge_by_folds(
         SimpleNamespace(**{**vars(found), "alike": (("creep",),)}), ("word",), floor=NOISE, reference=2
     )
     assert confused.verdict == ("ambiguous" if expected == "effect" else expected)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hysteresis.records.record import Record
-from validation.tracing import verdict
+from validation.tracing import cross_validated, verdict
 from validation.tracing.effect import SampleInputs
 from validation.tracing.fitting import least_squares
 from validation.tracing.fitting.dependence import dependences
@@ -56,11 +56,11 @@ def test_an_effect_explains_a_share_of_the_mean_square_above_the_noise(monkeypat
 
 
 def test_folds_say_first_what_the_rest_depends_on_and_know_no_reference(monkeypatch):
-    monkeypatch.setattr(verdict, "smooth_functions", lambda fit: SMOOTH)
-    monkeypatch.setattr(verdict, "remarks", lambda fit: ["remark"])
+    monkeypatch.setattr(cross_validated, "smooth_functions", lambda fit: SMOOTH)
+    monkeypatch.setattr(cross_validated, "remarks", lambda fit: ["remark"])
     best = fitted(1.01 * AT_FLOOR * 0.1, "gravity")
     found = SimpleNamespace(baseline=fitted(1.0), best=best, candidates=(), alike=((),))
-    trace = verdict.judge_by_folds(found, ("one", "other"), floor=NOISE)
+    trace = cross_validated.judge_by_folds(found, ("one", "other"), floor=NOISE)
     assert (trace.verdict, trace.reference) == ("partial", 0)
     assert trace.words == ("the remaining residual depends on time", "one", "other", "remark")
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from validation.tracing import verdict
+from validation.tracing import cross_validated, verdict
 from validation.tracing.fitting.noise import NOT_KNOWN, NoiseFloor
 from validation.tracing.fitting.ranking import ranked_models
 from validation.tracing.settings import (
@@ -316,11 +316,11 @@ def test_an_effect_in_part_is_named_with_all_that_are_as_good(monkeypatch: pytes
     [(0.99 * AT_FLOOR * 0.1, "none", ("before",)), (0.3, "unexplained", ("the residual depends on time", "before"))],
 )
 def test_what_the_residual_depends_on_is_said_where_it_is_above_the_noise(monkeypatch, before, expected, words):
-    monkeypatch.setattr(verdict, "smooth_functions", lambda fit: SMOOTH)
+    monkeypatch.setattr(cross_validated, "smooth_functions", lambda fit: SMOOTH)
     alone = fitted(before, before)
     alone.heldout_errors = [np.full(50, before)]
     found = SimpleNamespace(baseline=alone, best=alone, candidates=(), alike=())
-    trace = verdict.judge_by_folds(found, ("before",), floor=NOISE)
+    trace = cross_validated.judge_by_folds(found, ("before",), floor=NOISE)
     assert (trace.verdict, trace.words) == (expected, words)
 
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from validation.tracing import verdict
+from validation.tracing import cross_validated, verdict
 from validation.tracing.fitting import evidence
 from validation.tracing.fitting.noise import NoiseFloor
 
@@ -159,7 +159,8 @@ def tried(*models: SimpleNamespace) -> tuple[SimpleNamespace, ...]:
 @pytest.fixture
 def sensible(monkeypatch):
     monkeypatch.setattr(verdict, "implausible", lambda one: ("no sense",) if "odd" in one.names else ())
-    monkeypatch.setattr(verdict, "remarks", lambda one: [f"of {' + '.join(one.names)}"])
+    for module in (verdict, cross_validated):
+        monkeypatch.setattr(module, "remarks", lambda one: [f"of {' + '.join(one.names)}"])
 
 
 def test_a_residual_at_the_ratio_is_noise_and_an_effect_at_its_limits_is_named(monkeypatch):
@@ -424,7 +425,7 @@ def test_a_still_zone_is_named_beside_the_effects_and_never_told_from_friction(h
     best = fitted(1.0, *names, "backlash", bic=-40.0, heldout=heldout)
     trace = Found("effect", fitted(9.0, bic=-10.0), fitted(2.0, *names), candidates=("first",), confusable=(("x",),))
     zone = SimpleNamespace(fitted=best, width=0.25, refuted_deg=0.125)
-    found = verdict.with_still_zone(trace, zone)
+    found = cross_validated.with_still_zone(trace, zone)
     assert (found.verdict, found.augmented) == (say, best)
     assert found.candidates[0] == "first"
     assert [(c.fitted, c.delta_bic) for c in found.candidates[1:]] == [(best, 30.0)]
@@ -447,11 +448,11 @@ def test_a_still_zone_is_named_beside_the_effects_and_never_told_from_friction(h
     ],
 )
 def test_folds_judge_at_their_thresholds(monkeypatch, sensible, before, after, taken, say):
-    monkeypatch.setattr(verdict, "smooth_functions", lambda one: TIME)
-    monkeypatch.setattr(verdict, "share", lambda *given: SimpleNamespace(value=taken))
+    monkeypatch.setattr(cross_validated, "smooth_functions", lambda one: TIME)
+    monkeypatch.setattr(cross_validated, "share", lambda *given: SimpleNamespace(value=taken))
     best, other = fitted(after, "drag", bic=-20.0), fitted(after, "creep", bic=-5.0)
     found = SimpleNamespace(baseline=fitted(before), best=best, candidates=(best, other), alike=((),))
-    trace = verdict.judge_by_folds(found, ("word",), floor=UNIT)
+    trace = cross_validated.judge_by_folds(found, ("word",), floor=UNIT)
     assert trace.verdict == say
     named = say in ("effect", "partial")
     assert (trace.augmented is best) is named
@@ -464,10 +465,10 @@ def test_folds_judge_at_their_thresholds(monkeypatch, sensible, before, after, t
 
 def test_how_far_effects_are_alike_counts_from_nothing_where_the_best_one_was_no_candidate(monkeypatch, sensible):
     """The criterion of creep is 30 above that of the baseline: 31 with one more."""
-    monkeypatch.setattr(verdict, "smooth_functions", lambda one: TIME)
+    monkeypatch.setattr(cross_validated, "smooth_functions", lambda one: TIME)
     best, other, third = fitted(0.5, "drag", bic=-20.0), fitted(0.5, "creep", bic=30.0), fitted(0.5, "wheel", bic=90.0)
     found = SimpleNamespace(baseline=fitted(9.0), best=best, candidates=(other, third), alike=(("creep",),))
-    trace = verdict.judge_by_folds(found, (), floor=UNIT)
+    trace = cross_validated.judge_by_folds(found, (), floor=UNIT)
     assert (trace.verdict, trace.alike) == ("ambiguous", 31.0)
     alone = SimpleNamespace(baseline=fitted(9.0), best=best, candidates=(best,), alike=((),))
-    assert verdict.judge_by_folds(alone, (), floor=UNIT).alike == 10.0
+    assert cross_validated.judge_by_folds(alone, (), floor=UNIT).alike == 10.0
