@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
+import signal
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -18,7 +20,7 @@ from skfem import MeshTet2
 from fem_models.solid.large_bending import BentJoint, QuarterJoint, whole
 from fem_models.solid.linear import Solid, cells
 from fem_models.solid.strain import equivalent, nodal_strain, principal
-from fem_models.view.manipulator import PURPOSE, SceneError
+from fem_models.view.manipulator import PURPOSE, TIME_LIMIT_S, SceneError
 from hysteresis.arrays import Floats
 from hysteresis.extras import require_extra
 from hysteresis.files import folder_beside
@@ -94,7 +96,7 @@ def draw_strain(
     Raises
     ------
     SceneError
-        The renderer crashed, or a file that cannot be written.
+        The renderer crashed or did not end, or a file that cannot be written.
     MissingError
         A library of the extra ``view`` is missing.
     """
@@ -104,11 +106,14 @@ def draw_strain(
 def draw_mesh(mesh: meshio.Mesh, path: Path, *, limit: float, window: tuple[int, int] = (1800, 800)) -> None:
     """Draw a mesh of :func:`as_meshio` or :func:`bent_mesh`; the rest as :func:`draw_strain`."""
     require_extra("view", PURPOSE)
-    with _staged(path) as half, ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _headless) as child:
+    spawn = multiprocessing.get_context("spawn")
+    with _staged(path) as half, ProcessPoolExecutor(1, spawn, _headless, (TIME_LIMIT_S,)) as child:
         try:
             child.submit(_draw, mesh, 100 * limit, half, window).result()
         except BrokenProcessPool:
-            raise SceneError("the renderer crashed: is there an OpenGL on this machine?") from None
+            raise SceneError(
+                f"the renderer crashed, or did not end within {TIME_LIMIT_S:g} s: is there an OpenGL on this machine?"
+            ) from None
 
 
 @contextmanager
@@ -123,7 +128,10 @@ def _staged(path: Path) -> Iterator[Path]:
         raise SceneError(f"{path}: {error.strerror or error}: expected a file that can be written") from None
 
 
-def _headless() -> None:
+def _headless(limit_s: float) -> None:
+    """Prepare the process that draws; the system ends it after a time, where it can."""
+    if hasattr(signal, "alarm"):
+        signal.alarm(math.ceil(limit_s))
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):  # a dead display would abort VTK; without any it renders off screen
         os.environ.pop(name, None)
 

@@ -19,7 +19,11 @@ from studies.sweep.errors import StudyError
 
 CONNECT_S = 10
 CLOSE_S = 20
-"""Longest times to connect to a scheduler, and to close the workers of this machine."""
+START_S = 120
+"""Longest times to connect to a scheduler, to close the workers of this machine, and to start one of them.
+
+By default Dask waits for a worker without end, at the start of a study and where a new one replaces one that died.
+"""
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), 1)
 
 _SHORT_LOGS = {
@@ -74,6 +78,7 @@ class WorkerPool:
             "nanny.pre-spawn-environ": _ONE_THREAD,
             "worker.multiprocessing-method": "forkserver",
             "scheduler.allowed-failures": 0,  # run_cases finds the case that ended a worker
+            "scheduler.no-workers-timeout": START_S,
         }
         self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
         # one process imports the modules and the workers are forked from it, which makes their start fast
@@ -81,10 +86,14 @@ class WorkerPool:
         resource_tracker.ensure_running()  # which unblocks signals when it starts
         with _interrupts_blocked():
             forkserver.ensure_running()
-        cluster = LocalCluster(
-            n_workers=self._count, threads_per_worker=1, processes=True, memory_limit=0, silence_logs=logging.CRITICAL,
-            dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},  # not reachable from other machines
-        )  # fmt: skip
+        try:
+            cluster = LocalCluster(
+                n_workers=self._count, threads_per_worker=1, processes=True, memory_limit=0, death_timeout=START_S,
+                silence_logs=logging.CRITICAL, dashboard_address="127.0.0.1:0",
+                scheduler_kwargs={"dashboard": False},  # not reachable from other machines
+            )  # fmt: skip
+        except (RuntimeError, TimeoutError) as error:
+            raise StudyError(f"workers: {_words(error)}: expected {self._count} that start in {START_S:g} s") from None
         self._open.callback(_close, cluster)
         return self._open.enter_context(Client(cluster))
 
@@ -93,8 +102,9 @@ class WorkerPool:
             client = self._open.enter_context(Client(address, timeout=CONNECT_S))
             client.wait_for_workers(1, timeout=CONNECT_S)
         except (OSError, ValueError) as error:
-            words = " ".join(str(error).split()) or "no answer"
-            raise StudyError(f"--scheduler {address}: {words}: expected a Dask scheduler with workers") from None
+            raise StudyError(
+                f"--scheduler {address}: {_words(error)}: expected a Dask scheduler with workers"
+            ) from None
         return client
 
     def _checked(self, client: Client) -> Client:
@@ -104,12 +114,15 @@ class WorkerPool:
         try:
             found = client.run(code_of_worker, self._engine)
         except Exception as error:  # Dask wraps an import error of a worker in a plain exception
-            words = " ".join(str(error).split())
-            raise StudyError(f"{where}: {words}: {expected}") from None
+            raise StudyError(f"{where}: {_words(error)}: {expected}") from None
         for worker, code in found.items():
             if code != code_version(self._engine):
                 raise StudyError(f"{where}: {worker} runs other code: {expected}")
         return client
+
+
+def _words(error: Exception) -> str:
+    return " ".join(str(error).split()) or "no answer"
 
 
 def _close(cluster: LocalCluster) -> None:

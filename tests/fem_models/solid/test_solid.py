@@ -2,6 +2,7 @@
 
 import json
 import math
+import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -344,6 +345,16 @@ def test_vtu_keeps_nodes_displacement_and_strain(coarse, tmp_path):
     assert back.point_data["equivalent_strain_percent"].max() == pytest.approx(expected)
     with pytest.raises(SceneError, match="expected a file"):
         write_vtu(body, field, tmp_path / "nowhere" / "snr.vtu")
+
+
+@pytest.mark.skipif(not hasattr(signal, "alarm"), reason="no alarm on this system")
+def test_a_renderer_that_does_not_end_is_not_waited_for(coarse, tmp_path, monkeypatch):
+    """A second is less than it takes to import the renderer and to draw."""
+    monkeypatch.setattr("fem_models.view.solid.TIME_LIMIT_S", 0.1)
+    body, _ = coarse
+    with pytest.raises(SceneError, match=r"did not end within 0\.1 s"):
+        draw_strain(body, 0.05 * bent_chain(body), tmp_path / "snr.png", limit=0.01, window=(600, 300))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_picture_shows_the_metal(coarse, tmp_path):

@@ -7,6 +7,8 @@ import sqlite3
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -52,8 +54,8 @@ def test_latin_hypercube_has_one_point_a_row():
 
 RUN = "import sys; from studies.commands import main; sys.argv[0] = 'notchbend'; main()"
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
-MOST_S = 120
-"""Most time that a command may take to end, with its workers."""
+MOST_S = 180
+"""Most time until a command has come so far, and until it has ended with its workers."""
 
 
 def stored(out: Path) -> int:
@@ -84,8 +86,25 @@ def last_words(process: subprocess.Popen) -> str:
     try:
         return process.communicate(timeout=MOST_S)[1].decode()
     except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
+        end_all(process)
         raise
+
+
+def wait_until(process: subprocess.Popen, there: Callable[[], bool]) -> None:
+    """Wait until something is there, or the command has ended."""
+    end = time.monotonic() + MOST_S
+    while process.poll() is None and not there():
+        if time.monotonic() > end:
+            end_all(process)
+            pytest.fail(f"the command has not come so far in {MOST_S} s")
+        time.sleep(0.02)
+
+
+def end_all(process: subprocess.Popen) -> None:
+    """Kill a command with its workers."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
 
 
 def test_killed_three_times_then_finished(tmp_path, undisturbed):
@@ -94,8 +113,8 @@ def test_killed_three_times_then_finished(tmp_path, undisturbed):
     at_kill = []
     for _ in range(3):
         before, process = stored(out), begun(file, out)
-        while process.poll() is None and stored(out) < before + 32:  # more than a batch, so that one is there for good
-            time.sleep(0.02)
+        enough = before + 32  # more than a batch, so that one is there for good
+        wait_until(process, lambda enough=enough: stored(out) >= enough)
         process.kill()
         last_words(process)
         with open_store(out) as store:  # takes back what was half written
@@ -123,8 +142,7 @@ def test_interrupted_study_says_how_far_it_came(when, number, tmp_path, undistur
     """Ctrl-C goes to all processes, SIGTERM to the command: one line, exit 130 or 143, dataset and summary so far."""
     file, out = study_file(tmp_path, LONG), tmp_path / "out"
     process = begun(file, out)
-    while process.poll() is None and not (stored(out) if when == "in the middle" else (out / "inputs").exists()):
-        time.sleep(0.02)
+    wait_until(process, lambda: stored(out) > 0 if when == "in the middle" else (out / "inputs").exists())
     (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
     said = last_words(process)
     assert process.returncode == 128 + number

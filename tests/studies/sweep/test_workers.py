@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 from dask._task_spec import Task
-from distributed import Client, LocalCluster
+from distributed import Client, LocalCluster, Nanny
 from distributed.protocol import Serialize, Serialized, ToPickle
 from small_study import GRID, HEAD, PROGRAM, same, study_file
 
@@ -29,7 +29,8 @@ def test_a_dask_cluster_gives_the_same_to_the_last_bit(finished, tmp_path):
     folder, _ = finished
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
         run_study(read_study(folder / "s.toml"), tmp_path / "out", scheduler=cluster.scheduler_address)
-        assert Client(cluster).run(os.getpid)  # the cluster of another is left running
+        with Client(cluster) as client:
+            assert client.run(os.getpid)  # the cluster of another is left running
     same(open_study(tmp_path / "out"), open_study(folder / "out"))
 
 
@@ -37,6 +38,29 @@ def test_workers_that_run_other_code_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "code_version", lambda _: "another")
     with pytest.raises(StudyError, match="other code"):
         run_study(read_study(study_file(tmp_path)), tmp_path / "out", workers=1)
+
+
+def test_workers_that_do_not_start_are_not_waited_for(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(workers, "START_S", 0.01)
+    assert call(["study", str(study_file(tmp_path)), "--out", str(tmp_path / "o"), "--workers", "1", "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("notchbend: workers: ")
+    assert error.endswith(": expected 1 that start in 0.01 s\n")
+    assert error.count("\n") == 1
+
+
+def test_a_worker_that_is_not_replaced_ends_a_study(tmp_path, monkeypatch):
+    """Where a worker died and no other takes its place, Dask kept its cases waiting without end."""
+
+    async def never(self, *given, **named):
+        return None
+
+    monkeypatch.setattr(Nanny, "_on_worker_exit", never)
+    monkeypatch.setattr(workers, "START_S", 20)
+    monkeypatch.setattr(sweep, "evaluate_all", dies_at_15)
+    asked = read_study(study_file(tmp_path, HEAD + PROGRAM + "[vary]\npreload_N = [15, 20]\n"))
+    with pytest.raises(StudyError, match=r"workers: .*: expected answers; stored cases are kept, run the study again"):
+        run_study(asked, tmp_path / "out", workers=1)
 
 
 def test_no_scheduler_there(tmp_path, capsys, monkeypatch):

@@ -55,7 +55,10 @@ def test_a_forked_process_starts_threads_of_its_own():
     in_threads(abs, [-1, -2], 2)
     child = os.fork()
     if child == 0:  # pragma: no cover
-        alone_in_fork()
-        os._exit(0 if in_threads(abs, [-1, -2], 2) == [1, 2] else 2)
+        try:
+            alone_in_fork()
+            os._exit(0 if in_threads(abs, [-1, -2], 2) == [1, 2] else 2)
+        finally:
+            os._exit(1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
     assert threads._pool(2) is threads._pool(2)

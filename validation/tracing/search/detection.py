@@ -132,10 +132,10 @@ def _needed(fitted: Fitted, left_deg: float, floor_deg: float, effects: int) -> 
 def _beyond_noise_deg(fitted: Fitted, left_deg: float, floor_deg: float) -> float:
     """Rms action that takes the residual beyond what counts as noise; 0 where it is beyond without.
 
-    Beside an equivalent rig that leaves no more than noise an effect is tried nevertheless. One that leaves more, and
-    measured joints, are given none up to :data:`NEAR_NOISE` (:func:`validation.tracing.verdict.is_too_little`). A known
-    rig that leaves more than noise is given none up to :data:`FAR_ABOVE`, since that more is left beside it
-    (:func:`validation.tracing.verdict.left_near_noise`).
+    Beside an equivalent rig that leaves no more than noise an effect is tried nevertheless. One that leaves more is
+    given none up to :data:`NEAR_NOISE` (:func:`validation.tracing.verdict.is_too_little`), nor are measured joints. A
+    known rig that leaves more than noise is given none up to :data:`FAR_ABOVE`, since that more is left beside it
+    (both: :func:`validation.tracing.verdict.left_near_noise`).
     """
     problem = fitted.model.problem
     if isinstance(problem, EquivalentRigProblem):
