@@ -44,9 +44,13 @@ def _camera_misalignment(rng: Rng, baseline: BaselineRuns) -> Family:
 
 
 def _thermal_drift(rng: Rng, baseline: BaselineRuns) -> Family:
-    """Offset that grows with time, linearly or with saturation, from zero in each record."""
+    """Offset that grows with time, linearly or with saturation, from zero in each record.
+
+    What settles within a cycle is no warming up: the tracer names none, and none is drawn.
+    """
     sign, long = either_sign(rng), baseline.longest_s
-    time = long * float(rng.uniform(0.2, 1.0)) if rng.integers(2) else 0.0
+    least = max(0.2, baseline.cycle_s / long)
+    time = long * float(rng.uniform(least, 1.0)) if rng.integers(2) else 0.0
 
     def at(size: float) -> Injected:
         most = 3.0 * size * sign

@@ -97,11 +97,22 @@ class BaselineRuns:
         """Duration of the longest record."""
         return max(float(times(loading.program)[-1]) for loading in self.protocol.loadings)
 
+    @property
+    def cycle_s(self) -> float:
+        """Duration of a cycle of the slowest record; a quarter of one is before the first."""
+        return max(_cycle_s(loading.program) for loading in self.protocol.loadings)
+
 
 def times(program: LoadProgram) -> Floats:
     """Give the times of a program that has times, shape (m,)."""
     assert program.time_s is not None
     return program.time_s
+
+
+def _cycle_s(program: LoadProgram) -> float:
+    """Mean duration of a cycle (s)."""
+    assert program.cycle is not None
+    return float(times(program)[-1]) / (int(program.cycle.max()) + 0.25)
 
 
 def draw_baseline(rng: np.random.Generator, *, measured_joints: bool, change: PlanChange | None = None) -> BaselineRuns:

@@ -107,7 +107,7 @@ def figure(found: Found) -> Figure:
     axes.invert_yaxis()
     axes.set_xlabel("smallest size found in 9 of 10, times the noise (open: largest one missed)")
     axes.grid(axis="x", alpha=0.3)
-    axes.legend(loc="lower right")
+    picture.legend(loc="outside upper center", ncols=2)
     return picture
 
 

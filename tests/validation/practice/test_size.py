@@ -12,6 +12,7 @@ from validation.practice.injected import Family, Injected, observed
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 from validation.practice.protocols import BaselineRuns, draw_baseline
 from validation.practice.size import TOLERANCE, OutOfReachError, baseline_tangent, size_over_noise, solve_size
+from validation.practice.smallest.search import short
 
 
 @pytest.fixture(scope="module")
@@ -101,3 +102,16 @@ def test_a_size_that_was_asked_for_is_met_or_out_of_reach(baseline: BaselineRuns
     with pytest.raises(OutOfReachError):
         solve_size(baseline, family, nothing, 6.0, exact=True)
     assert solve_size(baseline, family, nothing, 2.0, exact=True)[1] == pytest.approx(2.0, rel=TOLERANCE)
+
+
+def test_no_drift_is_drawn_that_settles_within_a_cycle() -> None:
+    """The tracer names none; the short records of the smallest sizes have two cycles."""
+    short_records = draw_baseline(np.random.default_rng(3), measured_joints=False, change=short)
+    program = short_records.protocol.loadings[0].program
+    first, second = np.flatnonzero(program.drive_mm == program.drive_mm.max())[:2]
+    cycle = program.time_s[second] - program.time_s[first]
+    drifts = [CATALOGUE["thermal_drift"](np.random.default_rng(k), short_records).at(1.0).numbers for k in range(40)]
+    settling = [drift["time_s"] for drift in drifts if drift["saturates"]]
+    assert len(settling) > 10
+    assert min(settling) > 0.99 * cycle
+    assert max(settling) > 1.5 * cycle
