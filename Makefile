@@ -2,14 +2,14 @@
 # make install what every command needs, and no more
 # make dev     all extras and the tools of developers, too
 # make test    lint, types, import contract, tests
-# make cases   practice cases that the tracer missed once
+# make slow    the tests that take long: before the tracer or an engine is changed for good
 # make site    the pages as a site, in build/site
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= results/first-report
 
-.PHONY: study install dev test checks tests cases kernels kernels-heated site lock clean
+.PHONY: study install dev test checks tests slow kernels kernels-heated site lock clean
 
 PIP     := $(BIN)/python -m pip
 INSTALL := $(PIP) install --quiet --disable-pip-version-check
@@ -42,9 +42,9 @@ test: dev
 tests: kernels kernels-heated
 	PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n auto --dist worksteal
 
-# Practice cases that the tracer missed once: for whoever changes it.
-cases: dev
-	$(BIN)/pytest -n auto --dist worksteal -m case
+# What takes long, as whole traces, many draws, the gallery, and practice cases that were missed once.
+slow: dev kernels kernels-heated
+	$(BIN)/pytest -n auto --dist worksteal -m slow
 
 checks:
 	$(BIN)/ruff check .

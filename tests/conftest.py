@@ -13,9 +13,13 @@ settings.register_profile("machine", deadline=None)  # the first call compiles, 
 settings.load_profile("machine")
 
 
+LONG = ("validation/tracing", "studies/report", "studies/commands")
+"""Folders with most of the long tests."""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run long tests first: at the end one worker would wait for the other's."""
-    items.sort(key=lambda item: "validation/tracing" not in item.nodeid and item.get_closest_marker("slow") is None)
+    items.sort(key=lambda item: not any(folder in item.nodeid for folder in LONG))
 
 
 @pytest.fixture(scope="session")

@@ -101,6 +101,7 @@ def without_time(values: Mapping[str, object]) -> dict[str, object]:
     return {key: value for key, value in values.items() if key not in ("seconds", "maker", "made")}
 
 
+@pytest.mark.slow
 def test_identify_gives_the_numbers_of_the_command(record: nb.Record, tmp_path: Path) -> None:
     """Of a record in memory and of its file: the rig's analytic kinematics, and no warning for lack of them."""
     path = tmp_path / "loop.csv"
@@ -113,6 +114,7 @@ def test_identify_gives_the_numbers_of_the_command(record: nb.Record, tmp_path: 
     assert without_time(in_memory) | {"records": [str(path)]} == without_time(stored)
 
 
+@pytest.mark.slow
 def test_identify_of_several_records_and_settings_is_that_of_the_command(record: nb.Record, tmp_path: Path) -> None:
     low = nb.simulate(nb.preset("du2018", preload_N=10.0), nb.triangle(2.2, cycles=2), engine="chain")
     paths = [tmp_path / "20N.csv", tmp_path / "10N.csv"]
@@ -152,6 +154,7 @@ def test_separate_refuses_with_records_what_a_rig_alone_takes():
             nb.separate(record, **given)
 
 
+@pytest.mark.slow
 def test_separate_gives_the_result_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert call(["separate", "--preset", "du2018", "--amplitude", "1", "--out", str(tmp_path), "--quiet"]) == 0
     found = nb.separate(nb.preset("du2018"), amplitude_mm=1.0)

@@ -36,6 +36,7 @@ def test_every_search_method_recovers_the_parameters(method):
         assert fit.settings.method == method
 
 
+@pytest.mark.slow
 def test_twenty_seeds_recover_the_parameters():
     assert (
         max(
@@ -46,6 +47,7 @@ def test_twenty_seeds_recover_the_parameters():
     )
 
 
+@pytest.mark.slow
 def test_intervals_contain_the_true_parameters():
     """Of 40 trials at 95 %, fewer than 33 has a chance of 1 in 500 (binomial); validation runs 200."""
     found = coverage(40)
@@ -201,6 +203,7 @@ def test_nested_loops():
     assert sum(part.sum() for part in parts) == len(program.drive_mm)
 
 
+@pytest.mark.slow
 def test_smaller_amplitudes_of_the_catheter(measured):
     """From the two largest of seven amplitudes: the largest error asked is 2 % of the range."""
     records = [read_record(measured / f"catheter-taut-{rate}hz.csv") for rate in ("0.2", "0.3")]
@@ -211,6 +214,7 @@ def test_smaller_amplitudes_of_the_catheter(measured):
         assert np.sqrt(np.mean(miss**2)) < 0.02 * np.ptp(record.angle_deg)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["surgical-manipulator-0-80", "tee-probe-antero-posterior"])
 def test_measured_loops_are_predicted_better_than_by_play_operators(name, measured):
     """Same training samples and form of f: less than half the error of a play operator on held-out samples."""

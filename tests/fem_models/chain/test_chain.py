@@ -304,6 +304,7 @@ def test_500_random_rigs_converge():
         assert np.isfinite(simulate_chain(rig, steps).angle_deg).all()
 
 
+@pytest.mark.slow
 def test_20_of_them_converge_in_the_multibody_model_and_agree():
     rng = np.random.default_rng(3)
     for rig, steps in [random_rig(rng) for _ in range(500)][::25]:

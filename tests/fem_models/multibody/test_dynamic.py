@@ -202,6 +202,7 @@ def test_slowly_driven_the_dynamic_loop_is_the_static_one():
     np.testing.assert_allclose(moving.tip_mm, static.tip_mm, atol=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drag", [None, Drag(sheath_N_s_per_mm=0.05)], ids=["dry", "drag"])
 def test_the_paper_s_sine_at_half_the_step(drag):
     result = compare_dynamic(replace(DU2018, drag=drag), 1.0, cycles=1)

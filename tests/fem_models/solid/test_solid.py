@@ -268,6 +268,7 @@ def test_default_mesh_is_within_one_percent_in_a_minute_and_two_gigabytes():
     assert megabytes < 2048
 
 
+@pytest.mark.slow
 def test_coarse_meshes_converge_from_above_as_smooth_metal_does():
     """Displacement elements are too stiff; with a fillet the default SNR gains at order 4, loosely on coarse meshes."""
     bodies = [solid_snr(RIG, refinement=r, fillet_mm=0.125) for r in (1.0, 0.7, 0.5)]

@@ -52,6 +52,7 @@ def test_four_wheels_reach_what_two_with_pairs_reach():
         np.testing.assert_allclose(getattr(four, name), getattr(two, name), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_three_tendons_that_do_not_stretch_reach_what_four_reach():
     """Without friction a tube bent by inextensible tendons has one shape for each drive, r cos(a) for tendon a."""
     three = workspace(with_tendons((0.0, 120.0, 240.0), (1, 2, 3), EA_N=1e6), 0.8, circles=1, directions=12)

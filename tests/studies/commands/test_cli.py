@@ -275,6 +275,7 @@ def test_identify_writes_the_contract(tmp_path, capsys):
     printed(tmp_path / "fit" / "identify.json", page, given)
 
 
+@pytest.mark.slow
 def test_identify_takes_several_records(tmp_path, capsys):
     x = np.concatenate([np.linspace(-2, 2, 41), np.linspace(2, -2, 41)[1:]] * 2)
     for name, zero in (("a", 0.0), ("b", 0.5)):
@@ -361,6 +362,7 @@ def test_chain_and_multibody_give_the_same_loop(tmp_path):
     assert np.abs(angle["chain"] - angle["multibody"]).max() < 0.05 * 2.2  # 5 % of the loop's width of 2.2 deg
 
 
+@pytest.mark.slow
 def test_identify_shows_the_fit_in_words(tmp_path, capsys):
     (tmp_path / "loop.csv").write_text(LOOP.replace("x,a", "drive_mm,angle_deg"))
     assert call(["identify", str(tmp_path / "loop.csv"), "--out", str(tmp_path / "fit")]) == 0

@@ -71,6 +71,7 @@ def test_what_has_no_ensemble_is_refused(tmp_path, capsys, arguments, message):
     assert not (tmp_path / "out.csv").exists()
 
 
+@pytest.mark.slow
 def test_study_runs_over_the_members(tmp_path, capsys):
     """Widths of the members at 10 and 20 N are the facts that all of them meet; ranges stand in a table."""
     file = tmp_path / "two.toml"

@@ -268,6 +268,7 @@ def test_candidates_that_are_not_distinguished_are_named_together(found):
     assert any(f"backlash or {second.names[0]}" in line for line in in_words(result))
 
 
+@pytest.mark.slow
 def test_the_record_that_is_proposed_tells_play_from_friction_at_the_base(found):
     """At two preloads they are not distinguished, and the record that distinguishes them is below both."""
     of_two = trace_records(bench_records(WIDTH_MM)[:2], threads=1)
@@ -293,6 +294,7 @@ def test_the_proposed_record_distinguishes_the_competitors(found):
     assert apart.std() > found.floor.deg
 
 
+@pytest.mark.slow
 def test_competitors_of_unknown_geometry_are_simulated_on_the_record_s_own_path():
     records = [
         replace(

@@ -107,6 +107,7 @@ def end_all(process: subprocess.Popen) -> None:
     process.communicate()
 
 
+@pytest.mark.slow
 def test_killed_three_times_then_finished(tmp_path, undisturbed):
     """240 cases; the process gets SIGKILL as soon as some of them are stored, three times over."""
     file, out = study_file(tmp_path, LONG), tmp_path / "out"

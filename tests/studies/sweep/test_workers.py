@@ -49,6 +49,7 @@ def test_workers_that_do_not_start_are_not_waited_for(tmp_path, capsys, monkeypa
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_not_replaced_ends_a_study(tmp_path, monkeypatch):
     """Where a worker died and no other takes its place, Dask kept its cases waiting without end."""
 
@@ -166,6 +167,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_cluster_that_does_not_close_does_not_keep_a_study(tmp_path):
     """One that was interrupted amid its cases waited for its workers for a quarter of an hour, until it was killed."""
     script = tmp_path / "hangs.py"

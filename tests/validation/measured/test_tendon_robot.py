@@ -105,6 +105,7 @@ def test_parameters_are_recovered_from_loops_without_noise() -> None:
     assert np.allclose(found.row(), TRUTH.row(), rtol=0.01, atol=0.003), dict(zip(NAMES, found.row(), strict=True))
 
 
+@pytest.mark.slow
 def test_intervals_contain_most_parameters_of_noisy_loops() -> None:
     """Of 52 intervals of 95 %, the shift by noise taken off; docs/validation/tendon-robot.md has 40 pairs."""
     contained = []

@@ -163,6 +163,7 @@ def test_play_is_a_part_of_its_own():
     assert "play" not in without.parts("width_deg")
 
 
+@pytest.mark.slow
 def test_multibody_model_agrees(monkeypatch):
     pytest.importorskip("exudyn", reason="Exudyn cannot be imported here: its library libGL.so.1 is missing?")
     from fem_models.multibody import solve_multibody

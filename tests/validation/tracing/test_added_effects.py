@@ -172,6 +172,7 @@ def test_play_of_one_preload_is_named_with_what_may_take_it_up():
 # --- hidden, and found -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_drive_that_winds_five_per_cent_more_is_named():
     """It used to be called a wheel that runs out, or a camera."""
     records = records_with(drive_gain=DriveGain(0.05))
@@ -197,6 +198,7 @@ HIDDEN = {
 """Neighbour that an effect is tried with, and the rig's table."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HIDDEN)
 def test_an_added_effect_is_told_from_its_neighbour(name):
     neighbour, on = HIDDEN[name]

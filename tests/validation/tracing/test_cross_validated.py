@@ -123,6 +123,7 @@ def test_a_delay_is_named_with_its_size(slow_and_fast: list[Record]) -> None:
     assert report.effects[0].parameters["delay_s"].value == pytest.approx(0.05, rel=0.15)
 
 
+@pytest.mark.slow
 def test_no_change_is_none(slow_and_fast: list[Record]) -> None:
     same = trace_change(again(), slow_and_fast, some("time_delay", "backlash", *COMPETITORS), lambda words: None)
     assert same.verdict == "none"
@@ -221,6 +222,7 @@ def _noise(one: Record, seed: int) -> Floats:
     return NOISE_DEG * np.random.default_rng(seed).normal(size=one.drive.size)
 
 
+@pytest.mark.slow
 def test_a_detection_limit_is_where_an_effect_begins_to_be_named(slow_and_fast: list[Record]) -> None:
     plays = play_baselines(slow_and_fast)
     assert plays is not None
@@ -241,6 +243,7 @@ def test_a_detection_limit_is_where_an_effect_begins_to_be_named(slow_and_fast: 
     assert "time_delay" not in names(0.25 * delay_s)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "change"), [
     ("camera_misalignment", lambda one: replace(one, angle_deg=1.05 * one.angle_deg)),
     ("drive_gain", lambda one: replace(one, drive=one.drive / 1.05)),

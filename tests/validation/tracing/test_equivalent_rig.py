@@ -117,6 +117,7 @@ def test_play_before_tendons_without_a_toe_region_is_friction_at_the_base():
     assert still - by_friction == pytest.approx(0.09, rel=0.1)
 
 
+@pytest.mark.slow
 def test_play_is_named_with_its_width_in_the_drive_s_unit():
     """In steps of 1 um of tendon, on a wheel that turns in the other direction.
 
@@ -167,7 +168,7 @@ def test_amounts_to_which_an_equivalent_rig_gives_no_scale_have_no_limit_and_a_w
     assert any("gravity in g is in proportion to the preload" in words for words in remarks(loaded))
 
 
-@pytest.mark.case
+@pytest.mark.slow
 def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkeypatch):
     """The effect that was found stays; the candidate has no number (a case of a retired set broke on one)."""
     monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_SAMPLES", 100)
@@ -196,6 +197,7 @@ def test_a_candidate_without_an_equilibrium_at_the_end_has_no_error_there(monkey
     assert in_words(replace(result, verdict="unexplained", candidates=(CandidateReport("x", None, 0.0),)))
 
 
+@pytest.mark.slow
 def test_the_nearest_candidate_has_a_share_where_the_last_fits_have_more_samples(monkeypatch):
     """A loop that no effect makes; the baseline is fitted to more samples at the end than in the search."""
     monkeypatch.setattr("validation.tracing.cross_validated.LEAST_PLAY_SAMPLES", 10**6)

@@ -66,6 +66,7 @@ def drifting(drive: Floats, drift_deg: float) -> Record:
     return Record(drive=drive, angle_deg=10.0 * drive + drift_deg * t / 50 + noise, drive_unit="mm", time_s=t)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("per_cycle", "cycles"), [(12, 5), (12, 8), (4, 10)])
 def test_a_drift_in_few_samples_is_named(per_cycle: int, cycles: int) -> None:
     """Nor is it taken for a loop that has not closed yet."""

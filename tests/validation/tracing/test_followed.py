@@ -32,6 +32,7 @@ def some(*names):
     return [effect for effect in catalogue() if effect.name in names]
 
 
+@pytest.mark.slow
 def test_a_weight_that_is_near_by_its_linearised_gain_is_followed_to_the_noise():
     """It was given up after its first steps, at an error of 0.46 deg; the noise is 0.06."""
     case = draw_case("score-10", "known", "gravity", 1)
@@ -53,6 +54,7 @@ def hanging(preload_N, seed):
     return Record(run.drive, run.angle_deg + noise, time_s=run.time_s, cycle=run.cycle, rig=known)
 
 
+@pytest.mark.slow
 def test_a_weight_is_found_beside_a_baseline_whose_derivatives_predict_a_far_smaller_residual():
     """The fit of the weight ended there, too, and a load at the tip was named at 1.16 times the noise."""
     records = [hanging(preload_N, seed) for seed, preload_N in enumerate((20.0, 10.0))]
@@ -71,6 +73,7 @@ def test_a_fit_rests_early_below_half_of_its_residual():
         assert rests_early(SimpleNamespace(rows=rows)) is early
 
 
+@pytest.mark.slow
 def test_the_gain_of_the_drive_is_named_with_what_does_the_same():
     """An implausible wheel led, and the verdict was `unexplained`."""
     case = draw_case("score-10", "known", "drive_gain", 2)
@@ -94,7 +97,7 @@ def beside_an_early_baseline(case, *names):
     [
         ("score-21", "tendon_slack", 2.4),
         ("score-29", "tendon_slack", 2.8),  # from everywhere, until the toe region of its own fit was taken out
-        pytest.param("score-21", "tip_load", 1.9, marks=pytest.mark.case),
+        pytest.param("score-21", "tip_load", 1.9, marks=pytest.mark.slow),
     ],
 )
 def test_effects_of_unknown_rigs_come_to_the_noise_from_starts_far_from_the_baseline(set_name, effect, left):
@@ -132,7 +135,7 @@ def test_every_start_of_an_effect_may_name_parameters_of_the_baseline():
     assert sorted(set(np.round(toes, 6))) == pytest.approx([0.025 * 20.0, own["toe_N"]], rel=1e-3)
 
 
-@pytest.mark.case
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("set_name", "label"),
     [

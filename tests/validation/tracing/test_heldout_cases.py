@@ -23,7 +23,7 @@ CASES = {
 }
 
 
-@pytest.mark.case
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "label", "number"), CASES, ids=[f"{kind} {label}" for kind, label, _ in CASES])
 def test_the_right_effect_predicts_a_heldout_record_to_the_noise(kind, label, number):
     """Cases of a retired set of the score (docs/validation/practice.md), at 1.3 to 1.6 times the noise before."""

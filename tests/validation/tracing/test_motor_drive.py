@@ -42,6 +42,7 @@ def slack_behind_a_motor():
     )
 
 
+@pytest.mark.slow
 def test_gain_and_effect_are_found_together(slack_behind_a_motor):
     trace = slack_behind_a_motor
     assert trace.known

@@ -42,6 +42,7 @@ def test_where_the_best_read_alike_one_that_does_not_gets_a_second_effect_too():
     assert not stepwise._read_alike(weight, both[2])
 
 
+@pytest.mark.slow
 def test_a_play_is_found_beside_slack_that_had_absorbed_it():
     """Pair 1 of the retired set *score-31*: beside the parameters of the slack alone the play came to 1.3 times."""
     problem = equivalent_rig_problem(draw_case("score-31", "unknown", "pair", 1).records)

@@ -107,6 +107,7 @@ def test_a_rig_that_moves_by_a_part_at_once_has_none() -> None:
     assert zone_of(records(lambda drive: drive / 3 + 2 * play(drive, WIDTH_MM) / 3, 0.0))[1] is None
 
 
+@pytest.mark.slow
 def test_records_with_a_still_zone_are_traced_to_play_or_friction() -> None:
     plays, _ = zone_of(records(lambda drive: play(drive, WIDTH_MM)))
     trace = trace_by_folds(plays, BACKLASH, lambda words: None)

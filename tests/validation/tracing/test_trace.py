@@ -44,6 +44,7 @@ def two_preloads(change, program=None):
     return [simulated(change(preset("du2018", preload_N=T)), program, int(T)) for T in (20.0, 10.0)]
 
 
+@pytest.mark.slow
 def test_unequal_tendons_of_five_percent_are_named():
     """The paper gives them as the reason for its own residual."""
 
@@ -88,6 +89,7 @@ def hidden_loop(amplitude, seed, law):
     return Record(drive=drive, angle_deg=angle, time_s=np.linspace(0, 30, 400))
 
 
+@pytest.mark.slow
 def test_hidden_hysteresis_is_not_taken_for_smooth_terms():
     """A sparse-regression tool replaced a hidden state by six smooth terms: held-out R2 was 0.87, and 0.25 at a quarter
     of the amplitude. The fitted loop must hold there, where it saturates early: only the curve model does."""
@@ -107,7 +109,7 @@ def test_an_effect_outside_the_catalogue_is_unexplained():
     assert trace.effects == ()
 
 
-@pytest.mark.case
+@pytest.mark.slow
 def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
     """A practice case that was missed once: the loop angle of the first baseline fit is twice that of the best fit."""
     both = ("camera_misalignment", "wheel_eccentricity")
@@ -117,7 +119,7 @@ def test_a_local_optimum_of_the_loop_does_not_hide_an_effect():
     assert trace.augmented.names == both[:1]
 
 
-@pytest.mark.case
+@pytest.mark.slow
 def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
     """The equivalent rig absorbs a part of the friction. Effects that do nothing leave as little as it does. Friction,
     after its first steps, leaves a little more: it is not named where only the best effect is fitted to its end."""
@@ -129,7 +131,7 @@ def test_inactive_effects_do_not_crowd_out_the_true_one(monkeypatch):
     assert trace.augmented.names == shown[:1]
 
 
-@pytest.mark.case
+@pytest.mark.slow
 def test_play_is_found_though_the_equivalent_rig_leaves_no_more_than_noise(monkeypatch):
     """A play of 0.36 mm, of which friction at the base takes most: the baseline leaves 1.1 times the noise. Play and
     friction of the guides gain more than 100 of the criterion, a camera 30."""
@@ -144,7 +146,7 @@ def test_play_is_found_though_the_equivalent_rig_leaves_no_more_than_noise(monke
     assert gains[("camera_misalignment",)] < gains[("backlash",)] - 2 * FAR_BEYOND_CHANCE
 
 
-@pytest.mark.case
+@pytest.mark.slow
 def test_an_equivalent_rig_does_not_hide_a_second_effect():
     """A case of a retired set: drag alone leaves 3.1 times the noise at best. In eight others, with the preset's tube,
     the equivalent rig absorbs the guides' friction beside drag: 1.01 to 1.11 times the noise are left."""
@@ -169,7 +171,7 @@ def with_a_short_final_fit(monkeypatch, samples=100):
     monkeypatch.setattr("validation.tracing.baseline.equivalent_rig.REFINED_PARTS", 1)
 
 
-@pytest.mark.case
+@pytest.mark.slow
 def test_competitors_beside_an_equivalent_rig_are_fitted_from_other_loops(monkeypatch):
     """A case of a retired set: only slack was fitted again. Stiffening, in a local optimum of the loop, lost by 72."""
     with_a_short_final_fit(monkeypatch)
@@ -180,7 +182,7 @@ def test_competitors_beside_an_equivalent_rig_are_fitted_from_other_loops(monkey
     assert {*trace.augmented.names, *trace.confusable[0]} == shown
 
 
-@pytest.mark.case
+@pytest.mark.slow
 def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch):
     """A case of a retired set: a delay was named in place of drag, because slack had not been fitted beside drag.
 
@@ -204,7 +206,7 @@ def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch
     assert all(effect.delta_bic > 0 for effect in effects)
 
 
-@pytest.mark.case
+@pytest.mark.slow
 def test_the_search_goes_on_to_the_noise_where_no_model_explains_the_records(monkeypatch):
     """A practice case: friction of the guides leaves 1.26 times the noise, and smooth functions fit better than it."""
     with_a_short_final_fit(monkeypatch)
@@ -215,6 +217,7 @@ def test_the_search_goes_on_to_the_noise_where_no_model_explains_the_records(mon
     assert trace.augmented.heldout_rmse_deg < 1.3 * trace.floor.deg
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("amplitude_mm", "ends"), [(2.2, True), (1.2, False)])
 def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_mm, ends):
     """On a flat plateau one joint bends three times as far as the others, to the end of its transformation."""
@@ -231,6 +234,7 @@ def test_the_end_of_a_transformation_is_found_where_a_bend_reaches_it(amplitude_
     assert any(c.fitted is trace.augmented for c in trace.candidates)
 
 
+@pytest.mark.slow
 def test_a_curve_with_a_loop_is_not_taken_for_guide_friction():
     """Records of a formula, of no rig: the equivalent rig reaches the noise only with friction of its guides."""
     records = []

@@ -127,6 +127,7 @@ def by_multibody(equal_planes, *, sensor_turn_deg=0.0, turn_deg=0.0, seed=0, cha
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("hidden", "best"), [("sensor_turn_deg", "turned_sensor"), ("turn_deg", "plane_coupling")])
 def test_the_set_holds_both_turns_where_the_planes_are_as_stiff(equal_planes, hidden, best):
     """Records of the other engine: 4 degrees within 5 %, by the linearised interval about 1 %.

@@ -54,6 +54,7 @@ def delayed():
     return trace_records(records(delay_s=0.1), effects=[effect for effect in catalogue() if effect.name in near])
 
 
+@pytest.mark.slow
 def test_a_rig_of_another_make_is_not_given_an_effect_for_its_flexures():
     """With linear flexures closed notches are named for these, which leave 1.2 times the noise."""
     trace = trace_records(draw_lumped_case(SETS["score-13"], "known", "clean", 1).records)
@@ -61,6 +62,7 @@ def test_a_rig_of_another_make_is_not_given_an_effect_for_its_flexures():
     assert "hardening_limit" in trace.baseline.model.problem.start
 
 
+@pytest.mark.slow
 def test_an_effect_is_found_beside_flexures_that_vary(delayed):
     assert delayed.augmented.names == ("time_delay",)
     assert delayed.augmented.rmse_deg < 1.2 * NOISE_DEG
