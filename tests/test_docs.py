@@ -24,7 +24,7 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 FIRST_STEPS = DOCS / "guide" / "first-steps.md"
 EXAMPLES = [
-    pytest.param(page, code, id=f"{page.name}-{i}")
+    pytest.param(page, code, id=f"{page.name}-{i}", marks=[] if page.name == "README.md" else pytest.mark.slow)
     for page in PAGES
     for i, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.S))
 ]

@@ -131,6 +131,7 @@ def test_identify_of_several_records_and_settings_is_that_of_the_command(record:
         np.testing.assert_array_equal(table[name], column)
 
 
+@pytest.mark.slow
 def test_compensate_gives_the_drive_of_the_command(record: nb.Record, fit: nb.Fit, tmp_path: Path) -> None:
     nb.write_record(record, tmp_path / "loop.csv")
     reference = 20 * np.sin(np.linspace(0, 6, 25))

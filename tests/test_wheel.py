@@ -85,6 +85,7 @@ def test_example_of_the_readme_runs_from_the_wheel(python: Path, tmp_path: Path)
     assert (tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_package_data_is_found_from_the_wheel(python: Path, tmp_path: Path) -> None:
     """The shipped record, a ready study, and a report from its templates."""
     code = (

@@ -154,6 +154,7 @@ def test_kinematics_defined_on_one_side_only():
 # --- no hysteresis -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", [FOUR, CYCLE], ids=["cycles", "blocks"])
 @pytest.mark.parametrize("base", [None, analytic], ids=["fitted", "given"])
 @pytest.mark.parametrize("noise", [0.0, 0.002, 1.0])

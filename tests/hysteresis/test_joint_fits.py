@@ -28,6 +28,7 @@ def record_of(model, drive=DRIVE, gain=1.0, zero=0.0, noise=0.0, **fields):
     return Record(drive=drive, angle_deg=path + gain * hysteresis(path, model) + zero + rest, **fields)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_every_search_method_recovers_the_parameters(method):
     for seed in range(3):

@@ -216,6 +216,7 @@ def test_a_joint_slow_or_fast_has_its_limits_and_most_loss_between():
     assert losses[-1] == pytest.approx(losses[-2], rel=0.02)
 
 
+@pytest.mark.slow
 def test_engines_agree_with_everything_on():
     law = Superelastic(
         430.0, 220.0, 0.046, 0.75, compression_factor=1.44, temperature_C=25.0, heating_time_s=1.0

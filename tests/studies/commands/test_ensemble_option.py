@@ -34,6 +34,7 @@ def test_simulate_gives_ranges_beside_the_record(tmp_path, few, capsys):
     assert np.abs(bands["angle_high_deg"]).max() > 40
 
 
+@pytest.mark.slow
 def test_separate_gives_ranges_sensitivities_and_raw_loops(tmp_path, few, capsys):
     assert call(["separate", "--preset", "du2018", "--ensemble", "--out", str(tmp_path)]) == 0
     told = " ".join(capsys.readouterr().out.split())

@@ -4,6 +4,7 @@ import os
 import resource
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -95,12 +96,17 @@ def read_only(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def full_disk(most: int) -> Iterator[None]:
-    """No file can be longer than ``most`` bytes, as on a disk that is full after them."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    """No file can be longer than ``most`` bytes, as on a disk that is full after them.
+
+    Python does not see that the bytecode of a module imported here is cut off; the next process would stumble over it.
+    """
+    before, writes_none = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
     resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
+    sys.dont_write_bytecode = True
     try:
         yield
     finally:
+        sys.dont_write_bytecode = writes_none
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 

@@ -181,6 +181,7 @@ def test_a_spoiled_workspace_is_refused_in_one_line(folder, tmp_path, capsys):
     assert str(refused.value) in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_names_of_a_hostile_rig_file_are_text(tmp_path):
     """The name of the rig leads to no other folder, and in a browser it is text; so is every text of the summary."""
     rig, out = rig_file(tmp_path / "wrist.toml", name=f"../../{TEXT}"), tmp_path / "report"
@@ -248,6 +249,7 @@ def test_what_has_no_equilibrium_beside_the_loops_is_a_note(tmp_path, monkeypatc
     assert 'id="path"' not in page
 
 
+@pytest.mark.slow
 def test_a_wrist_that_does_not_bend_has_no_lost_motion(tmp_path):
     """A tube of 359.9 mm bends by 1e-8 deg: widths along the drive are those of rounding."""
     rig = rig_file(tmp_path / "stiff.toml", tube={"outer_diameter_mm": 359.9, "inner_diameter_mm": 2.74})

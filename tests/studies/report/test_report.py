@@ -131,6 +131,7 @@ def test_numbers_have_three_digits(value, text):
     assert significant(value) == text
 
 
+@pytest.mark.slow
 def test_a_rig_with_one_tendon_has_a_report_without_cross_checks(tmp_path):
     """They need two tendons; its page could not be read, for want of a row of them for each loop."""
     assert call(["run", "--preset", "notched-wrist-90", "--amplitude", "0.3", "--out", str(tmp_path), "--quiet"]) == 0

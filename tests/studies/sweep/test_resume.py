@@ -135,7 +135,7 @@ def test_killed_three_times_then_finished(tmp_path, undisturbed):
     [
         ("while the workers start", signal.SIGINT),
         ("in the middle", signal.SIGINT),
-        ("while the workers start", signal.SIGTERM),
+        pytest.param("while the workers start", signal.SIGTERM, marks=pytest.mark.slow),
         ("in the middle", signal.SIGTERM),
     ],
 )

@@ -105,6 +105,7 @@ def living(*kinds: type) -> int:
     return sum(type(thing) in kinds for thing in gc.get_objects())
 
 
+@pytest.mark.slow
 def test_what_is_held_does_not_grow_with_the_cases(tmp_path, monkeypatch):
     """Cases, and the tasks that Dask makes of them: at the end of 20 batches no more than are out at a time."""
     text = GRID.replace("[10, 15, 20, 30]", "{ from = 10, to = 40, count = 105 }")

@@ -13,6 +13,7 @@ def test_chain_follows_random_rigs_with_everything_on():
     assert [out for out in runs if isinstance(out, str)] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(25, 125, 25))
 def test_multibody_follows_some_of_them_alike(number):
     """Four; `python -m validation.engines.random_rigs` tries as many as it is told to."""
@@ -21,6 +22,7 @@ def test_multibody_follows_some_of_them_alike(number):
     assert np.abs(chain - multibody).max() <= 0.01 * np.abs(multibody).max() + 0.1
 
 
+@pytest.mark.slow
 def test_multibody_follows_wrists_that_a_single_tendon_bends_at_rest():
     """By up to 100 deg and more: Newton's method may leave the tendon slack, with the slip far off."""
     for rig, steps in random_wrists(20, 7):

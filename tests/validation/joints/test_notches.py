@@ -80,6 +80,7 @@ def test_roots_correct_the_default_rig():
     assert flexure(RIG).bending_Nmm_per_rad / solid == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["rectangular_pair", "rectangular"])
 def test_long_flexures_are_beams(shape):
     """The roots matter less for wide notches: the error falls as 1/width."""

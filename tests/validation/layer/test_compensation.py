@@ -64,6 +64,7 @@ def test_layer_follows_its_own_inverse(fit):
         assert fit.plain(plain) == pytest.approx(wanted, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", list(references()))
 def test_compensation_reduces_the_error_of_the_multibody_model_five_times(fit, what):
     pytest.importorskip("exudyn", reason="Exudyn cannot be imported here: its library libGL.so.1 is missing?")
@@ -146,6 +147,7 @@ def test_bad_references_are_named_and_nothing_is_written(text, words, loops, tmp
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_compensation_suffers_from_another_preload_more_than_from_noise(fit):
     """Noise of 0.2 deg leaves a ratio far above 5; a preload of 10 N in place of 20 N does not."""
     wanted = references()["triangle of +-30 deg"]

@@ -123,6 +123,7 @@ def test_the_figure_is_drawn(trials, fits):
     assert len(png) > 10_000
 
 
+@pytest.mark.slow
 def test_a_trial_that_takes_part_in_no_choice_is_predicted(measured: Path):
     """Other trials name plateau and closure, at the angle of the geometry, and predict the trial as trials repeat."""
     record = read_record(measured / "notched-wrist-150.csv")

@@ -125,6 +125,7 @@ def test_measured_records_get_forty_cases_of_all_kinds():
     assert again.case.records == drawn[1].case.records
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not measured_folder().is_dir(), reason="no measured records")
 def test_drift_hides_which_baseline_predicts_best_and_is_named_beside_it():
     """Plays whose width varies along the stroke predict this record; with the drift, constant ones seem to."""

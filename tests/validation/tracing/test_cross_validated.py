@@ -130,6 +130,7 @@ def test_no_change_is_none(slow_and_fast: list[Record]) -> None:
     assert in_words(trace_report(same))[0].startswith("Nothing has changed")
 
 
+@pytest.mark.slow
 def test_a_change_is_found(slow_and_fast: list[Record]) -> None:
     width = 0.15
     loose = [replace(one, angle_deg=angle_of(_play(one.drive, width / 2)) + _noise(one, 5)) for one in again()]

@@ -226,6 +226,7 @@ def recovered(problem, form):
     return {c.name: c.from_unit(v) for c, v in zip(cs, fit.x, strict=True)}, float(np.sqrt(np.mean(fit.fun**2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "i", "truth"),
     [
@@ -298,6 +299,7 @@ def test_thinning_keeps_turning_points():
     assert {branch.stop - 1 for branch in branches(drive)} <= set(kept.tolist())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pattern", "limit"),
     [

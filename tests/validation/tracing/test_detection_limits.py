@@ -13,6 +13,7 @@ from validation.tracing.search.detection import detection_limits
 DRIFT = [effect for effect in catalogue() if effect.name == "thermal_drift"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "rig"), [(8, "measured joints"), (0, "du2018")])
 def test_a_third_above_the_limit_is_named_and_as_much_below_is_not(number, rig):
     """Beside measured joints up to 1.4 times the noise counts as theirs; 1.6 times the limit was `none` there."""

@@ -228,6 +228,7 @@ def test_the_candidate_that_is_nearest_after_a_fit_to_more_samples_is_fitted_so_
     assert [one.fitted.samples for one in found] == ["many", "many", "few"]
 
 
+@pytest.mark.slow
 def test_records_without_an_effect_have_the_verdict_none():
     """Of the effects that such a rig absorbs most of; the practice cases have all."""
     absorbed = {"backlash", "preloaded_play", "guide_friction", "tendon_slack", "tendon_stiffening", "viscous_drag"}

@@ -102,6 +102,7 @@ def test_hidden_hysteresis_is_not_taken_for_smooth_terms():
     assert trace.baseline.heldout_rmse_deg < 1.3 * NOISE_DEG
 
 
+@pytest.mark.slow
 def test_an_effect_outside_the_catalogue_is_unexplained():
     case = draw_case("work", "known", "lost_counts", 0)
     trace = trace_records(case.records)

@@ -160,6 +160,7 @@ def test_a_record_against_its_repeat_shows_no_change(equal_planes):
     assert any("the reference itself shows plane_coupling" in words for words in trace.words)
 
 
+@pytest.mark.slow
 def test_what_is_turned_since_the_reference_is_named_with_its_size(equal_planes):
     """Within 15 %: four pairs of seeds gave 4.13 to 4.36 deg, because the friction is fitted, too."""
     tried = [EFFECTS[name] for name in ("plane_coupling", "guide_friction")]
@@ -262,6 +263,7 @@ def test_a_clean_record_lacks_nothing(wrist, file):
     assert [one.source for one in trace.records] == ["record 1 angle", "record 1 angle_2", "record 1 torsion"]
 
 
+@pytest.mark.slow
 def test_a_delay_is_no_coupling(wrist, file):
     """Friction at one rate takes a part of a delay of 3 % of the cycle; the rest has its name."""
     trace = traced(record(wrist, file, delay_s=0.3, seed=2))
