@@ -216,6 +216,7 @@ def test_claim(name):
     assert CLAIMS[name]() <= bounds()[name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "file"),
     [("layer-surgical", "surgical-manipulator-0-80.csv"), ("layer-tee-probe", "tee-probe-antero-posterior.csv")],

@@ -209,6 +209,7 @@ def test_both_engines_follow_a_flat_plateau(slope_GPa):
     np.testing.assert_allclose(multibody, chain, atol=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["chain", "multibody"])
 def test_a_tube_that_snaps_is_one_line_with_a_way_out(engine):
     """Unloading of a flat plateau: both engines lose the equilibrium, at the same force."""

@@ -164,6 +164,7 @@ def test_slack_tendon_does_not_push():
     assert np.abs(chain - multibody).max() < 0.1
 
 
+@pytest.mark.slow
 def test_200_random_rigs_with_effects_converge():
     rng = np.random.default_rng(8)
     for _ in range(200):

@@ -325,6 +325,7 @@ def test_reduced_body_has_mass_and_inertia_of_the_metal(coarse):
     assert total == pytest.approx(basis.dx.sum(), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_fixed_interface_frequencies_fall_with_the_mesh_and_are_those_of_a_bar():
     """Conforming elements with consistent mass are upper bounds; torsion between fixed ends is sqrt(G/rho)/(2 L)."""
     frequencies = [craig_bampton(solid(tube(n, length=6.0), YOUNG, POISSON), 5).frequencies_Hz for n in (1, 2)]

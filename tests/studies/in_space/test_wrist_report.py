@@ -49,6 +49,7 @@ def folder(tmp_path_factory):
     return top / "report"
 
 
+@pytest.mark.slow
 def test_a_planar_rig_in_space_has_the_figures_of_the_planar_report(tmp_path):
     """Loops, tensions, strain and energy of the planar report, by the multibody model, and of the chain."""
     rig = any_preset("du2018")
@@ -165,6 +166,7 @@ def test_a_spoiled_summary_is_refused_in_one_line(keys, value, said, folder, tmp
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_spoiled_workspace_is_refused_in_one_line(folder, tmp_path, capsys):
     copy = tmp_path / "copy"
     shutil.copytree(folder, copy)

@@ -135,8 +135,8 @@ def test_killed_three_times_then_finished(tmp_path, undisturbed):
     [
         ("while the workers start", signal.SIGINT),
         ("in the middle", signal.SIGINT),
-        pytest.param("while the workers start", signal.SIGTERM, marks=pytest.mark.slow),
-        ("in the middle", signal.SIGTERM),
+        ("while the workers start", signal.SIGTERM),
+        pytest.param("in the middle", signal.SIGTERM, marks=pytest.mark.slow),
     ],
 )
 def test_interrupted_study_says_how_far_it_came(when, number, tmp_path, undisturbed):

@@ -144,6 +144,7 @@ def test_front_of_a_known_problem(tmp_path):
     assert pareto(asked, schaffer) == result
 
 
+@pytest.mark.slow
 def test_pareto_search_of_the_rig(tmp_path, capsys):
     """No design of the front beats another, all keep the limit; with the same seed again all comes from the store."""
     file = tmp_path / "s.toml"

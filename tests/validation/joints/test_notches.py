@@ -101,6 +101,7 @@ def test_beam_of_a_pitch_adds_the_ring():
     assert 1 / longer.bending_Nmm_per_rad - 1 / pitch.bending_Nmm_per_rad == pytest.approx(0.3 / second, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_table_is_complete_and_reproducible(results, tmp_path):
     assert [r.case for r in results] == list(grid())
     case = next(r for r in results if r.case.shape == "rectangular_pair" and r.case.width == 0.4)

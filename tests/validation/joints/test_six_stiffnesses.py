@@ -19,6 +19,7 @@ NOTCH = replace(ZHANG.rig.joint.notch, count=4, depth_mm=(1.58, 1.58, 1.6, 1.6))
 WRIST = replace(ZHANG, rig=with_notch(ZHANG.rig, NOTCH), turns_deg=ZHANG.turns_deg[:4])
 
 
+@pytest.mark.slow
 def test_validate_compares_every_notch_and_the_bent_wrist(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(comparison, "compare_in_space", functools.partial(compare_in_space, refinement=0.35))
     (tmp_path / "wrist.toml").write_text(toml(WRIST.to_dict() | {"name": "mine"}))

@@ -145,6 +145,7 @@ def test_a_change_is_found(slow_and_fast: list[Record]) -> None:
     assert found.value == pytest.approx(width, rel=0.2)
 
 
+@pytest.mark.slow
 def test_what_the_reference_shows_as_well_is_no_change() -> None:
     late = [record("a", 31, delay_s=0.05), record("b", 32, rate_Hz=0.2, delay_s=0.05)]
     fast = [record("c", 33, rate_Hz=0.8, delay_s=0.05)]
@@ -154,6 +155,7 @@ def test_what_the_reference_shows_as_well_is_no_change() -> None:
     assert trace.verdict == "none"
 
 
+@pytest.mark.slow
 def test_a_reference_under_a_force_is_refused(slow_and_fast: list[Record]) -> None:
     under_force = replace(slow_and_fast[0], drive_unit="N")
     with pytest.raises(RecordError, match=r"drive.unit = N"):
@@ -260,6 +262,7 @@ def test_a_gain_that_changed_is_found_against_a_reference_alone(name, change, sl
     assert frozenset({"reference"}) not in needs
 
 
+@pytest.mark.slow
 def test_constants_without_sense_are_no_candidates(slow_and_fast: list[Record]) -> None:
     """A camera that reads a third more is shown by no fold: a gain of 1.3 is another unit, not a camera."""
     again = [replace(one, angle_deg=1.3 * one.angle_deg) for one in slow_and_fast[:2]]
@@ -267,6 +270,7 @@ def test_constants_without_sense_are_no_candidates(slow_and_fast: list[Record]) 
     assert trace.names == ()
 
 
+@pytest.mark.slow
 def test_a_channel_that_is_logged_too_slowly_is_left_out_in_a_word():
     """Readings that are held are thinned to their updates; one of six is too few of these."""
     slow = record("slow", 1, cycles=6)

@@ -92,6 +92,7 @@ def beside_an_early_baseline(case, *names):
     return Search(problem, EQUIVALENT_RIG, some(*names), 1, lambda words: None, early=early), baseline
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("set_name", "effect", "left"),
     [

@@ -74,6 +74,7 @@ def du2018_record(amplitude, seed, rate_Hz=0.1):
     return Record(drive, angle + 0.05 * np.random.default_rng(seed).standard_normal(drive.size), time_s=time)
 
 
+@pytest.mark.slow
 def test_no_change_is_named_at_an_amplitude_that_the_reference_lacks():
     """A delay was named, as `effect`, of a rig that had not changed."""
     reference = [du2018_record(2.0, 0), du2018_record(2.0, 1, 0.3)]
@@ -183,6 +184,7 @@ def test_at_another_rate_a_change_must_explain_more_than_the_rate(after, confusa
     assert _without_change(trace, rate_words([timed(0.1)], [timed(0.1)])) is trace
 
 
+@pytest.mark.slow
 def test_of_another_rate_than_the_reference_nothing_is_promised():
     """Neither limits nor a program at a third rate: both would be compared with the same reference."""
     trace = trace_records([du2018_record(2.0, 10, 0.3)], reference=[du2018_record(2.0, 0), du2018_record(2.0, 1)])

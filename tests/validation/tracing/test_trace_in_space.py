@@ -151,6 +151,7 @@ def test_the_other_engine_with_noise_lacks_nothing(equal_planes):
     assert trace_records([by_multibody(equal_planes, seed=1)], threads=1, effects=tried).verdict == "none"
 
 
+@pytest.mark.slow
 def test_a_record_against_its_repeat_shows_no_change(equal_planes):
     """Both have turned tendons, which are no change; the other engine, other noise."""
     before, after = (by_multibody(equal_planes, turn_deg=4.0, seed=seed) for seed in (3, 4))
@@ -187,6 +188,7 @@ def test_effects_do_not_act_on_the_reference_but_those_of_all(equal_planes):
     assert np.array_equal(turned[4], series[1])
 
 
+@pytest.mark.slow
 def test_an_error_that_the_reference_leaves_too_is_no_change(equal_planes):
     """Both have an error of the second angle that no effect that is tried explains; then the new record alone."""
     one, other = (by_multibody(equal_planes, seed=seed) for seed in (7, 8))
