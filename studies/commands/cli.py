@@ -333,7 +333,8 @@ def call(arguments: Sequence[str]) -> int:
         if usage is not None:
             return _complain(_with_value(str(usage()), arguments))
         if isinstance(error, OSError) and error.strerror:
-            return _complain(f"{error.filename}: {error.strerror}")
+            # numba does not say which file of its cache could not be written
+            return _complain(f"{error.filename or 'a file of the cache of compiled kernels'}: {error.strerror}")
         if isinstance(error, _errors_of_input()):
             return _complain(str(error))
         raise

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -152,6 +153,16 @@ def test_a_full_disk_keeps_what_was_there(name, folder, capsys):
     with full_disk(100):
         assert "new/" in refusal(given(name, "new"), capsys)
     assert contents(folder / "new") == {}
+
+
+def test_a_full_disk_that_takes_no_compiled_kernel_is_named(folder, capsys, monkeypatch):
+    """The error of numba's cache names no file: the line began with "None"."""
+    Path("kernel.py").write_text("import numba\n\n@numba.njit(cache=True)\ndef twice(x):\n    return 2 * x\n")
+    monkeypatch.syspath_prepend(str(folder))
+    twice = import_module("kernel").twice
+    monkeypatch.setattr(tracing, "trace_loaded", lambda *_, **__: twice(1.0))
+    with full_disk(100):
+        assert "cache of compiled kernels: File too large" in refusal(given("trace", "out"), capsys)
 
 
 def test_a_full_disk_keeps_the_report(folder, capsys):
