@@ -8,7 +8,9 @@ rounding.
 
 from __future__ import annotations
 
+import ctypes
 import math
+import signal
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -145,11 +147,32 @@ def _profile(rig: Rig, fillet_mm: float) -> _Profile:
 
 
 @contextmanager
+def _broken_pipes_as_before() -> Iterator[None]:
+    """Put back what a broken pipe does: Python ignores the signal, gmsh lets it end the process without a word.
+
+    A renderer or a worker that dies would take the whole program with it. ``signal.signal`` works in the main thread
+    alone, and a study may mesh in another.
+    """
+    if not hasattr(signal, "SIGPIPE"):
+        yield
+        return
+    get, put = ctypes.pythonapi.PyOS_getsig, ctypes.pythonapi.PyOS_setsig
+    get.argtypes, get.restype = [ctypes.c_int], ctypes.c_void_p
+    put.argtypes, put.restype = [ctypes.c_int, ctypes.c_void_p], ctypes.c_void_p
+    before = get(signal.SIGPIPE)
+    try:
+        yield
+    finally:
+        put(signal.SIGPIPE, before)
+
+
+@contextmanager
 def _gmsh() -> Iterator[None]:
     """Open a session of gmsh, which is global: quiet, on one thread, so that the same input gives the same mesh."""
     import gmsh
 
-    gmsh.initialize(interruptible=False, readConfigFiles=False)
+    with _broken_pipes_as_before():
+        gmsh.initialize(interruptible=False, readConfigFiles=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", 1)

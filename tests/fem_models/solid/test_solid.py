@@ -349,6 +349,24 @@ def test_vtu_keeps_nodes_displacement_and_strain(coarse, tmp_path):
         write_vtu(body, field, tmp_path / "nowhere" / "snr.vtu")
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="no such signal on this system")
+def test_a_broken_pipe_does_not_end_a_process_that_has_meshed():
+    """gmsh gave the signal its deadly default back: a renderer that ended took the program, or a worker, with it."""
+    code = (
+        "import os, threading\n"
+        "from fem_models.rig import preset\n"
+        "from fem_models.solid.mesh import snr_mesh\n"
+        "thread = threading.Thread(target=snr_mesh, args=(preset('du2018'),), kwargs={'refinement': 0.5})\n"
+        "thread.start(); thread.join()\n"
+        "reader, writer = os.pipe()\n"
+        "os.close(reader)\n"
+        "try:\n    os.write(writer, b'x')\n"
+        "except BrokenPipeError:\n    print('as Python has it')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120)
+    assert (done.returncode, done.stdout) == (0, "as Python has it\n"), done.stderr
+
+
 @pytest.mark.skipif(not hasattr(signal, "alarm"), reason="no alarm on this system")
 def test_a_renderer_that_does_not_end_is_not_waited_for(coarse, tmp_path, monkeypatch):
     """A second is less than it takes to import the renderer and to draw."""
