@@ -202,20 +202,24 @@ def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch
     records = shortened(draw_case("score-5", "unknown", "pair", 3).records)
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
     assert trace.augmented.names == ("viscous_drag", "tendon_slack")
-    assert trace.confusable == (("time_delay",), ())
+    gains = {frozenset(c.names): c.delta_bic for c in trace.candidates}
+    beside_a_delay = gains[frozenset({"time_delay", "tendon_slack"})]  # it leaves a twelfth more, and is no competitor
+    assert gains[frozenset({"viscous_drag"})] < beside_a_delay < gains[frozenset(trace.augmented.names)]
+    assert trace.confusable == ((), ())
     effects = trace_report(trace).effects
     assert all(effect.delta_bic > 0 for effect in effects)
 
 
 @pytest.mark.slow
-def test_the_search_goes_on_to_the_noise_where_no_model_explains_the_records(monkeypatch):
-    """A practice case: friction of the guides leaves 1.26 times the noise, and smooth functions fit better than it."""
+def test_slack_beside_friction_that_an_equivalent_rig_takes_comes_to_the_noise(monkeypatch):
+    """A practice case of a pair: friction of the guides alone had been named at 1.26 times the noise. Slack alone comes
+    to the noise here, since a rig of unknown geometry takes the friction; what is left asks for no second effect."""
     with_a_short_final_fit(monkeypatch)
     shown = {"guide_friction", "tendon_slack"}
     records = draw_case("work", "unknown", "pair", 3).records
     trace = trace_records(records, effects=[effect for effect in catalogue() if effect.name in shown])
-    assert set(trace.augmented.names) == shown
-    assert trace.augmented.heldout_rmse_deg < 1.3 * trace.floor.deg
+    assert trace.augmented.names == ("tendon_slack",)
+    assert trace.augmented.heldout_rmse_deg < 1.05 * trace.floor.deg
 
 
 @pytest.mark.slow
