@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import islice, product
@@ -88,6 +89,7 @@ def write_dataset(study: Study, plan: Plan, store: Store, folder: Path) -> Overv
         group = _empty(study, plan, part)
         overview = _fill(group, study, plan, store)
         group.attrs[KEY] = json.dumps(digests(part))
+        _consolidate(part)
         shutil.rmtree(old, ignore_errors=True)
         if target.exists():
             target.rename(old)
@@ -99,6 +101,13 @@ def write_dataset(study: Study, plan: Plan, store: Store, folder: Path) -> Overv
         shutil.rmtree(part, ignore_errors=True)
         raise DiskFullError(f"{target}: {error.strerror or error}: expected room; the cases are in the store") from None
     return overview
+
+
+def _consolidate(path: Path) -> None:
+    """Put the metadata of all arrays into the root, where ``xarray.open_zarr`` looks for them first."""
+    with warnings.catch_warnings():  # format 3 of Zarr has no word on them yet; all readers take them
+        warnings.filterwarnings("ignore", message="Consolidated metadata is currently not part")
+        zarr.consolidate_metadata(path)
 
 
 def _empty(study: Study, plan: Plan, path: Path) -> zarr.Group:

@@ -4,9 +4,11 @@ import dataclasses
 import json
 import math
 import tracemalloc
+import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from small_study import GRID, HEAD, PROGRAM, same, study_file
@@ -40,6 +42,15 @@ def test_quantities_are_those_of_the_engine(finished):
     last = record.cycle == 2
     lost = sum(np.ptp(loss[last]) for loss in (solution.friction_loss_mJ, solution.material_loss_mJ))
     assert data.dissipated_mJ == pytest.approx(lost, rel=0.03)  # the work is summed in steps of 0.1 mm
+
+
+def test_the_dataset_opens_with_xarray_alone_without_a_warning(finished):
+    """The file contract: no option, no word; in Zarr's format 3 only consolidated metadata do that."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with xr.open_zarr(finished[0] / "out" / "study.zarr") as opened:
+            widths = opened.loop_width_max_deg.values
+    assert np.array_equal(widths, open_study(finished[0] / "out").loop_width_max_deg, equal_nan=True)
 
 
 def test_more_preload_less_hysteresis(finished):
