@@ -49,9 +49,13 @@ def _section(effect: Effect) -> str:
 
 def _plausible(effect: Effect) -> list[str]:
     """Ranges outside of which a fit is shown and not named, each once, with its reason."""
-    forms = [*effect.rig_forms, *effect.curve_forms, *effect.space_forms]
-    there = [(p.name, p.sensible) for form in forms for p in form.parameters if p.sensible is not None]
-    lines = dict.fromkeys(f"`{name}`: {_range(sensible)}: {sensible.because}." for name, sensible in there)
+    forms = [("known", f) for f in (*effect.rig_forms, *effect.space_forms)]
+    forms += [("unknown", f) for f in effect.curve_forms]
+    there = [(p.name, p.sensible, rig) for rig, form in forms for p in form.parameters if p.sensible is not None]
+    ranges = {name: {_range(sensible) for known, sensible, _ in there if known == name} for name, *_ in there}
+    of_rig = {(name, rig): f", {rig} geometry" if len(ranges[name]) > 1 else "" for name, _, rig in there}
+    words = [(f"`{name}`{of_rig[name, rig]}", sensible) for name, sensible, rig in there]
+    lines = dict.fromkeys(f"{name}: {_range(sensible)} ({sensible.because})." for name, sensible in words)
     if not lines:
         return []
     words = [textwrap.fill(f"- {line}", _WIDTH, subsequent_indent="  ", break_on_hyphens=False) for line in lines]

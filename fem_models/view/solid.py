@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import multiprocessing
 import os
 import signal
@@ -130,8 +129,8 @@ def _staged(path: Path) -> Iterator[Path]:
 
 def _headless(limit_s: float) -> None:
     """Prepare the process that draws; the system ends it after a time, where it can."""
-    if hasattr(signal, "alarm"):
-        signal.alarm(math.ceil(limit_s))
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, limit_s)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):  # a dead display would abort VTK; without any it renders off screen
         os.environ.pop(name, None)
 

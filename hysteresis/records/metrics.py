@@ -19,6 +19,7 @@ from hysteresis.records.path import branches, cycle_index, cycle_slices, find_cy
 from hysteresis.records.record import Record
 
 _CLOSED = 0.05  # of a cycle's drive range: largest gap of a closed cycle, and of turning points that repeat
+_COMPARED = 100  # cycles that all others are compared with: records of a thousand cycles need no pairs of all
 _BIN = 0.002  # of a cycle's drive range: closer samples of one branch are averaged
 
 _AMID = 0.03  # of a cycle: a leap that is nearer to its ends may be what the rig itself changes between cycles
@@ -415,8 +416,9 @@ def _repeats(record: Record) -> list[list[slice]]:
     cycles = [cycle for cycle in cycles if len(cycle) == max(counts, key=counts.count)]
     ends = np.array([[record.drive[c[0].start], *(record.drive[b.stop - 1] for b in c)] for c in cycles])
     tolerance = _CLOSED * np.ptp(ends, axis=1)
-    gap = np.max(np.abs(ends[:, None] - ends[None]), axis=2)  # of each pair of cycles
-    same = gap <= np.minimum(tolerance[:, None], tolerance[None])
+    one = np.unique(np.linspace(0, len(ends) - 1, min(len(ends), _COMPARED)).astype(np.int64))
+    gap = np.max(np.abs(ends[one, None] - ends[None]), axis=2)  # of each pair of cycles; of many, some with all
+    same = gap <= np.minimum(tolerance[one, None], tolerance[None])
     largest = same[np.argmax(same.sum(axis=1))]
     return [cycle for cycle, repeats in zip(cycles, largest, strict=True) if repeats]
 

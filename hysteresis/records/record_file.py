@@ -233,6 +233,9 @@ def _offending_cell(path: Path, names: list[str], rows: list[str], wanted: Seque
     return None
 
 
+_SAMPLES_OF_COUNTER = 10  # rows of fewer say nothing of what a column counts
+
+
 def _without_repeats(path: Path, rows: list[str], values: dict[str, Floats], columns: Columns) -> dict[str, Floats]:
     """Check time and cycle, drop samples that were logged twice, and require three samples."""
     _require_samples(path, len(rows))
@@ -240,6 +243,10 @@ def _without_repeats(path: Path, rows: list[str], values: dict[str, Floats], col
         for i in np.flatnonzero(bad_cycles(values[name]))[:1]:
             expected = "a whole number that never falls"
             raise RecordError(f"{path}:{i + 2}: column {quoted(name)} = {values[name][i]:g}: expected {expected}")
+        numbers = np.unique(values[name]).size
+        if 2 * numbers > len(rows) >= 2 * _SAMPLES_OF_COUNTER:  # of a scan or a row; each would be a cycle
+            found = f"{numbers} numbers in {len(rows)} rows"
+            raise RecordError(f"{path}: column {quoted(name)}: {found}: expected several samples of each cycle")
     for name in columns.get("time", []):
         time = values[name]
         once = np.array([True, *(a != b for a, b in pairwise(rows))])
@@ -257,9 +264,11 @@ def _read_kinematics(path: Path) -> Floats:
     theory = np.column_stack([values["drive_mm"], values["angle_deg"]])
     if len(theory) < 2:
         raise RecordError(f"{path}: {len(theory)} rows: expected at least 2")
-    theory = theory[np.argsort(theory[:, 0], kind="stable")]
+    order = np.argsort(theory[:, 0], kind="stable")
+    theory = theory[order]
     for i in np.flatnonzero(np.diff(theory[:, 0]) == 0)[:1]:
-        raise RecordError(f"{path}: drive_mm = {theory[i, 0]:g} occurs twice: expected one angle a drive")
+        line = order[i + 1] + 2
+        raise RecordError(f"{path}:{line}: drive_mm = {theory[i, 0]:g} occurs twice: expected one angle a drive")
     return theory
 
 

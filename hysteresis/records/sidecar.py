@@ -12,6 +12,7 @@ from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, quoted
 from hysteresis.records.record import FIELDS, FURTHER_DRIVES, KINDS, LIST_FIELDS, MEASURED_KEYS, DriveUnit, Kind
 from hysteresis.records.rows import check_list, is_number, table_of_rows
+from hysteresis.records.units import expected_unit
 
 Columns = Mapping[str, list[str]]
 """Key of ``[columns]`` -> columns of the CSV."""
@@ -64,7 +65,8 @@ def read_sidecar(path: Path) -> Sidecar:
     check_rig_tables(path, tables)
     if not isinstance(tables.get("kinematics", {"file": ""}).get("file"), str):
         raise RecordError(f"{path}: kinematics.file: expected the name of a CSV file")
-    columns = _columns(path, tables["columns"]) if "columns" in tables else None
+    declares_unit = "unit" in tables.get("drive", {})
+    columns = _columns(path, tables["columns"], declares_unit=declares_unit) if "columns" in tables else None
     return Sidecar(
         title=tables.get("title"),
         kind=tables.get("kind", "measured"),
@@ -126,7 +128,8 @@ def bare_columns(names: Sequence[str]) -> Columns:
     return {key: [name] for key, name in bare.items() if key in ("drive", "angle") or name in names}
 
 
-def _columns(where: Path, table: Mapping[str, Any]) -> Columns:
+def _columns(where: Path, table: Mapping[str, Any], *, declares_unit: bool) -> Columns:
+    """Check ``[columns]``; a name that says another unit than the file has is refused, or ``[drive]`` says the unit."""
     columns: dict[str, list[str]] = {}
     for key, value in table.items():
         group = value if key in LIST_FIELDS else [value]
@@ -146,6 +149,8 @@ def _columns(where: Path, table: Mapping[str, Any]) -> Columns:
         if name in roles:
             raise RecordError(f"{where}: columns.{key} = {quoted(name)}: is columns.{roles[name]}: expected another")
         roles[name] = key
+        if not (declares_unit and key.startswith("drive")) and (unit := expected_unit(key, name)) is not None:
+            raise RecordError(f"{where}: columns.{key} = {quoted(name)}: expected {unit}: convert the column")
     return columns
 
 

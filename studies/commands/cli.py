@@ -8,6 +8,7 @@ import inspect
 import shlex
 import signal
 import sys
+import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -324,8 +325,7 @@ def call(arguments: Sequence[str]) -> int:
         call([*arguments, "--help"])
         return BAD_INPUT
     try:
-        words = repeated(arguments, "trace", "--reference")
-        found = app(args=words, standalone_mode=False, prog_name="notchbend", obj=tuple(arguments))
+        found = app(args=one_value_each(arguments), standalone_mode=False, prog_name="notchbend", obj=tuple(arguments))
     except StoppedError as stop:
         return _complain(str(stop), stop.code)
     except Exception as error:
@@ -333,12 +333,18 @@ def call(arguments: Sequence[str]) -> int:
         if usage is not None:
             return _complain(_with_value(str(usage()), arguments))
         if isinstance(error, OSError) and error.strerror:
-            # numba does not say which file of its cache could not be written
-            return _complain(f"{error.filename or 'a file of the cache of compiled kernels'}: {error.strerror}")
+            file = error.filename or _unnamed_file(error)
+            return _complain(f"{file}: {error.strerror}" if file else error.strerror)
         if isinstance(error, _errors_of_input()):
             return _complain(str(error))
         raise
     return found if isinstance(found, int) else 0
+
+
+def _unnamed_file(error: OSError) -> str:
+    """Say what an error that names no file is of: numba does not say which file of its cache it could not write."""
+    modules = {frame.f_globals.get("__name__") for frame, _ in traceback.walk_tb(error.__traceback__)}
+    return "a file of the cache of compiled kernels" if "numba.core.caching" in modules else ""
 
 
 def _errors_of_input() -> tuple[type[Exception], ...]:
@@ -352,21 +358,37 @@ def _errors_of_input() -> tuple[type[Exception], ...]:
     return RecordError, StudyError, RigError, SolverError, MissingError, OSError
 
 
-def repeated(arguments: Sequence[str], command: str, option: str) -> list[str]:
+def one_value_each(arguments: Sequence[str]) -> list[str]:
+    """Give the arguments with one value an option: references of a trace and preloads of a run may be several."""
+    return _repeated(_repeated(arguments, "trace", "--reference"), "run", "--preload", _is_number)
+
+
+def _repeated(
+    arguments: Sequence[str], command: str, option: str, is_value: Callable[[str], bool] = lambda word: True
+) -> list[str]:
     """Repeat an option of a command before each of its values: ``--option a b`` becomes ``--option a --option b``.
 
-    The command line library takes one value an option. A value ends at the next option.
+    The command line library takes one value an option. Values end at the next option, or at a word that is none.
     """
     if not arguments or arguments[0] != command:
         return list(arguments)
     out, inside = list[str](), False
     for one in arguments:
-        if inside and not one.startswith("-") and out[-1] != option:
-            out.append(option)
-        elif one.startswith("-"):
+        if one.startswith("-"):
             inside = one == option or one.startswith(f"{option}=")
+        elif inside and out[-1] != option:
+            inside = is_value(one)
+            out += [option] if inside else []
         out.append(one)
     return out
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _with_value(message: str, arguments: Sequence[str]) -> str:

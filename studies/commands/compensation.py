@@ -185,7 +185,8 @@ def write_columns(columns: Mapping[str, Floats], path: Path) -> None:
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     text = "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows)]) + "\n"
     drive = next(name for name in columns if name.startswith("drive_"))
-    roles = {"drive": drive, "angle": "angle_deg"} | ({"time": "time_s"} if "time_s" in columns else {})
-    head = {"schema": 1, "title": f"Drive that compensates: {path.stem}", "kind": "simulated", "maker": MAKER}
     unit = drive.removeprefix("drive_")
-    write_files({path.with_suffix(".toml"): toml({**head, "columns": roles, "drive": {"unit": unit}}), path: text})
+    key, table = ("force", {}) if unit == "N" else ("drive", {"drive": {"unit": unit}})
+    roles = {key: drive, "angle": "angle_deg"} | ({"time": "time_s"} if "time_s" in columns else {})
+    head = {"schema": 1, "title": f"Drive that compensates: {path.stem}", "kind": "simulated", "maker": MAKER}
+    write_files({path.with_suffix(".toml"): toml({**head, "columns": roles, **table}), path: text})

@@ -40,6 +40,7 @@ from validation.separation.sensitivity import Sensitivities, sensitivities
 SHARES = {"width_deg": "width_share", "area": "area_share", "dissipated_mJ": "share"}
 """Quantities that are divided, with the name of their shares: ``share`` is that of the energy, which every loop has."""
 CLOSES_PERCENT, RIGID_PERCENT = 1.0, 0.1
+UNLIKE = 0.1  # of the range of the angle: more than that is left by a rig that is not that of the record
 SHOWN = 6
 """Constants whose sensitivity a terminal shows, the strongest; ``separate.json`` has all."""
 _STEP = 1e-3  # of finite differences, in units of a parameter's scale
@@ -144,13 +145,24 @@ def separate_records(
     result = _with_sensitivity(result, sensitivities(calibrated.rig, program))
     half = _half_intervals(calibrated, program, found)
     unseparated = tuple(f"not separated by these records: {words}" for words in calibrated.inseparable)
+    unlike = _unlike(calibrated.rmse_deg, max(float(np.ptp(record.angle_deg)) for record in records))
     return replace(
         result,
         contributions={name: _with_intervals(part, half[name]) for name, part in result.contributions.items()},
         calibration=_calibration(calibrated),
         measured=_measured(records[0]),
-        warnings=result.warnings + unseparated,
+        warnings=result.warnings + unlike + unseparated,
         records=tuple(record.source for record in records if record.source),
+    )
+
+
+def _unlike(rmse_deg: float, range_deg: float) -> tuple[str, ...]:
+    """Warn of a rig that does not follow the records, as one of another scale, or angles in rad."""
+    if rmse_deg <= UNLIKE * range_deg:
+        return ()
+    return (
+        f"the calibrated rig leaves {rmse_deg:.3g} deg rms of an angle that covers {range_deg:.3g} deg: the parts are "
+        "not those of this record; expected degrees and mm, and the rig of the record",
     )
 
 

@@ -82,7 +82,9 @@ def study(
 
 def report(
     *,
-    folder: Annotated[Path, typer.Argument(help="A folder of results: of run, study, separate or trace.")],
+    folder: Annotated[
+        Path, typer.Argument(help="A folder of results: of run, study, identify, separate, trace and others.")
+    ],
     pdf: Annotated[bool, typer.Option("--pdf", help="Also print it as PDF, with Chromium, else WeasyPrint.")] = False,
     replacing: Overwrite,
     common: Common,

@@ -81,8 +81,23 @@ def trace_files(
     RecordError, RigError, SolverError
         Records that cannot be used, a rig that cannot exist, or one that cannot follow its drive.
     """
+    require_different(paths, reference)
     new, old = read_for_trace(paths), read_for_trace(reference)
     return trace_loaded(new, reference=old, seed=seed, threads=threads, progress=progress)
+
+
+def require_different(paths: Sequence[Path], reference: Sequence[Path]) -> None:
+    """Refuse a file that is a record and its own reference: it would be held to have changed and not to have.
+
+    Raises
+    ------
+    RecordError
+        One line with the file.
+    """
+    old = {place(path) for path in reference}
+    for path in paths:
+        if place(path) in old:
+            raise RecordError(f"{path}: given as a record and as --reference: expected different records")
 
 
 def read_for_trace(paths: Sequence[Path]) -> list[Record]:
@@ -205,7 +220,10 @@ def summary(report: TraceReport) -> list[str]:
 
 
 def _require_moving(record: Record) -> None:
-    second = 0.0 if record.angle_2_deg is None else np.ptp(record.angle_2_deg)
+    second = np.ptp(record.angle_2_deg) if record.angle_2_deg is not None and bends_in_space(record) else 0.0
     if max(np.ptp(record.angle_deg), second) < STANDSTILL_DEG:
         found = f"angle = {record.angle_deg[0]:g} deg in all {record.angle_deg.size} samples"
         raise RecordError(f"{record.source or record.title}: {found}: expected an angle that changes")
+    if record.drive_unit == "N" and np.ptp(record.drive) == 0.0:
+        found = f"tendon force = {record.drive[0]:g} N in all {record.drive.size} samples"
+        raise RecordError(f"{record.source or record.title}: {found}: expected a force that changes")

@@ -13,6 +13,7 @@ import numpy as np
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError, read_text
 from hysteresis.records.record import DriveUnit
+from hysteresis.records.units import expected_unit
 
 DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "space"}
 COMMENTS = ("#", "%", "//")
@@ -32,12 +33,6 @@ _NOT = {
     "time": r"tendon",
     "cycle": r"time",
     "force": r"time",
-}
-_OTHER_UNITS = {
-    "drive": r"(^|[^a-z])(um|cm|m|inch|inches|rad|radians?|turns?|revs?|counts?|ticks|current|voltage)(\b|_|$)",
-    "angle": r"rad(ians?)?(\b|_|$)",
-    "time": r"(^|[^a-z])(ms|us|ns|min|minutes|h|hours)(\b|_|$)",
-    "force": r"(^|[^a-z])(g|gf|kg|kgf|mn|kn|lbf?)(\b|_|$)",
 }
 
 
@@ -159,12 +154,8 @@ def require_unit(table: BenchTable, key: str, name: str) -> None:
     RecordError
         Such a name, found or given.
     """
-    words = set(re.sub(r"[^a-z]+", " ", name.lower()).split())
-    if key == "drive" and words & {"mm", "deg", "step", "steps", "n", "newton", "newtons"}:
-        return  # as in current_position_mm and wheel_turn_deg
-    if key in _OTHER_UNITS and re.search(_OTHER_UNITS[key], name.lower()):
-        units = {"drive": "mm, deg, steps or N", "angle": "degrees", "time": "seconds", "force": "newtons"}
-        raise RecordError(f"{table.path}: column {name!r}: expected {units[key]}; convert it, or name another column")
+    if (expected := expected_unit(key, name)) is not None:
+        raise RecordError(f"{table.path}: column {name!r}: expected {expected}; convert it, or name another column")
 
 
 def drive_unit_of(name: str) -> DriveUnit:

@@ -93,7 +93,7 @@ class WorkerPool:
                 scheduler_kwargs={"dashboard": False},  # not reachable from other machines
             )  # fmt: skip
         except Exception as error:  # Dask raises a plain one, or fails an assertion where it ends a worker that starts
-            raise StudyError(f"workers: {_words(error)}: expected {self._count} that start in {START_S:g} s") from None
+            raise StudyError(f"workers: {_words(error)}: expected {self._count} that start in {START_S:g} s") from error
         self._open.callback(_close, cluster)
         return self._open.enter_context(Client(cluster))
 

@@ -65,6 +65,7 @@ BROKEN = {
     "loop.csv: No such file": (None, None),
     "loop.csv: empty": ("", None),
     "loop.csv: column 'drive_mm'": ("drive_mm;angle_deg\n0;0\n1;1\n0;0\n", None),
+    "loop.csv: column 'cycle': 200": ("cycle,drive_mm,angle_deg\n" + "".join(f"{i},0,0\n" for i in range(200)), None),
     "loop.csv: column": ("drive_mm,theta\n0,0\n1,1\n0,0\n", None),
     "loop.csv:3: column 'angle_deg' = 'n/a'": (BARE.replace("1,2", "1,n/a"), None),
     "loop.csv:3: column 'angle_deg' = nan": (BARE.replace("1,2", "1,nan"), None),
@@ -240,7 +241,7 @@ def test_kinematics_is_sorted_and_single_valued(tmp_path: Path) -> None:
     theory.write_text("angle_deg,drive_mm\n20,1\n-20,-1\n0,0\n")
     assert read_record(path).kinematics.tolist() == [[-1, -20], [0, 0], [1, 20]]
     theory.write_text("angle_deg,drive_mm\n20,1\n-20,-1\n0,1\n")
-    assert message(path) == "theory.csv: drive_mm = 1 occurs twice: expected one angle a drive"
+    assert message(path) == "theory.csv:4: drive_mm = 1 occurs twice: expected one angle a drive"
     theory.write_text("angle_deg,drive_mm\n20,1\n")
     assert message(path) == "theory.csv: 1 rows: expected at least 2"
 

@@ -114,7 +114,16 @@ def _child(listed: Path, log: Path, limit_s: float) -> None:
 
         with log.open("w", encoding="utf-8") as file:
             sys.stdout = sys.stderr = io.TextIOWrapper(os.fdopen(os.dup(file.fileno()), "wb"), write_through=True)
-            plugins = ["-p", "no:xdist", "-p", "no:cacheprovider", "-p", "tests.mutation.in_order"]
+            plugins = [
+                "-o",
+                "faulthandler_timeout=0",
+                "-p",
+                "no:xdist",
+                "-p",
+                "no:cacheprovider",
+                "-p",
+                "tests.mutation.in_order",
+            ]
             code = int(pytest.main(["-x", "--tb=no", "-rfE", "-m", "", *plugins, f"@{listed}"]))  # the slow ones, too
     finally:
         sys.stdout.flush()

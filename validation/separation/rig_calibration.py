@@ -19,7 +19,7 @@ from fem_models.chain import simulate_chain
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
-from fem_models.rig.of_record import rig_of
+from fem_models.rig.of_record import require_the_rigs_sense, rig_of
 from hysteresis import Record
 from hysteresis.arrays import Floats
 from hysteresis.fitting.uncertainty import Parameter
@@ -188,6 +188,7 @@ def _loop(record: Record) -> _Loop:
     if record.drive_unit != "mm":
         raise RecordError(f"{name}: drive in {record.drive_unit}: expected mm for a known rig")
     require_reversal(record)
+    require_the_rigs_sense(record)
     every = max(1, math.ceil(record.drive.size / SAMPLES))
     keep = np.zeros(record.drive.size, dtype=bool)
     keep[::every] = True

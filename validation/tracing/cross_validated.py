@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hysteresis.records.record import Record
+from hysteresis.records.record import Record, RecordError
 from validation.tracing.baseline.play_operators import PlayProblem, play_problem
 from validation.tracing.effect import CurveForm, Effect, Values
 from validation.tracing.fitting import Fitted, Model
@@ -24,7 +24,7 @@ from validation.tracing.fitting.noise import NoiseFloor, repeatability_deg
 from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.outcome import Candidate, Trace, Verdict
 from validation.tracing.plausibility import remarks
-from validation.tracing.prepared import channel_unit, channel_values
+from validation.tracing.prepared import PreparedRecord, channel_unit, channel_values
 from validation.tracing.problem import AddedEffect
 from validation.tracing.search.by_folds import FoldFits, FoundByFolds, find_by_folds, fit_all
 from validation.tracing.search.search import Progress
@@ -34,6 +34,7 @@ from validation.tracing.settings import (
     AT_FLOOR,
     EXPLAINED_SHARE,
     FOLD_ALIKE,
+    LEAST_NEW_SAMPLES,
     LEAST_PLAY_SAMPLES,
     MOST_ALIKE,
     PARTIAL_SHARE,
@@ -139,6 +140,7 @@ def trace_change(
         words.append(f"the reference itself shows {_names(shared)}, which all records are given")
     while True:
         baselines = [_shared_baseline(records, reference, shared, values, shape) for shape in PLAY_SHAPES]
+        _require_parts(baselines[0].model.problem.records[: len(records)])
         fits = FoldFits(folds_of(baselines[0].model.problem.records, len(records)))
         known = {one.effect.name for one in shared}
         found = find_by_folds(baselines, [e for e in effects if e.name not in known], fits, report)
@@ -155,6 +157,17 @@ def trace_change(
     floor = replace(_floor(found.best), reference_deg=left)
     trace = judge_by_folds(found, words, reference=len(reference), floor=floor)
     return _reported(_without_change(trace, words))
+
+
+def _require_parts(records: Sequence[PreparedRecord]) -> None:
+    """Refuse new records that are too short to be divided: a few samples would decide whether the rig has changed."""
+    count = sum(one.kept.size for one in records)
+    if count < LEAST_NEW_SAMPLES:
+        where = records[0].record.source or "record"
+        raise RecordError(
+            f"{where}: {count} samples behind the first stroke: expected at least {LEAST_NEW_SAMPLES}, to compare with "
+            "a reference"
+        )
 
 
 def _preload_words(fitted: Fitted) -> list[str]:

@@ -419,8 +419,14 @@ def _lacking_in_space(trace: Trace) -> str:
     moved = np.any([np.ptp(run.wheels_mm, axis=0) > 0 for run in runs], axis=0)
     still = ", ".join(str(k + 1) for k, moves in enumerate(moved) if not moves)
     if still:
-        return f"a record in which wheel {still} moves: the other plane shows which turn or sensor couples them"
-    return _lacking(trace)
+        words = f"a record in which wheel {still} moves: the other plane shows which turn or sensor couples them"
+    else:
+        words = _lacking(trace)
+    alike = zip(trace.augmented.names, trace.confusable, strict=True)
+    pairs = [f"{name} from {' or '.join(others)}" for name, others in alike if others]
+    if trace.verdict != "ambiguous" or not pairs:
+        return words
+    return f"to tell {', '.join(pairs)}: {words} (of a rig in space no programs are compared)"
 
 
 def _absent(trace: Trace) -> dict[str, tuple[str, str]]:

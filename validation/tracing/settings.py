@@ -201,6 +201,8 @@ CURVE_START_STEPS, CURVE_STARTS = 12, 3
 """Least-squares steps of the curve towards a start of an effect, and starts of a form that are then fitted."""
 LEAST_PLAY_SAMPLES = 150
 """Samples of all records together from which play operators are fitted: five for a parameter, about."""
+LEAST_NEW_SAMPLES = 30
+"""Samples of all new records together, behind their first strokes, that are compared with a reference."""
 PLAY_SHAPES = tuple((powers, curve) for curve in (6, 8, 12) for powers in (0, 1))
 """Baselines of play operators that are compared: the largest power of the position that the widths of plays depend on,
 and the columns of the spline f."""

@@ -367,9 +367,9 @@ def test_a_broken_pipe_does_not_end_a_process_that_has_meshed():
     assert (done.returncode, done.stdout) == (0, "as Python has it\n"), done.stderr
 
 
-@pytest.mark.skipif(not hasattr(signal, "alarm"), reason="no alarm on this system")
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timer on this system")
 def test_a_renderer_that_does_not_end_is_not_waited_for(coarse, tmp_path, monkeypatch):
-    """A second is less than it takes to import the renderer and to draw."""
+    """A tenth of a second is less than it takes to import the renderer and to draw."""
     monkeypatch.setattr("fem_models.view.solid.TIME_LIMIT_S", 0.1)
     body, _ = coarse
     with pytest.raises(SceneError, match=r"did not end within 0\.1 s"):

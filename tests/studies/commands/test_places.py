@@ -18,6 +18,7 @@ from studies.commands import tracing
 from studies.commands.cli import call
 
 WANTED_IN_SPACE = "angle_deg,angle_2_deg\n0,0\n1,0.5\n0,1\n-1,0\n0,0\n"
+ROOT = Path(__file__).parents[3]
 SEMICOLONS = "drive_mm;angle_deg\n0;0\n1;20\n0;1\n-1;-20\n0;-1\n1;20\n"
 COMMANDS = {
     "simulate": (["simulate", "--preset", "du2018", "--amplitude", "1", "--engine", "analytic"], "x.csv"),
@@ -163,6 +164,14 @@ def test_a_full_disk_that_takes_no_compiled_kernel_is_named(folder, capsys, monk
     monkeypatch.setattr(tracing, "trace_loaded", lambda *_, **__: twice(1.0))
     with full_disk(100):
         assert "cache of compiled kernels: File too large" in refusal(given("trace", "out"), capsys)
+
+
+def test_an_output_that_takes_no_more_is_one_line_and_blames_no_file():
+    """Such an error names no file either; it had been laid on the cache of kernels."""
+    with Path("/dev/full").open("w") as full:
+        line = [sys.executable, "-c", "from studies.commands.cli import main; main()", "effects"]
+        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, check=False, cwd=ROOT)
+    assert (done.returncode, done.stderr) == (2, "notchbend: No space left on device\n")
 
 
 def test_a_full_disk_keeps_the_report(folder, capsys):

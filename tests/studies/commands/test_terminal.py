@@ -110,7 +110,7 @@ def test_examples_are_shown_and_taken(name, capsys):
         assert f"  {example}\n" in shown
         words = example.split()
         assert words[: 1 + len(name.split())] == ["notchbend", *name.split()]
-        given = cli.repeated(words[1:], "trace", "--reference")[len(name.split()) :]
+        given = cli.one_value_each(words[1:])[len(name.split()) :]
         ALL[name].make_context(last, given)  # raises where an option is unknown or a value is missing
     assert len(f"  {last:<10}  {ENTRIES[name].summary}") <= 80, group
 
@@ -118,8 +118,15 @@ def test_examples_are_shown_and_taken(name, capsys):
 @pytest.mark.parametrize("first", [["--reference", "a.csv"], ["--reference=a.csv"]])
 def test_all_values_after_an_option_are_its_own(first):
     """With an equals sign the second one had become a new record."""
-    given = cli.repeated(["trace", "new.csv", *first, "b.csv", "--out", "o"], "trace", "--reference")
+    given = cli.one_value_each(["trace", "new.csv", *first, "b.csv", "--out", "o"])
     assert given == ["trace", "new.csv", *first, "--reference", "b.csv", "--out", "o"]
+
+
+def test_preloads_of_a_run_end_where_its_records_begin():
+    """As `run --rig F [--preload N...] [RECORD...]` says; the second preload had been taken for a record."""
+    given = ["run", "--rig", "mine.toml", "--preload", "10", "20", "a.csv", "b.csv", "--out", "o"]
+    assert cli.one_value_each(given) == [*given[:5], "--preload", *given[5:]]
+    assert cli.one_value_each(["run", "--preload", "10", "a.csv"]) == ["run", "--preload", "10", "a.csv"]
 
 
 def test_names_in_examples_are_there():

@@ -21,7 +21,7 @@ from hysteresis.records.path import cycle_index, require_reversal
 from hysteresis.records.record import FURTHER_DRIVES, Record, RecordError
 from validation.tracing.baseline.channels_in_space import channels_in_space, in_space, left_out
 from validation.tracing.baseline.known_rig import declared_start, drive_parameters
-from validation.tracing.baseline.samples import kept_samples
+from validation.tracing.baseline.samples import fastest, kept_samples
 from validation.tracing.effect import Effect, FreeParameter, Need, Scale, SpaceForm, Values
 from validation.tracing.fitting.holdout import Holdout, divide_records
 from validation.tracing.prepared import PreparedRecord, RecordSet, prepared
@@ -267,7 +267,7 @@ def _scale(used: Sequence[PreparedRecord], runs: Sequence[SpaceRun], records: Se
     """Orders of magnitude, the tip's from runs of the declared rigs; stresses are those of no effect here."""
     solved = [_solved(run, record) for run, record in zip(runs, records, strict=True)]
     times = [one.inputs.time_s for one in used]
-    speeds = [np.abs(np.diff(one.inputs.drive) / np.diff(one.inputs.time_s)).max() for one in used]
+    speeds = [fastest(one.inputs.drive, one.inputs.time_s) for one in used]
     return Scale(
         drive=max(float(np.ptp(run.wheels_mm, axis=0).max()) for run in runs) / 2,
         angle_deg=max(float(np.ptp(one.angle_deg)) for one in used) / 2,

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 from fem_models.rig import Rig
 from fem_models.rig.joints import MeasuredJoint, NotchedTube
-from fem_models.rig.of_record import declared_rig_of, notched_tube_of, rig_of
+from fem_models.rig.of_record import declared_rig_of, notched_tube_of, require_the_rigs_sense, rig_of
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.records.path import cycle_index
-from hysteresis.records.record import Record, RecordError
+from hysteresis.records.record import Record
 from validation.tracing.baseline.channels import channels_of
 from validation.tracing.baseline.rig_problem import RigProblem
 from validation.tracing.baseline.runs import run_setup
@@ -124,7 +124,8 @@ def known_rig_problem(records: Sequence[Record]) -> KnownRigProblem | None:
         return None
     load_control = units == {"N"}
     if not load_control:
-        _require_the_rigs_sense(records)
+        for record in records:
+            require_the_rigs_sense(record)
     most = max(LEAST_RECORD_SAMPLES, KNOWN_RIG_SAMPLES // len(records))
     used = prepare(records, [kept_samples(record.drive, most, cycle_index(record)) for record in records])
     channels, words = channels_of(used, rigs)
@@ -148,16 +149,6 @@ def stick_compliance(rig: Rig) -> FreeParameter:
     """Compliance of a guide that sticks: of dry metal nothing, of a liner up to some hundreds of pitches of tendon."""
     unit = SOFT_STICK * soft_mm_per_N(rig)
     return FreeParameter("stick_compliance_mm_per_N", "mm/N", 0.0, 4 * unit, 0.1 * unit)
-
-
-def _require_the_rigs_sense(records: Sequence[Record]) -> None:
-    """Refuse angles that fall as the drive rises: to reverse them would silently exchange the two tendons."""
-    for record in records:
-        if float((record.drive - record.drive.mean()) @ record.angle_deg) < 0:
-            raise RecordError(
-                f"{record.source or 'record'}: angle_deg: falls as drive_mm rises: expected the signs of the rig: "
-                "a positive drive pulls tendon a and bends to positive angles"
-            )
 
 
 def drive_parameters(rigs: Sequence[Rig]) -> tuple[FreeParameter, ...]:

@@ -18,6 +18,7 @@ from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.path import branches
 from hysteresis.records.record import Record
+from validation.tracing.baseline.samples import fastest
 from validation.tracing.effect import Need, SampleInputs, Scale, cycles_repeat
 from validation.tracing.prepared import Channel, PreparedRecord
 from validation.tracing.settings import APPROACH_SAMPLES, EXACT_REPEAT, FROM_REST, SAME_PRELOAD
@@ -172,7 +173,7 @@ def _scale(
     measured = max(map(_reach_deg, records)) / rig.joints
     joint = max(measured, float(max(notches)))
     times = [s.time_s for s in inputs]
-    speeds = [np.abs(np.diff(s.drive) / np.diff(s.time_s)).max() for s in inputs]
+    speeds = [fastest(s.drive, s.time_s) for s in inputs]
     return Scale(
         drive=max(float(np.ptp(to_mm(r.drive))) for r in records) / 2,
         angle_deg=max(float(np.ptp(r.angle_deg)) for r in records) / 2,

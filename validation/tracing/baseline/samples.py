@@ -42,3 +42,9 @@ def mean_slope(drives: Sequence[Floats], angles: Sequence[Floats]) -> float:
     x = np.concatenate([drive - drive.mean() for drive in drives])
     y = np.concatenate([angle - angle.mean() for angle in angles])
     return float(x @ y / (x @ x))
+
+
+def fastest(drive: Floats, time_s: Floats) -> float:
+    """Largest rate of a drive; times that a logger wrote in a burst count as a quarter of the usual step."""
+    step = np.diff(time_s)
+    return float(np.max(np.abs(np.diff(drive)) / np.maximum(step, 0.25 * np.median(step))))

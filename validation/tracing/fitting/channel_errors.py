@@ -62,7 +62,7 @@ def _range(values: Sequence[float]) -> str:
     return f"{high:.3g}" if len(values) == 1 else f"{low:.3g} to {high:.3g}"
 
 
-def _by_channel(fitted: Fitted, unit: str = "deg") -> dict[str, dict[str, dict[str, float]]]:
+def _by_channel(fitted: Fitted, unit: str = "deg") -> dict[str, dict[str, dict[str, float | None]]]:
     problem, masks = fitted.model.problem, fitted.holdout.train
     series: list[tuple[str, str, Sequence[Floats], Sequence[Floats]]] = [
         ("angle", unit, problem.observed, fitted.errors)
@@ -86,10 +86,15 @@ def _by_channel(fitted: Fitted, unit: str = "deg") -> dict[str, dict[str, dict[s
     return out
 
 
-def _errors(unit: str, measured: Sequence[Floats], errors: Sequence[Floats], chosen: Sequence[Any]) -> dict[str, float]:
-    """Errors of the chosen samples as :class:`hysteresis.records.metrics.Errors` has them, in the channel's unit."""
+def _errors(
+    unit: str, measured: Sequence[Floats], errors: Sequence[Floats], chosen: Sequence[Any]
+) -> dict[str, float | None]:
+    """Errors of the chosen samples as :class:`hysteresis.records.metrics.Errors` has them, in the channel's unit.
+
+    Those relative to the range are None for a channel that stands still.
+    """
     values = np.concatenate([m[c] for m, c in zip(measured, chosen, strict=True)])
     error = np.concatenate([e[c] for e, c in zip(errors, chosen, strict=True)])
     span, largest, mean = float(np.ptp(values)), float(np.abs(error).max()), rms(error)
-    relative = {"max_rel_percent": 100 * largest / span, "normalised": mean / span} if span > 0 else {}
-    return {f"rmse_{unit}": mean, f"max_abs_{unit}": largest, **relative}
+    percent, normalised = (100 * largest / span, mean / span) if span > 0 else (None, None)
+    return {f"rmse_{unit}": mean, f"max_abs_{unit}": largest, "max_rel_percent": percent, "normalised": normalised}

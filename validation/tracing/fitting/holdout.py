@@ -122,7 +122,9 @@ def divide_records(records: Sequence[PreparedRecord], *, own_preload: bool = Tru
             for i, one in enumerate(records)
         )
         beginning = f"its first {100 * KNOWN_BEGINNING:.0f} % (its initial state) and its offset are fitted"
-        by = f"{name}, whose protocol differs from those fitted; {beginning}"
+        new = any(_is_new(protocols, out, name) for name in ("preload_N", "amplitude", "rate_Hz"))
+        how = "whose protocol differs from those fitted" if new else "whose protocol others have, too"
+        by = f"{name}, {how}; {beginning}"
         return Holdout(masks, by, whole=frozenset({out}))
     parts = [_within(one) for one in records]
     return Holdout(tuple(mask for mask, _ in parts), "; ".join(dict.fromkeys(by for _, by in parts)))
@@ -141,15 +143,16 @@ def _within(one: PreparedRecord) -> tuple[Mask, str]:
 def _most_covered(protocols: Sequence[Protocol]) -> int:
     """Index of the record that the others cover best; the smallest amplitude among equals, then the last."""
 
-    def is_new(i: int, name: str) -> int:
-        own = getattr(protocols[i], name)
-        others = [getattr(p, name) for j, p in enumerate(protocols) if j != i]
-        return int(not any(_same(own, other) for other in others))
-
     def cost(i: int) -> tuple[int, float, int]:
-        return is_new(i, "preload_N") + is_new(i, "rate_Hz"), protocols[i].amplitude, -i
+        new = _is_new(protocols, i, "preload_N") + _is_new(protocols, i, "rate_Hz")
+        return new, protocols[i].amplitude, -i
 
     return min(range(len(protocols)), key=cost)
+
+
+def _is_new(protocols: Sequence[Protocol], i: int, name: str) -> bool:
+    own = getattr(protocols[i], name)
+    return not any(_same(own, getattr(p, name)) for j, p in enumerate(protocols) if j != i)
 
 
 def _same(a: float, b: float) -> bool:
