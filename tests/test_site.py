@@ -20,6 +20,7 @@ from once import made_once
 pytest.importorskip("mkdocs", reason="mkdocs is not installed (extra docs)")
 pytest.importorskip("mkdocstrings", reason="mkdocstrings is not installed (extra docs)")
 
+pytestmark = pytest.mark.slow  # to build the site takes longer than most files of tests
 ROOT = Path(__file__).parents[1]
 SLOW_ms = 120_000
 PACKAGES = ("hysteresis", "fem_models", "validation", "studies")

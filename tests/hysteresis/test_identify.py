@@ -369,6 +369,7 @@ def test_bad_arguments_are_named():
 # --- measured records --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "share"),
     [

@@ -175,7 +175,7 @@ def test_engines_have_moment_loss_and_slope_of_dense_fibres_at_their_thrust(engi
 
 
 @pytest.mark.parametrize("engine", [solve_chain, solve_multibody])
-@pytest.mark.parametrize("law", [PRESSED, HEATED], ids=["not alike", "heated"])
+@pytest.mark.parametrize("law", [PRESSED, pytest.param(HEATED, marks=pytest.mark.slow)], ids=["not alike", "heated"])
 def test_engines_have_moment_loss_slope_and_temperature_of_dense_fibres(engine, law):
     tendon = replace(PAIR.tendon_a, toe_N=0.0)
     one = finely_cut(with_notch(replace(PAIR, superelastic=law), replace(PAIR.joint.notch, count=1)))

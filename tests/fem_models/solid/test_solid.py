@@ -129,6 +129,7 @@ def test_displacement_converges_at_order_three():
     assert orders[-1] == pytest.approx(3.0, abs=0.2)  # P2 in L2
 
 
+@pytest.mark.slow
 def test_plain_tube_converges_to_beam_theory_at_order_four():
     """Saint-Venant: E I/L, E A/L between planes of symmetry and G J/L between rigid plates are exact for a round tube.
 

@@ -452,6 +452,7 @@ def test_data_list_as_json_and_as_names(capsys):
     assert capsys.readouterr().out.splitlines() == list(CATALOGUE)
 
 
+@pytest.mark.slow
 def test_only_the_multibody_engine_needs_exudyn(tmp_path):
     """A process in which neither Exudyn nor pyvista can be imported."""
     (tmp_path / "loop.csv").write_text(LOOP.replace("x,a", "drive_mm,angle_deg"))

@@ -26,6 +26,7 @@ def ink(png) -> float:
     return float((picture < 0.97).any(axis=2).mean())
 
 
+@pytest.mark.slow
 def test_a_rig_is_drawn_bent_and_saved(tmp_path):
     rig = nb.preset("notched-wrist-90")
     bent = requires_opengl(lambda: nb.plot(rig, joint_angles_deg=np.full(rig.joints, 12.0)))

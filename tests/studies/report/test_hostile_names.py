@@ -124,7 +124,9 @@ def running():
         yield browser
 
 
-@pytest.mark.parametrize("name", [pytest.param("run", marks=pytest.mark.slow), "trace", "study", "trace alone"])
+@pytest.mark.parametrize(
+    "name", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("run", "trace")), "study", "trace alone"]
+)
 def test_names_are_shown_as_they_are(name, pages, running):
     page = running.new_context(viewport={"width": 1280, "height": 900}).new_page()
     heard, dialogs = listen(page), []

@@ -99,6 +99,7 @@ def test_numbers_read_back_to_the_last_bit(finished):
             assert data[name].sel(case.values).item() == value
 
 
+@pytest.mark.slow
 def test_the_dataset_is_written_block_by_block(finished, tmp_path, monkeypatch):
     """Of any block size the same, and memory depends on the block, not on the number of cases."""
     folder, _ = finished

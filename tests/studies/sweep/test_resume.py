@@ -185,6 +185,7 @@ def test_two_studies_in_one_folder_are_refused(tmp_path):
         pass
 
 
+@pytest.mark.slow
 def test_full_disk(tmp_path, capfd, undisturbed):
     """A disk of 96 KB takes the store for a while, then one line and exit 2; what was stored is read, and goes on."""
     disk, file = tmp_path / "disk", study_file(tmp_path, LONG)

@@ -75,6 +75,7 @@ def test_no_size_is_tried_above_one_that_the_bounds_do_not_reach(monkeypatch: py
     assert "| not at 1 to 2.83; the baseline's error is 1.5 times" in tables({("known", "time_delay"): found}, {})
 
 
+@pytest.mark.slow
 def test_nine_found_or_two_missed_decide() -> None:
     found = find_smallest("time_delay", "known", 11, finds_from(1.6))
     cases = {one.ratio: (one.cases, one.found) for one in found.tried}

@@ -211,6 +211,7 @@ def test_command_writes_the_documented_json(tmp_path):
     assert 2 * laws["all"]["saturation_deg"]["value"] == pytest.approx(result["total"]["width_deg"], rel=0.3)
 
 
+@pytest.mark.slow
 def test_command_on_a_record_gives_intervals(tmp_path):
     path = tmp_path / "bench.csv"
     write_record(measured_loop(20.0, 1), path)

@@ -110,6 +110,7 @@ def test_effects_of_unknown_rigs_come_to_the_noise_from_starts_far_from_the_base
     assert found.rmse_deg < 1.15 * case.truth.noise_deg
 
 
+@pytest.mark.slow
 def test_a_play_is_fitted_again_beside_the_start_of_the_baseline():
     """It was left at 1.02 times the noise, its width at 0.14 mm, and the weight of the rings was named."""
     case = draw_case("score-29", "unknown", "preloaded_play", 0)

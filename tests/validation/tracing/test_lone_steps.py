@@ -131,6 +131,7 @@ def test_the_first_stroke_and_a_tendon_force_are_left_alone() -> None:
     assert lost_counts(replace(LOST, drive_unit="N")) is None
 
 
+@pytest.mark.slow
 def test_records_with_lost_counts_are_not_given_an_effect() -> None:
     """They are mended, and the verdict says that something is wrong; the sound ones lack nothing."""
     sound = [record(a * SOUND.drive, i, 0.1) for i, a in enumerate((1.0, 0.75))]

@@ -56,6 +56,7 @@ def test_gain_and_effect_are_found_together(slack_behind_a_motor):
     assert confirmed.after.rmse_deg < min(1.3 * NOISE_DEG, 0.7 * confirmed.before.rmse_deg)
 
 
+@pytest.mark.slow
 def test_the_next_record_is_in_turns_of_the_motor(slack_behind_a_motor):
     experiment = next_experiment(slack_behind_a_motor)
     assert experiment.csv().startswith("drive_deg,time_s\n")

@@ -59,6 +59,7 @@ def test_unequal_tendons_of_five_percent_are_named():
     assert trace.baseline.heldout_rmse_deg > 2 * trace.augmented.heldout_rmse_deg
 
 
+@pytest.mark.slow
 def test_shipped_record_is_traced_to_the_effect_it_was_made_with():
     """In validation/practice/bench_record.py tendon b has another arm and free length, in the multibody model."""
     trace = trace_records([read_record(SHIPPED)])

@@ -86,6 +86,7 @@ def test_only_measured_joints_may_vary():
     assert preset("du2018").joint == rig_of(replace(empty, rig={"preset": "du2018"})).joint
 
 
+@pytest.mark.slow
 def test_one_effect_is_named_in_part_where_it_takes_most_of_the_error(delayed):
     unexplained = replace(delayed, verdict="unexplained", augmented=delayed.baseline, confusable=())
     part = named_in_part(unexplained)
@@ -107,6 +108,7 @@ def with_spoiled_heldout(fitted, factor):
     return replace(fitted, errors=errors)
 
 
+@pytest.mark.slow
 def test_heldout_samples_neither_choose_nor_confirm_a_name_in_part(delayed):
     unexplained = replace(delayed, verdict="unexplained", augmented=delayed.baseline, confusable=())
     spoiled = tuple(
@@ -123,6 +125,7 @@ def test_heldout_samples_neither_choose_nor_confirm_a_name_in_part(delayed):
     assert named_in_part(replace(unexplained, candidates=flattered)).augmented.names == ("time_delay",)
 
 
+@pytest.mark.slow
 def test_an_unknown_rig_is_doubted_where_samples_held_out_are_far_off(delayed):
     """A baseline of an unknown rig may take an effect over the programs that it has seen."""
     good = replace(delayed, model="equivalent rig", verdict="none", baseline=delayed.augmented)
@@ -140,6 +143,7 @@ def test_an_unknown_rig_is_doubted_where_samples_held_out_are_far_off(delayed):
     assert doubted_on_heldout(replace(spoiled, verdict="effect")).verdict == "effect"
 
 
+@pytest.mark.slow
 def test_the_remaining_error_is_that_of_the_fit_that_is_reported(delayed):
     """It is said once all fits are final: a search may have ended with another one."""
     quiet = replace(delayed.floor, local_deg=0.4 * NOISE_DEG, repeats_deg=None, by_repeats=False)
