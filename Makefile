@@ -2,7 +2,7 @@
 # make install what every command needs, and no more
 # make dev     all extras and the tools of developers, too
 # make test    lint, types, import contract, tests
-# make slow    the tests that take long: before the tracer or an engine is changed for good
+# make slow    the tests that take long: before the tracer, an engine, a page or the packaging is changed for good
 # make site    the pages as a site, in build/site
 PYTHON ?= python3
 VENV   := .venv
@@ -42,9 +42,9 @@ test: dev
 tests: kernels kernels-heated
 	PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n auto --dist worksteal
 
-# What takes long, as whole traces, many draws, the gallery, and practice cases that were missed once.
+# What takes long, as whole traces, many draws, the site, the wheel, the gallery, and practice cases that were missed once.
 slow: dev kernels kernels-heated
-	$(BIN)/pytest -n auto --dist worksteal -m slow
+	PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n auto --dist worksteal -m slow -o faulthandler_timeout=1800
 
 checks:
 	$(BIN)/ruff check .

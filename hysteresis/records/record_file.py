@@ -233,7 +233,7 @@ def _offending_cell(path: Path, names: list[str], rows: list[str], wanted: Seque
     return None
 
 
-_SAMPLES_OF_COUNTER = 10  # rows of fewer say nothing of what a column counts
+_ROWS_OF_COUNTER = 20  # fewer say nothing of what a column counts
 
 
 def _without_repeats(path: Path, rows: list[str], values: dict[str, Floats], columns: Columns) -> dict[str, Floats]:
@@ -243,10 +243,6 @@ def _without_repeats(path: Path, rows: list[str], values: dict[str, Floats], col
         for i in np.flatnonzero(bad_cycles(values[name]))[:1]:
             expected = "a whole number that never falls"
             raise RecordError(f"{path}:{i + 2}: column {quoted(name)} = {values[name][i]:g}: expected {expected}")
-        numbers = np.unique(values[name]).size
-        if 2 * numbers > len(rows) >= 2 * _SAMPLES_OF_COUNTER:  # of a scan or a row; each would be a cycle
-            found = f"{numbers} numbers in {len(rows)} rows"
-            raise RecordError(f"{path}: column {quoted(name)}: {found}: expected several samples of each cycle")
     for name in columns.get("time", []):
         time = values[name]
         once = np.array([True, *(a != b for a, b in pairwise(rows))])
@@ -255,6 +251,11 @@ def _without_repeats(path: Path, rows: list[str], values: dict[str, Floats], col
             raise RecordError(f"{path}:{i + 3}: column {quoted(name)} = {found}: expected increasing time")
         _require_samples(path, int(once.sum()))
         values = {key: column[once] for key, column in values.items()}
+    for name in columns.get("cycle", []):
+        numbers, samples = np.unique(values[name]).size, values[name].size
+        if 2 * numbers > samples >= _ROWS_OF_COUNTER:  # of a scan or a row; each would be a cycle
+            found = f"{numbers} numbers in {samples} rows"
+            raise RecordError(f"{path}: column {quoted(name)}: {found}: expected several samples of each cycle")
     return values
 
 

@@ -149,8 +149,10 @@ def _columns(where: Path, table: Mapping[str, Any], *, declares_unit: bool) -> C
         if name in roles:
             raise RecordError(f"{where}: columns.{key} = {quoted(name)}: is columns.{roles[name]}: expected another")
         roles[name] = key
-        if not (declares_unit and key.startswith("drive")) and (unit := expected_unit(key, name)) is not None:
-            raise RecordError(f"{where}: columns.{key} = {quoted(name)}: expected {unit}: convert the column")
+        moves = key.startswith("drive") or key == "force"
+        if not (declares_unit and moves) and (unit := expected_unit(key, name)) is not None:
+            how = "convert the column, or declare drive.unit" if moves else "convert the column"
+            raise RecordError(f"{where}: columns.{key} = {quoted(name)}: expected {unit}: {how}")
     return columns
 
 

@@ -6,7 +6,7 @@ import re
 
 _OTHER_UNITS = {
     "drive": r"(^|[^a-z])(um|cm|m|inch|inches|rad|radians?|turns?|revs?|counts?|ticks|current|voltage)(\b|_|$)",
-    "angle": r"rad(ians?)?(\b|_|$)",
+    "angle": r"(?<!g)rad(ians?)?(\b|_|$)",  # not grad, as degrees are called in some languages
     "time": r"(^|[^a-z])(ms|us|ns|min|minutes|h|hours)(\b|_|$)",
     "force": r"(^|[^a-z])(g|gf|kg|kgf|mn|kn|lbf?)(\b|_|$)",
 }
@@ -26,6 +26,8 @@ def expected_unit(key: str, name: str) -> str | None:
     words = set(re.sub(r"[^a-z]+", " ", name.lower()).split())
     if measured == "drive" and words & {"mm", "deg", "step", "steps", "n", "newton", "newtons"}:
         return None  # as in current_position_mm and wheel_turn_deg
+    if measured == "angle" and words & {"deg", "degree", "degrees"}:
+        return None
     if measured is None or not re.search(_OTHER_UNITS[measured], name.lower()):
         return None
     return _EXPECTED[measured]

@@ -149,8 +149,7 @@ def _write(record: Record, known: BenchColumns, target: Path, *, copied: bool) -
             rig = dict(record.rig)
             if "file" in rig:
                 rig["file"] = Path(os.path.relpath(Path(rig["file"]).resolve(), target.parent.resolve())).as_posix()
-            drive = {} if record.drive_unit == "N" else {"unit": record.drive_unit}
-            write_files({sidecar: toml({**head, "drive": drive, "rig": rig})})
+            write_files({sidecar: toml({**head, "drive": {"unit": record.drive_unit}, "rig": rig})})
         read_record(target)
     except (RecordError, OSError):
         sidecar.unlink(missing_ok=True)

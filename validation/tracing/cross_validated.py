@@ -131,6 +131,7 @@ def trace_change(
     RecordError
         Records of different units of the drive.
     """
+    _require_parts(play_problem(records).records)
     old = play_baselines(reference)
     before = None if old is None else trace_by_folds(old, effects, report, still=False)  # a change of it is a change
     shared = () if before is None else before.effects
@@ -140,7 +141,6 @@ def trace_change(
         words.append(f"the reference itself shows {_names(shared)}, which all records are given")
     while True:
         baselines = [_shared_baseline(records, reference, shared, values, shape) for shape in PLAY_SHAPES]
-        _require_parts(baselines[0].model.problem.records[: len(records)])
         fits = FoldFits(folds_of(baselines[0].model.problem.records, len(records)))
         known = {one.effect.name for one in shared}
         found = find_by_folds(baselines, [e for e in effects if e.name not in known], fits, report)
@@ -164,9 +164,10 @@ def _require_parts(records: Sequence[PreparedRecord]) -> None:
     count = sum(one.kept.size for one in records)
     if count < LEAST_NEW_SAMPLES:
         where = records[0].record.source or "record"
+        whose = "" if len(records) == 1 else f" of {len(records)} records"
         raise RecordError(
-            f"{where}: {count} samples behind the first stroke: expected at least {LEAST_NEW_SAMPLES}, to compare with "
-            "a reference"
+            f"{where}: {count} samples{whose} behind the first stroke: expected at least {LEAST_NEW_SAMPLES}, to "
+            "compare with a reference"
         )
 
 

@@ -426,7 +426,7 @@ def _lacking_in_space(trace: Trace) -> str:
     pairs = [f"{name} from {' or '.join(others)}" for name, others in alike if others]
     if trace.verdict != "ambiguous" or not pairs:
         return words
-    return f"to tell {', '.join(pairs)}: {words} (of a rig in space no programs are compared)"
+    return f"{words} (not told apart: {', '.join(pairs)}; of a rig in space no programs are compared)"
 
 
 def _absent(trace: Trace) -> dict[str, tuple[str, str]]:

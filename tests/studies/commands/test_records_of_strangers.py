@@ -48,7 +48,10 @@ def written(folder, csv, toml):
 @pytest.mark.parametrize(
     ("columns", "expected"),
     [
-        ('drive = "wheel_um"\nangle = "a"', "columns.drive = 'wheel_um': expected mm, deg, steps or N"),
+        (
+            'drive = "wheel_um"\nangle = "a"',
+            "columns.drive = 'wheel_um': expected mm, deg, steps or N: convert the column, or declare drive.unit",
+        ),
         ('drive = "d"\nangle = "theta_rad"', "columns.angle = 'theta_rad': expected degrees"),
         ('drive = "d"\nangle = "a"\ntime = "t_ms"', "columns.time = 't_ms': expected seconds"),
         ('drive = "d"\nangle = "a"\ntension_a = "load_gf"', "columns.tension_a = 'load_gf': expected newtons"),
@@ -63,7 +66,18 @@ def test_a_column_of_another_unit_is_refused(columns, expected, tmp_path):
         read_record(path)
 
 
+@pytest.mark.parametrize("name", ["winkel_grad", "angle_grad", "from_rad_deg", "radius_angle"])
+def test_names_that_only_look_like_another_unit_are_read(name, tmp_path):
+    path = written(tmp_path, f"d,{name}\n0,0\n1,2\n0,1\n", f'[columns]\ndrive = "d"\nangle = "{name}"\n')
+    assert read_record(path).angle_deg[1] == 2
+
+
 def test_a_unit_that_the_sidecar_declares_is_believed(tmp_path):
+    path = written(
+        tmp_path, "load_g,a\n0,0\n1,2\n0,1\n",
+        '[columns]\nforce = "load_g"\nangle = "a"\n[drive]\nunit = "N"\n',
+    )  # fmt: skip
+    assert read_record(path).drive_unit == "N"
     path = written(
         tmp_path, "motor_counts,a\n0,0\n1,2\n0,1\n",
         '[columns]\ndrive = "motor_counts"\nangle = "a"\n[drive]\nunit = "step"\n',
@@ -139,7 +153,7 @@ def test_separate_warns_of_an_angle_in_rad():
     assert not [w for w in separate_records([declared(1.0)]).warnings if "not those of this record" in w]
 
 
-def test_a_burst_of_times_is_no_speed():
+def test_a_time_written_too_close_is_no_speed():
     time = np.arange(500) / 100
     drive = 2.0 * np.sin(time)
     assert fastest(drive, time) == np.max(np.abs(np.diff(drive) / np.diff(time)))
@@ -161,3 +175,6 @@ def test_a_repeat_is_not_said_to_differ_in_protocol():
     assert "whose protocol others have, too" in divide_records(all_samples(records)).by
     other = replace(records[2], drive=0.5 * records[2].drive)
     assert "2.csv, whose protocol differs from those fitted" in divide_records(all_samples([*records[:2], other])).by
+    sizes = [(20.0, 1.0), (20.0, 0.5), (10.0, 1.0), (10.0, 0.5)]  # each number occurs twice, each protocol once
+    design = [replace(records[0], drive=size * records[0].drive, rig={"preload_N": N}) for N, size in sizes]
+    assert "whose protocol differs from those fitted" in divide_records(all_samples(design)).by

@@ -45,6 +45,6 @@ def mean_slope(drives: Sequence[Floats], angles: Sequence[Floats]) -> float:
 
 
 def fastest(drive: Floats, time_s: Floats) -> float:
-    """Largest rate of a drive; times that a logger wrote in a burst count as a quarter of the usual step."""
+    """Largest rate of a drive; a few times that a logger wrote too close count as a quarter of the median step."""
     step = np.diff(time_s)
     return float(np.max(np.abs(np.diff(drive)) / np.maximum(step, 0.25 * np.median(step))))

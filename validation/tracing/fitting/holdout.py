@@ -122,8 +122,9 @@ def divide_records(records: Sequence[PreparedRecord], *, own_preload: bool = Tru
             for i, one in enumerate(records)
         )
         beginning = f"its first {100 * KNOWN_BEGINNING:.0f} % (its initial state) and its offset are fitted"
-        new = any(_is_new(protocols, out, name) for name in ("preload_N", "amplitude", "rate_Hz"))
-        how = "whose protocol differs from those fitted" if new else "whose protocol others have, too"
+        others = [p for i, p in enumerate(protocols) if i != out]
+        repeats = any(_same_protocol(protocols[out], other) for other in others)
+        how = "whose protocol others have, too" if repeats else "whose protocol differs from those fitted"
         by = f"{name}, {how}; {beginning}"
         return Holdout(masks, by, whole=frozenset({out}))
     parts = [_within(one) for one in records]
@@ -153,6 +154,10 @@ def _most_covered(protocols: Sequence[Protocol]) -> int:
 def _is_new(protocols: Sequence[Protocol], i: int, name: str) -> bool:
     own = getattr(protocols[i], name)
     return not any(_same(own, getattr(p, name)) for j, p in enumerate(protocols) if j != i)
+
+
+def _same_protocol(a: Protocol, b: Protocol) -> bool:
+    return _same(a.preload_N, b.preload_N) and _same(a.amplitude, b.amplitude) and _same(a.rate_Hz, b.rate_Hz)
 
 
 def _same(a: float, b: float) -> bool:
