@@ -6,6 +6,7 @@ Angles are in degrees; the drive keeps the unit of its record. Loops are the com
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
@@ -412,8 +413,8 @@ def _repeats(record: Record) -> list[list[slice]]:
             cycles.append([slice(s.start + b.start, s.start + b.stop) for b in pieces])
     if not cycles:
         return []
-    counts = [len(cycle) for cycle in cycles]
-    cycles = [cycle for cycle in cycles if len(cycle) == max(counts, key=counts.count)]
+    usual = Counter(len(cycle) for cycle in cycles).most_common(1)[0][0]
+    cycles = [cycle for cycle in cycles if len(cycle) == usual]
     ends = np.array([[record.drive[c[0].start], *(record.drive[b.stop - 1] for b in c)] for c in cycles])
     tolerance = _CLOSED * np.ptp(ends, axis=1)
     one = np.unique(np.linspace(0, len(ends) - 1, min(len(ends), _COMPARED)).astype(np.int64))

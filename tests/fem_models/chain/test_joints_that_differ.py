@@ -68,7 +68,16 @@ STEPPED = {"gravity": Gravity(20.0, 40.0), "tip_load": TipLoad(0.3, 160.0), "tip
 """Loads on a wrist whose neutral axes step."""
 
 
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+EACH_LAW = pytest.mark.parametrize(
+    "law",
+    [
+        pytest.param(law, marks=pytest.mark.slow) if name == "not alike" else law for name, law in LAWS.items()
+    ],  # compiles
+    ids=LAWS,
+)
+
+
+@EACH_LAW
 def test_equal_joints_by_the_path_of_those_that_differ(law):
     """The same numbers given joint by joint; superelastic steps end at 1e-10 of the preload, not at rounding."""
     rig = replace(DU2018, **law)

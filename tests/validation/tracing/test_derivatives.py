@@ -60,7 +60,7 @@ def models_of(problem):
 @pytest.mark.parametrize(
     "problem",
     [
-        known_rig_problem([driven(10.0), driven(20.0, 0.5)]),
+        pytest.param(known_rig_problem([driven(10.0), driven(20.0, 0.5)]), marks=pytest.mark.slow),
         known_rig_problem([wrist()]),
         equivalent_rig_problem([driven(20.0)], 60),
     ],
