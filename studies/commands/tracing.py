@@ -87,7 +87,7 @@ def trace_files(
 
 
 def require_different(paths: Sequence[Path], reference: Sequence[Path]) -> None:
-    """Refuse a file that is a record and its own reference: it would be held to have changed and not to have.
+    """Refuse a file that is given as a record and as its own reference: no change can be found in it.
 
     Raises
     ------

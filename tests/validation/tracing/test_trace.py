@@ -214,7 +214,7 @@ def test_competitors_of_the_first_effect_are_tried_beside_the_second(monkeypatch
 @pytest.mark.slow
 def test_slack_beside_friction_that_an_equivalent_rig_takes_comes_to_the_noise(monkeypatch):
     """A practice case of a pair: friction of the guides alone had been named at 1.26 times the noise. Slack alone comes
-    to the noise here, since a rig of unknown geometry takes the friction; what is left asks for no second effect."""
+    to the noise here, since the fitted rig absorbs the friction: the residual shows no second effect."""
     with_a_short_final_fit(monkeypatch)
     shown = {"guide_friction", "tendon_slack"}
     records = draw_case("work", "unknown", "pair", 3).records
