@@ -91,6 +91,11 @@ class TapedRun:
     series: ChainSeries
     tape: Tape
 
+    @property
+    def has_steps(self) -> bool:
+        """Whether all of the run's steps are on the tape: not where the chain relaxed to its next equilibrium."""
+        return self.tape.part.size > 0
+
     @cached_property
     def kind(self) -> _Kind:
         """Parts of the rig that a rig moved along its steps has, too."""
@@ -159,7 +164,7 @@ def moved_run(base: TapedRun, rig: Rig, load: LoadProgram | Floats, like: ChainC
     case = chain_case(rig, load, path=path, like=like)
     memory = memory_at_rest(rig, case.joints)
     sections_differ = case.joints.first.section is not None and not case.joints.alike
-    of_one_kind = not sections_differ and base.kind == _kind(case, memory)
+    of_one_kind = not sections_differ and base.has_steps and base.kind == _kind(case, memory)
     return MovedRun(rig, load, case, memory, run_space(case, rig.joints), of_one_kind)
 
 

@@ -150,6 +150,7 @@ def _own(rig: Parameters, i: int) -> Parameters:
         drag_sheath=rig.drag_sheath,
         drag_joint=rig.drag_joint,
         tolerance=rig.tolerance,
+        viscosity=rig.viscosity,
         section=_section_of(rig, i),
         each=(),
     )

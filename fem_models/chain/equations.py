@@ -131,6 +131,12 @@ def loaded(rig: Parameters) -> bool:
     return rig.weight_x != 0.0 or rig.weight_y != 0.0 or rig.tip_x != 0.0 or rig.tip_y != 0.0
 
 
+@chain_njit(forceinline=True)
+def viscous_of(place: int, rig: Parameters) -> float:
+    """Viscous coefficient of a coordinate in a jump: of a joint, Nmm/rad, at places 0, 3, ...; of a slip, N/mm."""
+    return rig.viscosity if place % 3 == 0 else rig.viscosity / (rig.arm[0] * rig.arm[0])
+
+
 @chain_njit()
 def external_moments(x: Floats, rig: Parameters, load: Load, work: Work, touched: int) -> float:
     """Fill the moments of weight, tip load and tip stop on every joint, their slopes and the tip's levers.
@@ -282,12 +288,13 @@ def guide_balance(
 
 @chain_njit(forceinline=True)
 def balance_at(
-    x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, settle: bool
+    x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, relax: float, settle: bool
 ) -> Balance:
     """Fill residuals at x, and the slopes of which a tangent is made.
 
     Row by row: the base does not rotate; each guide's balance of tensions; each joint's balance of moments; the tendons
-    are anchored at the tip. ``rate`` is 1/s of the step for drag, 0 without; ``settle`` as in :func:`guide_balance`.
+    are anchored at the tip. ``rate`` is 1/s of the step for drag, 0 without; ``relax`` is as of
+    :class:`fem_models.chain.newton.Attempt`; ``settle`` as in :func:`guide_balance`.
     """
     b, n, rows, tension = work.residual, memory.guides.shape[1], work.rows, work.tension
     outside = loaded(rig) or rig.stop_stiffness != 0.0
@@ -298,9 +305,10 @@ def balance_at(
     tension[0, 0], tension[1, 0] = near.tension
     alike, drag, largest = (
         crossing(rig.rest, rig).length,
-        rate * rig.drag_joint,
+        rate * rig.drag_joint + relax * viscous_of(0, rig),
         0.0,
     )  # where tendons have their lengths
+    viscous = relax * viscous_of(1, rig)
     for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
         own, rest = joint_at(rig, i), rest_path(rig, i, alike)
         u = 3 * i + 1  # slips at this guide are at u and u + 1, at the next one at v and v + 1; the joint is at row
@@ -329,7 +337,7 @@ def balance_at(
         rows[OWN, i], rows[OWN + 1, i] = far.own
         rows[CROSS, i] = far.cross
         rows[TURN, i], rows[TURN + 1, i] = far.by_angle
-        guide = guide_at(i, rows[RATIO, i], near, far, rig, load.friction_scale, rate)
+        guide = guide_at(i, rows[RATIO, i], near, far, rig, load.friction_scale, rate, viscous)
         largest = max(
             largest,
             guide_balance(0, x, rig, memory, work, guide, settle),
@@ -382,6 +390,6 @@ def fill_tangent(x: Floats, work: Work, balance: Balance) -> None:
 @chain_njit()
 def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, settle: bool) -> Balance:
     """Fill residual and tangent at x; arguments as of :func:`balance_at`."""
-    balance = balance_at(x, rig, memory, load, work, rate, settle)
+    balance = balance_at(x, rig, memory, load, work, rate, 0.0, settle)
     fill_tangent(x, work, balance)
     return balance

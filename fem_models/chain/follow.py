@@ -12,13 +12,23 @@ from typing import NamedTuple
 import numpy as np
 
 from fem_models.chain.compiled import chain_njit
-from fem_models.chain.each import joint_at, loop_part
-from fem_models.chain.equations import Work, copy, copy_both, work_space
-from fem_models.chain.fibres import transform
-from fem_models.chain.laws import flag_element, flag_moment
+from fem_models.chain.each import joint_at
+from fem_models.chain.equations import Work, balance_at, copy, copy_both, work_space
+from fem_models.chain.history import (
+    DRAG,
+    FRICTION,
+    JUMP,
+    MATERIAL,
+    WHEEL,
+    Motion,
+    accept,
+    largest_change,
+    motion_at_rest,
+)
+from fem_models.chain.jump import relax
 from fem_models.chain.newton import Attempt, newton
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.chain.section import BENT, LONGER
+from fem_models.chain.section import LONGER
 from fem_models.load.stepping import (
     LEAST_LENGTH,
     Load,
@@ -31,9 +41,9 @@ from fem_models.load.stepping import (
     reach_after_success,
     too_short,
 )
-from hysteresis.arrays import Floats, Ints
+from hysteresis.arrays import Floats, Ints, Mask
 
-FRICTION, MATERIAL, DRAG, WHEEL = range(4)  # places of the energies while they are summed
+JUMP_LENGTH = 2.0**-6  # of the longest step: how far beyond the last equilibrium a jump is sought
 
 
 class Path(NamedTuple):
@@ -51,8 +61,9 @@ class Path(NamedTuple):
 
 
 class Run(NamedTuple):
-    """Results: angles (m, N), tensions (m, 2, N + 1), energies (m, 4): wheel, friction, material, drag.
+    """Results: angles (m, N), tensions (m, 2, N + 1), energies (m, 5): wheel, friction, material, drag, jumps.
 
+    ``jumps`` (m,) says whether the chain jumped on the way to a sample.
     ``longer`` (m, N) is the elongation of superelastic sections, ``warming`` (m, N) the temperature above the
     surroundings of those that heat themselves; (m, 0) where there are none. ``coldest`` (N,) is the lowest temperature
     at any step.
@@ -61,6 +72,7 @@ class Run(NamedTuple):
     angles: Floats
     tensions: Floats
     energies: Floats
+    jumps: Mask
     longer: Floats
     warming: Floats
     coldest: Floats
@@ -83,50 +95,6 @@ class Failure(NamedTuple):
     end: float
 
 
-class Motion(NamedTuple):
-    """The chain at its last equilibrium, and what the last step changed per length."""
-
-    x: Floats  # (3 N + 3,)
-    trial: Floats  # (3 N + 3,): the next equilibrium, first guessed, then found
-    increment: Floats  # (3 N + 3,) of x per length
-    state: Floats  # (2, N) of the guides
-    limit: Floats  # (2, N) of their friction
-    front: Floats  # (2,)
-    front_speed: Floats  # (2,)
-    drag: Floats  # (3 N + 3,), forces of the dashpots
-    crept: Floats  # (2,)
-    energy: Floats  # (4,)
-
-
-@chain_njit(allocates=True)
-def motion_at_rest(rig: Parameters, joints: int) -> Motion:
-    """Every joint at the angle it has without load."""
-    size = 3 * (joints + 1)
-    x = np.zeros(size)
-    for i in range(joints):
-        x[3 * i + 3] = rig.rest
-    return Motion(
-        x=x,
-        trial=np.zeros(size),
-        increment=np.zeros(size),
-        state=np.zeros((2, joints)),
-        limit=np.zeros((2, joints)),
-        front=np.zeros(2),
-        front_speed=np.zeros(2),
-        drag=np.zeros(size),
-        crept=np.zeros(2),
-        energy=np.zeros(4),
-    )
-
-
-@chain_njit()
-def drag_loss(i: int, viscous: float, x: Floats, work: Work, drag: Floats) -> float:
-    """Note the force of a dashpot over a step, and return its loss, mJ."""
-    moved, last = x[i] - work.x_before[i], drag[i]
-    drag[i] = viscous * moved
-    return 0.5 * (last + drag[i]) * moved
-
-
 @chain_njit()
 def released_mm(rig: Parameters, work: Work, drag: Floats) -> float:
     """Tendon that may come free without the drive when the dashpots relax."""
@@ -139,59 +107,6 @@ def released_mm(rig: Parameters, work: Work, drag: Floats) -> float:
             softer = 1.0 + rig.toe[side] / max(work.guess[side], 0.1 * rig.scale)
             by_tendons = max(by_tendons, abs(drag[1 + side]) / rig.free[side] * softer)
     return by_joints + by_tendons
-
-
-@chain_njit()
-def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Load, rate: float) -> None:
-    """Move the rest points of what has slipped, and book the losses in guides, material and by drag, mJ.
-
-    The force of a sliding guide changes from its limit at the last equilibrium to the present one, that of a dashpot
-    likewise: their mean is booked. A flag gives back less on unloading than it takes at its plateau.
-    """
-    x, drag, n = motion.x, motion.drag, memory.guides.shape[1]
-    lost = material = viscous = 0.0
-    for side in range(2):
-        stiffness = rig.bristle[side]
-        for i in range(n):
-            force, limit = stiffness * (x[3 * i + 1 + side] - memory.guides[side, i]), work.limit[side, i]
-            if abs(force) > limit:
-                slid = math.copysign((abs(force) - limit) / stiffness, force)
-                memory.guides[side, i] += slid
-                lost += 0.5 * (limit + motion.limit[side, i]) * abs(slid)
-            motion.limit[side, i] = limit
-        viscous += drag_loss(1 + side, rate * rig.drag_sheath, x, work, drag)
-    for i in range(n):
-        theta = x[3 * i + 3]
-        viscous += drag_loss(3 * i + 3, rate * rig.drag_joint, x, work, drag)
-        for j in range(memory.slip_moment.size):
-            stiffness = loop_part(rig, i) * memory.jenkins_stiffness[j]
-            limit = loop_part(rig, i) * (load.loop_scale * memory.slip_moment[j])
-            moment = stiffness * (theta - memory.jenkins[j, i])
-            if abs(moment) > limit:
-                slid = math.copysign((abs(moment) - limit) / stiffness, moment)
-                memory.jenkins[j, i] += slid
-                material += limit * abs(slid)
-        for j in range(memory.flag_stiffness.size):
-            bent, flag = theta - load.rest_angle, flag_element(j, memory)
-            moment, _ = flag_moment(bent, memory.flags[j, i], flag)
-            rest = bent - moment / flag.stiffness
-            material += moment * (rest - memory.flags[j, i])
-            memory.flags[j, i] = rest
-        if memory.fibre_area.size > 0:
-            material += transform(i, work.sections[i, BENT], work.sections[i, LONGER], joint_at(rig, i), memory, rate)
-    motion.energy[FRICTION] += lost
-    motion.energy[MATERIAL] += material
-    motion.energy[DRAG] += viscous
-
-
-@chain_njit()
-def largest_change(x: Floats, y: Floats) -> tuple[float, float]:
-    """Largest rotation of a joint and slide at a guide between two states."""
-    rotation = slide = 0.0
-    for i in range(0, x.size, 3):
-        rotation = max(rotation, abs(y[i] - x[i]))
-        slide = max(slide, abs(y[i + 1] - x[i + 1]), abs(y[i + 2] - x[i + 2]))
-    return rotation, slide
 
 
 @chain_njit()
@@ -243,6 +158,15 @@ def learn(motion: Motion, work: Work, length: float, direction: float, last_dire
 
 
 @chain_njit()
+def forget(motion: Motion) -> None:
+    """Carry nothing on from the last step."""
+    for i in range(motion.increment.size):
+        motion.increment[i] = 0.0
+    for side in range(2):
+        motion.front[side] = motion.front_speed[side] = 0.0
+
+
+@chain_njit()
 def load_at(k: int, path: Path, crept: Floats) -> Load:
     """Load at a sample, the creep so far in its slack."""
     return Load(
@@ -281,6 +205,7 @@ def note(k: int, path: Path, rig: Parameters, memory: Memory, work: Work, motion
     energy = motion.energy
     run.energies[k, 0], run.energies[k, 1] = energy[WHEEL], energy[FRICTION]
     run.energies[k, 2], run.energies[k, 3] = energy[MATERIAL], energy[DRAG]
+    run.energies[k, 4] = energy[JUMP]
 
 
 @chain_njit(allocates=True)
@@ -347,7 +272,7 @@ def walk(
         load = step.load
         rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
         guess(motion, work, step.length, direction == last_direction)
-        attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=step.fine)
+        attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=step.fine, relax=0.0)
         found = newton(motion.trial, rig, memory, work, motion.state, attempt) >= 0
         rotation, slide = largest_change(motion.x, motion.trial)
         bound = step.length + released_mm(rig, work, motion.drag)
@@ -375,21 +300,64 @@ def walk(
     return Place(k, done, here, at, reach, last_direction, wheel_force, wound, steps, failed, reached)
 
 
+@chain_njit()
+def leap(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, work: Work, stuck: Place) -> Place:
+    """Relax to the next equilibrium, a little beyond the last one, and go on from there; ``failed`` if there is none.
+
+    A sample is marked where the chain moved by more than a step of that length explains. Where it did not, the last
+    equilibrium was only hard to leave.
+    """
+    k, control, before = stuck.sample, path.control, motion.increment
+    goal = load_at(k, path, motion.crept)
+    step = next_step(stuck.here, goal, stuck.done, max(stuck.reach, JUMP_LENGTH * control.max_step), control)
+    load, at = step.load, stuck.at
+    rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
+    copy(motion.x, before)
+    lost = motion.energy[JUMP]
+    attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=True, relax=0.0)
+    if not relax(rig, memory, work, motion, attempt, control):
+        return stuck
+    rotation, slide = largest_change(before, motion.x)
+    if jumped(rotation, slide, step.length, control):
+        run.jumps[k] = True
+    else:
+        motion.energy[JUMP] = lost
+    forget(motion)
+    for i in range(run.coldest.size):
+        run.coldest[i] = min(run.coldest[i], memory.fibres[i, -1])
+    now = work.tension[0, 0] - work.tension[1, 0]
+    winding = wound_in(motion.x, rig, work) if rig.load_control else load.drive
+    motion.energy[WHEEL] += 0.5 * (stuck.wheel_force + now) * (winding - stuck.wound)
+    here, done = stuck.here, step.part
+    if done == 1.0:
+        note(k, path, rig, memory, work, motion, run)
+        here, done, k = goal, 0.0, k + 1
+    return Place(k, done, here, load, step.length, math.nan, now, winding, stuck.steps + 1, False, load.drive)
+
+
 @chain_njit(nogil=True, allocates=True)  # batches run in threads
 def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) -> tuple[Failure, Tape]:
     """Visit the samples from rest and fill the results; between samples everything moves in proportion.
 
-    The tape that is returned holds the steps, unless the one given is empty.
+    The tape that is returned holds the steps, unless the one given is empty, or the chain relaxed on its way.
     """
     joints, samples, taped = run.angles.shape[1], path.drive.size, tape.part.size > 0
     motion, work = motion_at_rest(rig, joints), work_space(rig, joints)
     here = at_rest(rig.rest)
-    start = Attempt(load=here, rate=0.0, iterations=10 * path.iterations, fine=True)
-    if newton(motion.x, rig, memory, work, work.state, start) < 0:
-        return Failure(sample=0, start=0.0, end=0.0), tape
-    motion.limit[:] = work.limit
-    motion.state[:] = work.state
-    accept(rig, memory, work, motion, here, 0.0)
+    start = Attempt(load=here, rate=0.0, iterations=10 * path.iterations, fine=True, relax=0.0)
+    straight = motion_at_rest(rig, joints)
+    if newton(motion.x, rig, memory, work, work.state, start) >= 0:
+        motion.limit[:] = work.limit
+        motion.state[:] = work.state
+        accept(rig, memory, work, motion, here, 0.0)
+    else:  # it is let go slowly
+        work.sections[:] = 0.0
+        copy(straight.x, motion.x)
+        if not relax(rig, memory, work, motion, start, path.control):
+            return Failure(sample=0, start=0.0, end=0.0), tape
+        forget(motion)
+        motion.energy[:] = 0.0
+        taped, tape = False, cut(tape, 0, 0)
     if taped:
         note_step(tape, 0, -1, 1.0, motion)
     wheel_force = work.tension[0, 0] - work.tension[1, 0]
@@ -399,6 +367,10 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) ->
         if taped and place.steps == tape.part.size:
             tape = cut(tape, place.steps, 2 * place.steps)
         place = walk(path, rig, memory, run, tape, motion, work, place)
+        if place.failed:
+            if taped:
+                taped, tape = False, cut(tape, 0, 0)
+            place = leap(path, rig, memory, run, motion, work, place)
     if place.failed:
         return Failure(sample=place.sample, start=place.at.drive, end=place.reached), tape
     return Failure(sample=-1, start=0.0, end=0.0), cut(tape, place.steps, min(place.steps, tape.part.size))

@@ -28,6 +28,7 @@ class Attempt(NamedTuple):
     rate: float  # 1/s of the step, for drag; 0 without
     iterations: int
     fine: bool  # a step that is not may not let a tendon begin to slide at the base
+    relax: float  # over pseudo-time, of a jump: see fem_models.chain.jump
 
 
 @chain_njit(error_model="python")  # a zero pivot raises ZeroDivisionError
@@ -107,7 +108,7 @@ def newton(x: Floats, rig: Parameters, memory: Memory, work: Work, before: Float
     """
     b = work.residual
     for iteration in range(attempt.iterations):
-        balance = balance_at(x, rig, memory, attempt.load, work, attempt.rate, iteration > 0)
+        balance = balance_at(x, rig, memory, attempt.load, work, attempt.rate, attempt.relax, iteration > 0)
         if iteration > 0 and not attempt.fine and base_slides(before, work.state):
             return -1
         if balance.largest <= rig.tolerance:

@@ -29,7 +29,8 @@ class ChainSettings:
     ``bristle_ratio`` is the stiffness of a sticking guide over EA/pitch: at 20 close to its limit, no give at all.
     ``max_step_mm`` bounds a step of the drive, ``max_force_step`` that of a force, over the force scale of
     :class:`fem_models.joint.mechanics.JointMechanics`. ``max_halvings`` is how often a step that fails is halved.
-    ``tolerance`` is that of the residual, over the same force.
+    ``tolerance`` is that of the residual, over the same force. ``viscosity`` scales the viscous forces of a jump
+    (:mod:`fem_models.chain.jump`); where a jump ends does not depend on it.
     """
 
     bristle_ratio: float = 20.0
@@ -38,6 +39,7 @@ class ChainSettings:
     max_halvings: int = 20
     newton_iterations: int = 40
     tolerance: float = 1e-10
+    viscosity: float = 1.0
 
 
 class SectionParameters(NamedTuple):
@@ -115,6 +117,7 @@ class Parameters(NamedTuple):
     drag_sheath: float  # N s/mm
     drag_joint: float  # Nmm s/rad
     tolerance: float  # of the residual, N
+    viscosity: float  # of a jump: of a joint, Nmm/rad
     section: SectionParameters | NitinolParameters  # of a rig whose memory has fibres
     each: Floats | tuple[()] = ()  # (N, COLUMNS) of joints that differ, else empty: see fem_models.chain.each
 
@@ -197,6 +200,7 @@ def chain_parameters(rig: Rig, joints: JointRow, settings: ChainSettings, *, loa
         drag_joint=float(rig.drag.joint_Nmm_s_per_rad) if rig.drag else 0.0,
         # rounding of a slip times the stiffest spring is the least residual there can be
         tolerance=max(settings.tolerance * scale, 1e-14 * stiffest),
+        viscosity=settings.viscosity * float(flexure.bending_Nmm_per_rad),
         section=section_parameters(rig, joint),
     )
 

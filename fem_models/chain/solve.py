@@ -35,7 +35,7 @@ from fem_models.load.schedule import force_schedule, schedule, snap_hint
 from fem_models.load.stepping import drive_control, force_control
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 from hysteresis.records.record import Record
 
 
@@ -56,6 +56,8 @@ class ChainSolution:
     friction_loss_mJ: Floats
     material_loss_mJ: Floats
     viscous_loss_mJ: Floats
+    jump_loss_mJ: Floats
+    jump: Mask
     warming_K: Floats | None = None
 
 
@@ -172,7 +174,8 @@ def run_space(case: ChainCase, joints: int) -> Run:
     return Run(
         angles=np.empty((m, joints)),
         tensions=np.empty((m, 2, joints + 1)),
-        energies=np.empty((m, 4)),
+        energies=np.empty((m, 5)),
+        jumps=np.zeros(m, dtype=bool),
         longer=np.empty((m, sections)),
         warming=np.empty((m, heated)),
         coldest=np.zeros(heated),
@@ -214,9 +217,9 @@ def _solution(rig: Rig, joints: JointRow, program: LoadProgram | Floats, run: Ru
         tip_mm=tip_mm(rig, joints, run),
     )
     strain = peak_strain(joints, run.angles, run.longer if joints.first.section else None)
-    wheel, friction, material, drag = run.energies.T
+    wheel, friction, material, drag, jump = run.energies.T
     warming = run.warming if run.warming.size else None
-    return ChainSolution(record, run.tensions, strain, wheel, friction, material, drag, warming)
+    return ChainSolution(record, run.tensions, strain, wheel, friction, material, drag, jump, run.jumps, warming)
 
 
 def tip_angle_deg(run: Run) -> Floats:

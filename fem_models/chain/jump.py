@@ -1,0 +1,83 @@
+"""Where no equilibrium is near, the tube jumps: the chain relaxes in pseudo-time to the next one, compiled.
+
+A viscous force on every joint, and on the slip of both tendons at every guide, resists the motion. A pseudo step is a
+step of implicit Euler at a constant load (pseudo-transient continuation; Kelley and Keyes 1998, doi
+10.1137/S0036142996304796). Dry elements move on with each step, so that friction and material lose what they lose on
+the way; what the viscous forces lose is the energy that a real tube would lose in vibrating. Steps are bounded by how
+far the chain moves in them, so that the path does not depend on the viscosity, which is only the scale of the
+pseudo-time.
+"""
+
+from __future__ import annotations
+
+from fem_models.chain.compiled import chain_njit
+from fem_models.chain.equations import Work, copy, copy_both, viscous_of
+from fem_models.chain.history import JUMP, Motion, accept, largest_change
+from fem_models.chain.newton import Attempt, newton
+from fem_models.chain.parameters import Memory, Parameters
+from fem_models.load.stepping import Load, StepControl, jumped
+from hysteresis.arrays import Floats
+
+FIRST, LARGEST, LEAST = 1e-2, 1e12, 1e-14
+"""Lengths of pseudo steps, over that in which a joint relaxes: of the first one, and where they end."""
+LONGER, SHORTER = 2.0, 0.25
+"""Factors on the length of a pseudo step after one that was accepted, and after one that was not."""
+MOST_STEPS = 20_000
+
+
+@chain_njit()
+def viscous_loss(x: Floats, rig: Parameters, work: Work, relax: float, lag: Floats) -> float:
+    """Note the viscous forces of a pseudo step, and return what they lose, mJ."""
+    lost = 0.0
+    for i in range(x.size):
+        moved, last = x[i] - work.x_before[i], lag[i]
+        lag[i] = relax * viscous_of(i, rig) * moved
+        lost += 0.5 * (last + lag[i]) * moved
+    return lost
+
+
+@chain_njit()
+def largest_force(rig: Parameters, lag: Floats) -> float:
+    """Largest viscous force, N."""
+    most = 0.0
+    for i in range(lag.size):
+        most = max(most, abs(lag[i]) / (rig.arm[0] if i % 3 == 0 else 1.0))
+    return most
+
+
+@chain_njit()
+def relax(
+    rig: Parameters,
+    memory: Memory,
+    work: Work,
+    motion: Motion,
+    attempt: Attempt,
+    control: StepControl,
+) -> bool:
+    """Move the chain to the next equilibrium at the load of an attempt; return whether there is one."""
+    x, trial, lag, load, rate = motion.x, motion.trial, motion.lag, attempt.load, attempt.rate
+    length = FIRST
+    for i in range(lag.size):
+        lag[i] = 0.0
+    for _ in range(MOST_STEPS):
+        copy(x, work.x_before)
+        copy(x, trial)
+        copy_both(motion.state, work.state)
+        slow = 1.0 / length
+        step = Attempt(load=load, rate=rate, iterations=attempt.iterations, fine=True, relax=slow)
+        found = newton(trial, rig, memory, work, motion.state, step) >= 0
+        rotation, slide = largest_change(x, trial)
+        if not found or jumped(rotation, slide, 0.0, control):
+            length *= SHORTER
+            if length < LEAST:
+                return False
+            continue
+        motion.energy[JUMP] += viscous_loss(trial, rig, work, slow, lag)
+        copy(trial, x)
+        copy_both(work.state, motion.state)
+        work.guess[0], work.guess[1] = work.tension[0, 0], work.tension[1, 0]
+        accept(rig, memory, work, motion, load, rate)
+        if largest_force(rig, lag) <= rig.tolerance or length >= LARGEST:
+            return True
+        length *= LONGER
+    return False
