@@ -13,7 +13,7 @@ import numpy as np
 
 from fem_models.chain.compiled import chain_njit
 from fem_models.chain.each import joint_at
-from fem_models.chain.equations import Work, balance_at, copy, copy_both, work_space
+from fem_models.chain.equations import Work, copy, copy_both, work_space
 from fem_models.chain.history import (
     DRAG,
     FRICTION,
@@ -39,11 +39,11 @@ from fem_models.load.stepping import (
     jumped,
     next_step,
     reach_after_success,
-    too_short,
 )
 from hysteresis.arrays import Floats, Ints, Mask
 
 JUMP_LENGTH = 2.0**-6  # of the longest step: how far beyond the last equilibrium a jump is sought
+HALVINGS_SINCE = 6  # of a step, once the chain has relaxed on its way: a shorter one seldom ends the trouble
 
 
 class Path(NamedTuple):
@@ -255,6 +255,7 @@ class Place(NamedTuple):
     steps: int
     failed: bool  # no step leads on, even to ``reached``
     reached: float
+    halvings: int  # of a step, at most
 
 
 @chain_njit()
@@ -280,7 +281,7 @@ def walk(
             reach, reached = 0.5 * step.length, load.drive
             if step.fine:
                 last_direction = math.nan
-            failed = too_short(reach, control)
+            failed = reach < control.max_step * 0.5**start.halvings
             continue
         learn(motion, work, step.length, direction, last_direction)
         accept(rig, memory, work, motion, load, rate)
@@ -297,7 +298,7 @@ def walk(
         if done == 1.0:
             note(k, path, rig, memory, work, motion, run)
             here, done, k = goal, 0.0, k + 1
-    return Place(k, done, here, at, reach, last_direction, wheel_force, wound, steps, failed, reached)
+    return Place(k, done, here, at, reach, last_direction, wheel_force, wound, steps, failed, reached, start.halvings)
 
 
 @chain_njit()
@@ -332,7 +333,9 @@ def leap(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, 
     if done == 1.0:
         note(k, path, rig, memory, work, motion, run)
         here, done, k = goal, 0.0, k + 1
-    return Place(k, done, here, load, step.length, math.nan, now, winding, stuck.steps + 1, False, load.drive)
+    return Place(
+        k, done, here, load, step.length, math.nan, now, winding, stuck.steps + 1, False, load.drive, HALVINGS_SINCE
+    )
 
 
 @chain_njit(nogil=True, allocates=True)  # batches run in threads
@@ -362,7 +365,8 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) ->
         note_step(tape, 0, -1, 1.0, motion)
     wheel_force = work.tension[0, 0] - work.tension[1, 0]
     wound = wound_in(motion.x, rig, work) if rig.load_control else 0.0
-    place = Place(0, 0.0, here, here, path.control.max_step, 0.0, wheel_force, wound, 1, False, 0.0)
+    halvings = path.control.max_halvings
+    place = Place(0, 0.0, here, here, path.control.max_step, 0.0, wheel_force, wound, 1, False, 0.0, halvings)
     while place.sample < samples and not place.failed:
         if taped and place.steps == tape.part.size:
             tape = cut(tape, place.steps, 2 * place.steps)

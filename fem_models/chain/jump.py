@@ -15,13 +15,13 @@ from fem_models.chain.equations import Work, copy, copy_both, viscous_of
 from fem_models.chain.history import JUMP, Motion, accept, largest_change
 from fem_models.chain.newton import Attempt, newton
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.load.stepping import Load, StepControl, jumped
+from fem_models.load.stepping import StepControl, jumped
 from hysteresis.arrays import Floats
 
-FIRST, LARGEST, LEAST = 1e-2, 1e12, 1e-14
+FIRST, LARGEST, LEAST = 1e4, 1e12, 1e-14
 """Lengths of pseudo steps, over that in which a joint relaxes: of the first one, and where they end."""
-LONGER, SHORTER = 2.0, 0.25
-"""Factors on the length of a pseudo step after one that was accepted, and after one that was not."""
+LONGER, SHORTER, CAREFUL = 4.0, 0.125, 1.5
+"""Factors on the length of a pseudo step: after one that was accepted, after one that was not, and soon after that."""
 MOST_STEPS = 20_000
 
 
@@ -56,7 +56,7 @@ def relax(
 ) -> bool:
     """Move the chain to the next equilibrium at the load of an attempt; return whether there is one."""
     x, trial, lag, load, rate = motion.x, motion.trial, motion.lag, attempt.load, attempt.rate
-    length = FIRST
+    length, longer = FIRST, LONGER
     for i in range(lag.size):
         lag[i] = 0.0
     for _ in range(MOST_STEPS):
@@ -64,11 +64,11 @@ def relax(
         copy(x, trial)
         copy_both(motion.state, work.state)
         slow = 1.0 / length
-        step = Attempt(load=load, rate=rate, iterations=attempt.iterations, fine=True, relax=slow)
+        step = Attempt(load=load, rate=rate, iterations=attempt.iterations // 2, fine=True, relax=slow)
         found = newton(trial, rig, memory, work, motion.state, step) >= 0
         rotation, slide = largest_change(x, trial)
         if not found or jumped(rotation, slide, 0.0, control):
-            length *= SHORTER
+            length, longer = SHORTER * length, CAREFUL
             if length < LEAST:
                 return False
             continue
@@ -79,5 +79,6 @@ def relax(
         accept(rig, memory, work, motion, load, rate)
         if largest_force(rig, lag) <= rig.tolerance or length >= LARGEST:
             return True
-        length *= LONGER
+        length *= longer
+        longer = min(LONGER, CAREFUL * longer)
     return False

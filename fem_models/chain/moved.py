@@ -28,7 +28,8 @@ from fem_models.chain.equations import (
     work_space,
 )
 from fem_models.chain.fibres import transform
-from fem_models.chain.follow import Path, Run, Tape, accept, creep_on, load_at, motion_at_rest
+from fem_models.chain.follow import Path, Run, Tape, creep_on, load_at
+from fem_models.chain.history import accept, motion_at_rest
 from fem_models.chain.laws import (
     ONLY_A,
     ONLY_B,

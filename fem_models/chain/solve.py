@@ -26,7 +26,7 @@ from fem_models.chain.follow import Path, Run, Tape, follow, tape_of
 from fem_models.chain.parameters import ChainSettings, Parameters, chain_parameters, memory_at_rest
 from fem_models.chain.turns import tip_reach
 from fem_models.joint import JointRow, joint_row
-from fem_models.joint.contact import require_open
+from fem_models.joint.contact import require_open, require_unfolded
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
 from fem_models.load import LoadProgram
@@ -45,7 +45,8 @@ class ChainSolution:
 
     ``segment_tensions_N`` has shape (m, 2, N+1): tendons a and b, from the wheel to the tip. ``peak_strain``, shape
     (m, N), is that of :func:`fem_models.joint.strain.peak_strain`. The work of the wheel and the losses to friction,
-    material and drag are cumulative from the start of the program. ``warming_K``, shape (m, N), is the temperature of
+    material, drag and jumps are cumulative from the start of the program; ``jump``, shape (m,), says whether the tube
+    jumped on the way to a sample (:mod:`fem_models.chain.jump`). ``warming_K``, shape (m, N), is the temperature of
     joints that heat themselves above that of the surroundings; None of a rig whose joints do not.
     """
 
@@ -202,6 +203,7 @@ def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Ta
         hint = snap_hint(rig, load_control=parameters.load_control)
         raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}{hint}")
     require_open(rig, joints, run.angles)
+    require_unfolded(rig, run.angles)
     require_warm(rig, joints.first.section, run.coldest[None])
     return run, tape
 
@@ -215,6 +217,7 @@ def _solution(rig: Rig, joints: JointRow, program: LoadProgram | Floats, run: Ru
         joint_angles_rad=run.angles,
         tension_N=run.tensions[:, :, 0],
         tip_mm=tip_mm(rig, joints, run),
+        jump=run.jumps,
     )
     strain = peak_strain(joints, run.angles, run.longer if joints.first.section else None)
     wheel, friction, material, drag, jump = run.energies.T

@@ -8,7 +8,7 @@ import numpy as np
 
 from fem_models.joint.row import JointRow
 from fem_models.rig import Rig
-from fem_models.rig.checks import SolverError
+from fem_models.rig.checks import ClosedNotchError, FoldedTubeError
 from hysteresis.arrays import Floats
 
 GRAVITY_MM_PER_S2 = 9806.65
@@ -42,12 +42,34 @@ def _parts(force_N: float, direction_deg: float) -> tuple[float, float]:
     return force_N * math.cos(direction), force_N * math.sin(direction)
 
 
+FOLDED_DEG = 360.0
+"""Bending at which a tube has led once round, through itself."""
+
+
+def require_unfolded(rig: Rig, joint_angles_rad: Floats) -> None:
+    """Refuse a tube that bends once round and further, joint angles of shape (m, N).
+
+    Raises
+    ------
+    FoldedTubeError
+        With the first sample, the ring and its bending.
+    """
+    bent = np.abs(np.degrees(np.cumsum(joint_angles_rad, axis=1)))
+    past = np.argwhere(bent > FOLDED_DEG)
+    if past.size:
+        sample, number = past[0]
+        raise FoldedTubeError(
+            f"rig {rig.name}, sample {sample} of {len(bent)}: ring {number + 1} is bent by {bent[sample, number]:.0f} "
+            f"deg: the tube folds over beyond {FOLDED_DEG:g} deg: expected a smaller drive or preload"
+        )
+
+
 def require_open(rig: Rig, joints: JointRow, joint_angles_rad: Floats) -> None:
     """Refuse angles past the closure of a notch, shape (m, N), on a rig without contact of the edges.
 
     Raises
     ------
-    SolverError
+    ClosedNotchError
         With the first sample, the joint and the angle at which the notch closes.
     """
     if rig.closure is not None or joints.first.closure_angle_rad == math.inf:  # of measured joints
@@ -58,7 +80,7 @@ def require_open(rig: Rig, joints: JointRow, joint_angles_rad: Floats) -> None:
     if past.size:
         sample, number = past[0]
         at, closes = math.degrees(closing[sample, number]), math.degrees(limit[number])
-        raise SolverError(
+        raise ClosedNotchError(
             f"rig {rig.name}, sample {sample} of {len(closing)}: joint {number + 1} at "
             f"{at:.1f} deg, but its notch closes at {closes:.1f} deg: "
             "expected a smaller drive, or a rig with [closure]"

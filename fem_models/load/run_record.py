@@ -7,7 +7,7 @@ import numpy as np
 from fem_models.load.program import LoadProgram
 from fem_models.rig import Rig
 from fem_models.rig.presets import sidecar_table
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 from hysteresis.records.record import Record
 
 
@@ -20,6 +20,7 @@ def simulated_record(
     joint_angles_rad: Floats,
     tension_N: Floats,
     tip_mm: Floats,
+    jump: Mask | None = None,
 ) -> Record:
     """Make the record of a run.
 
@@ -35,6 +36,8 @@ def simulated_record(
         Shape (m, 2), tendons a and b at the wheel.
     tip_mm
         Shape (m, 2), along the straight tube and across it.
+    jump
+        Shape (m,), whether the tube jumped on the way to a sample; the record has the column where it did anywhere.
     """
     return Record(
         drive=program.drive_mm if isinstance(program, LoadProgram) else program,
@@ -48,5 +51,6 @@ def simulated_record(
         tension_b_N=None if rig.tendon_b is None else tension_N[:, 1],
         notches_deg=np.degrees(joint_angles_rad),
         tip_mm=tip_mm,
+        jump=None if jump is None or not jump.any() else jump.astype(np.int64),
         rig=sidecar_table(rig),
     )

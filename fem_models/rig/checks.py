@@ -52,6 +52,18 @@ class SolverError(RuntimeError):
     """A load program for which an engine found no equilibrium; the message gives the sample and the drive."""
 
 
+class ImpossibleError(SolverError):
+    """A load under which a rig cannot be; the message gives the quantity and where it begins."""
+
+
+class FoldedTubeError(ImpossibleError):
+    """A tube that bends through itself."""
+
+
+class ClosedNotchError(ImpossibleError):
+    """A notch that bends past the angle at which its edges meet, of a rig without ``[closure]``."""
+
+
 def require(condition: bool, name: str, value: object, expected: str) -> None:
     """Raise a RigError ``name = value: expected ...`` where the condition does not hold."""
     if not condition:

@@ -47,6 +47,7 @@ FIELDS: dict[str, str] = {
     "drive_2": "drive_2",
     "drive_3": "drive_3",
     "drive_4": "drive_4",
+    "jump": "jump",
 }
 """Key of the sidecar's ``[columns]`` -> field of :class:`Record`; a bare CSV names its columns as these fields."""
 FURTHER_DRIVES = ("drive_2", "drive_3", "drive_4")
@@ -102,6 +103,7 @@ class Record:
     drive_2: Floats | None = None  # of further wheels, in the unit of the drive
     drive_3: Floats | None = None
     drive_4: Floats | None = None
+    jump: Ints | None = None  # 1 at samples of a simulated record at which the tube jumps to another equilibrium, else 0
     rig: Mapping[str, Any] = field(default_factory=dict)
     tube: Mapping[str, Any] = field(default_factory=dict)
     notch: Mapping[str, Any] = field(default_factory=dict)
@@ -144,6 +146,9 @@ class Record:
             self._require(False, name, f"magnitude {largest:g}", f"at most {limit:g}")
         if name == "cycle":
             self._require(not bad_cycles(array).any(), name, "not a count", "whole numbers that never fall")
+            array = array.astype(np.int64)
+        elif name == "jump":
+            self._require(bool(np.isin(array, (0.0, 1.0)).all()), name, "another number", "0 or 1")
             array = array.astype(np.int64)
         elif name in ("time_s", "kinematics"):
             increasing = array if name == "time_s" else array[:, 0]

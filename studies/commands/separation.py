@@ -40,6 +40,8 @@ from validation.separation.sensitivity import Sensitivities, sensitivities
 SHARES = {"width_deg": "width_share", "area": "area_share", "dissipated_mJ": "share"}
 """Quantities that are divided, with the name of their shares: ``share`` is that of the energy, which every loop has."""
 CLOSES_PERCENT, RIGID_PERCENT = 1.0, 0.1
+MOVING = 0.02
+"""Change of a share from a tenfold EA, over the largest share, of which the result warns."""
 UNLIKE = 0.1  # of the range of the angle: more than that is left by a rig that is not that of the record
 SHOWN = 6
 """Constants whose sensitivity a terminal shows, the strongest; ``separate.json`` has all."""
@@ -240,6 +242,11 @@ def _warnings(found: Contributions) -> list[str]:
         words.append(
             f"energy: the parts differ from the losses by {found.closure_percent:+.2f} %: expected at most 1 %"
         )
+    if MOVING < found.moved < math.inf:
+        words.append(
+            f"tendon elasticity cannot be switched off: with tendons ten times as stiff a share still moves by "
+            f"{100 * found.moved:.2g} % of the largest; such tendons jam on one wheel"
+        )
     residual = found.residual_percent
     if residual is not None and residual > RIGID_PERCENT:
         words.append(
@@ -265,7 +272,7 @@ def _half_intervals(
     for i, parameter in enumerate(PARAMETERS.values()):
         step = _STEP * parameter.scale * (1 if here[i] + parameter.scale < parameter.high else -1)
         moved = with_parameters(calibrated.rig, here + step * np.eye(here.size)[i])
-        gradient.append((table(_parts(separate(moved, program))) - at) / step)
+        gradient.append((table(_parts(separate(moved, program, softer=found.softer))) - at) / step)
     half = calibrated.quantile * np.sqrt(np.einsum("inp,ij,jnp->np", gradient, calibrated.covariance, gradient))
     return {part: dict(zip(names, column, strict=True)) for part, column in zip(at_parts, half.T.tolist(), strict=True)}
 

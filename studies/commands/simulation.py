@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from studies.in_space.design_report import WristDesign
 
 PRESET = "du2018"
+MOST_JUMPS = 6
+"""Most jumps whose drives are said."""
 
 
 def run(
@@ -155,6 +157,7 @@ def simulate(
         only_times = load.time_s is not None and not _rate_matters(chosen, engine, dynamic)
         remarks = ["quasi-static: the rate sets the times only"] if only_times else []
     write_record(_of_file(record, rig, chosen.preload_N), out)
+    remarks = [*jump_lines(record), *remarks]
     summary = to_plain(loop_summary(record), finite=False)
     shown = values_table(summary)
     if strain is None:
@@ -175,6 +178,15 @@ def simulate(
         )
         remarks = [*remarks, f"ranges along the drive: {bands}"]
     common.show(summary, shown, *remarks, f"record: {out}")
+
+
+def jump_lines(record: Record) -> list[str]:
+    """Say where the tube jumps to another equilibrium; nothing where it does not."""
+    if record.jump is None:
+        return []
+    at = record.drive[record.jump == 1]
+    places = ", ".join(f"{drive:.4g}" for drive in at[:MOST_JUMPS]) + (", ..." if at.size > MOST_JUMPS else "")
+    return [f"the tube jumps at {places} {record.drive_unit}: there is no equilibrium near the one before"]
 
 
 def _of_file(record: Record, rig: RigChoice, preload_N: float) -> Record:
@@ -204,7 +216,7 @@ def _simulate_in_space(
         record = simulate_any(chosen, load, engine, dynamic)
     write_record(_of_file(record, rig, chosen.preload_N), out)
     summary = to_plain(summary_of(record), finite=False)
-    remarks = ["quasi-static: the rate sets the times only"] if load.time_s is not None else []
+    remarks = jump_lines(record) + ["quasi-static: the rate sets the times only"] if load.time_s is not None else []
     common.show(summary, values_table(summary), *remarks, f"record: {out}")
 
 

@@ -17,7 +17,7 @@ from fem_models.load import LoadProgram, triangle
 from fem_models.rig import Rig
 from fem_models.rig.effects import Backlash, Closure, Superelastic
 from fem_models.rig.in_space import RigInSpace
-from fem_models.rig.joints import NOTCH_SHAPES, Notch, NotchedTube, Tube
+from fem_models.rig.joints import Notch, NotchedTube, NotchShape, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 
 QUARTER_SAMPLES = 22
@@ -31,7 +31,8 @@ def workshop_rig(seed: int | tuple[int, ...]) -> tuple[Rig, LoadProgram]:
     rng = np.random.default_rng(seed)
     outer = rng.uniform(1.0, 8.0)
     inner = outer * (1 - 2 * rng.uniform(0.04, 0.15))
-    shape = NOTCH_SHAPES[int(rng.integers(len(NOTCH_SHAPES)))]
+    shapes: tuple[NotchShape, ...] = ("v_pair", "rectangular_pair", "rectangular")
+    shape = shapes[int(rng.integers(3))]
     count = int(rng.integers(4, 25))
     width = outer * rng.uniform(0.08, 0.3)
     most = outer if shape == "rectangular" else outer / 2

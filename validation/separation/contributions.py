@@ -2,7 +2,13 @@
 
 The mechanical model runs all eight combinations of the three sources through the same closed loop. A source that is off
 means: no dry friction; a tendon so stiff that its loop is negligible (:data:`RIGID`), without a toe region; a linear
-material of the same modulus.
+material of the same modulus. Inextensible tendons are approached: EA grows tenfold at a time until the shares stop
+moving, the tendon is that stiff, or the engine no longer balances its energy. Where shares still move then, tendons of
+that rig would jam: both are wound on one wheel, and their paths along the bent tube do not add up to the same length.
+:attr:`Contributions.moved` says by how much.
+
+A notch may close with a source switched off that is open with all of them. Its edges then pass each other: such a
+combination is a number in the division, not a rig.
 
 Let v(S) be the width or the energy of the loop with the combination S on. A source i gets what it makes alone,
 v({i}) - v({}), and half of what it makes together with elasticity, v({i, e}) - v({i}) - v({e}) + v({}). Elasticity gets
@@ -30,7 +36,8 @@ from fem_models.chain import solve_chain
 from fem_models.joint import joint_row
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
-from fem_models.rig.checks import SolverError
+from fem_models.rig.checks import ClosedNotchError, SolverError
+from fem_models.rig.effects import Closure
 from fem_models.rig.rig import Friction, Tendon
 from hysteresis import Record
 from hysteresis.records.metrics import dissipated_area, loop_width
@@ -49,6 +56,14 @@ STIFFENED = 3e3
 
 Beyond that, rounding errors slow the chain's solver down.
 """
+FIRST_STIFFENED = 30.0
+"""Factor on EA, or a little less, with which the approach to inextensible tendons begins."""
+SETTLED = 2e-3
+"""Largest change of a share from a tenfold EA at which shares have stopped moving, over 1 or the largest share."""
+UNBALANCED = 0.02
+"""Work of the wheel less all losses of a cycle, over the losses: beyond it stiffened tendons are too stiff."""
+OPEN_ENDED = Closure(stiffness_Nmm_per_rad=1e-6)
+"""Edges of notches that give way."""
 STEPS = 88
 """Steps from one end of the drive to the other: twice the paper's number. The wheel's work is summed over them."""
 NO_LOSS = 1e-4
@@ -80,6 +95,10 @@ class Solution(Protocol):
     def material_loss_mJ(self) -> NDArray[np.float64]:
         """Shape (m,)."""
 
+    @property
+    def jump_loss_mJ(self) -> NDArray[np.float64]:
+        """Shape (m,)."""
+
 
 class Solver(Protocol):
     """A mechanical engine that records its energy balance."""
@@ -98,7 +117,13 @@ class Loop:
     dissipated_mJ: float  # work of the wheel
     friction_mJ: float
     material_mJ: float
+    jump_mJ: float  # of a tube that jumps
     swing_mJ: float  # range of the work within the cycle
+
+    @property
+    def lost_mJ(self) -> float:
+        """All losses that the engine has booked."""
+        return self.friction_mJ + self.material_mJ + self.jump_mJ
 
     @property
     def is_lossless(self) -> bool:
@@ -113,15 +138,35 @@ class Loop:
 
 @dataclass(frozen=True)
 class Contributions:
-    """Loops of all combinations of sources; their width or energy divides into :data:`PARTS`, and play if there is."""
+    """Loops of all combinations of sources; their width or energy divides into :data:`PARTS`, and play if there is.
+
+    Parameters
+    ----------
+    softer
+        How much softer the stiffened tendons are than :data:`RIGID` says.
+    moved
+        Largest change of a share of width or energy from the last tenfold EA, over 1 or the largest share; infinite
+        where there was one step only.
+    """
 
     loops: Mapping[frozenset[str], Loop]
     has_play: bool = False
+    softer: float = 1.0
+    moved: float = 0.0
 
     @property
     def whole(self) -> Loop:
         """Loop of the rig with all sources on."""
         return self.loops[SETS[-1]]
+
+    @property
+    def is_balanced(self) -> bool:
+        """Whether in every loop the work of the wheel is what was lost."""
+        return all(
+            abs(loop.dissipated_mJ - loop.lost_mJ)
+            <= UNBALANCED * (self.whole.lost_mJ + loop.lost_mJ) + NO_LOSS * loop.swing_mJ
+            for loop in self.loops.values()
+        )
 
     def values(self, name: str) -> dict[frozenset[str], float]:
         """``width_deg``, ``area`` or ``dissipated_mJ`` of all combinations."""
@@ -141,7 +186,7 @@ class Contributions:
     @property
     def closure_percent(self) -> float:
         """Sum of the four energy parts against the losses in the engine's energy balance: relative error, percent."""
-        lost = self.whole.friction_mJ + self.whole.material_mJ
+        lost = self.whole.lost_mJ
         if self.whole.is_lossless or lost == 0:
             return 0.0
         return 100 * (sum(divide(self.values("dissipated_mJ")).values()) / lost - 1)
@@ -193,8 +238,8 @@ def shapley_shares(found: Contributions, name: str) -> dict[str, float] | None:
     return None if found.shares(name) is None else _over_sum(shapley(found.values(name)))
 
 
-def switched(rig: Rig, on: frozenset[str]) -> Rig:
-    """Keep the sources ``on`` of a rig and switch the others off.
+def switched(rig: Rig, on: frozenset[str], softer: float = 1.0) -> Rig:
+    """Keep the sources ``on`` of a rig and switch the others off; ``softer`` as of :class:`Contributions`.
 
     Raises
     ------
@@ -208,14 +253,14 @@ def switched(rig: Rig, on: frozenset[str]) -> Rig:
     if "friction" not in on:
         rig = replace(rig, friction=Friction())
     if "tendon_elasticity" not in on:
-        b = None if rig.tendon_b is None else _rigid(rig, rig.tendon_b)
-        rig = replace(rig, tendon_a=_rigid(rig, rig.tendon_a), tendon_b=b)
+        b = None if rig.tendon_b is None else _rigid(rig, rig.tendon_b, softer)
+        rig = replace(rig, tendon_a=_rigid(rig, rig.tendon_a, softer), tendon_b=b)
     if "material" not in on:
         rig = replace(rig, material=replace(rig.material, loop_share=0.0), superelastic=None)
     return rig
 
 
-def _rigid(rig: Rig, tendon: Tendon) -> Tendon:
+def _rigid(rig: Rig, tendon: Tendon, softer: float = 1.0) -> Tendon:
     """Stiffen a tendon relative to the joints and to its own EA; a stiffer one than can be solved keeps its EA."""
     each = joint_row(rig)
     if each.alike:
@@ -224,7 +269,8 @@ def _rigid(rig: Rig, tendon: Tendon) -> Tendon:
         joints = float(1 / (1 / each.of("flexure.bending_Nmm_per_rad")).sum())
     length = tendon.free_length_mm + rig.length_mm
     rigid = RIGID * joints * length / tendon.moment_arm_mm**2
-    return replace(tendon, EA_N=max(tendon.EA_N, rigid, min(STIFFENED * tendon.EA_N, 10 * rigid)), toe_N=0.0)
+    stiffest = max(rigid, min(STIFFENED * tendon.EA_N, 10 * rigid))
+    return replace(tendon, EA_N=max(tendon.EA_N, stiffest / softer), toe_N=0.0)
 
 
 def loop_program(low_mm: float, high_mm: float, *, cycles: int = 2) -> LoadProgram:
@@ -266,23 +312,77 @@ def closed_loop(rig: Rig, program: LoadProgram, solve: Solver = solve_chain) -> 
         dissipated_mJ=float(work[-1] - work[0]),
         friction_mJ=float(np.diff(solution.friction_loss_mJ[last]).sum()),
         material_mJ=float(np.diff(solution.material_loss_mJ[last]).sum()),
+        jump_mJ=float(np.diff(solution.jump_loss_mJ[last]).sum()),
         swing_mJ=float(np.ptp(work)),
     )
 
 
-def separate(rig: Rig, program: LoadProgram, solve: Solver = solve_chain) -> Contributions:
+def separate(
+    rig: Rig, program: LoadProgram, solve: Solver = solve_chain, *, softer: float | None = None
+) -> Contributions:
     """Run all combinations of sources through one program of :func:`loop_program`.
+
+    ``softer`` is that of :class:`Contributions` where it is known, for rigs that differ by little; else EA grows until
+    the shares settle.
 
     Raises
     ------
     SolverError, RigError
         From the engine, with the combination that failed; or from :func:`switched`.
     """
-    loops = {}
-    for on in SETS:
+    with_own = {on: _loop_with(rig, on, 1.0, program, solve) for on in SETS if "tendon_elasticity" in on}
+
+    def at(level: float) -> Contributions:
+        stiffened = {on: _loop_with(rig, on, level, program, solve) for on in SETS if on not in with_own}
+        loops = {on: with_own[on] if on in with_own else stiffened[on] for on in SETS}
+        return Contributions(loops, rig.backlash is not None, level, math.inf)
+
+    if softer is not None:
+        return at(softer)
+    levels = _levels(rig)
+    found = at(levels[0])
+    if not found.is_balanced:  # these tendons jam at once
+        return at(10.0 * levels[0])
+    for level in levels[1:]:
         try:
-            loops[on] = closed_loop(switched(rig, on), program, solve)
-        except SolverError as error:
-            without = ", ".join(name.replace("_", " ") for name in SOURCES if name not in on) or "nothing"
-            raise SolverError(f"{error} (with {without} switched off)") from None
-    return Contributions(loops, has_play=rig.backlash is not None)
+            now = at(level)
+        except SolverError:
+            break
+        if not now.is_balanced:
+            break
+        found = replace(now, moved=_moved(found, now))
+        if found.moved <= SETTLED:
+            break
+    return found
+
+
+def _levels(rig: Rig) -> list[float]:
+    """Values of ``softer`` on the way to inextensible tendons, the first one largest."""
+    grows = max(_rigid(rig, tendon).EA_N / tendon.EA_N for tendon in rig.tendons)
+    return [10.0**k for k in range(max(1, round(math.log10(grows / FIRST_STIFFENED))), -1, -1)]
+
+
+def _moved(one: Contributions, other: Contributions) -> float:
+    """Largest difference of a share of width or energy, over 1 or the largest share."""
+    largest = 0.0
+    for name in ("width_deg", "dissipated_mJ"):
+        a, b = one.shares(name), other.shares(name)
+        if a is not None and b is not None:
+            scale = max(1.0, *map(abs, b.values()))
+            largest = max(largest, *(abs(a[part] - b[part]) / scale for part in b))
+    return largest
+
+
+def _loop_with(rig: Rig, on: frozenset[str], softer: float, program: LoadProgram, solve: Solver) -> Loop:
+    """Run one combination; the edges of its notches may pass each other where that of the whole rig do not."""
+    one = switched(rig, on, softer)
+    try:
+        try:
+            return closed_loop(one, program, solve)
+        except ClosedNotchError:
+            if on == SETS[-1]:
+                raise
+            return closed_loop(replace(one, closure=OPEN_ENDED), program, solve)
+    except SolverError as error:
+        without = ", ".join(name.replace("_", " ") for name in SOURCES if name not in on) or "nothing"
+        raise SolverError(f"{error} (with {without} switched off)") from None

@@ -107,7 +107,7 @@ def test_a_residual_without_a_number_has_not_converged():
     parameters, memory = chain_parameters(rig, joint, ChainSettings()), memory_at_rest(rig, joint)
     work = work_space(parameters, n)
     load = Load(drive=0.1, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.0, rest_angle=0.0, time=0.0, dead=1.0)
-    attempt = Attempt(load, 0.0, 30, True)
+    attempt = Attempt(load, 0.0, 30, True, 0.0)
     x = np.zeros(3 * (n + 1))
     assert newton(x.copy(), parameters, memory, work, np.zeros((2, n)), attempt) >= 0
     assert newton(np.full_like(x, np.nan), parameters, memory, work, np.zeros((2, n)), attempt) == -1
