@@ -88,9 +88,6 @@ def end(stopped: StoppedError) -> int:
     if not (_state.watched and _state.told):
         _state.told = _state.arrived = True
         print(f"notchbend: {_one_line(str(stopped))}", file=sys.stderr, flush=True)  # noqa: T201
-    if _state.watched and threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_DFL)
     return stopped.code
 
 
@@ -102,20 +99,21 @@ def _one_line(text: str) -> str:
 
 
 def watch() -> None:
-    """Take over SIGTERM and, where the shell has not switched it off, SIGINT; in the main thread, once a process."""
-    if _state.watched:
-        return
-    _state.watched = True
-    here, there = socket.socketpair()
-    for one in (here, there):
-        one.setblocking(one is here)
-    signal.set_wakeup_fd(there.fileno(), warn_on_full_buffer=False)
-    if hasattr(os, "register_at_fork"):  # a signal to a worker is none to this process
-        os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
+    """Take over SIGTERM and, where the shell has not switched it off, SIGINT; call it in the main thread."""
+    if _state.told:  # an earlier command of this process was stopped
+        _state.raised, _state.kind, _state.arrived, _state.told = None, None, False, False
     signal.signal(signal.SIGTERM, _raise)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _raise)
     sys.unraisablehook = _report_dropped
+    if _state.watched:
+        return
+    _state.watched = True
+    here, there = socket.socketpair()
+    there.setblocking(False)
+    signal.set_wakeup_fd(there.fileno(), warn_on_full_buffer=False)
+    if hasattr(os, "register_at_fork"):  # a signal to a worker is none to this process
+        os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
     threading.Thread(target=_look_on, args=(here, there), name="stops", daemon=True).start()
 
 
@@ -123,6 +121,8 @@ def _raise(number: int, frame: FrameType | None) -> None:
     """Raise the exception of a signal; no name keeps it, so that it is gone as soon as it is dropped."""
     _state.kind = Terminated if number == signal.SIGTERM else Interrupted
     stop = _state.kind()
+    if _state.told:  # a second one, while the process ends
+        os._exit(StoppedError(stop).code)
     _state.raised = weakref.ref(stop)
     try:
         raise stop
@@ -137,20 +137,18 @@ def _report_dropped(dropped: sys.UnraisableHookArgs) -> None:
 
 
 def _look_on(here: socket.socket, there: socket.socket) -> None:
-    """Wait for a signal, then look on until the process ends; ``there`` is kept open."""
-    number = 0
-    while number not in (signal.SIGINT, signal.SIGTERM):
-        number = here.recv(1)[0]
-    begun = time.monotonic()
+    """Wait for a signal, then look on until its line is printed; ``there`` is kept open."""
     while True:
-        time.sleep(LOOK_S)
-        if signal.getsignal(number) in (signal.SIG_IGN, None):
+        number = here.recv(1)[0]
+        if number not in (signal.SIGINT, signal.SIGTERM):
             continue
-        if time.monotonic() - begun > GRACE_S and _compiles():
-            kind = Terminated if number == signal.SIGTERM else Interrupted
-            os._exit(end(StoppedError(kind())))
-        if _state.dropped:
-            _signal_main(number)
+        begun = time.monotonic()
+        while not _state.told:
+            time.sleep(LOOK_S)
+            if time.monotonic() - begun > GRACE_S and _compiles():
+                os._exit(end(StoppedError((Terminated if number == signal.SIGTERM else Interrupted)())))
+            if _state.dropped:
+                _signal_main(number)
 
 
 def _signal_main(number: int) -> None:

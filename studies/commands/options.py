@@ -37,6 +37,7 @@ from studies.engines import forces_of_file, program_of_file
 if TYPE_CHECKING:
     from fem_models.rig.in_space import RigInSpace
     from fem_models.spatial.drives import WheelProgram
+    from studies.report.page import Written
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if it does not exist.")]
 Records = Annotated[list[Path], typer.Argument(help="The records, CSV.")]
@@ -132,6 +133,14 @@ class Output:
             console = Console()
             for part in parts:
                 console.print(part, soft_wrap=isinstance(part, str), highlight=False, markup=False)
+
+    def show_with_page(self, result: object, written: Written, *parts: str | Table) -> None:
+        """Print as :meth:`show`, and where the page is; of one that could not be made a line on standard error."""
+        if written.page is None:
+            typer.echo(f"notchbend: {written.line}", err=True)
+            self.show(result, *parts)
+        else:
+            self.show(result, *parts, written.line)
 
 
 @dataclass(frozen=True)
