@@ -63,6 +63,7 @@ class _State:
 
 
 _state = _State()
+_telling = threading.Lock()
 
 
 @contextmanager
@@ -80,15 +81,19 @@ def stoppable() -> Iterator[None]:
 
 def asked_to_stop() -> StoppedError | None:
     """Tell whether a signal has come: an error that follows it may be what a library made of it."""
-    return None if _state.kind is None else StoppedError(_state.kind())
+    return None if _state.kind is None or _state.told else StoppedError(_state.kind())
 
 
 def end(stopped: StoppedError) -> int:
     """Print the line of a command that was stopped and give its exit code; a second signal ends the process at once."""
-    if not (_state.watched and _state.told):
-        _state.told = _state.arrived = True
-        print(f"notchbend: {_one_line(str(stopped))}", file=sys.stderr, flush=True)  # noqa: T201
+    with _telling:
+        _tell(stopped)
     return stopped.code
+
+
+def _tell(stopped: StoppedError) -> None:
+    _state.told = _state.arrived = True
+    print(f"notchbend: {_one_line(str(stopped))}", file=sys.stderr, flush=True)  # noqa: T201
 
 
 def _one_line(text: str) -> str:
@@ -146,9 +151,17 @@ def _look_on(here: socket.socket, there: socket.socket) -> None:
         while not _state.told:
             time.sleep(LOOK_S)
             if time.monotonic() - begun > GRACE_S and _compiles():
-                os._exit(end(StoppedError((Terminated if number == signal.SIGTERM else Interrupted)())))
+                _end_now(StoppedError((Terminated if number == signal.SIGTERM else Interrupted)()))
             if _state.dropped:
                 _signal_main(number)
+
+
+def _end_now(stopped: StoppedError) -> None:
+    """End the process, unless the command is just doing so."""
+    with _telling:
+        if not _state.told:
+            _tell(stopped)
+            os._exit(stopped.code)
 
 
 def _signal_main(number: int) -> None:

@@ -107,3 +107,14 @@ def test_a_stop_says_what_is_stored():
     with pytest.raises(stops.StoppedError, match=r"^terminated: 3 of 4 cases are stored$") as caught, stops.stoppable():
         raise stop
     assert caught.value.code == 143
+
+
+def test_a_stop_is_over_with_its_line(monkeypatch, capsys):
+    """A process that runs several commands, as the tests do, is not told of an earlier stop."""
+    monkeypatch.setattr(stops, "_state", stops._State(kind=stops.Interrupted))
+    stopped = stops.asked_to_stop()
+    assert stopped is not None
+    assert stops.end(stopped) == 130
+    assert stops.asked_to_stop() is None
+    assert stops.end(stops.StoppedError(KeyboardInterrupt())) == 130
+    assert capsys.readouterr().err.count("notchbend: interrupted: ") == 2

@@ -1,0 +1,183 @@
+"""What a rig cannot be, said before its first step: preloads that buckle the tube or close a notch at rest, or break
+a tendon.
+
+A tendon crosses the rigid gap of a notch on a chord, so that its tension pulls a bent joint further: the tangent of a
+joint of stiffness k is k - sum of T g/4 over the tendons, g being the rigid gap (:mod:`fem_models.chain.laws`, slope of
+the lever at no angle). Tendons that slide freely keep one tension from wheel to tip, and resist a joint only as far as
+the whole path changes:
+
+    K = diag(k_i) + sum_t s_t a_t a_t^T        G = diag(sum_t T_t g_i/4)
+
+with the stiffness s_t of a whole tendon and its arms a_t. The tube buckles where K - G has a negative eigenvalue. Bends
+whose angles add up to nothing, an S, change no path: for joints that are alike that is where the thrust of all tendons
+passes 4 k/g. Friction of the guides may hold a straight tube above it, up to the first motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fem_models.joint.mechanics import JointMechanics
+from fem_models.joint.row import JointRow
+from fem_models.rig import Rig, RigError
+from fem_models.rig.tendon_law import tendon_stiffness_N_per_mm, tendon_tension_N
+from hysteresis.arrays import Floats
+
+MOST_STRAIN = 0.1
+"""Largest strain of a tendon under its preload. None bears it: cold-drawn steel yields below 2 %, fibres of
+polyethylene (UHMWPE) break at 4 %, superelastic Nitinol ends its plateau at 6 to 8 %."""
+_HALVINGS = 50
+
+
+class _AtRest(NamedTuple):
+    """A straight tube under its tendons: what resists a bend, shape (N, N), what drives it on, (N,), and moments, (N,).
+
+    The first of tendons at their tensions at rest; the others for a thrust that is ``part`` of theirs.
+    """
+
+    resists: Floats
+    drives: Floats
+    moments: Floats
+
+
+def require_possible(rig: Rig, joints: JointRow) -> None:
+    """Refuse a preload that a rig cannot have; for programs of a drive in mm: a tendon force takes the preload's place.
+
+    Raises
+    ------
+    RigError
+        One line with the preload and the number at which the tube buckles, a notch closes at rest, or a tendon breaks.
+    """
+    require_strain(rig)
+    if rig.preload_N == 0.0 or (not joints.first.rigid_gap_mm and joints.first.closure_angle_rad == math.inf):
+        return
+    one_sided = joints.first.one_sided
+    if rig.tendon_b is not None and not one_sided:  # others bend at rest
+        _require_straight(rig, joints)
+    if rig.closure is None and (rig.tendon_b is None or one_sided):
+        _require_open_at_rest(rig, joints)
+
+
+def require_strain(rig: Rig) -> None:
+    """Refuse a preload that stretches a tendon by more than :data:`MOST_STRAIN`.
+
+    Raises
+    ------
+    RigError
+        One line with the preload, and the one that stretches the tendon so far.
+    """
+    for name, tendon in zip(("tendon_a", "tendon_b"), rig.tendons, strict=False):
+        most = MOST_STRAIN * tendon.EA_N
+        if rig.preload_N > most:
+            raise RigError(
+                f"rig {rig.name}: preload_N = {rig.preload_N:g}: expected at most {most:.4g}, where {name} of EA_N = "
+                f"{tendon.EA_N:g} is stretched by {100 * MOST_STRAIN:g} %: steel yields below 2 %, polyethylene breaks "
+                "at 4 %"
+            )
+
+
+def buckling_preload_N(rig: Rig, joints: JointRow) -> float:
+    """Preload at which the straight tube buckles if its tendons slide freely; inf where none does."""
+    at_rest = _at_rest(rig, joints)
+    if not (at_rest.drives > 0).any():
+        return math.inf
+    largest = float(eigh(np.diag(at_rest.drives), at_rest.resists, eigvals_only=True)[-1])
+    return rig.preload_N / largest
+
+
+def _require_straight(rig: Rig, joints: JointRow) -> None:
+    stiff, gaps = joints_stiffness(rig, joints), joints.of("rigid_gap_mm")
+    thrust = float(_tensions_N(rig, joints).sum())
+    if (0.25 * thrust * gaps < stiff).all():  # no joint drives itself: the quick answer of most rigs
+        return
+    most = buckling_preload_N(rig, joints)
+    if rig.preload_N > most:
+        raise RigError(
+            f"rig {rig.name}: preload_N = {rig.preload_N:g}: expected below {most:.3g}, where the straight tube "
+            f"buckles: its joints of {_range(stiff)} Nmm/rad carry the thrust of {len(rig.tendons)} tendons over gaps "
+            f"of {_range(gaps)} mm"
+        )
+
+
+def _require_open_at_rest(rig: Rig, joints: JointRow) -> None:
+    """Refuse a preload that closes a notch, as far as a linear estimate tells, and friction takes all that it can."""
+    limit, at_rest = joints.of("closure_angle_rad"), _at_rest(rig, joints)
+    part = 1.0 - min(_friction_N(rig, float(limit.sum())) / rig.preload_N, 1.0)
+
+    def closes(share: float) -> bool:
+        """Whether a notch closes at a share of the preload."""
+        left = at_rest.resists - share * part * np.diag(at_rest.drives)
+        if np.linalg.eigvalsh(left)[0] <= 0.0:
+            return True
+        angle = joints.first.rest_angle_rad + np.linalg.solve(left, share * part * at_rest.moments)
+        return bool((angle > limit).any())
+
+    if not closes(1.0):
+        return
+    share = _begins(closes)
+    raise RigError(
+        f"rig {rig.name}: preload_N = {rig.preload_N:g}: expected below about {share * rig.preload_N:.2g}, where "
+        f"{'its tendon' if rig.tendon_b is None else 'tendon a, which has the longer arm,'} closes a notch at rest "
+        f"(at {_range(np.degrees(limit))} deg), or a rig with [closure]"
+    )
+
+
+def _begins(holds: Callable[[float], bool]) -> float:
+    """Give the least share of 1 from which on something holds, by bisection."""
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high
+
+
+def joints_stiffness(rig: Rig, joints: JointRow) -> Floats:
+    """Bending stiffness of each joint where it begins to bend, with its dry elements, Nmm/rad, shape (N,)."""
+
+    def stiffness(joint: JointMechanics) -> float:
+        loop = float(joint.jenkins.stiffness.sum())
+        if rig.superelastic is None:
+            return joint.elastic_Nmm_per_rad + loop
+        return joint.flexure.bending_Nmm_per_rad  # before the plateau
+
+    each = joints.each[:1] * rig.joints if joints.alike else joints.each
+    return np.array([stiffness(joint) for joint in each])
+
+
+def _tensions_N(rig: Rig, joints: JointRow) -> Floats:
+    """Tensions at rest: the preload, but for tendons that are too long or too short."""
+    slack = (0.0, 0.0) if rig.slack is None else (rig.slack.tendon_a_mm, rig.slack.tendon_b_mm)
+    length = float(joints.lengths.segments.sum())
+    return np.array(
+        [
+            float(tendon_tension_N(tendon, -longer, rig.preload_N, length))
+            for tendon, longer in zip(rig.tendons, slack, strict=False)
+        ]
+    )
+
+
+def _at_rest(rig: Rig, joints: JointRow) -> _AtRest:
+    tensions, length = _tensions_N(rig, joints), float(joints.lengths.segments.sum())
+    arms = [joints.of("arms_mm.a"), -joints.of("arms_mm.b")][: len(tensions)]
+    resists, moments = np.diag(joints_stiffness(rig, joints)), np.zeros(rig.joints)
+    for tendon, tension, arm in zip(rig.tendons, tensions, arms, strict=True):
+        resists = resists + float(tendon_stiffness_N_per_mm(tendon, tension, length)) * np.outer(arm, arm)
+        moments += tension * arm
+    return _AtRest(resists, 0.25 * float(tensions.sum()) * joints.of("rigid_gap_mm"), moments)
+
+
+def _friction_N(rig: Rig, turned_rad: float) -> float:
+    """Friction of all guides together under the preload, N, bent by an angle in sum."""
+    dry = rig.friction
+    capstan = -math.expm1(-dry.capstan_coefficient * (math.radians(dry.rest_wrap_deg) + turned_rad))
+    return dry.sheath_N + rig.joints * dry.guide_N + rig.preload_N * capstan
+
+
+def _range(values: Floats) -> str:
+    low, high = (f"{float(value):.3g}" for value in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
