@@ -1,14 +1,14 @@
-"""What a rig cannot be, said before its first step: preloads that buckle the tube or close a notch at rest, or break
-a tendon.
+"""Preloads that a rig cannot have, said before its first step: they buckle the tube, close a notch or break a tendon.
 
 A tendon crosses the rigid gap of a notch on a chord, so that its tension pulls a bent joint further: the tangent of a
 joint of stiffness k is k - sum of T g/4 over the tendons, g being the rigid gap (:mod:`fem_models.chain.laws`, slope of
 the lever at no angle). Tendons that slide freely keep one tension from wheel to tip, and resist a joint only as far as
 the whole path changes:
 
-    K = diag(k_i) + sum_t s_t a_t a_t^T        G = diag(sum_t T_t g_i/4)
+    K = diag(k_i) + A S A^T        G = diag(sum_t T_t g_i/4)        S^-1 = diag(1/s_t) + sum_i q_i
 
-with the stiffness s_t of a whole tendon and its arms a_t. The tube buckles where K - G has a negative eigenvalue. Bends
+with the stiffness s_t of a whole tendon, the arms in the columns of A, and the axial compliance q of the joints, which
+the thrust of all tendons shortens. The tube buckles where K - G has a negative eigenvalue. Bends
 whose angles add up to nothing, an S, change no path: for joints that are alike that is where the thrust of all tendons
 passes 4 k/g. Friction of the guides may hold a straight tube above it, up to the first motion.
 """
@@ -31,18 +31,18 @@ from hysteresis.arrays import Floats
 MOST_STRAIN = 0.1
 """Largest strain of a tendon under its preload. None bears it: cold-drawn steel yields below 2 %, fibres of
 polyethylene (UHMWPE) break at 4 %, superelastic Nitinol ends its plateau at 6 to 8 %."""
+SURE = 1.15
+"""Angle at rest over the one that closes a notch, from which on a preload is refused: the estimate is linear, and the
+chain without friction differs from it by up to a tenth."""
 _HALVINGS = 50
 
 
 class _AtRest(NamedTuple):
-    """A straight tube under its tendons: what resists a bend, shape (N, N), what drives it on, (N,), and moments, (N,).
+    """A straight tube under its tendons."""
 
-    The first of tendons at their tensions at rest; the others for a thrust that is ``part`` of theirs.
-    """
-
-    resists: Floats
-    drives: Floats
-    moments: Floats
+    resists: Floats  # K of the module, (N, N)
+    drives: Floats  # diagonal of G, (N,)
+    moments: Floats  # of the tendons on the joints, Nmm, (N,)
 
 
 def require_possible(rig: Rig, joints: JointRow) -> None:
@@ -54,12 +54,13 @@ def require_possible(rig: Rig, joints: JointRow) -> None:
         One line with the preload and the number at which the tube buckles, a notch closes at rest, or a tendon breaks.
     """
     require_strain(rig)
-    if rig.preload_N == 0.0 or (not joints.first.rigid_gap_mm and joints.first.closure_angle_rad == math.inf):
+    if rig.preload_N == 0.0:
         return
     one_sided = joints.first.one_sided
     if rig.tendon_b is not None and not one_sided:  # others bend at rest
         _require_straight(rig, joints)
-    if rig.closure is None and (rig.tendon_b is None or one_sided):
+    bends = rig.tendon_b is None or one_sided
+    if bends and rig.closure is None and joints.first.closure_angle_rad < math.inf:
         _require_open_at_rest(rig, joints)
 
 
@@ -98,26 +99,29 @@ def _require_straight(rig: Rig, joints: JointRow) -> None:
     most = buckling_preload_N(rig, joints)
     if rig.preload_N > most:
         raise RigError(
-            f"rig {rig.name}: preload_N = {rig.preload_N:g}: expected below {most:.3g}, where the straight tube "
+            f"rig {rig.name}: preload_N = {rig.preload_N:g}: expected below {most:.4g}, where the straight tube "
             f"buckles: its joints of {_range(stiff)} Nmm/rad carry the thrust of {len(rig.tendons)} tendons over gaps "
             f"of {_range(gaps)} mm"
         )
 
 
 def _require_open_at_rest(rig: Rig, joints: JointRow) -> None:
-    """Refuse a preload that closes a notch, as far as a linear estimate tells, and friction takes all that it can."""
+    """Refuse a preload that closes a notch: for sure, as friction takes all it can, and before plateaus or loops give.
+
+    The bend is (K - G)^-1 of the moments of the tendons; a notch that nothing holds open any more closes, too.
+    """
     limit, at_rest = joints.of("closure_angle_rad"), _at_rest(rig, joints)
     part = 1.0 - min(_friction_N(rig, float(limit.sum())) / rig.preload_N, 1.0)
 
-    def closes(share: float) -> bool:
-        """Whether a notch closes at a share of the preload."""
+    def closes(share: float, beyond: float = 1.0) -> bool:
+        """Whether a share of the preload bends a notch beyond so many times the angle that closes it."""
         left = at_rest.resists - share * part * np.diag(at_rest.drives)
         if np.linalg.eigvalsh(left)[0] <= 0.0:
             return True
         angle = joints.first.rest_angle_rad + np.linalg.solve(left, share * part * at_rest.moments)
-        return bool((angle > limit).any())
+        return bool((angle > beyond * limit).any())
 
-    if not closes(1.0):
+    if not closes(1.0, SURE):
         return
     share = _begins(closes)
     raise RigError(
@@ -163,12 +167,15 @@ def _tensions_N(rig: Rig, joints: JointRow) -> Floats:
 
 def _at_rest(rig: Rig, joints: JointRow) -> _AtRest:
     tensions, length = _tensions_N(rig, joints), float(joints.lengths.segments.sum())
-    arms = [joints.of("arms_mm.a"), -joints.of("arms_mm.b")][: len(tensions)]
-    resists, moments = np.diag(joints_stiffness(rig, joints)), np.zeros(rig.joints)
-    for tendon, tension, arm in zip(rig.tendons, tensions, arms, strict=True):
-        resists = resists + float(tendon_stiffness_N_per_mm(tendon, tension, length)) * np.outer(arm, arm)
-        moments += tension * arm
-    return _AtRest(resists, 0.25 * float(tensions.sum()) * joints.of("rigid_gap_mm"), moments)
+    arms = np.column_stack([joints.of("arms_mm.a"), -joints.of("arms_mm.b")][: len(tensions)])
+    each = [
+        float(tendon_stiffness_N_per_mm(tendon, tension, length))
+        for tendon, tension in zip(rig.tendons, tensions, strict=True)
+    ]
+    taut = np.flatnonzero(each)
+    compliance = np.diag(1 / np.array(each)[taut]) + float(joints.of("axial_compliance").sum())
+    resists = np.diag(joints_stiffness(rig, joints)) + arms[:, taut] @ np.linalg.solve(compliance, arms[:, taut].T)
+    return _AtRest(resists, 0.25 * float(tensions.sum()) * joints.of("rigid_gap_mm"), arms @ tensions)
 
 
 def _friction_N(rig: Rig, turned_rad: float) -> float:
@@ -179,5 +186,5 @@ def _friction_N(rig: Rig, turned_rad: float) -> float:
 
 
 def _range(values: Floats) -> str:
-    low, high = (f"{float(value):.3g}" for value in (values.min(), values.max()))
+    low, high = (f"{float(value):.4g}" for value in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
