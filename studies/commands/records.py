@@ -99,6 +99,7 @@ def identify(
 def _write_identified(fit: Fit, records: Sequence[Record], out: Path, figure: Path, made: Made | None) -> Fit:
     """Write the files of a fit, then its figure; a figure that cannot be drawn is a note of the fit."""
     write_fit(fit, records, out, "identify", made=made)
+    figure.unlink(missing_ok=True)  # of an earlier fit
     failed = list[str]()
 
     def drawn() -> bytes:
@@ -110,7 +111,6 @@ def _write_identified(fit: Fit, records: Sequence[Record], out: Path, figure: Pa
     if png is not None:
         write_files({figure: png})
         return fit
-    figure.unlink(missing_ok=True)  # of an earlier fit
     noted = replace(fit, notes=(*fit.notes, *failed))
     write_fit(noted, records, out, "identify", made=made)
     return noted

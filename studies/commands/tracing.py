@@ -215,6 +215,7 @@ def write_trace(traced: Traced, out: Path, *, made: Made | None = None) -> Trace
     if traced.program is not None:
         files[NEXT] = traced.program
     write_files({out / name: content for name, content in files.items()})
+    (out / PAGE).unlink(missing_ok=True)  # of an older trace, whose verdict it would show
     page = attempt(f"no {PAGE}", lambda: marked_page(trace_page(report, traced.samples, made)), None, failed)
     if page is None:
         report = replace(report, words=(*report.words, *failed))

@@ -108,10 +108,9 @@ def write_workspace(
     )
     write_files({out / FILES[1]: _table(found)})
     write_result(out / FILES[0], summary)
+    (out / FILES[2]).unlink(missing_ok=True)  # of an earlier workspace
     png = attempt(f"no {FILES[2]}", lambda: marked_png(_figure(found)), None, failed)
-    if png is None:
-        (out / FILES[2]).unlink(missing_ok=True)  # of an earlier workspace
-    else:
+    if png is not None:
         write_files({out / FILES[2]: png})
     return summary
 

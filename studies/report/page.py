@@ -199,7 +199,7 @@ class Written:
 def try_report(folder: Path) -> Written:
     """Write ``report.html`` of a folder whose results are stored; one that cannot be made is a line.
 
-    The page of earlier results is removed then.
+    The page of earlier results is removed first.
 
     Raises
     ------
@@ -207,6 +207,7 @@ def try_report(folder: Path) -> Written:
         A folder that cannot be written to.
     """
     failed = list[str]()
+    (folder / PAGE).unlink(missing_ok=True)
 
     def made() -> tuple[Page, str]:
         page = page_of(folder)
@@ -214,7 +215,6 @@ def try_report(folder: Path) -> Written:
 
     found = attempt(f"no {PAGE}", made, None, failed)
     if found is None:
-        (folder / PAGE).unlink(missing_ok=True)
         return Written(None, failed[0])
     write_files({folder / PAGE: found[1]})
     return Written(found[0], f"report: {folder / PAGE}")
