@@ -54,7 +54,7 @@ def require_possible(rig: Rig, joints: JointRow) -> None:
         One line with the preload and the number at which the tube buckles, a notch closes at rest, or a tendon breaks.
     """
     require_strain(rig)
-    if rig.preload_N == 0.0:
+    if rig.preload_N == 0.0 or _is_far(rig, joints):
         return
     one_sided = joints.first.one_sided
     if rig.tendon_b is not None and not one_sided:  # others bend at rest
@@ -91,13 +91,23 @@ def buckling_preload_N(rig: Rig, joints: JointRow) -> float:
     return rig.preload_N / largest
 
 
+def _is_far(rig: Rig, joints: JointRow) -> bool:
+    """Whether no joint by itself, without what tendons resist, buckles or closes: most rigs, and searches try many."""
+    if rig.slack is not None:
+        return False
+    thrust = len(rig.tendons) * rig.preload_N
+    for joint in joints.each[:1] if joints.alike else joints.each:
+        left = _stiffness(rig, joint) - 0.25 * thrust * joint.rigid_gap_mm
+        moment = rig.preload_N * (joint.arms_mm.a - joint.arms_mm.b)
+        if left <= 0.0 or joint.rest_angle_rad + moment / left > joint.closure_angle_rad:
+            return False
+    return True
+
+
 def _require_straight(rig: Rig, joints: JointRow) -> None:
-    stiff, gaps = joints_stiffness(rig, joints), joints.of("rigid_gap_mm")
-    thrust = float(_tensions_N(rig, joints).sum())
-    if (0.25 * thrust * gaps < stiff).all():  # no joint drives itself: the quick answer of most rigs
-        return
     most = buckling_preload_N(rig, joints)
     if rig.preload_N > most:
+        stiff, gaps = joints_stiffness(rig, joints), joints.of("rigid_gap_mm")
         raise RigError(
             f"rig {rig.name}: preload_N = {rig.preload_N:g}: expected below {most:.4g}, where the straight tube "
             f"buckles: its joints of {_range(stiff)} Nmm/rad carry the thrust of {len(rig.tendons)} tendons over gaps "
@@ -142,15 +152,15 @@ def _begins(holds: Callable[[float], bool]) -> float:
 
 def joints_stiffness(rig: Rig, joints: JointRow) -> Floats:
     """Bending stiffness of each joint where it begins to bend, with its dry elements, Nmm/rad, shape (N,)."""
+    if joints.alike:
+        return np.full(rig.joints, _stiffness(rig, joints.first))
+    return np.array([_stiffness(rig, joint) for joint in joints.each])
 
-    def stiffness(joint: JointMechanics) -> float:
-        loop = float(joint.jenkins.stiffness.sum())
-        if rig.superelastic is None:
-            return joint.elastic_Nmm_per_rad + loop
+
+def _stiffness(rig: Rig, joint: JointMechanics) -> float:
+    if rig.superelastic is not None:
         return joint.flexure.bending_Nmm_per_rad  # before the plateau
-
-    each = joints.each[:1] * rig.joints if joints.alike else joints.each
-    return np.array([stiffness(joint) for joint in each])
+    return joint.elastic_Nmm_per_rad + float(joint.jenkins.stiffness.sum())
 
 
 def _tensions_N(rig: Rig, joints: JointRow) -> Floats:
