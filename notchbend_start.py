@@ -51,7 +51,16 @@ def main() -> None:
     except ImportError as error:
         print(f"notchbend: {error}", file=sys.stderr)  # noqa: T201
         sys.exit(2)
+    except KeyboardInterrupt:
+        sys.exit(130)
     use_one_blas_thread()
-    from studies.commands.cli import main as run
+    from studies.stops import StoppedError, end, stoppable, watch
 
-    run()
+    watch()
+    try:
+        with stoppable():  # imports take a second
+            from studies.commands.cli import main as run
+
+            run()
+    except StoppedError as stop:
+        sys.exit(end(stop))

@@ -12,6 +12,7 @@ MOST_LISTED = 150
 MOST_LINE = 280
 """Longest message, one line; the name of the command stands before it."""
 _MOST_BITS = 14_000
+_OWN = ("hysteresis", "fem_models", "validation", "studies")
 
 
 class _Short(reprlib.Repr):
@@ -64,6 +65,15 @@ def one_line(text: str, most: int = MOST_LINE) -> str:
         return line
     tail = most // 3
     return f"{line[: most - tail - 5]} ... {line[len(line) - tail :]}"
+
+
+def failure(error: BaseException) -> str:
+    """Give an error in one line: the first of what it says, after its type where it is not of this project."""
+    lines, kind = str(error).strip().splitlines(), type(error)
+    if not lines:
+        return kind.__name__
+    said = one_line(lines[0])
+    return said if kind.__module__.partition(".")[0] in _OWN else f"{kind.__name__}: {said}"
 
 
 def _cut(text: str, most: int) -> str:

@@ -15,7 +15,7 @@ PACKAGES = ("hysteresis", "fem_models", "validation", "studies")
 PLACES = (*PACKAGES, "benchmarks", "docs")
 BY_DESIGN = ("validation/tracing/effects",)
 """Folders that may be larger: one file an effect."""
-MOST_MODULES, MOST_LINES, MOST_PARAMETERS = 14, 500, 8
+MOST_MODULES, MOST_LINES, MOST_PARAMETERS = 15, 500, 8
 MOST_OF_FUNCTION, MOST_OF_KERNEL = 60, 80
 MOST_BARE_DICTS = 20
 BARE_DICTS = ("dict", "dict[str, Any]", "dict[str, object]", "Mapping[str, Any]", "Tables")

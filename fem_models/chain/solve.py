@@ -27,6 +27,7 @@ from fem_models.chain.parameters import ChainSettings, Parameters, chain_paramet
 from fem_models.chain.turns import tip_reach
 from fem_models.joint import JointRow, joint_row
 from fem_models.joint.contact import require_open, require_unfolded
+from fem_models.joint.possible import require_possible, require_strain
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
 from fem_models.load import LoadProgram
@@ -132,12 +133,16 @@ def chain_case(
     Raises
     ------
     RigError
-        From :mod:`fem_models.load.schedule`.
+        From :mod:`fem_models.load.schedule` and :mod:`fem_models.joint.possible`.
     """
     settings = settings or ChainSettings()
     if like is not None:
         return ChainCase(like.joints, path or _path(rig, load, like.joints, settings), like.parameters)
     joints = joint_row(rig)
+    if isinstance(load, LoadProgram):
+        require_possible(rig, joints)
+    else:
+        require_strain(rig)
     parameters = chain_parameters(rig, joints, settings, load_control=not isinstance(load, LoadProgram))
     return ChainCase(joints, path or _path(rig, load, joints, settings), with_each(parameters, rig, joints))
 

@@ -80,8 +80,9 @@ def require_open(rig: Rig, joints: JointRow, joint_angles_rad: Floats) -> None:
     if past.size:
         sample, number = past[0]
         at, closes = math.degrees(closing[sample, number]), math.degrees(limit[number])
+        smaller = "drive" if sample or not rig.preload_N else "drive or preload"
         raise ClosedNotchError(
             f"rig {rig.name}, sample {sample} of {len(closing)}: joint {number + 1} at "
             f"{at:.1f} deg, but its notch closes at {closes:.1f} deg: "
-            "expected a smaller drive, or a rig with [closure]"
+            f"expected a smaller {smaller}, or a rig with [closure]"
         )

@@ -72,8 +72,9 @@ class Tendon:
     EA_N
         Axial stiffness times length of the taut tendon.
     moment_arm_mm
-        Distance of the tendon from the tube axis. One-sided notches shift the neutral axis: see
-        :class:`fem_models.joint.mechanics.JointMechanics`. For measured joints it is the moment arm itself.
+        Distance of the tendon from the tube axis; in a rig file at most the outer radius. One-sided notches shift the
+        neutral axis: see :class:`fem_models.joint.mechanics.JointMechanics`. For measured joints it is the moment arm
+        itself.
     free_length_mm
         Length of the tendon between wheel and base.
     toe_N

@@ -7,7 +7,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
-from fem_models.rig.checks import RigError
+from fem_models.rig.checks import RigError, require
 from fem_models.rig.effects import (
     Backlash,
     Closure,
@@ -206,9 +206,27 @@ def _planar_rig(data: dict[str, Any], where: str, name: str) -> Rig:
     parts = {k: build(k, v, where) if k in _TABLES else v for k, v in data.items()}
     try:
         joint = _joint(data.get("name", name), **{k: parts.pop(k, None) for k in _JOINT_TABLES})
-        return Rig(**{"name": name, "tendon_b": None, **parts, "joint": joint})
+        rig = Rig(**{"name": name, "tendon_b": None, **parts, "joint": joint})
+        _require_tendons_in_tube(rig)
     except RigError as error:
         raise RigError(f"{where}: {error}") from None
+    return rig
+
+
+def _require_tendons_in_tube(rig: Rig) -> None:
+    """Refuse a tendon outside the tube, also beside one-sided notches, whose arms count from the tube axis.
+
+    It runs in the lumen or in channels of the wall. A rig in memory may have arms up to the outer diameter: searches
+    for unequal tendons try arms of up to twice the declared one.
+    """
+    if not isinstance(rig.joint, NotchedTube):
+        return
+    outer = rig.joint.tube.outer_diameter_mm / 2
+    for name, tendon in zip(("tendon_a", "tendon_b"), rig.tendons, strict=False):
+        arm = tendon.moment_arm_mm
+        require(
+            arm <= outer, f"{name}.moment_arm_mm", arm, f"at most {outer:g}, the outer radius: it counts from the axis"
+        )
 
 
 def _joint(

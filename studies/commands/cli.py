@@ -6,19 +6,18 @@ from __future__ import annotations
 import functools
 import inspect
 import shlex
-import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import pairwise
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 from typer.core import TyperGroup
+
+from studies.stops import StoppedError, asked_to_stop, end, stoppable, watch
 
 if TYPE_CHECKING:  # its name for the base of a command is private
     from typer.core import TyperCommand
@@ -290,31 +289,6 @@ def _top(
 ) -> None: ...
 
 
-class Terminated(KeyboardInterrupt):
-    """SIGTERM: handled as Ctrl-C, with its own exit code."""
-
-
-class StoppedError(Exception):
-    """A command was stopped: ``code`` is that of the process; the text says what is stored, and how to go on."""
-
-    def __init__(self, stop: KeyboardInterrupt) -> None:
-        word, self.code = ("terminated", 143) if isinstance(stop, Terminated) else ("interrupted", 130)
-        stored = "; ".join(getattr(stop, "__notes__", ())) or "no file is half-written, the same command starts again"
-        super().__init__(f"{word}: {stored}")
-
-
-@contextmanager
-def stoppable() -> Iterator[None]:
-    """Turn Ctrl-C and SIGTERM within the block into :class:`StoppedError`.
-
-    A command that has stored something says so by ``add_note`` on the KeyboardInterrupt.
-    """
-    try:
-        yield
-    except KeyboardInterrupt as stop:
-        raise StoppedError(stop) from None
-
-
 def call(arguments: Sequence[str]) -> int:
     """Run a command line and return the exit code.
 
@@ -327,8 +301,11 @@ def call(arguments: Sequence[str]) -> int:
     try:
         found = app(args=one_value_each(arguments), standalone_mode=False, prog_name="notchbend", obj=tuple(arguments))
     except StoppedError as stop:
-        return _complain(str(stop), stop.code)
+        return end(stop)
     except Exception as error:
+        stopped = asked_to_stop()
+        if stopped is not None:
+            return end(stopped)
         usage = getattr(error, "format_message", None)  # errors of the command line library
         if usage is not None:
             return _complain(_with_value(str(usage()), arguments))
@@ -338,6 +315,8 @@ def call(arguments: Sequence[str]) -> int:
         if isinstance(error, _errors_of_input()):
             return _complain(str(error))
         raise
+    if found == StoppedError(KeyboardInterrupt()).code and (stopped := asked_to_stop()):
+        return end(stopped)  # between commands the library gives this code, without a word
     return found if isinstance(found, int) else 0
 
 
@@ -406,15 +385,12 @@ def _complain(message: str, code: int = BAD_INPUT) -> int:
     return code
 
 
-def _terminate(number: int, frame: FrameType | None) -> None:
-    raise Terminated
-
-
 def main() -> None:
     """Run the command line of this process."""
-    signal.signal(signal.SIGTERM, _terminate)
+    watch()
     try:
-        code = call(sys.argv[1:])
-    except KeyboardInterrupt as stop:  # before a command began, or after it ended
-        code = _complain(str(stopped := StoppedError(stop)), stopped.code)
+        with stoppable():  # also before a command begins, and after it ends
+            code = call(sys.argv[1:])
+    except StoppedError as stop:
+        code = end(stop)
     sys.exit(code)

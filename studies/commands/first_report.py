@@ -33,6 +33,7 @@ from studies.progress import steps
 from studies.results import write_result
 from studies.results.made import Made
 from studies.results.run import (
+    NOT_DRAWN,
     CrossCheckRow,
     FitEntry,
     RigNumber,
@@ -82,8 +83,8 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
 
     ``made`` says how it came about, and stands at the top of the page.
 
-    ``run.json`` and the page of an earlier run are removed first, and ``run.json`` is written last: a folder that has
-    it holds a finished run.
+    ``run.json`` and the page of an earlier run are removed first, and ``run.json`` is written last, before the picture:
+    a folder that has it holds a finished run.
 
     Raises
     ------
@@ -106,24 +107,25 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
         report = replace(report, next_program=None)  # its file is the trace command's: docs/guide/trace.md
         write_result(out / f"trace-{SHIPPED.stem}.json", report.to_dict())
         write_files({out / name: content for name, content in files.items()})
-        step("drawing the tube")
         last = records[f"{PRESET}-{PRELOADS_N[-1]:g}N"]
-        picture = draw_rig(preset(PRESET), last, out)
-    largest_joint_rad = math.radians(float(np.abs(joints_deg(last)).max()))
-    summary = RunSummary(
-        seed=seed,
-        versions=versions_found(),
-        rig=rig_numbers(PRESET),
-        peak_strain_percent=100 * joint_mechanics(preset(PRESET)).peak_strain_per_rad * largest_joint_rad,
-        loops=tuple(loops),
-        crosscheck=tuple(checks),
-        fits=tuple(fits),
-        separations=(separation,),
-        trace=TraceEntry(traced.report.verdict, tuple(effect.name for effect in traced.report.effects)),
-        picture=picture,
-        sha256=checksums(out, [*records, *(loop.theory for loop in loops)]),
-        made=made,
-    )
+        largest_joint_rad = math.radians(float(np.abs(joints_deg(last)).max()))
+        summary = RunSummary(
+            seed=seed,
+            versions=versions_found(),
+            rig=rig_numbers(PRESET),
+            peak_strain_percent=100 * joint_mechanics(preset(PRESET)).peak_strain_per_rad * largest_joint_rad,
+            loops=tuple(loops),
+            crosscheck=tuple(checks),
+            fits=tuple(fits),
+            separations=(separation,),
+            trace=TraceEntry(traced.report.verdict, tuple(effect.name for effect in traced.report.effects)),
+            picture=NOT_DRAWN,
+            sha256=checksums(out, [*records, *(loop.theory for loop in loops)]),
+            made=made,
+        )
+        write_result(out / "run.json", summary)
+        step("drawing the tube")
+        summary = replace(summary, picture=draw_rig(preset(PRESET), last, out))
     write_result(out / "run.json", summary)
     return summary
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -135,11 +135,8 @@ def write_fit(
     stem: str,
     *,
     made: Made | None = None,
-    beside: Mapping[Path, bytes] | None = None,
 ) -> None:
-    """Write the JSON file of a fit, and for each record a CSV with f alone and with h at every sample.
-
-    Files ``beside`` them, such as the figure of the fit, are written too: all or none.
+    """Write the JSON file of a fit, and for each record a CSV with f alone and with h at every sample; all or none.
 
     ``predicted_deg`` is by the Bouc-Wen layer. If the fit has another law, ``predicted_by_law_deg`` is by that law.
     """
@@ -158,4 +155,4 @@ def write_fit(
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
         lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
         texts.append("\n".join(lines) + "\n")
-    write_files({**dict(zip(files_of_fit(out, stem, len(records)), texts, strict=True)), **(beside or {})})
+    write_files(dict(zip(files_of_fit(out, stem, len(records)), texts, strict=True)))

@@ -18,7 +18,7 @@ import json
 from collections.abc import Callable, Iterable
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 from rich.console import Console
@@ -37,6 +37,7 @@ from studies.engines import forces_of_file, program_of_file
 if TYPE_CHECKING:
     from fem_models.rig.in_space import RigInSpace
     from fem_models.spatial.drives import WheelProgram
+    from studies.report.page import Written
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if it does not exist.")]
 Records = Annotated[list[Path], typer.Argument(help="The records, CSV.")]
@@ -133,6 +134,14 @@ class Output:
             for part in parts:
                 console.print(part, soft_wrap=isinstance(part, str), highlight=False, markup=False)
 
+    def show_with_page(self, result: object, written: Written, *parts: str | Table) -> None:
+        """Print as :meth:`show`, and where the page is; of one that could not be made a line on standard error."""
+        if written.page is None:
+            typer.echo(f"notchbend: {written.line}", err=True)
+            self.show(result, *parts)
+        else:
+            self.show(result, *parts, written.line)
+
 
 @dataclass(frozen=True)
 class Common(Output, Seed):
@@ -186,10 +195,10 @@ class RigChoice:
         if (self.preset is None) == (self.rig is None):
             raise RigError("expected either --preset or --rig")
         if self.preset is not None:
-            return preset(self.preset, preload_N=self.preload)
+            return possible(preset(self.preset, preload_N=self.preload))
         assert self.rig is not None
         rig = read_rig(self.rig)
-        return rig if self.preload is None else replace(rig, preload_N=self.preload)
+        return possible(rig if self.preload is None else replace(rig, preload_N=self.preload))
 
     def read_any(self) -> Rig | RigInSpace:
         """Give the rig, of one plane or in space.
@@ -203,13 +212,36 @@ class RigChoice:
         from fem_models.rig.presets_in_space import any_preset
 
         if self.preset is not None and self.rig is None:
-            return any_preset(self.preset, preload_N=self.preload)
+            return possible(any_preset(self.preset, preload_N=self.preload))
         if self.preset is not None or self.rig is None:
             return self.read()
         rig = read_any_rig(self.rig)
         if self.preload is None:
-            return rig
-        return replace(rig, preload_N=self.preload) if isinstance(rig, Rig) else rig.with_preload(self.preload)
+            return possible(rig)
+        changed = replace(rig, preload_N=self.preload) if isinstance(rig, Rig) else rig.with_preload(self.preload)
+        return possible(changed)
+
+
+AnyRig = TypeVar("AnyRig", Rig, "RigInSpace", "Rig | RigInSpace")
+
+
+def possible(rig: AnyRig) -> AnyRig:
+    """Give a rig, but for one whose preload breaks a tendon or buckles the tube.
+
+    What a preload of a single tendon does depends on the program: a tendon force takes its place. The engines check it.
+
+    Raises
+    ------
+    RigError
+        From :mod:`fem_models.joint.possible`.
+    """
+    from fem_models.joint import joint_row
+    from fem_models.joint.possible import require_possible, require_strain
+
+    require_strain(rig if isinstance(rig, Rig) else rig.rig)
+    if isinstance(rig, Rig) and rig.tendon_b is not None:
+        require_possible(rig, joint_row(rig))
+    return rig
 
 
 @dataclass(frozen=True)

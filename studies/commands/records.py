@@ -15,7 +15,9 @@ from rich.table import Table
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
-from hysteresis.files import place
+from hysteresis import Fit
+from hysteresis.attempts import attempt
+from hysteresis.files import place, write_files
 from hysteresis.fitting.optimizers import Method
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.laws.elements import LawName
@@ -31,7 +33,7 @@ from studies.own_rig.new_record import without_geometry
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.compensation import ENDING
-from studies.results.made import made_entry, made_now
+from studies.results.made import Made, made_entry, made_now
 
 LAW = "Law of the hysteresis; auto chooses by folds within the training data."
 ELEMENTS = "Number of Bouc-Wen elements, 1 or 2; 0 chooses by validation within the training data."
@@ -84,15 +86,34 @@ def identify(
     )
     made = made_now(common.command)
     fit = identify_records(loaded, settings=settings, progress=common.shows_progress)
-    from studies.report.parts.fits import figure_of_fit  # Matplotlib
-
-    write_fit(fit, loaded, out, "identify", made=made, beside={figure: marked_png(figure_of_fit(fit))})
+    fit = _write_identified(fit, loaded, out, figure, made)
     _warn_of_geometry(loaded, common)
     coupled = [one for one in map(coupling, loaded) if one is not None]
     beside = {"coupling": [to_plain(one) for one in coupled]} if coupled else {}
     words = [_coupling_line(one) for one in coupled]
-    wrote = f"wrote {out / 'identify.json'} and {figure}"
+    drawn = figure.exists()
+    wrote = f"wrote {out / 'identify.json'}" + (f" and {figure}" if drawn else f"; {fit.notes[-1]}")
     common.show(fit.to_dict() | beside | made_entry(made), str(fit), *words, wrote, _page_of(out))
+
+
+def _write_identified(fit: Fit, records: Sequence[Record], out: Path, figure: Path, made: Made | None) -> Fit:
+    """Write the files of a fit, then its figure; a figure that cannot be drawn is a note of the fit."""
+    write_fit(fit, records, out, "identify", made=made)
+    figure.unlink(missing_ok=True)  # of an earlier fit
+    failed = list[str]()
+
+    def drawn() -> bytes:
+        from studies.report.parts.fits import figure_of_fit  # Matplotlib
+
+        return marked_png(figure_of_fit(fit))
+
+    png = attempt(f"no {figure.name}", drawn, None, failed)
+    if png is not None:
+        write_files({figure: png})
+        return fit
+    noted = replace(fit, notes=(*fit.notes, *failed))
+    write_fit(noted, records, out, "identify", made=made)
+    return noted
 
 
 def _coupling_line(one: Coupling) -> str:
@@ -183,13 +204,14 @@ def trace(
     old = reference or []
     require_kept(out, [*records, *old])
     replacing.allow(out / name for name in FILES)
-    made = made_now(common.command)
+    made, loaded = made_now(common.command), read_for_trace(records)
     found = trace_files(records, reference=old, seed=common.seed, threads=threads, progress=common.shows_progress)
-    write_trace(found, out, made=made)
+    report = write_trace(found, out, made=made)
     if not found.in_space:
-        _warn_of_geometry(read_for_trace(records), common)
-    values = found.report.to_dict() | made_entry(made)
-    common.show(values, *summary(found.report), f"report: {out / 'report.html'}")
+        _warn_of_geometry(loaded, common)
+    page = out / "report.html"
+    shown = f"report: {page}" if page.exists() else f"the page of it could not be drawn: {out / 'trace.json'}"
+    common.show(report.to_dict() | made_entry(made), *summary(report), shown)
 
 
 def effects(*, common: Common) -> None:

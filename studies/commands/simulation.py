@@ -41,6 +41,7 @@ from studies.results.run import loop_summary
 
 if TYPE_CHECKING:
     from studies.in_space.design_report import WristDesign
+    from studies.report.page import Written
 
 PRESET = "du2018"
 MOST_JUMPS = 6
@@ -68,7 +69,7 @@ def run(
         _run_in_space(own.design_in_space(rig, records or []), out, replacing, common)
         return
     require_exudyn()
-    from studies.report.page import page_of, write_page
+    from studies.report.page import try_report
 
     made = made_now(common.command)
     if rig is not None:
@@ -79,32 +80,36 @@ def run(
         for words in () if common.quiet else without_geometry(loaded, beside_rig=True):
             typer.echo(f"notchbend: {words}", err=True)
         summary = design_report(design, loaded, out, made=made, seed=common.seed, progress=common.shows_progress)
-        page = page_of(out)
-        todo = [f"{i}. {words}" for i, words in enumerate(page.advice, start=1)]
-        shown: list[str | Table] = [*design_lines(summary), "What to do next:", *todo]
+        written = try_report(out)
+        shown: list[str | Table] = [*design_lines(summary), *_todo(written)]
     else:
         from studies.commands.first_report import files_of_run, first_report
 
         replacing.allow(files_of_run(out))
         summary = first_report(out, seed=common.seed, progress=common.shows_progress, made=made)
-        page = page_of(out)
-        shown = [*verdict_lines(page.verdicts)]
-    report = write_page(out, page)
-    common.show(summary, *shown, f"report: {report}")
+        written = try_report(out)
+        shown = [*verdict_lines(written.page.verdicts if written.page else ())]
+    common.show_with_page(summary, written, *shown)
+
+
+def _todo(written: Written) -> list[str]:
+    """Give what the page says to do next."""
+    if written.page is None:
+        return []
+    return ["What to do next:", *(f"{i}. {words}" for i, words in enumerate(written.page.advice, start=1))]
 
 
 def _run_in_space(design: WristDesign, out: Path, replacing: Overwrite, common: Common) -> None:
     """Write the report of a rig in space."""
     from studies.in_space.design_report import files_of_wrist, wrist_report
-    from studies.report.page import page_of, write_page
+    from studies.report.page import try_report
 
     replacing.allow(files_of_wrist(out, design))
     summary = wrist_report(design, out, made=made_now(common.command), progress=common.shows_progress)
-    page = page_of(out)
-    todo = [f"{i}. {words}" for i, words in enumerate(page.advice, start=1)]
+    written = try_report(out)
     notes = [f"note: {words}" for words in summary.notes]
-    ends = ["What to do next:", *todo, f"report: {write_page(out, page)}"]
-    common.show(summary, *verdict_lines(page.verdicts), *notes, *ends)
+    verdicts = verdict_lines(written.page.verdicts if written.page else ())
+    common.show_with_page(summary, written, *verdicts, *notes, *_todo(written))
 
 
 RecordOut = Annotated[Path, typer.Option("--out", help="The record to write, CSV, with a sidecar of the same stem.")]

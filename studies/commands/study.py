@@ -69,15 +69,14 @@ def study(
         progress=output.shows_progress,
         made=made_now(output.command),
     )
-    from studies.report import write_report
-
-    page = write_report(out)
     ranges = list[str]()
     if over.ensemble and definition.sample is None:
         from studies.sweep.member_ranges import write_ranges
 
         ranges = [f"ranges over the ensemble: {write_ranges(out)}"]
-    output.show(summary, study_table(summary), f"wrote {out / summary.dataset}", *ranges, f"report: {page}")
+    from studies.report.page import try_report
+
+    output.show_with_page(summary, try_report(out), study_table(summary), f"wrote {out / summary.dataset}", *ranges)
 
 
 def report(

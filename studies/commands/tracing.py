@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_models.rig.of_record import bends_in_space
+from hysteresis.attempts import attempt
 from hysteresis.files import place, write_files
 from hysteresis.own import marked_page, marked_png, marked_values
 from hysteresis.records.planes import require_one_wheel
@@ -25,16 +26,17 @@ from validation.tracing import catalogue, trace_records
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.effect import acting
 from validation.tracing.figures import figures
-from validation.tracing.next_experiment import next_experiment
+from validation.tracing.next_experiment import Experiment, next_experiment
 from validation.tracing.outcome import Trace
 from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report
 from validation.tracing.search.detection import detection_limits
-from validation.tracing.second_opinion import second_opinion
+from validation.tracing.second_opinion import STOPPED, second_opinion
 from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
 
 NEXT = "next-experiment.csv"
 PICTURES = ("trace-residual.png", "trace-loops.png", "trace-candidates.png")
-FILES = ("trace.json", "report.html", NEXT, SAMPLES, *PICTURES)
+PAGE = "report.html"
+FILES = ("trace.json", PAGE, NEXT, SAMPLES, *PICTURES)
 """Names that a trace may write."""
 
 
@@ -125,6 +127,8 @@ def trace_loaded(
 ) -> Traced:
     """Trace records, propose the next experiment, and run the multibody model for a second opinion.
 
+    What comes after the verdict may fail: its ``words`` say so.
+
     Parameters
     ----------
     reference
@@ -138,17 +142,17 @@ def trace_loaded(
     """
     for record in (*records, *reference):
         _require_moving(record)
-    start = time.perf_counter()
+    start, failed = time.perf_counter(), list[str]()
     with stages(progress, "tracing", total=5) as stage:
         trace = trace_records(records, reference=reference, threads=threads, progress=stage.say)
         stage.begin("detection limits")
-        limits = limits_of(trace)
+        limits = attempt("no detection limits", lambda: limits_of(trace), [], failed)
         stage.begin("the next experiment")
-        experiment = next_experiment(trace)
+        experiment = attempt("no next experiment", lambda: next_experiment(trace), Experiment("not known"), failed)
         stage.begin("the multibody model")
         opinion = second_opinion(trace)
         stage.begin("figures")
-        drawn = figures(trace)
+        drawn = figures(trace, failed)
     seconds = time.perf_counter() - start
     found = trace_report(trace, experiment=experiment, opinion=opinion, limits=limits, seconds=seconds, seed=seed)
     program = experiment.csv()
@@ -157,6 +161,7 @@ def trace_loaded(
         next_program=None if program is None else NextProgram(NEXT, experiment.preload_N),
         figures=tuple(FigureFile(name, caption) for name, (_, caption) in drawn.items()),
         samples_file=SAMPLES,
+        words=(*found.words, *failed),
     )
     pictures = {name: png for name, (png, _) in drawn.items()}
     return Traced(found, pictures, program, samples_of(trace), _is_in_space(trace))
@@ -192,31 +197,47 @@ def _is_in_space(trace: Trace) -> bool:
     return isinstance(trace.baseline.model.problem, SpaceProblem)
 
 
-def write_trace(traced: Traced, out: Path, *, made: Made | None = None) -> None:
-    """Write trace.json, report.html, the figures and the next program, all or none; remove files of an older trace.
+def write_trace(traced: Traced, out: Path, *, made: Made | None = None) -> TraceReport:
+    """Write trace.json, samples, figures and the next program, all or none, then report.html; remove older files.
+
+    Returns
+    -------
+    TraceReport
+        As it is stored: its ``words`` also say why there is no page, where it cannot be drawn.
 
     Raises
     ------
     RecordError
         A folder that cannot be written to.
     """
-    values = marked_values(traced.report.to_dict() | made_entry(made))
-    files = with_ending(traced, "")[1] | {
-        "report.html": marked_page(trace_page(traced.report, traced.samples, made)),
-        "trace.json": json.dumps(values, indent=2, allow_nan=False) + "\n",
-    }
+    report, failed = traced.report, list[str]()
+    files = with_ending(traced, "")[1] | {"trace.json": _stored(report, made)}
     if traced.program is not None:
         files[NEXT] = traced.program
     write_files({out / name: content for name, content in files.items()})
+    (out / PAGE).unlink(missing_ok=True)  # of an older trace, whose verdict it would show
+    page = attempt(f"no {PAGE}", lambda: marked_page(trace_page(report, traced.samples, made)), None, failed)
+    if page is None:
+        report = replace(report, words=(*report.words, *failed))
+        write_files({out / "trace.json": _stored(report, made)})
+    else:
+        files[PAGE] = page
+        write_files({out / PAGE: page})
     for name in FILES:
         if name not in files:
             (out / name).unlink(missing_ok=True)
+    return report
+
+
+def _stored(report: TraceReport, made: Made | None) -> str:
+    return json.dumps(marked_values(report.to_dict() | made_entry(made)), indent=2, allow_nan=False) + "\n"
 
 
 def summary(report: TraceReport) -> list[str]:
     """Lines for a terminal: the verdict in words, parameters of the effects, what to measure next."""
+    failed = [f"Multibody model: {report.multibody_words}."] * report.multibody_words.startswith(STOPPED)
     parameters = [f"{effect.name}: {name} = {p}" for effect in report.effects for name, p in effect.parameters.items()]
-    return [*in_words(report), *parameters, f"Measure next: {report.next_experiment}."]
+    return [*in_words(report), *failed, *parameters, f"Measure next: {report.next_experiment}."]
 
 
 def _require_moving(record: Record) -> None:

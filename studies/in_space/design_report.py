@@ -37,7 +37,7 @@ from studies.progress import steps
 from studies.results import write_result
 from studies.results.files import file_stem
 from studies.results.made import Made
-from studies.results.run import RigNumber, checksums
+from studies.results.run import NOT_DRAWN, RigNumber, checksums
 from studies.results.workspace import FILES as WORKSPACE_FILES
 from studies.results.workspace import ComplianceAt
 from studies.results.wrist import FILE, NotchInSpace, TendonInSpace, TipPath, WheelLoop, WristSummary, read_wrist
@@ -83,8 +83,8 @@ def files_of_wrist(out: Path, design: WristDesign) -> list[Path]:
 def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress: bool = True) -> WristSummary:
     """Write the results of a report into ``out`` and return the summary that is stored as ``wrist.json``.
 
-    Summary and page of an earlier run are removed first, and ``wrist.json`` is written last. What has no equilibrium
-    beside the loops is left out, and a note says why.
+    Summary and page of an earlier run are removed first, and ``wrist.json`` is written last, before the picture. What
+    has no equilibrium beside the loops is left out, and a note says why.
 
     Raises
     ------
@@ -101,25 +101,26 @@ def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress:
             _path(design, rig, out, found, step)
         compliance = _compliance(design, found, step)
         _workspace(design, compliance, out, found, made, step)
+        summary = WristSummary(
+            name=design.name,
+            option=design.option,
+            amplitude_mm=design.amplitude_mm,
+            versions=versions_found(),
+            rig=_numbers(last),
+            notches=_notches(last),
+            tendons=_tendons(last),
+            loops=tuple(found.loops),
+            paths=tuple(found.paths),
+            compliance=compliance,
+            picture=NOT_DRAWN,
+            notes=tuple(found.notes),
+            sha256=checksums(out, found.records),
+            made=made,
+        )
+        write_result(out / FILE, summary)
         step("drawing the wrist")
         shown = found.paths[-1].record if found.paths else found.loops[-1].record
-        picture = draw_wrist(last, found.records[shown], out)
-    summary = WristSummary(
-        name=design.name,
-        option=design.option,
-        amplitude_mm=design.amplitude_mm,
-        versions=versions_found(),
-        rig=_numbers(last),
-        notches=_notches(last),
-        tendons=_tendons(last),
-        loops=tuple(found.loops),
-        paths=tuple(found.paths),
-        compliance=compliance,
-        picture=picture,
-        notes=tuple(found.notes),
-        sha256=checksums(out, found.records),
-        made=made,
-    )
+        summary = replace(summary, picture=draw_wrist(last, found.records[shown], out))
     write_result(out / FILE, summary)
     return summary
 
@@ -254,4 +255,4 @@ def _workspace(
     except (SolverError, RigError) as error:
         found.notes.append(f"no workspace: {error}")
         return
-    write_workspace(rig, amplitude, reached, compliance, out, made)
+    write_workspace(rig, amplitude, reached, compliance, out, made, found.notes)

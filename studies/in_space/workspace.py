@@ -13,6 +13,7 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.motion.workspace import TipCompliance, Workspace, tip_compliance, workspace
 from hysteresis.arrays import Floats
+from hysteresis.attempts import attempt
 from hysteresis.files import write_files
 from hysteresis.own import marked_png
 from studies.commands.options import Common, Out, Overwrite, RigChoice
@@ -45,11 +46,11 @@ def workspace_of_rig(
     made = made_now(common.command)
     with counted(common.shows_progress, f"workspace of {chosen.name}") as count:
         found = workspace(chosen, amplitude, circles=circles, directions=directions, progress=count)
-    summary = write_workspace(chosen, amplitude, found, compliance_of(chosen, amplitude), out, made)
+    failed = list[str]()
+    summary = write_workspace(chosen, amplitude, found, compliance_of(chosen, amplitude), out, made, failed)
     numbers = {name: value for name, value in vars(summary).items() if isinstance(value, str | int | float)}
-    common.show(
-        summary, values_table(numbers), *map(_line, summary.compliance), f"wrote {', '.join(map(str, targets))}"
-    )
+    wrote = f"wrote {', '.join(str(path) for path in targets if path.exists())}"
+    common.show(summary, values_table(numbers), *map(_line, summary.compliance), wrote, *failed)
 
 
 def compliance_of(rig: RigInSpace, amplitude_mm: float) -> tuple[ComplianceAt, ...]:
@@ -71,8 +72,11 @@ def write_workspace(
     compliance: tuple[ComplianceAt, ...],
     out: Path,
     made: Made | None,
+    failed: list[str],
 ) -> WorkspaceSummary:
     """Write a workspace as numbers, table and picture: the files of :data:`studies.results.workspace.FILES`.
+
+    ``failed`` takes a line where the picture cannot be drawn.
 
     Raises
     ------
@@ -102,8 +106,12 @@ def write_workspace(
         compliance=compliance,
         made=made,
     )
-    write_files({out / FILES[1]: _table(found), out / FILES[2]: marked_png(_figure(found))})
+    write_files({out / FILES[1]: _table(found)})
     write_result(out / FILES[0], summary)
+    (out / FILES[2]).unlink(missing_ok=True)  # of an earlier workspace
+    png = attempt(f"no {FILES[2]}", lambda: marked_png(_figure(found)), None, failed)
+    if png is not None:
+        write_files({out / FILES[2]: png})
     return summary
 
 

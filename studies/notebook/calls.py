@@ -5,6 +5,7 @@ Imports inside a function are needed by it alone, so that ``import notchbend`` i
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -185,6 +186,8 @@ def study(
 ) -> StudyResult:
     """Run a parametric study and write its report; the same as ``notchbend study``.
 
+    Where the report cannot be made, a warning says why.
+
     Parameters
     ----------
     file
@@ -204,13 +207,16 @@ def study(
         A study that cannot be read or run.
     """
     require_extra("study", "studies")
-    from studies.report.page import write_report
+    from studies.report.page import PAGE, try_report
     from studies.sweep.run import run_study
     from studies.sweep.study_file import read_study
 
     folder = Path(out)
     summary = run_study(read_study(Path(file)), folder, workers=workers, retry=retry, progress=progress)
-    return StudyResult(summary, folder, write_report(folder))
+    written = try_report(folder)
+    if written.page is None:
+        warnings.warn(written.line, stacklevel=2)
+    return StudyResult(summary, folder, folder / PAGE)
 
 
 def export(rig: Rig, out: Path | str, *, to: Simulator = "mujoco", amplitude_mm: float = 2.2) -> tuple[Path, Path]:

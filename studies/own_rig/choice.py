@@ -15,7 +15,7 @@ from fem_models.rig.checks import require
 from fem_models.rig.of_record import rig_of
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_records
-from studies.commands.options import ALL
+from studies.commands.options import ALL, possible
 from studies.results.run import RunSummary
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ class OwnRigChoice:
         return WristDesign(
             name=rig.name,
             option=self.option(),
-            rigs=tuple(rig.with_preload(value) for value in self.preload or [rig.preload_N]),
+            rigs=tuple(possible(rig.with_preload(value)) for value in self.preload or [rig.preload_N]),
             amplitude_mm=self.amplitude or drive_to_angle_mm(rig.rig),
         )
 
@@ -120,7 +120,7 @@ class OwnRigChoice:
         design = Design(
             name=self.preset if self.rig is None and self.preset else rig.name,
             option=self.option(),
-            rigs=tuple(replace(rig, preload_N=value) for value in preloads),
+            rigs=tuple(possible(replace(rig, preload_N=value)) for value in preloads),
             amplitude_mm=self.amplitude or amplitude_of(rig, records),
             preset=self.preset,
             members=ensemble(self.preset) if self.ensemble and self.preset else (),

@@ -20,6 +20,7 @@ from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import EFFECT_TABLES, numeric_fields
+from hysteresis.attempts import attempt
 from hysteresis.files import write_files
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.own import is_own
@@ -42,6 +43,7 @@ from studies.results.ensemble import EnsembleRanges
 from studies.results.files import without_folders
 from studies.results.made import Made
 from studies.results.run import (
+    NOT_DRAWN,
     CrossCheckRow,
     FitEntry,
     OwnRig,
@@ -125,8 +127,9 @@ def design_report(
 ) -> RunSummary:
     """Write the results of a report into ``out`` and return the summary that is stored as ``run.json``.
 
-    ``run.json`` and the page of an earlier run are removed first, and ``run.json`` is written last. What cannot be
-    computed for a rig or a record is left out, and a note says why; a rig that cannot follow its drive is an error.
+    ``run.json`` and the page of an earlier run are removed first, and ``run.json`` is written last, before the picture.
+    What cannot be computed for a rig or a record is left out, and a note says why; a rig that cannot follow its drive
+    is an error.
 
     Raises
     ------
@@ -148,33 +151,34 @@ def design_report(
             _record(name, record, out, found, seed)
         _separate(design, list(named.values()), out, found, seed, step)
         traced = _traces(named, out, found, seed, step)
+        own = OwnRig(
+            name=design.name,
+            option=design.option,
+            amplitude_mm=design.amplitude_mm,
+            predictions=tuple(found.predictions),
+            ranges=found.ranges,
+            notes=tuple(found.notes),
+        )
+        theories = [loop.theory for loop in found.loops]
+        summary = RunSummary(
+            seed=seed,
+            versions=versions_found(),
+            rig=_numbers(design),
+            peak_strain_percent=max(loop.peak_strain_percent for loop in found.loops),
+            loops=tuple(found.loops),
+            crosscheck=tuple(found.checks),
+            fits=tuple(found.fits),
+            separations=tuple(found.separations),
+            trace=traced,
+            picture=NOT_DRAWN,
+            sha256=checksums(out, [*found.records, *theories, *(one.predicted for one in found.predictions)]),
+            own=own,
+            made=made,
+        )
+        write_result(out / "run.json", summary)
         step("drawing the tube")
         last = found.records[found.loops[-1].record]
-        picture = draw_rig(design.rigs[-1], last, out)
-    own = OwnRig(
-        name=design.name,
-        option=design.option,
-        amplitude_mm=design.amplitude_mm,
-        predictions=tuple(found.predictions),
-        ranges=found.ranges,
-        notes=tuple(found.notes),
-    )
-    theories = [loop.theory for loop in found.loops]
-    summary = RunSummary(
-        seed=seed,
-        versions=versions_found(),
-        rig=_numbers(design),
-        peak_strain_percent=max(loop.peak_strain_percent for loop in found.loops),
-        loops=tuple(found.loops),
-        crosscheck=tuple(found.checks),
-        fits=tuple(found.fits),
-        separations=tuple(found.separations),
-        trace=traced,
-        picture=picture,
-        sha256=checksums(out, [*found.records, *theories, *(one.predicted for one in found.predictions)]),
-        own=own,
-        made=made,
-    )
+        summary = replace(summary, picture=draw_rig(design.rigs[-1], last, out))
     write_result(out / "run.json", summary)
     return summary
 
@@ -247,10 +251,10 @@ def _loop(design: Design, rig: Rig, out: Path, found: _Found, step: Step) -> Non
     if rig.tendon_b is None:
         found.notes.append(f"{name}: no cross-checks: they need two tendons")
     else:
-        try:
-            found.checks.append(CrossCheckRow(**vars(compare_engines(plain, amplitude_mm=amplitude))))
-        except _REFUSED as error:
-            found.notes.append(f"{name}: no cross-checks: {error}")
+        engines = attempt(
+            f"{name}: no cross-checks", lambda: compare_engines(plain, amplitude_mm=amplitude), None, found.notes
+        )
+        found.checks += [] if engines is None else [CrossCheckRow(**vars(engines))]
     if design.members:
         step(f"{len(design.members)} members of the ensemble, {name}")
         members = [replace(member, preload_N=rig.preload_N) for member in design.members]

@@ -15,6 +15,7 @@ from fem_models.multibody.quasi_static import MultibodySolution, solve_multibody
 from fem_models.rig import Rig, RigError
 from fem_models.view import SceneError, render
 from hysteresis.arrays import Floats, Ints
+from hysteresis.attempts import attempt
 from hysteresis.extras import MissingError
 from hysteresis.files import write_files
 from hysteresis.own import marked_png
@@ -143,10 +144,15 @@ def energy_of_cycle(cycle: Ints, energies_mJ: Floats) -> Energy:
 
 
 def draw_rig(rig: Rig, record: Record, out: Path) -> Picture:
-    """Draw the tube at full drive; without the extra ``view`` or OpenGL there is none, and the result says why."""
+    """Draw the tube at full drive; where that cannot be done there is none, and the result says why."""
     full = int(np.argmax(record.angle_deg))
+    caption, failed = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg", list[str]()
     joints = joints_deg(record)[full]
-    caption = f"{rig.name} at {record.drive[full]:g} mm, {record.angle_deg[full]:.1f} deg"
+    picture = attempt("not drawn", lambda: _draw(rig, joints, caption, out), None, failed)
+    return Picture(caption=caption, missing=failed[0]) if picture is None else picture
+
+
+def _draw(rig: Rig, joints: Floats, caption: str, out: Path) -> Picture:
     try:
         write_tube(rig, joints, out / "tube.json")
     except (SceneError, RigError, MissingError) as error:  # joints that were measured have no shape to draw

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from plotly.offline import get_plotlyjs
 
+from hysteresis.attempts import attempt
 from hysteresis.files import inside, present, write_files
 from hysteresis.messages import quoted
 from hysteresis.own import marked_page
@@ -53,6 +54,7 @@ from studies.results.validation import FILE_IN_SPACE as SIX
 from studies.results.workspace import FILES as WORKSPACE_FILES
 from studies.results.wrist import FILE as WRIST
 
+PAGE = "report.html"
 REACH = WORKSPACE_FILES[0]
 TEMPLATES = Path(__file__).parent / "template"
 PARTS = (
@@ -170,26 +172,52 @@ def write_report(folder: Path) -> Path:
     RecordError
         One line with the file that is missing or cannot be read.
     """
-    return write_page(folder, page_of(folder))
+    path = folder / PAGE
+    write_files({path: page_text(folder, page_of(folder))})
+    return path
 
 
-def write_page(folder: Path, found: Page) -> Path:
-    """Write ``report.html`` of what was read from a folder; return its path.
-
-    Raises
-    ------
-    RecordError
-        A folder that cannot be written to.
-    """
-    path = folder / "report.html"
+def page_text(folder: Path, found: Page) -> str:
+    """Give the page of what was read from a folder, HTML."""
     templates = environment(TEMPLATES)
     here, given = shlex.quote(str(folder)), {one.command for one in found.made}
     templates.filters["here"] = lambda command: (
         command if command in given else re.sub(r"\bDIR\b", lambda _: here, command)
     )
     page = templates.get_template("page.html").render(**vars(found))
-    write_files({path: marked_page(page)})
-    return path
+    return marked_page(page)
+
+
+@dataclass(frozen=True)
+class Written:
+    """What came of a page: its content, None where it cannot be made, and a line that says where it is, or why not."""
+
+    page: Page | None
+    line: str
+
+
+def try_report(folder: Path) -> Written:
+    """Write ``report.html`` of a folder whose results are stored; one that cannot be made is a line.
+
+    The page of earlier results is removed first.
+
+    Raises
+    ------
+    RecordError
+        A folder that cannot be written to.
+    """
+    failed = list[str]()
+    (folder / PAGE).unlink(missing_ok=True)
+
+    def made() -> tuple[Page, str]:
+        page = page_of(folder)
+        return page, page_text(folder, page)
+
+    found = attempt(f"no {PAGE}", made, None, failed)
+    if found is None:
+        return Written(None, failed[0])
+    write_files({folder / PAGE: found[1]})
+    return Written(found[0], f"report: {folder / PAGE}")
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from itertools import cycle
 import numpy as np
 
 from hysteresis.arrays import Floats, Mask
+from hysteresis.attempts import attempt
 from hysteresis.records.metrics import loop_width
 from hysteresis.records.record import Record
 from studies.report.charts import Bars, Chart, Line, Plate, Tone, finite
@@ -36,7 +37,10 @@ class Series:
 
 @dataclass(frozen=True)
 class DrawnChart:
-    """A chart as the page takes it: SVG for paper, JSON for the screen, and a text in place of both."""
+    """A chart as the page takes it: SVG for paper, JSON for the screen, and a text in place of both.
+
+    A chart that cannot be drawn has a text that says why, and no SVG.
+    """
 
     title: str
     alt: str
@@ -55,10 +59,16 @@ class Drawn:
 
 
 def draw(plate: Plate) -> Drawn:
-    """Draw a plate for paper and for the screen."""
+    """Draw a plate for paper and for the screen; a chart that cannot be drawn is a line."""
     width = _WIDTH_IN[plate.columns]
-    charts = (DrawnChart(chart.title, chart.alt, chart_svg(chart, width), chart_json(chart)) for chart in plate.charts)
-    return Drawn(tuple(charts), plate.caption, plate.columns, plate.heading)
+    charts = tuple(_drawn(chart, width) for chart in plate.charts)
+    return Drawn(charts, plate.caption, plate.columns, plate.heading)
+
+
+def _drawn(chart: Chart, width: float) -> DrawnChart:
+    failed = list[str]()
+    svg, json = attempt("not drawn", lambda: (chart_svg(chart, width), chart_json(chart)), ("", ""), failed)
+    return DrawnChart(chart.title, failed[0] if failed else chart.alt, svg, json)
 
 
 LOOPS_CAPTION = (

@@ -176,6 +176,10 @@ class Picture:
     file: str | None = optional()
 
 
+NOT_DRAWN = Picture(caption="the rig", missing="the command ended before it was drawn")
+"""Picture of results that are stored before it is drawn."""
+
+
 @dataclass(frozen=True)
 class Prediction:
     """A record beside the loop that its rig predicts with nothing fitted but the record's zero.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import matplotlib
@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from hysteresis.attempts import attempt
 from hysteresis.records.record import Record
 from validation.tracing.effect import SampleInputs
 from validation.tracing.fitting.fitted import Fitted, rms
@@ -43,26 +44,30 @@ _MARGIN = 1.15  # above the largest residual
 _ONE_TIME_AXIS = 3.0  # longest record over the shortest one, up to which they share an axis of time
 
 
-def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
-    """Draw all figures of a trace: file name -> PNG and caption."""
+Drawing = Callable[[], bytes]
+"""Draws a figure as PNG."""
+
+
+def drawings(trace: Trace) -> dict[str, tuple[Drawing, str]]:
+    """Give what draws each figure of a trace, by file name, with its caption."""
     named = trace.verdict not in UNNAMED
     what = "the baseline and the augmented model" if named else "the baseline model"
-    out = {
+    out: dict[str, tuple[Drawing, str]] = {
         "trace-residual.png": (
-            residual_figure(trace),
+            lambda: residual_figure(trace),
             f"Residual of {what}: measured less predicted angle, without the offset of each record. The band is two "
             "standard deviations of the noise: where no effect is missing, 95 % of the points are inside, without a "
             "pattern. In the third column a point is the mean of a cycle, and its bar the standard deviation.",
         ),
         "trace-loops.png": (
-            loop_figure(trace),
+            lambda: loop_figure(trace),
             f"Left: measured angle, and {what}. Right: the same less a {_curve(trace)[1]} fitted to the measurement, "
             "to show small differences.",
         ),
     }
     if best_candidates(trace):
         out["trace-candidates.png"] = (
-            candidates_figure(trace),
+            lambda: candidates_figure(trace),
             "Error on held-out data, with a 95 % interval"
             + (
                 ": of folds that each fit has not seen."
@@ -72,6 +77,16 @@ def figures(trace: Trace) -> dict[str, tuple[bytes, str]]:
             ),
         )
     return out
+
+
+def figures(trace: Trace, failed: list[str] | None = None) -> dict[str, tuple[bytes, str]]:
+    """Draw all figures of a trace: file name -> PNG and caption; ``failed`` takes a line for one that is missing."""
+    drawn, failed = dict[str, tuple[bytes, str]](), [] if failed is None else failed
+    for name, (draw, caption) in attempt("no figures", lambda: drawings(trace), dict[str, Any](), failed).items():
+        png = attempt(f"no {name}", draw, None, failed)
+        if png is not None:
+            drawn[name] = (png, caption)
+    return drawn
 
 
 def residual_figure(trace: Trace, dpi: int = _DPI) -> bytes:

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_models.load.program import LoadProgram
-from fem_models.rig.checks import RigError, SolverError
 from fem_models.rig.rig import Rig
 from hysteresis.arrays import Floats
+from hysteresis.messages import failure
 from hysteresis.records.metrics import Errors, errors
 from hysteresis.records.record import Record
 from validation.tracing.baseline.in_space import SpaceProblem
@@ -26,6 +26,9 @@ from validation.tracing.baseline.runs import Run
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.outcome import Trace
 from validation.tracing.settings import MULTIBODY_CYCLE_SAMPLES, MULTIBODY_CYCLES
+
+STOPPED = "stopped before the end"
+"""Beginning of the words where a run failed."""
 
 Solver = Callable[[Rig, LoadProgram | Floats], Record]
 
@@ -55,7 +58,7 @@ def second_opinion(trace: Trace, cycles: float = MULTIBODY_CYCLES) -> SecondOpin
     try:
         from fem_models.multibody.quasi_static import solve_multibody, solve_multibody_by_force
         from fem_models.multibody.stepper import quiet
-    except ImportError as error:  # also where the system lacks a library that Exudyn loads
+    except Exception as error:  # also where the system lacks a library that Exudyn loads
         return SecondOpinion(None, None, f"not run: exudyn cannot be imported: {' '.join(str(error).split())}")
 
     def solver(rig: Rig, program: LoadProgram | Floats) -> Record:
@@ -71,8 +74,8 @@ def second_opinion(trace: Trace, cycles: float = MULTIBODY_CYCLES) -> SecondOpin
         with quiet():
             before = _errors(trace.baseline, problem, chosen, solver)
             after = before if trace.augmented is trace.baseline else _errors(trace.augmented, problem, chosen, solver)
-    except (SolverError, RigError) as error:
-        return SecondOpinion(None, None, f"stopped before the end: {error}")
+    except Exception as error:  # also of Exudyn, which has many: the verdict does not hang on it
+        return SecondOpinion(None, None, f"{STOPPED}: {failure(error)}")
     ran = f"{len(chosen)} of {len(problem.runs)} records, with the parameters fitted on the chain"
     return SecondOpinion(before, after, ran)
 

@@ -104,3 +104,14 @@ def test_joint_is_no_table_of_a_rig_file(tmp_path: Path):
     path.write_text(RIG_FILE.replace("wheel =", "joint = 3\nwheel =", 1))
     with pytest.raises(RigError, match=r"joint = 3: expected one of .*notch"):
         read_rig(path)
+
+
+@pytest.mark.parametrize("arm", ["3.01", "5.9"])
+def test_a_tendon_outside_the_tube_is_refused(arm, tmp_path):
+    """The tube has an outer diameter of 6 mm; the arm counts from its axis."""
+    path = tmp_path / "rig.toml"
+    path.write_text(RIG_FILE.replace("moment_arm_mm = 2.5", f"moment_arm_mm = {arm}"))
+    with pytest.raises(RigError, match=rf"tendon_a\.moment_arm_mm = {arm}: expected at most 3, the outer radius"):
+        read_rig(path)
+    path.write_text(RIG_FILE.replace("moment_arm_mm = 2.5", "moment_arm_mm = 3"))
+    assert read_rig(path).tendon_a.moment_arm_mm == 3

@@ -120,6 +120,8 @@ def test_a_record_that_is_given_twice_is_refused(command, tmp_path, capsys):
     [
         (["--preset", "du2019", "--amplitude", 2.2], ["preset = du2019", "du2018"]),
         (["--preset", "du2018", "--preload", -5, "--amplitude", 2.2], ["preload_N = -5"]),
+        (["--preset", "du2018", "--preload", 1400, "--amplitude", 2.2], ["below 1315", "tube buckles"]),
+        (["--preset", "zhang2026", "--preload", 600, "--amplitude", 1], ["at most 550", "stretched by 10 %"]),
         (["--preset", "du2018", "--preload", "taut", "--amplitude", 2.2], ["--preload", "taut"]),
         (["--preset", "du2018", "--amplitude", -1], ["amplitude_mm = -1"]),
         (["--preset", "du2018", "--amplitude", "nan"], ["amplitude_mm = nan"]),
