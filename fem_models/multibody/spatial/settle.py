@@ -45,7 +45,7 @@ class Guides(NamedTuple):
         matrix = self.net_slope - (state * self.ratio)[:, None] * self.total_slope
         matrix[np.diag_indices_from(matrix)] -= np.where(slides, self.open, self.bristle)
         held = np.where(slides, state * (self.limit + self.ratio * self.total), self.force)
-        return np.linalg.solve(matrix, held - self.net)
+        return np.asarray(np.linalg.solve(matrix, held - self.net))
 
 
 def next_states(state: Floats, force: Floats, limit: Floats, tolerance: float) -> Floats:

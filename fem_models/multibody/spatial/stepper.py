@@ -65,7 +65,8 @@ class Change:
 class Stepper:
     """A wrist at its last equilibrium. Lengths of steps are over the longest step of every drive.
 
-    ``jumped``: on the way to the last sample.
+    ``jumped``: on the way to the last sample. ``relaxed``: length of the next step by relaxation; it grows from one to
+    the next while no step without it is found, and the wrist does not jump.
     """
 
     def __init__(self, rig: SpatialRig, program: SpatialProgram, settings: SpatialSettings) -> None:
@@ -76,7 +77,7 @@ class Stepper:
         self.solver = Equilibrium(self.model, scale, max(settings.tolerance * scale, 1e-12 * stiffest))
         self.control, self.longest = step_control(rig, program.by_force, self.solver.arm, settings)
         self.energies, self.counts, self.reach = Energies(), Counts(), self.control.max_step
-        self.headings, self.jumped = np.zeros(len(rig.tendons)), False
+        self.headings, self.jumped, self.relaxed = np.zeros(len(rig.tendons)), False, 0.0
         self.drive = Drive(np.where(program.by_force, rig.preload_N, 0.0), 0.0)
         self.now, self.change = self._straight(), self._no_change()
         self._take_up(self.now)
@@ -98,8 +99,9 @@ class Stepper:
 
     def _straight(self) -> Balance:
         """Give the rig as it is without load: no equilibrium where tendons do not balance each other."""
-        state = np.zeros(self.model.segment.shape)
-        q = self._with(Strains(np.zeros((state.shape[1], 3)), self.model.flexures.laws.rest.copy()), state)
+        m, n = self.model.segment.shape
+        state = np.zeros((m, n))
+        q = self._with(Strains(np.zeros((n, 3)), self.model.flexures.laws.rest.copy()), state)
         return Balance(q, self.solver.forces(q, self.drive), state)
 
     def _find_rest(self) -> None:
@@ -137,19 +139,21 @@ class Stepper:
                 self.counts.failed += 1
                 if fine:
                     self.headings = np.full_like(headings, np.nan)
-                if too_short(self.reach, self.control):
-                    self.reach = max(self.reach, JUMP_LENGTH * self.control.max_step)
+                if too_short(self.reach, self.control) or self.reach < self.relaxed:
+                    self.reach = self.relaxed = max(self.relaxed, JUMP_LENGTH * self.control.max_step)
                     part = next_part(done, self.reach, length, self.control.max_step)
                     goal = drives if part == 1.0 else start + part * (drives - start)
                     jumped = self._leap(Drive(goal, part if first else 1.0), (part - done) * length)
                     if jumped is None:
                         return done
+                    self.relaxed = 0.0 if jumped else min(2 * self.relaxed, FINE * self.control.max_step)
                     self.jumped, done = self.jumped or jumped, part
                     self.counts.steps += 1
                 continue
             self._learn(found, size, headings)
             self.accept(found, load)
             self.counts.steps += 1
+            self.relaxed = 0.0
             self.reach, done = reach_after_success(self.reach, self.control), part
         return 1.0
 
