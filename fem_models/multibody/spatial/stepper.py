@@ -153,7 +153,7 @@ class Stepper:
             self._learn(found, size, headings)
             self.accept(found, load)
             self.counts.steps += 1
-            self.relaxed = 0.0
+            self.relaxed = 0.5 * self.relaxed if self.relaxed > JUMP_LENGTH * self.control.max_step else 0.0
             self.reach, done = reach_after_success(self.reach, self.control), part
         return 1.0
 
