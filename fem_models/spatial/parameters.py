@@ -52,7 +52,8 @@ class SpatialSettings:
 
     Guides find their states within an iteration, and few steps take more than five: one that takes twenty will fail.
 
-    ``max_force_step`` bounds a step of a tension, over the force scale of the rig.
+    ``max_force_step`` bounds a step of a tension, over the force scale of the rig. ``viscosity`` scales the viscous
+    forces of a jump; where a jump ends does not depend on it.
     """
 
     bristle_ratio: float = 20.0
@@ -61,6 +62,7 @@ class SpatialSettings:
     max_halvings: int = 20
     newton_iterations: int = 20
     tolerance: float = 1e-10
+    viscosity: float = 1.0
 
 
 class Parameters(NamedTuple):
@@ -80,6 +82,7 @@ class Parameters(NamedTuple):
     scale: float  # of the forces
     stiffest: float  # segment, N/mm
     tolerance: float  # of the residual, N
+    viscosity: float  # of a jump: of a joint, Nmm/rad
 
 
 class Memory(NamedTuple):
@@ -116,6 +119,7 @@ def spatial_parameters(rig: SpatialRig, by_force: tuple[bool, ...], settings: Sp
         stiffest=float(crossings[..., SEGMENT].max()),
         # rounding of a slip times the stiffest spring is the least residual there can be
         tolerance=max(settings.tolerance * scale, 1e-14 * stiffest),
+        viscosity=settings.viscosity * min(float(joint.stiffness.weak) for joint in rig.joints),
     )
 
 

@@ -17,12 +17,13 @@ import numpy as np
 from fem_models.load.stepping import StepControl
 from fem_models.rig.checks import SolverError, require
 from fem_models.spatial.drives import SpatialProgram
-from fem_models.spatial.kernels.follow import Path, Run, follow, motion_at_rest
+from fem_models.spatial.kernels.follow import Path, Run, follow
+from fem_models.spatial.kernels.history import ENERGIES, motion_at_rest
 from fem_models.spatial.kernels.joint import work_space
 from fem_models.spatial.parameters import Parameters, SpatialSettings, force_scale_N, memory_at_rest, spatial_parameters
 from fem_models.spatial.place import bending_deg, tip_and_frame
 from fem_models.spatial.rig import SpatialRig
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +45,12 @@ class SpatialSolution:
         Shape (s, N, 3), rotation vectors of the notches in their frames: torsion, strong and weak bending.
     tensions_N
         Shape (s, m, N + 1), from the wheel to the tip.
-    work_mJ, friction_mJ, material_mJ
-        Shape (s,), from the start: work of the drives, losses at guides and in the material.
+    work_mJ, friction_mJ, material_mJ, jump_loss_mJ
+        Shape (s,), from the start: work of the drives, losses at guides, in the material and in jumps.
     stored_mJ
         Shape (s,), elastic energy above that at rest, without that of weights.
+    jump
+        Shape (s,), whether the wrist jumped to another equilibrium on the way to a sample.
     steps, failed_steps, iterations
         What the run took.
     """
@@ -62,6 +65,8 @@ class SpatialSolution:
     friction_mJ: Floats
     material_mJ: Floats
     stored_mJ: Floats
+    jump_loss_mJ: Floats
+    jump: Mask
     steps: int
     failed_steps: int
     iterations: int
@@ -90,7 +95,7 @@ def solve_spatial(
     require_open(rig, run.joints[:, :, 2])
     tip, frame = tip_and_frame(rig, parameters, run.joints)
     bending, torsion = bending_deg(frame)
-    work, friction, material, stored = run.energies.T
+    work, friction, material, lost, stored = run.energies.T
     return SpatialSolution(
         drives=program.drives,
         bending_deg=bending,
@@ -102,6 +107,8 @@ def solve_spatial(
         friction_mJ=friction,
         material_mJ=material,
         stored_mJ=stored,
+        jump_loss_mJ=lost,
+        jump=run.jumps,
         steps=int(counts[0]),
         failed_steps=int(counts[1]),
         iterations=int(counts[2]),
@@ -118,16 +125,11 @@ def followed(
     SolverError
         As :func:`solve_spatial`.
     """
-    path, (n, m) = path_of(rig, program, parameters, settings), parameters.crossings.shape[:2]
-    samples = len(program.drives)
-    run = Run(np.empty((samples, n, 6)), np.empty((samples, m, n + 1)), np.empty((samples, 4)))
-    try:
-        motion, work = motion_at_rest(parameters), work_space(parameters)
-        failed, reached = follow(path, parameters, memory_at_rest(parameters), run, motion, work)
-    except ZeroDivisionError:
-        raise SolverError(f"rig {rig.name}: a tangent without stiffness in the path of {samples} samples") from None
+    path, samples = path_of(rig, program, parameters, settings), len(program.drives)
+    run, motion, work = empty_run(parameters, samples), motion_at_rest(parameters), work_space(parameters)
+    failed, reached = follow(path, parameters, memory_at_rest(parameters), run, motion, work)
     if failed >= 0:
-        before = program.drives[max(failed - 1, 0)] if failed else np.zeros(m)
+        before = program.drives[max(failed - 1, 0)] if failed else np.zeros(len(rig.tendons))
         ends = " and ".join(
             "(" + ", ".join(f"{x:.6g}" for x in drives) + ")" for drives in (before, program.drives[failed])
         )
@@ -136,6 +138,13 @@ def followed(
             f"{100 * reached:.3g} % of the way"
         )
     return run, motion.counts
+
+
+def empty_run(parameters: Parameters, samples: int) -> Run:
+    """Arrays for the results of a run."""
+    n, m = parameters.crossings.shape[:2]
+    tables = np.empty((samples, n, 6)), np.empty((samples, m, n + 1)), np.empty((samples, ENERGIES))
+    return Run(*tables, np.zeros(samples, dtype=bool))
 
 
 def path_of(rig: SpatialRig, program: SpatialProgram, parameters: Parameters, settings: SpatialSettings) -> Path:

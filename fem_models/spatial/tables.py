@@ -83,13 +83,14 @@ UNBALANCED = 1  # tension before less tension beyond less friction, N
 BY_TENSION = 2  # slopes of the friction
 BY_SLIP = 3
 BY_WRAP = 4
-NET = 5  # tension before less tension beyond
+NET = 5  # tension before less tension beyond, and less the viscous force of a jump
 FORCE = 6  # that the bristle would carry
 HELD = 7  # stiffness of the bristle, 0 without friction
 RATIO = 8  # slope of the limit in the sum of the tensions,
 WRAPPED = 9  # and in the wrap
 OPEN = 10  # stiffness that a guide has even where it slides
-GUIDE = 11
+VISCOUS = 11  # slope of the viscous force in the slip
+GUIDE = 12
 
 # of a guide along a step in which guides change, Work.along (N, m, ALONG): net tension, force and limit
 HERE = 0  # where the step starts

@@ -13,10 +13,9 @@ import exudyn as exu
 import exudyn.itemInterface as items
 import numpy as np
 
-from fem_models.multibody.assembly import COMPRESSION, SMOOTH_RATIO
+from fem_models.multibody.assembly import SMOOTH_RATIO
 from fem_models.multibody.spatial.flexures import NODE, UPRIGHT, Flexures, Strains, laws_of, notch_frames, rotate
 from fem_models.spatial import SpatialRig
-from fem_models.spatial.parameters import force_scale_N
 from hysteresis.arrays import Floats, Ints
 
 LEAD_PITCHES = 1000
@@ -86,7 +85,8 @@ class SpatialModel:
     layout: Layout
     flexures: Flexures
     by_force: tuple[bool, ...]
-    segments: list[int]
+    segments: Ints  # connectors, shape (m, N)
+    pulls: Floats  # their stiffness where they are taut, as Exudyn takes it, (m, N)
     loads: list[DeadLoad]
     slip: Ints  # coordinates of the guides, shape (m N,)
     rings: Ints  # coordinates of the rings, shape (N, 7)
@@ -119,14 +119,16 @@ def assemble(rig: SpatialRig, by_force: tuple[bool, ...], bristle_ratio: float) 
         )
     )
     segment, bristle = _stiffnesses(rig, bristle_ratio)
-    segments, slips = list[int](), list[int]()
+    segments, slips = list[list[int]](), list[int]()
+    pulls = np.zeros(segment.T.shape)
     for j in range(len(rig.tendons)):
         own = [mbs.AddNode(items.Node1D()) for _ in rig.joints]
         for node in own:
             mbs.AddObject(items.ObjectMass1D(mass=0.0, nodeNumber=node))
         slip = [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)) for node in own]
         length = _lengths_at_rest(place, flexures, j) - rig.preload_N / segment[:, j]
-        segments += _add_segments(mbs, rig, place, j, (length, segment[:, j]), bodies, [*slip, ground])
+        numbers, pulls[j] = _add_segments(mbs, rig, place, j, (length, segment[:, j]), bodies, [*slip, ground])
+        segments.append(numbers)
         slips += own
     loads = _add_loads(mbs, rig, place, bodies[1:])
     mbs.Assemble()
@@ -137,7 +139,8 @@ def assemble(rig: SpatialRig, by_force: tuple[bool, ...], bristle_ratio: float) 
         layout=place,
         flexures=flexures,
         by_force=by_force,
-        segments=segments,
+        segments=np.array(segments),
+        pulls=pulls,
         loads=loads,
         slip=np.array([mbs.GetNodeODE2Index(node) for node in slips]),
         rings=rings,
@@ -188,16 +191,18 @@ def _add_segments(
     tendon: tuple[Floats, Floats],
     bodies: list[int],
     slip: list[int],
-) -> list[int]:
-    """Tendon over the notches, between points of neighbouring rings.
+) -> tuple[list[int], list[float]]:
+    """Tendon over the notches, between points of neighbouring rings; returns the connectors and their stiffness.
 
     It starts :data:`LEAD_PITCHES` before the notch, on the ring, where it pulls the ring as much forwards as back:
     Exudyn divides by the present length, which slip changes.
 
+    Connectors are linear; :mod:`fem_models.multibody.spatial.equilibrium` knows which ones are slack.
+
     ``tendon``: length without tension over each notch, and stiffness.
     """
     origins = np.concatenate([np.zeros((1, 3)), place.far])
-    out = []
+    numbers, pulls = list[int](), list[float]()
     for k, (length, stiff) in enumerate(zip(*tendon, strict=True)):
         before, beyond = place.before[k, j] - origins[k], place.beyond[k, j] - origins[k + 1]
         lead = LEAD_PITCHES * rig.joints[k].pitch_mm
@@ -210,12 +215,13 @@ def _add_segments(
             coordinateFactors=[-1, 1],
             stiffnessPerLength=unstretched * stiff,
             referenceLength=unstretched,
-            regularizationForce=COMPRESSION * force_scale_N(rig),
+            regularizationForce=-1.0,  # none
             sheavesAxes=exu.Vector3DList([[0, 0, 1]] * len(path)),
             sheavesRadii=[0.0] * len(path),
         )
-        out.append(int(mbs.AddObject(one)))
-    return out
+        numbers.append(int(mbs.AddObject(one)))
+        pulls.append(unstretched * stiff)
+    return numbers, pulls
 
 
 def _add_loads(mbs: Any, rig: SpatialRig, place: Layout, bodies: list[int]) -> list[DeadLoad]:

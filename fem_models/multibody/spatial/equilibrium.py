@@ -14,16 +14,16 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from fem_models.joint.friction import friction_limits_N
-from fem_models.multibody.assembly import COMPRESSION
 from fem_models.multibody.spatial.assembly import SpatialModel
 from fem_models.multibody.spatial.flexures import NODE, NUDGE, Strains, cross, rotate
+from fem_models.multibody.spatial.settle import Guides, next_states, settle
 from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 
 UNKNOWNS = 6  # of a ring: place and spin
 LARGEST_ROTATION = 0.02  # rad of a joint in an iteration, lest tendons fall slack meanwhile
-SETTLES = 0.05  # residual over the scale of forces, below which guides may change between sticking and sliding
-SLACK = 0.1  # of the stiffness of a segment that is slack, in the tangent only: it bounds what slides into it
+LARGEST_SLIDE = 0.2  # mm of a tendon in an iteration: what is slack resists no further slide
+SLACK = 1e-8  # stiffness of slack tendon over that of taut one: next to no force, and a direction for the search
 STALE = 0.25  # a residual that has fallen to no less needs a new tangent
 
 
@@ -40,12 +40,15 @@ class Forces(NamedTuple):
     rings: Floats  # (6 N,): what is out of balance at the rings
     tension: Floats  # (m, N + 1), from the wheel to the tip
     limit: Floats  # (m, N) of friction
+    ratio: Floats  # (m, N): its slope in the sum of the tensions before and beyond
     bristle: Floats  # (m, N): force of a bristle that sticks
+    viscous: Floats  # (m, N): force that resists a slip in a jump
 
     def residual(self, state: Floats) -> Floats:
         """Take guides in given states, and return what is out of balance, shape (6 N + m N,)."""
         friction = np.where(state == 0, self.bristle, state * self.limit)
-        return np.concatenate([self.rings, (self.tension[:, :-1] - self.tension[:, 1:] - friction).ravel()])
+        pull = self.tension[:, :-1] - self.tension[:, 1:]
+        return np.concatenate([self.rings, (pull - friction - self.viscous).ravel()])
 
 
 class Balance(NamedTuple):
@@ -60,13 +63,11 @@ class Attempt(NamedTuple):
     """How to look for an equilibrium.
 
     ``before``, shape (m, N), are the states of the guides at the last one, for a step that is given up where a tendon
-    begins to slide at the base: the work of its drive has a corner there. None allows it. ``smooth`` leaves friction
-    out: all tendons slide as they are drawn.
+    begins to slide at the base: the work of its drive has a corner there. None allows it.
     """
 
     iterations: int
     before: Floats | None = None
-    smooth: bool = False
 
 
 class Equilibrium:
@@ -84,10 +85,21 @@ class Equilibrium:
         self.settings, self.solver = settings, exu.MainSolverStatic()
         self.solver.InitializeSolver(model.mbs, settings)
         self.dead, self.iterations = 0.0, 0  # of loads, and of the last search
+        self.taut = np.ones(self.rest.shape, dtype=bool)  # segments
+        self.drag, self.before = 0.0, self.rest  # N/mm of a jump, and the slips that it counts from
         rings = model.rings.shape[0]
         self.slips = UNKNOWNS * rings + np.arange(self.rest.size).reshape(self.rest.shape)
-        self.tangent: Floats | None = None  # of the elastic parts in the unknowns, and its factors with the guides
-        self.factors: Any = None
+        self.tangent: Floats | None = None  # of the elastic parts in the unknowns
+        self.factors: Any = None  # of that of the rings
+        self.follow = self.pulled = np.zeros((0, 0))  # slopes of rings and net tensions in the slips
+
+    def resist(self, viscous: float, rotation: Floats, slip: Floats) -> None:
+        """Resist motion from rotations of the joints, shape (N, 3), and slips, (m, N), by so much, Nmm/rad; 0 ends it.
+
+        A slip is resisted by as much over the square of the arm of the tendons.
+        """
+        self.drag, self.before, self.tangent = viscous / self.arm**2, slip, None
+        self.model.flexures.viscous, self.model.flexures.before = viscous, rotation
 
     def coordinates(self) -> Floats:
         """Of the system of Exudyn."""
@@ -107,11 +119,13 @@ class Equilibrium:
     def forces(self, q: Floats, drive: Drive) -> Forces:
         """Work out the forces at coordinates."""
         self._set(q, drive)
-        self.solver.ComputeODE2RHS(self.model.mbs)
-        acting = np.array(self.solver.GetSystemResidual())[: q.size]
-        slip, pulls = q[self.model.slip].reshape(self.rest.shape), acting[self.model.slip].reshape(self.rest.shape)
-        free = self.free_tensions(slip[:, 0], drive)
-        tension = np.concatenate([free[:, None], -np.cumsum(pulls, axis=1)], axis=1)
+        acting, beyond = self._acting(q)
+        taut = beyond > 0.0
+        if (taut != self.taut).any():
+            self._draw(taut)
+            acting, beyond = self._acting(q)
+        slip = q[self.model.slip].reshape(self.rest.shape)
+        tension = np.concatenate([self.free_tensions(slip[:, 0], drive)[:, None], beyond], axis=1)
         dry, wrap = self.model.rig.friction, np.zeros_like(slip)
         if dry.capstan_coefficient > 0:
             wrap = self.wraps(q)
@@ -119,26 +133,38 @@ class Equilibrium:
         rings = acting[self.model.rings]
         turning = self._spun(self.rings(q)[:, 3:]) @ rings[:, 3:, None]
         rings = np.concatenate([rings[:, :3], turning[..., 0]], axis=1).ravel()
-        return Forces(rings, tension, limit, self.bristle * (slip - self.rest))
+        return Forces(
+            rings=rings,
+            tension=tension,
+            limit=limit,
+            ratio=np.tanh(0.5 * dry.capstan_coefficient * wrap),
+            bristle=self.bristle * (slip - self.rest),
+            viscous=self.drag * (slip - self.before),
+        )
 
-    def smooth(self, q: Floats, drive: Drive) -> Forces:
-        """Work out the forces at coordinates without friction of guides that slide."""
-        forces = self.forces(q, drive)
-        return forces._replace(limit=0.0 * forces.limit)
+    def _acting(self, q: Floats) -> tuple[Floats, Floats]:
+        """Get the forces of Exudyn at the coordinates that were set, and tensions over the notches, shape (m, N)."""
+        self.solver.ComputeODE2RHS(self.model.mbs)
+        acting = np.array(self.solver.GetSystemResidual())[: q.size]
+        return acting, -np.cumsum(acting[self.model.slip].reshape(self.rest.shape), axis=1)
+
+    def _draw(self, taut: Mask) -> None:
+        """Let other segments be taut, shape (m, N)."""
+        for j, k in np.argwhere(taut != self.taut).tolist():
+            pull = float(self.model.pulls[j, k]) * (1.0 if taut[j, k] else SLACK)
+            self.model.mbs.SetObjectParameter(int(self.model.segments[j, k]), "stiffnessPerLength", pull)
+        self.taut, self.tangent = taut, None
 
     def free_tensions(self, slip: Floats, drive: Drive) -> Floats:
-        """Tensions between the drives and the base, shape (m,).
-
-        What is slack there pushes as little as Exudyn's segments do: between both a slack tendon may lie anywhere.
-        """
-        rig, model, least = self.model.rig, self.model, COMPRESSION * self.scale
+        """Tensions between the drives and the base, shape (m,); slack tendon pushes as little there as elsewhere."""
+        rig, model = self.model.rig, self.model
         out = drive.tendons.copy()
         for j, (one, force, slid) in enumerate(zip(rig.tendons, model.by_force, slip, strict=True)):
             if not force:
                 out[j] = tendon_tension_N(one.tendon, drive.tendons[j] - slid, rig.preload_N, 0.0)
                 if out[j] == 0.0:
                     beyond = tendon_stretch_mm(one.tendon, 0.0, rig.preload_N, 0.0) - (drive.tendons[j] - slid)
-                    out[j] = -least * np.tanh(one.tendon.EA_N / one.tendon.free_length_mm * beyond / least)
+                    out[j] = -SLACK * one.tendon.EA_N / one.tendon.free_length_mm * beyond
         return out
 
     def wraps(self, q: Floats) -> Floats:
@@ -162,7 +188,7 @@ class Equilibrium:
         """Tangent of Exudyn in the unknowns, at the coordinates that were set last."""
         self.solver.ComputeJacobianODE2RHS(self.model.mbs, 1.0, 0.0, 0.0)
         full = np.array(self.solver.GetSystemJacobian())[: q.size, : q.size]
-        self.tangent, self.factors = self._in_unknowns(self._in_unknowns(full, q).T, q).T, None
+        self.tangent = self._in_unknowns(self._in_unknowns(full, q).T, q).T
 
     def _in_unknowns(self, rows: Floats, q: Floats) -> Floats:
         """Columns of the unknowns from those of the coordinates, shape (..., all) to (..., 6 N + m N)."""
@@ -171,31 +197,49 @@ class Equilibrium:
         rings = np.concatenate([rings[..., :3], spins], axis=2).reshape(len(rows), -1)
         return np.concatenate([rings, rows[:, self.model.slip]], axis=1)
 
-    def _factor(self, forces: Forces, q: Floats, state: Floats, drive: Drive) -> None:
-        """Add drives and guides to the tangent, and factor it."""
+    def _condense(self, q: Floats, drive: Drive) -> None:
+        """Take the tangent, and let the rings follow the slips."""
+        self._take_tangent(q, drive)
         assert self.tangent is not None
-        whole, n = self.tangent.copy(), state.shape[1]
-        slip = q[self.model.slip].reshape(state.shape)
-        stiff = (self.free_tensions(slip[:, 0] - 1e-6, drive) - self.free_tensions(slip[:, 0] + 1e-6, drive)) / 2e-6
-        total = np.maximum(forces.tension[:, :-1], 0) + np.maximum(forces.tension[:, 1:], 0)
-        constant = np.full(n, self.model.rig.friction.guide_N)
-        constant[0] += self.model.rig.friction.sheath_N
-        ratio = state * np.maximum(forces.limit - constant, 0.0) / np.maximum(total, 1e-300)
-        for j, slips in enumerate(self.slips):
-            pulls = np.cumsum(self.tangent[slips], axis=0)  # of the tensions beyond, but for their sign
-            before = np.concatenate([np.zeros((1, pulls.shape[1])), -pulls[:-1]])
-            before[0, slips[0]] = -stiff[j]
-            whole[slips[0], slips[0]] -= stiff[j]
-            whole[slips] -= ratio[j, :, None] * (before - pulls)
-            soft = np.where(state[j] == 0, self.bristle[j], 1e-9 * self.model.segment[j])
-            loose = np.where(
-                forces.tension[j, 1:] < -0.5 * COMPRESSION * self.scale, SLACK * self.model.segment[j], 0.0
-            )
-            whole[slips, slips] -= soft + loose
-            whole[slips[1:], slips[1:]] -= loose[:-1]
-            whole[slips[1:], slips[:-1]] += loose[:-1]
-            whole[slips[:-1], slips[1:]] += loose[:-1]
-        self.factors = lu_factor(whole, check_finite=False)
+        rings, slips = slice(self.slips.min()), self.slips.ravel()
+        self.factors = lu_factor(self.tangent[rings, rings], check_finite=False)
+        self.follow = -lu_solve(self.factors, self.tangent[rings, slips], check_finite=False)
+        self.pulled = self.tangent[slips, slips[0] :] + self.tangent[slips, rings] @ self.follow
+
+    def _step(self, forces: Forces, q: Floats, state: Floats, drive: Drive, *, settles: bool) -> tuple[Floats, Floats]:
+        """Solve for the step of all unknowns, and for the states of the guides where they may change."""
+        assert self.tangent is not None
+        shape, slips = state.shape, self.slips.ravel()
+        ahead = -lu_solve(self.factors, forces.rings, check_finite=False)
+        slip = q[self.model.slip].reshape(shape)[:, 0]
+        stiff = (self.free_tensions(slip - 1e-6, drive) - self.free_tensions(slip + 1e-6, drive)) / 2e-6
+        first = np.arange(shape[0]) * shape[1]  # guides at the base
+        net_slope, comes = self.pulled.copy(), self.tangent[slips, : ahead.size] @ ahead
+        net_slope[first, first] -= stiff
+        beyond, beyond_comes = net_slope.reshape(*shape, -1).cumsum(axis=1), comes.reshape(shape).cumsum(axis=1)
+        before, before_comes = np.zeros_like(beyond), np.zeros(shape)
+        before[:, 1:], before_comes[:, 1:] = beyond[:, :-1], beyond_comes[:, :-1]
+        total_slope = -(beyond + before).reshape(net_slope.shape)  # but for the tension at the wheel
+        for j, at in enumerate(first):
+            total_slope[at : at + shape[1], at] -= 2 * stiff[j]
+        net_slope[np.diag_indices_from(net_slope)] -= self.drag
+        net = forces.tension[:, :-1] - forces.tension[:, 1:] - forces.viscous
+        guides = Guides(
+            net=net.ravel() + comes,
+            net_slope=net_slope,
+            total=-(beyond_comes + before_comes).ravel(),
+            total_slope=total_slope,
+            force=forces.bristle.ravel(),
+            bristle=self.bristle.ravel(),
+            limit=forces.limit.ravel(),
+            ratio=forces.ratio.ravel(),
+            open=1e-9 * self.model.segment.ravel(),
+        )
+        if settles:
+            slides, states = settle(guides, state.ravel(), 2 * self.tolerance)
+        else:
+            slides, states = guides.step(state.ravel()), state
+        return np.concatenate([ahead + self.follow @ slides, slides]), states.reshape(shape)
 
     def _moved(self, q: Floats, step: Floats) -> Floats:
         """Coordinates after a step of the unknowns, or a part of it, of first order in the strains of the flexures.
@@ -213,7 +257,9 @@ class Equilibrium:
         share = min(1.0, LARGEST_ROTATION / max(turned, 1e-300))
         new = Strains(*(one[0] + share / part * (one[1] - one[0]) for one in (moved, phi)))
         out = q.copy()
-        out[self.model.slip] += step[self.slips].ravel()
+        slides = step[self.slips]
+        most = np.abs(slides).max(axis=1, keepdims=True)
+        out[self.model.slip] += (np.minimum(1.0, LARGEST_SLIDE / np.maximum(most, LARGEST_SLIDE)) * slides).ravel()
         out[self.model.rings] = flexures.placed(new).reshape(-1, NODE)
         return out
 
@@ -223,12 +269,6 @@ class Equilibrium:
         size[: self.slips.min()].reshape(-1, UNKNOWNS)[:, 3:] /= self.arm
         return float(size.max())
 
-    def next_states(self, forces: Forces, state: Floats) -> Floats:
-        """States by the forces; a guide that slides sticks before it slides in the other direction."""
-        off, force = 2 * self.tolerance, forces.bristle
-        loose = np.where(np.abs(force) > forces.limit + off, np.sign(force), 0.0)
-        return np.where(state == 0, loose, np.where(force * state < forces.limit - off, 0.0, state))
-
     def find(self, q: Floats, drive: Drive, state: Floats, attempt: Attempt) -> Balance | None:
         """Look for the equilibrium under a drive from coordinates; None where there is none near them."""
         found = self._find(q, drive, state, attempt)
@@ -237,33 +277,26 @@ class Equilibrium:
         return found
 
     def _find(self, q: Floats, drive: Drive, state: Floats, attempt: Attempt) -> Balance | None:
-        before, fresh, last = np.inf, False, state if attempt.before is None else attempt.before
-        acting = self.smooth if attempt.smooth else self.forces
-        forces = acting(q, drive)
+        before, fresh = np.inf, False
+        forces = self.forces(q, drive)
         for self.iterations in range(1, attempt.iterations + 1):
-            residual = forces.residual(state)
-            largest = self._largest(residual)
+            settles = self.iterations > 1
+            if settles:
+                flat = state.ravel(), forces.bristle.ravel(), forces.limit.ravel()
+                state = next_states(*flat, 2 * self.tolerance).reshape(state.shape)
+                if attempt.before is not None and base_slides(attempt.before, state):
+                    return None
+            largest = self._largest(forces.residual(state))
             if not largest < 1e9 * self.scale:
                 return None
-            if largest < SETTLES * self.scale:
-                settled = state if attempt.smooth else self.next_states(forces, state)
-                if attempt.before is not None and base_slides(last, settled):
-                    return None
-                if np.array_equal(settled, state):
-                    if largest <= self.tolerance:
-                        return Balance(q, forces, state)
-                else:
-                    state, self.factors, before = settled, None, np.inf
-                    residual = forces.residual(state)
-                    largest = self._largest(residual)
+            if settles and largest <= self.tolerance:
+                return Balance(q, forces, state)
             fresh = self.tangent is None or (largest > STALE * before and not fresh)
             if fresh:
-                self._take_tangent(q, drive)
-            if self.factors is None:
-                self._factor(forces, q, state, drive)
-            step = -lu_solve(self.factors, residual, check_finite=False)
+                self._condense(q, drive)
+            step, state = self._step(forces, q, state, drive, settles=settles)
             q, before = self._moved(q, step), largest
-            forces = acting(q, drive)
+            forces = self.forces(q, drive)
         return None
 
 

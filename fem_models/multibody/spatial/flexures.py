@@ -144,7 +144,8 @@ def _torques(phi: Floats, moment: Floats) -> tuple[Floats, Floats]:
 class Flexures:
     """The flexures of a wrist and what their loops remember, on the nodes of an Exudyn system.
 
-    ``rest``, shape (N, 2, e), are the rest angles of the Jenkins elements.
+    ``rest``, shape (N, 2, e), are the rest angles of the Jenkins elements. ``viscous``, Nmm/rad, resists rotations in a
+    jump; they count from ``before``, (N, 3).
     """
 
     def __init__(self, laws: Laws, between: Floats, straight: Floats) -> None:
@@ -159,6 +160,7 @@ class Flexures:
         """
         self.laws, self.between, self.straight = laws, between, straight
         self.rest = np.repeat(laws.rest[:, 1:, None], MATERIAL_ELEMENTS, axis=2)
+        self.viscous, self.before = 0.0, laws.rest
         ring = np.arange(-1, len(between))[:, None] * NODE + np.arange(NODE)
         self.of = np.concatenate([ring[:-1], ring[1:]], axis=1)  # coordinates of a flexure, those of the base below 0
         rows, columns = np.repeat(self.of, 2 * NODE, axis=1), np.tile(self.of, (1, 2 * NODE))
@@ -202,7 +204,7 @@ class Flexures:
         laws, (moved, phi) = self.laws, strains
         force = laws.force * moved
         force[..., 0] -= laws.thrust
-        moment = laws.spring * (phi - laws.rest)
+        moment = laws.spring * (phi - laws.rest) + self.viscous * (phi - self.before)
         moment[..., 1:] += np.clip(laws.loop * (phi[..., 1:, None] - self.rest), -laws.slip, laws.slip).sum(axis=-1)
         angle = phi[..., 2]
         past = np.maximum(angle - laws.closes, 0.0) - laws.both * np.maximum(-angle - laws.closes, 0.0)

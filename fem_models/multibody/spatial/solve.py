@@ -18,10 +18,8 @@ from fem_models.spatial.place import bending_deg
 from fem_models.spatial.solve import require_open
 from hysteresis.arrays import Floats
 
-MULTIBODY_SETTINGS = SpatialSettings(max_halvings=12, newton_iterations=20, tolerance=1e-7)
+MULTIBODY_SETTINGS = SpatialSettings(max_halvings=6, newton_iterations=20, tolerance=1e-7)
 """Numerical settings of this engine."""
-SLACK_SHARE = 1e-3
-"""Of the scale of forces: a tendon with less somewhere is called slack."""
 
 
 def solve_spatial_multibody(
@@ -44,8 +42,8 @@ def solve_spatial_multibody(
     require(given == len(rig.tendons), "drives", f"{given} columns", f"one for each of {len(rig.tendons)} tendons")
     stepper = Stepper(rig, program, settings)
     n, m = len(rig.joints), given
-    rotation, tension, energy = np.empty((samples, n, 3)), np.empty((samples, m, n + 1)), np.empty((samples, 4))
-    last = np.empty((samples, 7))
+    rotation, tension, energy = np.empty((samples, n, 3)), np.empty((samples, m, n + 1)), np.empty((samples, 5))
+    last, jump = np.empty((samples, 7)), np.zeros(samples, dtype=bool)
     for s, drives in enumerate(program.drives):
         reached = stepper.move(drives, first=s == 0)
         if reached < 1.0:
@@ -54,13 +52,14 @@ def solve_spatial_multibody(
             )
             raise SolverError(
                 f"rig {rig.name}, sample {s} of {samples}: no equilibrium between drives {ends}, "
-                f"{100 * reached:.3g} % of the way{_slack(stepper)}"
+                f"{100 * reached:.3g} % of the way"
             )
+        jump[s] = stepper.jumped
         rotation[s] = stepper.strains(stepper.now.q).rotation
         tension[s] = np.maximum(stepper.now.forces.tension, 0.0)
         last[s] = stepper.solver.rings(stepper.now.q)[-1]
         booked = stepper.energies
-        energy[s] = booked.work, booked.friction, booked.material, stepper.stored_mJ()
+        energy[s] = booked.work, booked.friction, booked.material, stepper.stored_mJ(), booked.jump
     require_open(rig, rotation[..., 2])
     frame = np.stack([rotate(last[:, 3:], np.eye(3)[i]) for i in range(3)], axis=2)
     bending, torsion = bending_deg(frame)
@@ -76,17 +75,9 @@ def solve_spatial_multibody(
         friction_mJ=energy[:, 1],
         material_mJ=energy[:, 2],
         stored_mJ=energy[:, 3],
+        jump_loss_mJ=energy[:, 4],
+        jump=jump,
         steps=stepper.counts.steps,
         failed_steps=stepper.counts.failed,
         iterations=stepper.counts.iterations,
     )
-
-
-def _slack(stepper: Stepper) -> str:
-    """Say which tendons are slack where the search ended: to draw them taut again is what it mostly fails at."""
-    least = SLACK_SHARE * stepper.solver.scale
-    slack = [j + 1 for j, tension in enumerate(stepper.now.forces.tension) if tension.min() < least]
-    if not slack:
-        return ""
-    which = f"tendon{'s' * (len(slack) > 1)} {' and '.join(map(str, slack))}"
-    return f"; {which} slack there: expected more preload, a smaller drive, or the chain in space"

@@ -20,6 +20,7 @@ from fem_models.multibody.assembly import COMPRESSION
 from fem_models.multibody.spatial.assembly import SpatialModel, assemble
 from fem_models.multibody.spatial.equilibrium import Attempt, Balance, Drive, Equilibrium
 from fem_models.multibody.spatial.flexures import NODE, Strains
+from fem_models.multibody.spatial.jump import relax
 from fem_models.rig.checks import SolverError
 from fem_models.rig.tendon_law import tendon_stretch_mm
 from fem_models.spatial import SpatialProgram, SpatialRig
@@ -29,8 +30,8 @@ from hysteresis.arrays import Floats
 
 AT_REST = 10
 """Iterations at rest over those of a step."""
-DRAWN = 10
-"""Steps in which the preload comes on where the equilibrium at rest is not found at once."""
+JUMP_LENGTH = 2.0**-6
+"""Of the longest step: how far beyond the last equilibrium a jump is sought, as in the chain in space."""
 
 
 @dataclass
@@ -40,6 +41,7 @@ class Energies:
     work: float = 0.0
     friction: float = 0.0
     material: float = 0.0
+    jump: float = 0.0
 
 
 @dataclass
@@ -61,7 +63,11 @@ class Change:
 
 
 class Stepper:
-    """A wrist at its last equilibrium. Lengths of steps are over the longest step of every drive."""
+    """A wrist at its last equilibrium. Lengths of steps are over the longest step of every drive.
+
+    ``jumped``: on the way to the last sample. ``relaxed``: length of the next step by relaxation; it grows from one to
+    the next while no step without it is found, and the wrist does not jump.
+    """
 
     def __init__(self, rig: SpatialRig, program: SpatialProgram, settings: SpatialSettings) -> None:
         self.rig, self.settings, scale = rig, settings, force_scale_N(rig)
@@ -71,15 +77,11 @@ class Stepper:
         self.solver = Equilibrium(self.model, scale, max(settings.tolerance * scale, 1e-12 * stiffest))
         self.control, self.longest = step_control(rig, program.by_force, self.solver.arm, settings)
         self.energies, self.counts, self.reach = Energies(), Counts(), self.control.max_step
-        self.headings = np.zeros(len(rig.tendons))
+        self.headings, self.jumped, self.relaxed = np.zeros(len(rig.tendons)), False, 0.0
         self.drive = Drive(np.where(program.by_force, rig.preload_N, 0.0), 0.0)
-        self.now = self._at_rest()
-        m, n = self.model.segment.shape
-        nothing = Strains(np.zeros((n, 3)), np.zeros((n, 3)))
-        self.change = Change(nothing, np.zeros((m, n)), np.zeros(m))
-        self.limit = self.now.forces.limit
-        self.wound = self._wound(self.now, self.drive)
-        self._accept(self.now, self.drive)
+        self.now, self.change = self._straight(), self._no_change()
+        self._take_up(self.now)
+        self._find_rest()
 
     def strains(self, q: Floats) -> Strains:
         """Of the flexures at coordinates."""
@@ -95,48 +97,33 @@ class Stepper:
         q[self.model.slip] = slip.ravel()
         return q
 
-    def _at_rest(self) -> Balance:
-        """Find the equilibrium without drive, where tendons that do not balance each other bend the preloaded rig."""
+    def _straight(self) -> Balance:
+        """Give the rig as it is without load: no equilibrium where tendons do not balance each other."""
         m, n = self.model.segment.shape
-        q = self._with(Strains(np.zeros((n, 3)), self.model.flexures.laws.rest.copy()), np.zeros((m, n)))
-        found = self._near(q, self.drive, np.zeros((m, n))) or self._drawn_taut(q)
-        if found is None:
+        state = np.zeros((m, n))
+        q = self._with(Strains(np.zeros((n, 3)), self.model.flexures.laws.rest.copy()), state)
+        return Balance(q, self.solver.forces(q, self.drive), state)
+
+    def _find_rest(self) -> None:
+        """Go to the equilibrium without drive, where energies count from."""
+        attempt = Attempt(AT_REST * self.settings.newton_iterations)
+        found = self.solver.find(self.now.q, self.drive, self.now.state, attempt)
+        if found is not None:
+            self._take_up(found)
+            self.accept(found, self.drive)
+        elif relax(self, self.drive):
+            self._take_up(self.now)
+            self.energies = Energies()
+        else:
             raise SolverError(f"rig {self.rig.name}: no equilibrium at rest")
-        return found
 
-    def _near(self, q: Floats, drive: Drive, state: Floats) -> Balance | None:
-        """Look from coordinates, and from the equilibrium without friction, with guides that slide on the way to it."""
-        iterations = AT_REST * self.settings.newton_iterations
-        found = self.solver.find(q, drive, state, Attempt(iterations))
-        if found is None:
-            smooth = self.solver.find(q, drive, np.ones_like(state), Attempt(iterations, smooth=True))
-            if smooth is not None:
-                found = self.solver.find(smooth.q, drive, np.sign(self.slips(smooth.q)), Attempt(iterations))
-        return found
-
-    def _drawn_taut(self, q: Floats) -> Balance | None:
-        """Draw tendons taut from a part of their preload: a bent rest is far from the straight rig.
-
-        The last equilibrium is that without drive, whatever the ones before; they are only starts.
-        """
-        state, found, full = np.zeros(self.model.segment.shape), None, self.rig.preload_N
-        for part in np.linspace(0.0, 1.0, DRAWN + 1)[1:]:
-            let_out = [
-                float(
-                    tendon_stretch_mm(one.tendon, part * full, full, sum(joint.pitch_mm for joint in self.rig.joints))
-                )
-                for one in self.rig.tendons
-            ]
-            tendons = np.where(np.array(self.model.by_force), part * self.drive.tendons, let_out)
-            found = self._near(q, Drive(tendons, 0.0), state)
-            if found is None:
-                return None
-            q, state = found.q, found.state
-        return found
+    def _take_up(self, found: Balance) -> None:
+        """Count friction and work from an equilibrium on."""
+        self.now, self.limit, self.wound = found, found.forces.limit, self._wound(found, self.drive)
 
     def move(self, drives: Floats, *, first: bool) -> float:
         """Go to the drives of a sample; returns the part of the way that was reached. Weights come on to the first."""
-        start, done = self.drive.tendons, 0.0
+        start, done, self.jumped = self.drive.tendons, 0.0, False
         headings = np.sign(drives - start)
         length = float((np.abs(drives - start) / self.longest).max())
         if length == 0.0 or first:
@@ -152,20 +139,54 @@ class Stepper:
                 self.counts.failed += 1
                 if fine:
                     self.headings = np.full_like(headings, np.nan)
-                if too_short(self.reach, self.control):
-                    return done
+                if too_short(self.reach, self.control) or self.reach < self.relaxed:
+                    self.reach = self.relaxed = max(self.relaxed, JUMP_LENGTH * self.control.max_step)
+                    part = next_part(done, self.reach, length, self.control.max_step)
+                    goal = drives if part == 1.0 else start + part * (drives - start)
+                    jumped = self._leap(Drive(goal, part if first else 1.0), (part - done) * length)
+                    if jumped is None:
+                        return done
+                    self.relaxed = 0.0 if jumped else min(2 * self.relaxed, FINE * self.control.max_step)
+                    self.jumped, done = self.jumped or jumped, part
+                    self.counts.steps += 1
                 continue
             self._learn(found, size, headings)
-            self._accept(found, load)
+            self.accept(found, load)
             self.counts.steps += 1
+            self.relaxed = 0.5 * self.relaxed if self.relaxed > JUMP_LENGTH * self.control.max_step else 0.0
             self.reach, done = reach_after_success(self.reach, self.control), part
         return 1.0
+
+    def _leap(self, load: Drive, size: float) -> bool | None:
+        """Relax to the next equilibrium in a step of a size; whether the wrist jumped, None where it finds none.
+
+        It jumped where it moved by more than a step of that size explains.
+        """
+        start, slip, lost = self.strains(self.now.q).rotation, self.slips(self.now.q), self.energies.jump
+        if not relax(self, load):
+            return None
+        self.headings = np.full_like(self.headings, np.nan)
+        self.change = self._no_change()
+        jumped = self._moved_far(start, slip, self.now, size)
+        if not jumped:
+            self.energies.jump = lost
+        return jumped
+
+    def _moved_far(self, rotation: Floats, slip: Floats, found: Balance, size: float) -> bool:
+        """Whether an equilibrium is further from rotations and slips than a step of a size explains."""
+        turned = np.linalg.norm(self.strains(found.q).rotation - rotation, axis=1).max()
+        slid = np.abs(self.slips(found.q) - slip).max()
+        return bool(has_jumped(float(turned), float(slid), size, self.control))
+
+    def _no_change(self) -> Change:
+        m, n = self.model.segment.shape
+        return Change(Strains(np.zeros((n, 3)), np.zeros((n, 3))), np.zeros((m, n)), np.zeros(m))
 
     def _try(self, load: Drive, size: float, headings: Floats, *, fine: bool) -> Balance | None:
         """Find the next equilibrium; None where there is none, where it is elsewhere, or a corner is passed."""
         same = headings == self.headings
         state = np.where(same[:, None], self.now.state, 0.0)
-        slack = np.abs(self.now.forces.tension).max(axis=1) <= COMPRESSION * self.solver.scale
+        slack = self.now.forces.tension.max(axis=1) <= COMPRESSION * self.solver.scale
         state[slack] = headings[slack, None]  # what is drawn taut slides at all guides, where sticking would stretch it
         for row, speed, on in zip(state, self.change.front_speed, same, strict=True):
             if on:
@@ -179,29 +200,9 @@ class Stepper:
         attempt = Attempt(self.settings.newton_iterations, None if fine else self.now.state)
         found = self.solver.find(q, load, state, attempt)
         self.counts.iterations += self.solver.iterations
-        if found is None and (fine or self.solver.iterations == attempt.iterations):
-            found = self._from_smooth(load, headings, attempt)
         if found is None:
             return None
-        rotation = np.linalg.norm(self.strains(found.q).rotation - here.rotation, axis=1).max()
-        slide = np.abs(self.slips(found.q) - slip).max()
-        return None if has_jumped(float(rotation), float(slide), size, self.control) else found
-
-    def _from_smooth(self, load: Drive, headings: Floats, attempt: Attempt) -> Balance | None:
-        """Look from the equilibrium without friction, with guides that slide as tendons do on the way to it.
-
-        From a straight wrist, whose tendons have no wrap and no friction, guides would take turns to stick and slide.
-        """
-        smooth = self.solver.find(
-            self.now.q, load, np.ones_like(self.now.state), attempt._replace(before=None, smooth=True)
-        )
-        self.counts.iterations += self.solver.iterations
-        if smooth is None:
-            return None
-        state = np.sign(self.slips(smooth.q) - self.slips(self.now.q))
-        found = self.solver.find(smooth.q, load, state, attempt)
-        self.counts.iterations += self.solver.iterations
-        return found
+        return None if self._moved_far(here.rotation, slip, found, size) else found
 
     def _learn(self, found: Balance, size: float, headings: Floats) -> None:
         """Note what a step changed, for the next one to start from."""
@@ -225,7 +226,7 @@ class Stepper:
                 wound[j] = slip[j] + float(stretch)
         return wound
 
-    def _accept(self, found: Balance, load: Drive) -> None:
+    def accept(self, found: Balance, load: Drive) -> None:
         """Move the rest points of what has slipped, and book work and losses."""
         forces, slip = found.forces, self.slips(found.q)
         force = np.clip(forces.bristle, -forces.limit, forces.limit)

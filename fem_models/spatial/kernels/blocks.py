@@ -6,7 +6,7 @@ from fem_models.spatial.kernels.compiled import spatial_njit
 from hysteresis.arrays import Floats
 
 
-@spatial_njit(error_model="python")  # a zero pivot raises ZeroDivisionError
+@spatial_njit()
 def solve_blocks(blocks: Floats, size: int) -> None:
     """Solve lower x[k - 1] + diagonal x[k] + upper x[k + 1] = right in place (Thomas 1949, by blocks).
 
@@ -27,7 +27,7 @@ def solve_blocks(blocks: Floats, size: int) -> None:
         sweep_blocks(blocks, size)
 
 
-@spatial_njit(forceinline=True, error_model="python")
+@spatial_njit(forceinline=True)
 def sweep_blocks(blocks: Floats, size: int) -> None:
     """Do what :func:`solve_blocks` says."""
     count, end = blocks.shape[0], 3 * size + 1

@@ -21,38 +21,38 @@ from fem_models.load.stepping import (
     too_short,
 )
 from fem_models.spatial.kernels.compiled import spatial_njit
+from fem_models.spatial.kernels.history import (
+    ENERGIES,
+    JUMP,
+    STORED,
+    Motion,
+    accept,
+    largest_change,
+)
 from fem_models.spatial.kernels.joint import Work
+from fem_models.spatial.kernels.jump import copy, relax
 from fem_models.spatial.kernels.newton import Attempt, newton
 from fem_models.spatial.kernels.stored import stored_energy
 from fem_models.spatial.parameters import Memory, Parameters
 from fem_models.spatial.tables import (
-    BRISTLE,
     BY_FORCE,
     DRIVE,
-    ELEMENTS,
-    FREE,
     FRONT,
     GUESS,
     HEADING,
     LIMIT,
-    LOOP,
     NEXT_DRIVE,
     NEXT_HEADING,
-    PRELOAD,
-    REST,
-    SLIP,
     SLIPS,
     SPEED,
-    TENDON_ROWS,
     TENSE,
-    TOE,
     WOUND,
 )
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 
 SHORT, PATIENCE = 0.1, 4
 """Of the longest step: a shorter one has so many times the iterations, because halving it has not helped."""
-WORK, FRICTION, MATERIAL, STORED = range(4)  # places of the energies
+JUMP_LENGTH = 2.0**-6  # of the longest step: how far beyond the last equilibrium a jump is sought
 
 
 class Path(NamedTuple):
@@ -69,84 +69,8 @@ class Run(NamedTuple):
 
     joints: Floats  # (s, N, 6): rotation vectors, then displacements, in the frames of the notches
     tensions: Floats  # (s, m, N + 1)
-    energies: Floats  # (s, 4)
-
-
-class Motion(NamedTuple):
-    """The wrist at its last equilibrium, and what the last step changed per length."""
-
-    x: Floats  # (N + 1, 6 + m)
-    trial: Floats  # the next equilibrium, first guessed, then found
-    increment: Floats  # of x per length
-    state: Floats  # (N, m) of the guides
-    limit: Floats  # (N, m) of their friction
-    tendons: Floats  # (TENDON_ROWS, m): drives and where they go to, tensions, fronts of sliding guides
-    energy: Floats  # (4,)
-    counts: Floats  # (3,): steps that were accepted, that failed, iterations
-
-
-def motion_at_rest(rig: Parameters) -> Motion:
-    """Every joint as it is without load."""
-    n, m = rig.crossings.shape[:2]
-    shape, tendons = (n + 1, SLIPS + m), np.zeros((TENDON_ROWS, m))
-    x = np.zeros(shape)
-    x[:n, :3] = rig.joints[:, REST : REST + 3]
-    tendons[DRIVE] = tendons[NEXT_DRIVE] = rig.tendons[:, PRELOAD] * rig.tendons[:, BY_FORCE]
-    tendons[GUESS] = rig.tendons[:, PRELOAD]
-    trial, increment, state, limit = np.zeros(shape), np.zeros(shape), np.zeros((n, m)), np.zeros((n, m))
-    return Motion(x, trial, increment, state, limit, tendons, np.zeros(4), np.zeros(3))
-
-
-@spatial_njit()
-def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion) -> None:
-    """Move the rest points of what has slipped, and book work and losses of the step, mJ.
-
-    The force of a sliding guide changes from its limit at the last equilibrium to the present one, and the tension at
-    the wheel likewise: their means are booked.
-    """
-    x, tendons, own, (n, m) = motion.x, motion.tendons, rig.joints, motion.state.shape
-    lost = material = 0.0
-    for j in range(m):
-        for k in range(n):
-            stiffness, limit = rig.crossings[k, j, BRISTLE], work.guides[k, j, LIMIT]
-            force = stiffness * (x[k, SLIPS + j] - memory.guides[k, j])
-            if abs(force) > limit:
-                slid = math.copysign((abs(force) - limit) / stiffness, force)
-                memory.guides[k, j] += slid
-                lost += 0.5 * (limit + motion.limit[k, j]) * abs(slid)
-            motion.limit[k, j] = limit
-        tension, wound = work.tension[j, 0], tendons[NEXT_DRIVE, j]
-        if rig.tendons[j, BY_FORCE] == 1.0:
-            free, toe, preload = rig.tendons[j, FREE], rig.tendons[j, TOE], rig.tendons[j, PRELOAD]
-            wound = x[0, SLIPS + j] + (tension - preload) / free
-            if toe > 0.0:
-                wound += toe / free * math.log(max(tension, 1e-300) / preload)
-        motion.energy[WORK] += 0.5 * (tendons[TENSE, j] + tension) * (wound - tendons[WOUND, j])
-        tendons[TENSE, j], tendons[WOUND, j] = tension, wound
-    for k in range(n):
-        for e in range(2 * ELEMENTS):
-            stiffness, limit = own[k, LOOP + e], own[k, SLIP + e]
-            moment = stiffness * (x[k, 1 + e // ELEMENTS] - memory.jenkins[k, e])
-            if abs(moment) > limit:
-                slid = math.copysign((abs(moment) - limit) / stiffness, moment)
-                memory.jenkins[k, e] += slid
-                material += limit * abs(slid)
-    motion.energy[FRICTION] += lost
-    motion.energy[MATERIAL] += material
-
-
-@spatial_njit()
-def largest_change(x: Floats, y: Floats) -> tuple[float, float]:
-    """Largest rotation of a joint and slide at a guide between two states."""
-    rotation = slide = 0.0
-    for k in range(x.shape[0]):
-        turned = 0.0
-        for i in range(3):
-            turned += (y[k, i] - x[k, i]) ** 2
-        rotation = max(rotation, turned)
-        for j in range(SLIPS, x.shape[1]):
-            slide = max(slide, abs(y[k, j] - x[k, j]))
-    return math.sqrt(rotation), slide
+    energies: Floats  # (s, ENERGIES)
+    jumps: Mask  # (s,): whether the wrist jumped on the way to a sample
 
 
 @spatial_njit()
@@ -193,6 +117,18 @@ def learn(motion: Motion, work: Work, length: float) -> None:
 
 
 @spatial_njit()
+def forget(motion: Motion) -> None:
+    """Carry nothing on from the last step."""
+    tendons = motion.tendons
+    for j in range(tendons.shape[1]):
+        tendons[FRONT, j] = tendons[SPEED, j] = 0.0
+        tendons[HEADING, j] = math.nan
+    for k in range(motion.increment.shape[0]):
+        for i in range(motion.increment.shape[1]):
+            motion.increment[k, i] = 0.0
+
+
+@spatial_njit()
 def note(s: int, rig: Parameters, memory: Memory, work: Work, motion: Motion, run: Run) -> None:
     """Write the results of sample s."""
     n, m = motion.state.shape
@@ -203,7 +139,7 @@ def note(s: int, rig: Parameters, memory: Memory, work: Work, motion: Motion, ru
         for k in range(n + 1):
             run.tensions[s, j, k] = work.tension[j, k]
     motion.energy[STORED] = stored_energy(motion.x, work.tension, rig, memory)
-    for i in range(4):
+    for i in range(ENERGIES):
         run.energies[s, i] = motion.energy[i]
 
 
@@ -219,10 +155,39 @@ def path_length(s: int, path: Path, tendons: Floats) -> float:
 
 
 @spatial_njit()
+def set_drives(s: int, part: float, path: Path, tendons: Floats) -> None:
+    """Let the drives go to a part of the way to sample s."""
+    for j in range(path.longest.size):
+        start, end = tendons[DRIVE, j], path.drives[s, j]
+        tendons[NEXT_DRIVE, j] = end if part == 1.0 else start + part * (end - start)
+
+
+@spatial_njit()
+def leap(
+    dead: float, size: float, path: Path, rig: Parameters, memory: Memory, motion: Motion, work: Work
+) -> tuple[bool, bool]:
+    """Relax to the next equilibrium in a step of a size; returns whether there is one, and whether the wrist jumped.
+
+    It did where it moved by more than a step of that size explains. Where it did not, the last equilibrium was only
+    hard to leave.
+    """
+    before, lost = motion.increment, motion.energy[JUMP]
+    copy(motion.x, before)
+    if not relax(rig, memory, work, motion, dead, PATIENCE * path.iterations, path.control):
+        return False, False
+    rotation, slide = largest_change(before, motion.x)
+    has_jumped = jumped(rotation, slide, size, path.control)
+    if not has_jumped:
+        motion.energy[JUMP] = lost
+    forget(motion)
+    return True, has_jumped
+
+
+@spatial_njit()
 def walk(
-    s: int, path: Path, rig: Parameters, memory: Memory, motion: Motion, work: Work, reach: float
+    s: int, path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, work: Work, reach: float
 ) -> tuple[float, float]:
-    """Go to sample s in steps that are halved where they fail.
+    """Go to sample s in steps that are halved where they fail; where that does not help, the wrist relaxes.
 
     Returns the part of the way that was reached and the length of the next step, ``reach`` being that of the first.
     """
@@ -232,14 +197,12 @@ def walk(
         length = max(length, control.max_step)
     while done < 1.0:
         part = next_part(done, reach, length, control.max_step)
-        for j in range(path.longest.size):
-            start, end = tendons[DRIVE, j], path.drives[s, j]
-            tendons[NEXT_DRIVE, j] = end if part == 1.0 else start + part * (end - start)
+        set_drives(s, part, path, tendons)
         size = (part - done) * length
         fine = size <= FINE * control.max_step
         guess(motion, work.state, size)
         patience = 1 if size > SHORT * control.max_step else PATIENCE
-        attempt = Attempt(part if s == 0 else 1.0, patience * path.iterations, fine)
+        attempt = Attempt(part if s == 0 else 1.0, patience * path.iterations, fine, 0.0)
         iterations = newton(motion.trial, tendons, rig, memory, work, motion.state, attempt)
         rotation, slide = largest_change(motion.x, motion.trial)
         motion.counts[2] += abs(iterations)
@@ -249,7 +212,16 @@ def walk(
             if fine:
                 tendons[HEADING] = math.nan
             if too_short(reach, control):
-                return done, reach
+                reach = max(reach, JUMP_LENGTH * control.max_step)
+                part = next_part(done, reach, length, control.max_step)
+                set_drives(s, part, path, tendons)
+                dead, size = part if s == 0 else 1.0, (part - done) * length
+                found, has_jumped = leap(dead, size, path, rig, memory, motion, work)
+                if not found:
+                    return done, reach
+                run.jumps[s] = run.jumps[s] or has_jumped
+                motion.counts[0] += 1.0
+                done = part
             continue
         motion.counts[0] += 1.0
         learn(motion, work, size)
@@ -267,18 +239,27 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion
     Returns the sample that has no equilibrium and the part of the way to it that was reached, or -1.
     """
     n, m = motion.state.shape
-    start = Attempt(0.0, 10 * path.iterations, True)
-    if newton(motion.x, motion.tendons, rig, memory, work, motion.state, start) < 0:
+    start = Attempt(0.0, 10 * path.iterations, True, 0.0)
+    copy(motion.x, motion.trial)
+    relaxes = newton(motion.trial, motion.tendons, rig, memory, work, motion.state, start) < 0
+    if not relaxes:
+        copy(motion.trial, motion.x)
+    elif not relax(rig, memory, work, motion, 0.0, start.iterations, path.control):
         return 0, 0.0
     for j in range(m):
         motion.tendons[TENSE, j] = work.tension[j, 0]
         motion.tendons[WOUND, j] = motion.x[0, SLIPS + j] if rig.tendons[j, BY_FORCE] == 1.0 else 0.0
         for k in range(n):
             motion.limit[k, j], motion.state[k, j] = work.guides[k, j, LIMIT], work.state[k, j]
-    accept(rig, memory, work, motion)
+    if relaxes:
+        forget(motion)
+        for i in range(ENERGIES):
+            motion.energy[i] = 0.0
+    else:
+        accept(rig, memory, work, motion)
     reach = path.control.max_step
     for s in range(path.drives.shape[0]):
-        reached, reach = walk(s, path, rig, memory, motion, work, reach)
+        reached, reach = walk(s, path, rig, memory, run, motion, work, reach)
         if reached < 1.0:
             return s, reached
         note(s, rig, memory, work, motion, run)
@@ -293,7 +274,7 @@ def go_on(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion,
     """
     reach = path.control.max_step
     for s in range(1, path.drives.shape[0]):
-        reached, reach = walk(s, path, rig, memory, motion, work, reach)
+        reached, reach = walk(s, path, rig, memory, run, motion, work, reach)
         if reached < 1.0:
             return reached
         note(s, rig, memory, work, motion, run)

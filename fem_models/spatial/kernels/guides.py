@@ -32,6 +32,7 @@ from fem_models.spatial.tables import (
     SLOPE,
     TOE,
     UNBALANCED,
+    VISCOUS,
     WRAP,
     WRAPPED,
 )
@@ -95,14 +96,15 @@ def take_state(k: int, j: int, work: Work) -> None:
 
 
 @spatial_njit()
-def balance_guides(x: Floats, rig: Parameters, memory: Memory, work: Work, settle: bool) -> float:
+def balance_guides(x: Floats, rig: Parameters, memory: Memory, work: Work, settle: bool, relax: float) -> float:
     """Fill residuals and slopes of all guides, and return the largest residual.
 
     With ``settle`` a guide sticks or slides first, by its force. A state that contradicts the force even so counts as
-    a residual above the tolerance.
+    a residual above the tolerance. Viscous forces of a jump, ``relax`` as of an attempt, take part of the tension.
     """
     n, m = work.state.shape
     largest, half_mu, guides = 0.0, 0.5 * rig.capstan, work.guides
+    viscous = relax * rig.viscosity * rig.by_arm**2
     for k in range(n):
         constant = rig.guide + rig.sheath if k == 0 else rig.guide
         for j in range(m):
@@ -118,10 +120,12 @@ def balance_guides(x: Floats, rig: Parameters, memory: Memory, work: Work, settl
             if settle:
                 state = next_state(state, force, limit, rig.tolerance)
                 work.state[k, j] = state
-            guides[k, j, LIMIT], guides[k, j, NET] = limit, near - far
+            guides[k, j, LIMIT], guides[k, j, NET], guides[k, j, VISCOUS] = limit, near - far, viscous
+            if viscous > 0.0:
+                guides[k, j, NET] -= viscous * (x[k, SLIPS + j] - work.before[k, SLIPS + j])
             guides[k, j, FORCE], guides[k, j, HELD] = force, bristle
             guides[k, j, RATIO], guides[k, j, WRAPPED] = ratio, total * half_mu * (1.0 - ratio * ratio)
-            guides[k, j, OPEN] = OPEN_STIFFNESS * rig.crossings[k, j, SEGMENT]
+            guides[k, j, OPEN] = OPEN_STIFFNESS * rig.crossings[k, j, SEGMENT] + viscous
             take_state(k, j, work)
             largest = max(largest, abs(guides[k, j, UNBALANCED]))
             if next_state(state, force, limit, rig.tolerance) != state:

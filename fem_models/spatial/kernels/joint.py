@@ -112,6 +112,7 @@ class Work(NamedTuple):
     scratch: Floats  # (SCRATCH, 3)
     along: Floats  # (N, m, ALONG)
     kept: Floats  # (N + 1, 6 + m), a part of the step
+    before: Floats  # (N + 1, 6 + m): the unknowns before a step of a jump
 
 
 def work_space(rig: Parameters) -> Work:
@@ -134,12 +135,13 @@ def work_space(rig: Parameters) -> Work:
         scratch=np.zeros((SCRATCH, 3)),
         along=np.zeros((n, m, ALONG)),
         kept=np.zeros((n + 1, SLIPS + m)),
+        before=np.zeros((n + 1, SLIPS + m)),
     )
 
 
 @spatial_njit()
-def bend_joint(k: int, x: Floats, rig: Parameters, memory: Memory, work: Work) -> None:
-    """Fill all that belongs to joint k at the unknowns x, shape (N + 1, 6 + m)."""
+def bend_joint(k: int, x: Floats, rig: Parameters, memory: Memory, work: Work, relax: float) -> None:
+    """Fill all that belongs to joint k at the unknowns x, shape (N + 1, 6 + m); ``relax`` as of an attempt."""
     m, bent, scratch = rig.tendons.shape[0], work.bent, work.scratch
     turn = turn_by((0.5 * x[k, 0], 0.5 * x[k, 1], 0.5 * x[k, 2]))
     for i in range(KDD, KPP + 3):
@@ -155,6 +157,10 @@ def bend_joint(k: int, x: Floats, rig: Parameters, memory: Memory, work: Work) -
         bent[k, OFF + i] = x[k, MOVED + i] + rig.joints[k, GIVE + i] * (force[i] - rig.joints[k, THRUST + i])
     condense(k, rig, work)
     springs(k, x, rig, memory, work)
+    if relax > 0.0:
+        for i in range(3):
+            bent[k, MOMENT + i] += relax * rig.viscosity * (x[k, i] - work.before[k, i])
+            bent[k, BEND + 4 * i] += relax * rig.viscosity
 
 
 @spatial_njit(forceinline=True)

@@ -26,12 +26,13 @@ class Attempt(NamedTuple):
     """How Newton's method tries a step.
 
     ``dead``: part of weights and force at the tip. ``fine``: a step that is not may not let a tendon begin to slide at
-    the base.
+    the base. ``relax``: over the pseudo-time of a step of a jump, else 0 (:mod:`fem_models.spatial.kernels.jump`).
     """
 
     dead: float
     iterations: int
     fine: bool
+    relax: float
 
 
 @spatial_njit()
@@ -45,18 +46,18 @@ def base_slides(before: Floats, state: Floats) -> bool:
 
 @spatial_njit(from_python=True)
 def balance_at(
-    x: Floats, tendons: Floats, rig: Parameters, memory: Memory, work: Work, dead: float, settle: bool
+    x: Floats, tendons: Floats, rig: Parameters, memory: Memory, work: Work, dead: float, settle: bool, relax: float
 ) -> float:
     """Fill forces and slopes at x, and return the largest residual, N; nan where there is none.
 
     ``tendons`` as of :func:`fem_models.spatial.kernels.guides.free_spans`, ``settle`` as of
-    :func:`fem_models.spatial.kernels.guides.balance_guides`.
+    :func:`fem_models.spatial.kernels.guides.balance_guides`; ``dead`` and ``relax`` as of :class:`Attempt`.
     """
     n, bent = rig.joints.shape[0], work.bent
     free_spans(x, tendons, rig, work.tension)
     largest, total, turns = 0.0, 0.0, 0.0
     for k in range(n):
-        bend_joint(k, x, rig, memory, work)
+        bend_joint(k, x, rig, memory, work, relax)
         for i in range(3):
             largest = max(largest, abs(bent[k, OFF + i]) * rig.stiffest)
             turns = max(turns, abs(bent[k, MOMENT + i]))
@@ -64,11 +65,11 @@ def balance_at(
     if rig.loaded:
         place_rings(x, rig, work)
         turns = balance_rings(rig, dead, work)
-    largest = max(largest, rig.by_arm * turns, balance_guides(x, rig, memory, work, settle))
+    largest = max(largest, rig.by_arm * turns, balance_guides(x, rig, memory, work, settle, relax))
     return largest if total == total else math.nan  # a maximum does not see nan
 
 
-@spatial_njit(error_model="python", from_python=True)  # a zero pivot raises ZeroDivisionError
+@spatial_njit(from_python=True)
 def newton(
     x: Floats, tendons: Floats, rig: Parameters, memory: Memory, work: Work, before: Floats, attempt: Attempt
 ) -> int:
@@ -80,7 +81,7 @@ def newton(
     """
     (n, m), step = work.state.shape, work.step
     for iteration in range(attempt.iterations):
-        largest = balance_at(x, tendons, rig, memory, work, attempt.dead, iteration > 0)
+        largest = balance_at(x, tendons, rig, memory, work, attempt.dead, iteration > 0, attempt.relax)
         if iteration > 0 and not attempt.fine and base_slides(before, work.state):
             return -iteration
         if largest <= rig.tolerance:

@@ -32,6 +32,7 @@ from fem_models.spatial.tables import (
     TENSION,
     THERE,
     TIGHTENS,
+    VISCOUS,
     WRAP_AHEAD,
     WRAP_BEND,
     WRAPPED,
@@ -70,7 +71,7 @@ def foresee(tendons: Floats, rig: Parameters, work: Work) -> None:
                 wraps = change_at(k, j, WRAPS, rig, work) + beyond
                 beyond = change_at(k, j, WRAPS + 1, rig, work)
             limit = guides[k, j, LIMIT] + guides[k, j, RATIO] * (near + far) + guides[k, j, WRAPPED] * wraps
-            along[k, j, THERE] = guides[k, j, NET] + near - far
+            along[k, j, THERE] = guides[k, j, NET] + near - far - guides[k, j, VISCOUS] * work.step[k, SLIPS + j]
             along[k, j, THERE + 1] = guides[k, j, FORCE] + guides[k, j, HELD] * work.step[k, SLIPS + j]
             along[k, j, THERE + 2] = max(limit, 0.0)
             near = far
@@ -142,7 +143,7 @@ def go_part(part: float, work: Work) -> None:
             take_state(k, j, work)
 
 
-@spatial_njit(error_model="python")
+@spatial_njit()
 def solve_again(x: Floats, tendons: Floats, rig: Parameters, dead: float, work: Work) -> None:
     """Solve once more, guides having changed."""
     if rig.loaded:
@@ -153,7 +154,7 @@ def solve_again(x: Floats, tendons: Floats, rig: Parameters, dead: float, work: 
     foresee(tendons, rig, work)
 
 
-@spatial_njit(error_model="python")
+@spatial_njit()
 def settle(x: Floats, tendons: Floats, rig: Parameters, dead: float, work: Work) -> int:
     """Change states until they agree with the end of the step; returns how often.
 
@@ -172,7 +173,7 @@ def settle(x: Floats, tendons: Floats, rig: Parameters, dead: float, work: Work)
     return TURNS
 
 
-@spatial_njit(error_model="python", from_python=True)
+@spatial_njit(from_python=True)
 def step_with_states(x: Floats, tendons: Floats, rig: Parameters, dead: float, work: Work, changes: bool) -> int:
     """Fill the Newton step of rotations and slips; if ``changes``, guides change until their states agree with it.
 

@@ -54,7 +54,7 @@ def condense_rotation(k: int, rig: Parameters, work: Work) -> None:
             pulled[k, j, TIGHTENS if part == 0 else WRAP_AHEAD + part - 1] += dot(slope, ahead)
 
 
-@spatial_njit(error_model="python", from_python=True)
+@spatial_njit(from_python=True)
 def step_by_slips(tendons: Floats, rig: Parameters, work: Work) -> None:
     """Fill the step of rotations and slips, where no dead load couples the joints.
 
@@ -65,7 +65,7 @@ def step_by_slips(tendons: Floats, rig: Parameters, work: Work) -> None:
     solve_slips(tendons, work)
 
 
-@spatial_njit(error_model="python")
+@spatial_njit()
 def solve_slips(tendons: Floats, work: Work) -> None:
     """Fill the step of rotations, which are condensed, and slips with guides in their states."""
     m = work.state.shape[1]

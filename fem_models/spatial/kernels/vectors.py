@@ -150,7 +150,7 @@ def turned_slope(turn: Turn, u: Vector, c: Vector, w: Vector) -> Vector:
     return two(1.0, p, 2.0 * turn.a, w)
 
 
-@spatial_njit(forceinline=True, error_model="python")  # a singular one raises ZeroDivisionError
+@spatial_njit(forceinline=True)
 def invert(m: Floats, r: int, out: int) -> None:
     """Write the inverse of the matrix in the rows r to r + 2 of a table to the rows from ``out`` on, by its minors."""
     p, q, s = take(m, r, 0), take(m, r + 1, 0), take(m, r + 2, 0)

@@ -8,12 +8,13 @@ import numpy as np
 
 from fem_models.rig.checks import SolverError
 from fem_models.spatial.drives import SpatialProgram
-from fem_models.spatial.kernels.follow import Motion, Run, follow, go_on, motion_at_rest
+from fem_models.spatial.kernels.follow import Run, follow, go_on
+from fem_models.spatial.kernels.history import Motion, motion_at_rest
 from fem_models.spatial.kernels.joint import work_space
 from fem_models.spatial.parameters import Memory, Parameters, SpatialSettings, memory_at_rest, spatial_parameters
 from fem_models.spatial.place import bending_deg, tip_and_frame
 from fem_models.spatial.rig import SpatialRig
-from fem_models.spatial.solve import path_of
+from fem_models.spatial.solve import empty_run, path_of
 from hysteresis.arrays import Floats
 
 
@@ -54,7 +55,7 @@ def at_rest(rig: SpatialRig) -> Equilibrium:
     tendons = len(rig.tendons)
     parameters, settings = spatial_parameters(rig, (False,) * tendons, SpatialSettings()), SpatialSettings()
     path = path_of(rig, SpatialProgram(np.zeros((1, tendons))), parameters, settings)
-    run, motion, memory = _empty(parameters, 1), motion_at_rest(parameters), memory_at_rest(parameters)
+    run, motion, memory = empty_run(parameters, 1), motion_at_rest(parameters), memory_at_rest(parameters)
     failed, _ = follow(path, parameters, memory, run, motion, work_space(parameters))
     if failed >= 0:
         raise SolverError(f"rig {rig.name}: no equilibrium at rest")
@@ -74,18 +75,13 @@ def moved_to(start: Equilibrium, drives: Floats, tip_N: Floats | None = None) ->
         x, y, z = (float(part) for part in tip_N)
         parameters = parameters._replace(tip=(x, y, z), loaded=True)
     program = SpatialProgram(np.array([start.drives, drives]))
-    path, run = path_of(start.rig, program, parameters, SpatialSettings()), _empty(parameters, 2)
+    path, run = path_of(start.rig, program, parameters, SpatialSettings()), empty_run(parameters, 2)
     motion, memory = _copied(start.motion), Memory(*(part.copy() for part in start.memory))
     reached = go_on(path, parameters, memory, run, motion, work_space(parameters))
     if reached < 1.0:
         ends = ", ".join(f"{drive:.6g}" for drive in drives)
         raise SolverError(f"rig {start.rig.name}: no equilibrium on the way to drives ({ends})")
     return _taken(start.rig, parameters, path.drives[-1], run, motion, memory)
-
-
-def _empty(parameters: Parameters, samples: int) -> Run:
-    n, m = parameters.crossings.shape[:2]
-    return Run(np.empty((samples, n, 6)), np.empty((samples, m, n + 1)), np.empty((samples, 4)))
 
 
 def _copied(motion: Motion) -> Motion:

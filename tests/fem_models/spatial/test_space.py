@@ -19,7 +19,7 @@ from fem_models.spatial import (
     wheel_drives,
     with_masses,
 )
-from fem_models.spatial.kernels.follow import motion_at_rest
+from fem_models.spatial.kernels.history import motion_at_rest
 from fem_models.spatial.kernels.joint import follow_displacements, work_space
 from fem_models.spatial.kernels.loaded import step_by_spins
 from fem_models.spatial.kernels.newton import balance_at
@@ -90,7 +90,7 @@ def test_the_tangent_is_exact(loaded):
     motion.tendons[NEXT_DRIVE] = 0.1
 
     def residual(at):
-        balance_at(at, motion.tendons, parameters, memory, work, 1.0, False)
+        balance_at(at, motion.tendons, parameters, memory, work, 1.0, False, 0.0)
         turns = work.blocks[1:, :3, -1] if loaded else work.bent[:, MOMENT : MOMENT + 3]
         return np.concatenate(
             [turns.ravel(), 1e3 * work.bent[:, OFF : OFF + 3].ravel(), work.guides[..., UNBALANCED].ravel()]
@@ -121,7 +121,7 @@ def test_guides_find_their_states_within_a_newton_step(loaded):
     memory, work, motion = memory_at_rest(parameters), work_space(parameters), motion_at_rest(parameters)
     x, tendons = motion.x, motion.tendons
     tendons[NEXT_DRIVE] = [0.1, -0.1, 0.02, -0.02]
-    balance_at(x, tendons, parameters, memory, work, 1.0, True)
+    balance_at(x, tendons, parameters, memory, work, 1.0, True, 0.0)
     before = work.state.copy()
     solved = step_with_states(x, tendons[SLOPE], parameters, 1.0, work, True)
     net, force, limit = np.moveaxis(work.along[..., THERE : THERE + 3], 2, 0)
