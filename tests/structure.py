@@ -13,9 +13,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("hysteresis", "fem_models", "validation", "studies")
 PLACES = (*PACKAGES, "benchmarks", "docs")
-BY_DESIGN = ("validation/tracing/effects",)
-"""Folders that may be larger: one file an effect."""
-MOST_MODULES, MOST_LINES, MOST_PARAMETERS = 15, 500, 8
+MOST_PARAMETERS = 8
 MOST_OF_FUNCTION, MOST_OF_KERNEL = 60, 80
 MOST_BARE_DICTS = 20
 BARE_DICTS = ("dict", "dict[str, Any]", "dict[str, object]", "Mapping[str, Any]", "Tables")
@@ -49,23 +47,6 @@ def functions() -> Iterator[tuple[str, Function]]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, Function):
                 yield f"{path.relative_to(ROOT)}:{node.lineno} {node.name}", node
-
-
-def large_folders() -> list[Found]:
-    """Folders with too many modules, ``__init__.py`` not counted."""
-    folders: dict[str, int] = {}
-    for path in sources():
-        if path.name != "__init__.py":
-            folder = str(path.parent.relative_to(ROOT))
-            folders[folder] = folders.get(folder, 0) + 1
-    return [Found(f, n) for f, n in folders.items() if n > MOST_MODULES and f not in BY_DESIGN]
-
-
-def long_files() -> list[Found]:
-    """Files with too many lines, tests among them."""
-    files = [*sources(), *sorted((ROOT / "tests").rglob("*.py"))]
-    counted = [Found(str(p.relative_to(ROOT)), len(p.read_text(encoding="utf-8").splitlines())) for p in files]
-    return [found for found in counted if found.count > MOST_LINES]
 
 
 def wide_signatures() -> list[Found]:
@@ -162,8 +143,6 @@ def circles() -> list[Found]:
 
 
 RULES = {
-    f"folders with more than {MOST_MODULES} modules": (large_folders, 0),
-    f"files with more than {MOST_LINES} lines": (long_files, 0),
     f"signatures with more than {MOST_PARAMETERS} parameters": (wide_signatures, 0),
     f"functions above {MOST_OF_FUNCTION} lines, kernels above {MOST_OF_KERNEL}": (long_functions, 0),
     "functions that return a bare dict": (bare_dicts, MOST_BARE_DICTS),

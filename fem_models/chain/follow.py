@@ -42,8 +42,8 @@ from fem_models.load.stepping import (
 )
 from hysteresis.arrays import Floats, Ints, Mask
 
-JUMP_LENGTH = 2.0**-6  # of the longest step: how far beyond the last equilibrium a jump is sought
-HALVINGS_SINCE = 6  # of a step, once the chain has relaxed on its way: a shorter one seldom ends the trouble
+JUMP_LENGTH = 2.0**-5  # of the longest step: how far beyond the last equilibrium a jump is sought
+HALVINGS_SINCE = 5  # of a step, once the chain has relaxed on its way: a shorter one seldom ends the trouble
 
 
 class Path(NamedTuple):

@@ -42,12 +42,12 @@ def _parts(force_N: float, direction_deg: float) -> tuple[float, float]:
     return force_N * math.cos(direction), force_N * math.sin(direction)
 
 
-FOLDED_DEG = 360.0
-"""Bending at which a tube has led once round, through itself."""
+FOLDED_DEG = 720.0
+"""Bending at which a tube lies twice round itself: no robot does, and its notches have long met."""
 
 
 def require_unfolded(rig: Rig, joint_angles_rad: Floats) -> None:
-    """Refuse a tube that bends once round and further, joint angles of shape (m, N).
+    """Refuse a tube that bends twice round and further, joint angles of shape (m, N).
 
     Raises
     ------

@@ -87,8 +87,11 @@ def buckling_preload_N(rig: Rig, joints: JointRow) -> float:
     at_rest = _at_rest(rig, joints)
     if not (at_rest.drives > 0).any():
         return math.inf
-    largest = float(eigh(np.diag(at_rest.drives), at_rest.resists, eigvals_only=True)[-1])
-    return rig.preload_N / largest
+    if joints.alike and rig.joints > 1:  # bent to an S, which no path resists
+        return rig.preload_N * joints_stiffness(rig, joints)[0] / at_rest.drives[0]
+    last = rig.joints - 1
+    found = eigh(np.diag(at_rest.drives), at_rest.resists, eigvals_only=True, subset_by_index=[last, last])
+    return rig.preload_N / float(found[0])
 
 
 def _is_far(rig: Rig, joints: JointRow) -> bool:
@@ -184,7 +187,9 @@ def _at_rest(rig: Rig, joints: JointRow) -> _AtRest:
     ]
     taut = np.flatnonzero(each)
     compliance = np.diag(1 / np.array(each)[taut]) + float(joints.of("axial_compliance").sum())
-    resists = np.diag(joints_stiffness(rig, joints)) + arms[:, taut] @ np.linalg.solve(compliance, arms[:, taut].T)
+    resists = np.diag(joints_stiffness(rig, joints))
+    if np.isfinite(compliance).all():
+        resists = resists + arms[:, taut] @ np.linalg.lstsq(compliance, arms[:, taut].T)[0]
     return _AtRest(resists, 0.25 * float(tensions.sum()) * joints.of("rigid_gap_mm"), arms @ tensions)
 
 

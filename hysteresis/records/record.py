@@ -103,7 +103,9 @@ class Record:
     drive_2: Floats | None = None  # of further wheels, in the unit of the drive
     drive_3: Floats | None = None
     drive_4: Floats | None = None
-    jump: Ints | None = None  # 1 at samples of a simulated record at which the tube jumps to another equilibrium, else 0
+    jump: Ints | None = (
+        None  # 1 at samples of a simulated record at which the tube jumps to another equilibrium, else 0
+    )
     rig: Mapping[str, Any] = field(default_factory=dict)
     tube: Mapping[str, Any] = field(default_factory=dict)
     notch: Mapping[str, Any] = field(default_factory=dict)

@@ -221,7 +221,9 @@ def _simulate_in_space(
         record = simulate_any(chosen, load, engine, dynamic)
     write_record(_of_file(record, rig, chosen.preload_N), out)
     summary = to_plain(summary_of(record), finite=False)
-    remarks = jump_lines(record) + ["quasi-static: the rate sets the times only"] if load.time_s is not None else []
+    remarks = jump_lines(record)
+    if load.time_s is not None:
+        remarks.append("quasi-static: the rate sets the times only")
     common.show(summary, values_table(summary), *remarks, f"record: {out}")
 
 
