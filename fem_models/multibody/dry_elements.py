@@ -6,12 +6,13 @@ tip; Jenkins and flag elements element by element, joint by joint.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+import fem_models.multibody.connector_laws as laws
 from fem_models.joint import JointRow
 from fem_models.joint.superelastic import FlagFibres, flag_moment
 from fem_models.joint.superelastic_section import fibre_stress, transformation_loss_mJ
@@ -28,6 +29,9 @@ _PLATEAUS = (  # where the law of a fibre finds them, see connector_laws
     "exponentialDecayStatic",
     "frictionProportionalZone",
 )
+
+_HARDENING = ("velocityOffset", "viscousFrictionFactor", "damping")
+"""Where the law of a flexure finds slope, limit and angle."""
 
 FAR_N = 1e6  # far above any friction: a bristle with this limit sticks, one with this force slides
 
@@ -60,7 +64,14 @@ class Guides:
         self.model, self.tendons, self.scale = model, len(rig.tendons), scale_N
         self.bristle = np.concatenate(bristle)
         self.rest, self.limit, self.sliding = (np.zeros(self.bristle.size) for _ in range(3))
-        self.given = {field: np.full(self.bristle.size, np.nan) for field in ("offset", "staticFrictionOffsetForce")}
+        self.slack = (False,) * self.tendons
+        self.loose = np.zeros(self.bristle.size, dtype=bool)
+        self.smooth = np.full(rig.joints, rig.friction.guide_N == 0)
+        self.smooth[0] &= rig.friction.sheath_N == 0
+        self.open = np.repeat(
+            [laws.OPEN_STIFFNESS * tendon.EA_N / rig.mean_pitch_mm for tendon in rig.tendons], rig.joints
+        )
+        self.given = {field: np.full(self.bristle.size, np.nan) for field in ("offset", "staticFrictionOffsetForce", "damping")}
 
     def _put(self, field: str, values: Floats) -> None:
         """Set a parameter of the guides in which it changes."""
@@ -70,15 +81,43 @@ class Guides:
 
     def fix(self, sliding: Floats, limit: Floats) -> None:
         """Make each guide stick or slide for a whole solve, so that Newton's method meets no kink."""
+        self._put("damping", np.where(self.loose, 0.0, self.open))
         self._put("offset", np.where(sliding == 0, self.rest, -sliding * FAR_N))
         self._put("staticFrictionOffsetForce", np.where(sliding == 0, FAR_N, limit))
+
+    def let_go(self) -> None:
+        """Leave the guides without force; :meth:`fix` gives it back."""
+        none = np.zeros(self.bristle.size)
+        for field in ("offset", "staticFrictionOffsetForce", "damping"):
+            self._put(field, none)
+
+    def make_slack(self, slack: Sequence[bool]) -> None:
+        """Say which tendons are slack: their segments are soft, and guides without constant friction hold nothing.
+
+        The tension is the same all along such a tendon. Its segments therefore share the slack by their lengths.
+        """
+        joints = self.bristle.size // self.tendons
+        for side, (now, before) in enumerate(zip(slack, self.slack, strict=True)):
+            if now == before:
+                continue
+            rows = slice(side * joints, (side + 1) * joints)
+            for number, law in zip(self.model.segments[rows], self.model.slack[rows], strict=True):
+                for field, value in (law.slack if now else law.taut).items():
+                    self.model.mbs.SetObjectParameter(number, field, value)
+            self.loose[rows] = now & self.smooth
+        self.slack = tuple(slack)
+
+    def unheld(self, sliding: Floats) -> Floats:
+        """States in which no guide of a slack tendon holds it."""
+        return np.where(self.loose & (sliding == 0), 1.0, sliding)
 
     def next_states(self, q: Floats, sliding: Floats, limit: Floats) -> Floats:
         """States by the forces of the bristles; a guide that slides sticks before it slides in the other direction."""
         force = self.bristle * (q[self.model.slip] - self.rest)
         tolerance = 1e-9 * self.scale
         loose = np.where(np.abs(force) > limit + tolerance, np.sign(force), 0.0)
-        return np.where(sliding == 0, loose, np.where(force * sliding < limit - tolerance, 0.0, sliding))
+        states = np.where(sliding == 0, loose, np.where(force * sliding < limit - tolerance, 0.0, sliding))
+        return np.where(self.loose, self.unheld(sliding), states)
 
     def base_slides(self, sliding: Floats) -> bool:
         """Whether a tendon has begun to slide at the base, or to slide in the other direction."""
@@ -124,9 +163,7 @@ class Material:
         set_each(mbs, model.flags, "dynamicFrictionForce", at_no_angle * self.fibres.lower_Nmm)
         set_each(mbs, model.flags, "damping", self.fibres.slope)
         set_each(mbs, model.flags, "viscousFrictionFactor", self.fibres.span_rad)
-        for field, value in zip(
-            ("dynamicFrictionForce", "staticFrictionOffsetForce", "damping"), joint.hardening, strict=True
-        ):
+        for field, value in zip(_HARDENING, joint.hardening, strict=True):
             set_each(mbs, model.hardening, field, [value] * len(model.hardening))
         set_each(mbs, model.hardening, "offset", [joint.rest_angle_rad] * len(model.hardening))
         self.row = section_row(joints)

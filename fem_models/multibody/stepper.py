@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, NamedTuple
 
 import exudyn as exu
@@ -28,10 +29,12 @@ from fem_models.load.stepping import (
     reach_after_success,
     too_short,
 )
-from fem_models.multibody.assembly import MASSLESS, RIGID_RINGS, RingInertia, assemble
+from fem_models.multibody.assembly import MASSLESS, RIGID_RINGS, SLACK, RingInertia, assemble
+from fem_models.multibody.balance import Balance, Viscosity
 from fem_models.multibody.dry_elements import Dashpots, Guides, Losses, Material, set_each
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
+from fem_models.rig.rig import Friction
 from fem_models.rig.tendon_law import tendon_stretch_mm
 from hysteresis.arrays import Floats
 
@@ -73,6 +76,8 @@ MOST_SLID_PITCHES = 1.0
 """Most tendon that enters or leaves a segment, over the pitch: a joint that bends by 1 rad takes in half of that."""
 LEAST_PART = 1e-3
 """Smallest step of the way to the equilibrium at rest."""
+SLACK_TURNS = 4
+"""How often tendons may become slack or taut in the search for an equilibrium."""
 ALL_AT_ONCE = 20
 """Solves of a step in which all guides may change their state; beyond them they could take turns for ever."""
 
@@ -136,6 +141,7 @@ class Stepper:
         self.dashpots = Dashpots(self.model, rig)
         self.losses = Losses()
         self.solver = _static_solver(rig, joints, settings)
+        self.balance = Balance(self.model, rig, self.guides, self.solver, load_control=load_control)
         self.load, self.reach = at_rest(joints.first.rest_angle_rad), self.control.max_step
         self._set_rest_angle(joints.first.rest_angle_rad)
         # of the last step: direction of the drive, and changes of Model.with_chords, friction limits, fronts per length
@@ -149,10 +155,7 @@ class Stepper:
 
     def tensions(self) -> Floats:
         """Shape (tendons, N+1), wheel to tip."""
-        output, kind = self.model.mbs.GetObjectOutput, exu.OutputVariableType
-        free = [self.load.drive] if self.load_control else [output(i, kind.Force) for i in self.model.free_spans]
-        segments = np.reshape([output(i, kind.ForceLocal) for i in self.model.segments], (len(self.rig.tendons), -1))
-        return np.column_stack([free, segments])
+        return self.model.tensions(self.load.drive if self.load_control else None)
 
     def tip_mm(self) -> Floats:
         """Centre of the last ring, shape (2,).
@@ -174,7 +177,24 @@ class Stepper:
         tension = self.found = self.tensions()
         wrap = guide_wrap_rad(self.rig.friction, np.diff(self.coordinates()[self.model.rotation]))
         dry = scaled_friction(self.rig.friction, self.load.friction_scale)
-        return friction_limits_N(dry, tension[:, :-1], tension[:, 1:], wrap).ravel()
+        limit = friction_limits_N(dry, tension[:, :-1], tension[:, 1:], wrap)
+        return np.where(self.guides.loose, 0.0, limit.ravel())
+
+    def slack_by_tension(self) -> tuple[bool, ...]:
+        """Which tendons are slack by the present tensions of their segments, ``found``.
+
+        Capstan friction alone leaves no tension anywhere where there is none at one place. Constant friction of the
+        guides may hold slack between them: such a tendon is slack segment by segment.
+        """
+        if self.rig.friction.guide_N > 0.0:
+            return self.guides.slack
+        taut_N = self.solver.staticSolver.newton.absoluteTolerance
+        return tuple(
+            bool(np.all(row[1:] <= (0.0 if tendon.toe_N == 0 else 0.5 * taut_N)))
+            if not slack
+            else bool(np.all(row[1:] <= (SLACK if tendon.toe_N == 0 else 1.0) * taut_N))
+            for slack, row, tendon in zip(self.guides.slack, self.found, self.rig.tendons, strict=True)
+        )
 
     def set_load(self, load: Load) -> None:
         """Bring wheel, free tendon and material to a load; what has not changed is left."""
@@ -232,7 +252,7 @@ class Stepper:
         for row, speed in zip(sliding, self.front_speed, strict=True):
             reached = front(row)
             row[reached : reached + int(length * speed)] = row[0]
-        return FrictionState(sliding.ravel(), np.maximum(self.guides.limit + length * self.limit_slope, 0.0))
+        return FrictionState(self.guides.unheld(sliding.ravel()), np.maximum(self.guides.limit + length * self.limit_slope, 0.0))
 
     def _equilibrium(self, load: Load, guess: FrictionState, *, fine: bool = True) -> FrictionState | None:
         """Find friction that agrees with the tensions; None where the solver fails.
@@ -240,12 +260,19 @@ class Stepper:
         None, too, where a tendon begins to slide at the base in a step that is not ``fine``: the work of the wheel has
         a corner there, and a quarter of the longest step keeps the balance of energies.
         """
-        (sliding, limit), tried = guess, list[tuple[Floats, Floats]]()
+        (sliding, limit), tried, turns = guess, list[tuple[Floats, Floats]](), 0
         for k in range(self.settings.max_friction_iterations):
             self.guides.fix(sliding, limit)
             if not self._solve(load):
                 return None
             update = self.limits()
+            slack = self.slack_by_tension()
+            if slack != self.guides.slack:
+                self.guides.make_slack(slack)
+                turns, tried, sliding, limit = turns + 1, [], self.guides.unheld(sliding), self.limits()
+                if turns > SLACK_TURNS:
+                    return None
+                continue
             states = self.guides.next_states(self.coordinates(), sliding, update)
             if not fine and self.guides.base_slides(states):
                 return None
@@ -258,6 +285,46 @@ class Stepper:
                 states = states if near else sliding
             tried = [*tried, (limit, update)] if np.array_equal(states, sliding) else []
             sliding, limit = states, mixed(tried) if len(tried) > PLAIN else update
+        return None
+
+    def _carefully(
+        self, load: Load, q: Floats, *, viscosity: Viscosity | None = None, iterations: int = 60
+    ) -> FrictionState | None:
+        """Find an equilibrium by Newton's method with friction inside, from coordinates; None where there is none near."""
+        self.set_load(load)
+        dry = scaled_friction(self.rig.friction, load.friction_scale)
+        tolerance = self.solver.staticSolver.newton.absoluteTolerance
+        first = self.guides.slack
+        choices = [first, *(slack for slack in product((False, True), repeat=len(first)) if slack != first)]
+        if self.rig.friction.guide_N > 0.0:
+            choices = [first]
+        for slack in choices:
+            self.guides.make_slack(slack)
+            found = self._warm_balance(load, q, dry, tolerance, viscosity, iterations)
+            if found is not None and self.slack_by_tension() == slack:
+                return found
+        self.guides.make_slack(first)
+        return None
+
+    def _warm_balance(
+        self,
+        load: Load,
+        q: Floats,
+        dry: Friction,
+        tolerance_N: float,
+        viscosity: Viscosity | None,
+        iterations: int,
+    ) -> FrictionState | None:
+        for _ in range(self.settings.max_friction_iterations):
+            self.balance.start()
+            found = self.balance.solve(q, dry, load.drive, tolerance_N, viscosity=viscosity, iterations=iterations)
+            if found is None:
+                return None
+            q = found.q
+            self._start_from(q)
+            self.limits()
+            if not self.model.heat or self.material.temperatures_agree(q, load):
+                return FrictionState(found.sliding, found.limit)
         return None
 
     def accept(self, q: Floats, velocities: Floats, limit: Floats) -> None:
@@ -309,6 +376,8 @@ class Stepper:
             self._start_from(q)
             found = self._released(start)
         if found is None:
+            found = self._carefully(self.load, q)
+        if found is None:
             raise SolverError("no equilibrium at rest")
         q = self.coordinates()
         self.accept(q, 0.0 * q, found.limit)
@@ -344,7 +413,7 @@ class Stepper:
         direction = np.sign(end.drive - start.drive)
         while done < 1:
             step = next_step(start, end, done, self.reach, self.control)
-            before = self.coordinates()
+            before, slack = self.coordinates(), self.guides.slack
             time_s = (step.part - done) * (end.time - start.time)
             self.dashpots.damp_over(time_s)
             self.material.begin(time_s, before)
@@ -354,11 +423,14 @@ class Stepper:
                 guess = self._predicted(step.length)
             else:  # after a reversal or a failure: every guide sticks until its force says otherwise
                 self._start_from(before)
-                guess = FrictionState(0.0 * self.guides.sliding, self.guides.limit)
+                guess = FrictionState(self.guides.unheld(0.0 * self.guides.sliding), self.guides.limit)
             found = self._equilibrium(step.load, guess, fine=step.fine)
+            if found is None and step.fine:
+                found = self._carefully(step.load, before)
             if found is None or self.jumped(self.coordinates() - before, step.length):
                 self.direction, self.reach = self.direction if not step.fine else math.nan, 0.5 * step.length
                 self._start_from(before)
+                self.guides.make_slack(slack)
                 if too_short(self.reach, self.control):
                     at, unit = between(start, end, done), "N" if self.load_control else "mm"
                     raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {step.load.drive:.6g} {unit}")

@@ -7,6 +7,7 @@ import pytest
 
 from fem_models.analytic import theory_curve
 from fem_models.analytic.kinematics import drive_for_angle_mm, tip_pose
+from fem_models.chain import simulate_chain
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
 from fem_models.load import LoadProgram, triangle
@@ -127,6 +128,25 @@ def test_whole_numbers_are_numbers():
     ]
     np.testing.assert_array_equal(records[0].angle_deg, records[1].angle_deg)
     assert loop_width(records[0].drive, records[0].angle_deg, records[0].cycle).max_deg > 1
+
+
+@pytest.mark.parametrize(("slope", "limit"), [(-0.6, -0.5), (0.8, -0.4), (-0.7, 1.5), (0.9, 2.0)])
+def test_flexures_that_soften_or_harden_bend_as_in_the_chain(slope, limit):
+    base = linear(preset("du2018"), EA_N=9000.0)
+    joint = MeasuredJoint(
+        joints=6,
+        pitch_mm=2.6,
+        flexure_stiffness_Nmm_per_rad=520.0,
+        hardening_slope=slope,
+        hardening_limit=limit,
+        hardening_angle_deg=2.0,
+    )
+    rig = replace(base, name="measured", joint=joint)
+    program = triangle(1.0, step_mm=0.25)
+    record, linear_one = simulate_multibody(rig, program), replace(joint, hardening_slope=0.0, hardening_limit=0.0)
+    np.testing.assert_allclose(record.angle_deg, simulate_chain(rig, program).angle_deg, atol=5e-3)
+    straight = simulate_multibody(replace(rig, joint=linear_one), program)
+    assert np.abs(record.angle_deg - straight.angle_deg).max() > 0.1
 
 
 def test_a_one_sided_wrist_rotates_about_its_neutral_axis():
