@@ -76,13 +76,15 @@ class DeadLoad(NamedTuple):
     force_N: tuple[float, float]
 
 
-class Slack(NamedTuple):
-    """What makes a segment slack: parameters of its connector, the ones of a taut segment and of a slack one.
+class SegmentLaws(NamedTuple):
+    """Parameters of the connector of a segment by what is known of its tendon.
 
-    A slack one pushes as it pulls, softly. A toe region leaves a tendon next to no tension, but always some: its
-    segments are as stiff as they were.
+    ``pulls`` is the law of a segment, ``taut`` that of one known to be taut: it would push as it pulls, and has no kink.
+    ``slack`` is nearly nothing, in both directions. A toe region leaves a tendon next to no tension, but always some:
+    its segments are as stiff as they were.
     """
 
+    pulls: dict[str, float]
     taut: dict[str, float]
     slack: dict[str, float]
 
@@ -97,7 +99,7 @@ class Model:
     forces: list[int]  # under load control, one a tendon
     dead: list[DeadLoad]  # weight of the rings, load on the tip; none before the stepper sets them
     segments: list[int]  # tendon a then b, base to tip
-    slack: list[Slack]  # of the segments, the same order
+    segment_laws: list[SegmentLaws]  # the same order
     guides: list[int]  # friction connectors, the same order
     beams: list[int]  # flexures, base to tip
     jenkins: list[int]  # element by element, joint by joint
@@ -357,7 +359,7 @@ def _add_segments(
     backbone: _Backbone,
     slip: list[int],
     lead_pitches: float,
-) -> tuple[list[int], list[Slack]]:
+) -> tuple[list[int], list[SegmentLaws]]:
     """Tendon from guide to guide: through the ring's hole, across the notch, into the next ring's hole.
 
     Exudyn's connector divides by its present length at rest, which slip changes, so that its force would grow with the
@@ -369,7 +371,7 @@ def _add_segments(
     tendon's slip at each guide towards the wheel, the anchor at the tip last.
     """
     tendon, half_angle = rig.tendons[0 if side > 0 else 1], 0.5 * joints.first.rest_angle_rad
-    out, slack, lengths, before = list[int](), list[Slack](), joints.lengths.segments.tolist(), 0.0
+    out, laws_of, lengths, before = list[int](), list[SegmentLaws](), joints.lengths.segments.tolist(), 0.0
     for i, (near, far) in enumerate(pairwise(backbone.rings)):
         joint, pitch = joints.each[i], lengths[i]
         y_mm, half_gap = side * (joint.arms_mm.a if side > 0 else joint.arms_mm.b), 0.5 * joint.rigid_gap_mm
@@ -398,11 +400,15 @@ def _add_segments(
             sheavesRadii=[0.0] * len(path),
         )
         out.append(int(mbs.AddObject(segment)))
-        taut = {"stiffnessPerLength": segment.stiffnessPerLength, "regularizationForce": segment.regularizationForce}
-        part = SLACK if tendon.toe_N == 0 else 1.0
-        soft = {"stiffnessPerLength": part * segment.stiffnessPerLength, "regularizationForce": -1.0}
-        slack.append(Slack(taut, soft))
-    return out, slack
+        stiffness, part = segment.stiffnessPerLength, SLACK if tendon.toe_N == 0 else 1.0
+        laws_of.append(
+            SegmentLaws(
+                pulls={"stiffnessPerLength": stiffness, "regularizationForce": segment.regularizationForce},
+                taut={"stiffnessPerLength": stiffness, "regularizationForce": -1.0},
+                slack={"stiffnessPerLength": part * stiffness, "regularizationForce": -1.0},
+            )
+        )
+    return out, laws_of
 
 
 def _add_surroundings(mbs: Any, rig: Rig, joints: JointRow, rings: list[Ring]) -> list[DeadLoad]:
@@ -470,7 +476,7 @@ def assemble(
     ground = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
     backbone = _add_backbone(mbs, rig, joints, ground, inertia)
     wheel, wheel_marker = _add_wheel(mbs, ground)
-    free_spans, forces, segments, slack, guides, slip_nodes, dashpots = [], [], [], [], [], [], []
+    free_spans, forces, segments, segment_laws, guides, slip_nodes, dashpots = [], [], [], [], [], [], []
     for side, tendon in zip((1, -1), rig.tendons, strict=False):
         nodes, markers = map(list, zip(*(_scalar_node(mbs) for _ in range(rig.joints)), strict=True))
         if load_control:
@@ -479,7 +485,7 @@ def assemble(
             free_spans.append(_add_free_span(mbs, rig, side, markers[0], wheel_marker))
         added = _add_segments(mbs, rig, joints, side, backbone, [*markers, ground], lead_pitches)
         segments += added[0]
-        slack += added[1]
+        segment_laws += added[1]
         guides += _add_guides(mbs, rig, tendon, bristle_ratio, ground, markers)
         slip_nodes += nodes
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
@@ -495,7 +501,7 @@ def assemble(
         forces=forces,
         dead=dead,
         segments=segments,
-        slack=slack,
+        segment_laws=segment_laws,
         guides=guides,
         beams=backbone.beams,
         jenkins=backbone.jenkins,

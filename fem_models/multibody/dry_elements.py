@@ -38,11 +38,12 @@ FAR_N = 1e6  # far above any friction: a bristle with this limit sticks, one wit
 
 @dataclass(frozen=True)
 class Losses:
-    """Losses since the start, mJ."""
+    """Losses since the start, mJ; ``jump`` is what goes to the pseudo-viscosity."""
 
     friction: float = 0.0
     material: float = 0.0
     drag: float = 0.0
+    jump: float = 0.0
 
 
 def set_each(mbs: Any, connectors: list[int], field: str, values: Iterable[float]) -> None:
@@ -64,7 +65,7 @@ class Guides:
         self.model, self.tendons, self.scale = model, len(rig.tendons), scale_N
         self.bristle = np.concatenate(bristle)
         self.rest, self.limit, self.sliding = (np.zeros(self.bristle.size) for _ in range(3))
-        self.slack = (False,) * self.tendons
+        self.slack, self.states = (False,) * self.tendons, ("pulls",) * self.tendons
         self.loose = np.zeros(self.bristle.size, dtype=bool)
         self.smooth = np.full(rig.joints, rig.friction.guide_N == 0)
         self.smooth[0] &= rig.friction.sheath_N == 0
@@ -91,21 +92,23 @@ class Guides:
         for field in ("offset", "staticFrictionOffsetForce", "damping"):
             self._put(field, none)
 
-    def make_slack(self, slack: Sequence[bool]) -> None:
+    def make_slack(self, slack: Sequence[bool], *, known: bool = False) -> None:
         """Say which tendons are slack: their segments are soft, and guides without constant friction hold nothing.
 
-        The tension is the same all along such a tendon. Its segments therefore share the slack by their lengths.
+        The tension is the same all along such a tendon. Its segments therefore share the slack by their lengths. Where
+        it is ``known`` that the others are taut their law has no kink.
         """
         joints = self.bristle.size // self.tendons
-        for side, (now, before) in enumerate(zip(slack, self.slack, strict=True)):
+        states = tuple("slack" if now else "taut" if known else "pulls" for now in slack)
+        for side, (now, before) in enumerate(zip(states, self.states, strict=True)):
             if now == before:
                 continue
             rows = slice(side * joints, (side + 1) * joints)
-            for number, law in zip(self.model.segments[rows], self.model.slack[rows], strict=True):
-                for field, value in (law.slack if now else law.taut).items():
+            for number, law in zip(self.model.segments[rows], self.model.segment_laws[rows], strict=True):
+                for field, value in getattr(law, now).items():
                     self.model.mbs.SetObjectParameter(number, field, value)
-            self.loose[rows] = now & self.smooth
-        self.slack = tuple(slack)
+            self.loose[rows] = slack[side] & self.smooth
+        self.slack, self.states = tuple(slack), states
 
     def unheld(self, sliding: Floats) -> Floats:
         """States in which no guide of a slack tendon holds it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -52,6 +52,7 @@ class MultibodySettings:
     step. ``lead_pitches`` is how far before a notch the connector of a tendon starts, over the pitch. What slides into
     a segment, at most some 5 % of a pitch, changes its stiffness by 0.05 % at 100. With a longer one Newton's method
     finds the end of slack less often: a run that ends so is taken up with ``short_lead_pitches``.
+    ``pseudo_viscosity`` scales what holds a jump back; its end does not depend on it.
     """
 
     bristle_ratio: float = 20.0
@@ -64,6 +65,7 @@ class MultibodySettings:
     newton_iterations: int = 15
     lead_pitches: float = 100.0
     short_lead_pitches: float = 10.0
+    pseudo_viscosity: float = 1.0
 
 
 PLAIN, KEPT = 2, 6
@@ -76,6 +78,11 @@ MOST_SLID_PITCHES = 1.0
 """Most tendon that enters or leaves a segment, over the pitch: a joint that bends by 1 rad takes in half of that."""
 LEAST_PART = 1e-3
 """Smallest step of the way to the equilibrium at rest."""
+PSEUDO_ROTATION = 2e-3
+"""Largest rotation of a joint in a step in pseudo-time, rad."""
+FIRST_PSEUDO_STEP, LEAST_PSEUDO_STEP, MOST_PSEUDO_STEPS = 1e-3, 1e-9, 2000
+INSTANT_S = 1e-12
+"""Time over which a section gives off no heat."""
 SLACK_TURNS = 4
 """How often tendons may become slack or taut in the search for an equilibrium."""
 ALL_AT_ONCE = 20
@@ -139,7 +146,7 @@ class Stepper:
         self.guides = Guides(self.model, rig, settings.bristle_ratio, joints.force_scale_N)
         self.material = Material(self.model, rig, joints)
         self.dashpots = Dashpots(self.model, rig)
-        self.losses = Losses()
+        self.losses, self.jumps = Losses(), 0
         self.solver = _static_solver(rig, joints, settings)
         self.balance = Balance(self.model, rig, self.guides, self.solver, load_control=load_control)
         self.load, self.reach = at_rest(joints.first.rest_angle_rad), self.control.max_step
@@ -295,15 +302,33 @@ class Stepper:
         dry = scaled_friction(self.rig.friction, load.friction_scale)
         tolerance = self.solver.staticSolver.newton.absoluteTolerance
         first = self.guides.slack
-        choices = [first, *(slack for slack in product((False, True), repeat=len(first)) if slack != first)]
-        if self.rig.friction.guide_N > 0.0:
-            choices = [first]
-        for slack in choices:
-            self.guides.make_slack(slack)
-            found = self._warm_balance(load, q, dry, tolerance, viscosity, iterations)
-            if found is not None and self.slack_by_tension() == slack:
-                return found
-        self.guides.make_slack(first)
+        found = self._slack_balance(load, q, dry, tolerance, viscosity, iterations)
+        self.guides.make_slack(first if found is None else self.guides.slack)
+        return found
+
+    def _slack_balance(
+        self,
+        load: Load,
+        q: Floats,
+        dry: Friction,
+        tolerance_N: float,
+        viscosity: Viscosity | None,
+        iterations: int,
+    ) -> FrictionState | None:
+        """Find which tendons are slack: those that an equilibrium leaves so, then the others in turn."""
+        first, known = self.guides.slack, self.rig.friction.guide_N == 0.0
+        tried = set[tuple[bool, ...]]()
+        for start in product((False, True), repeat=len(first)) if known else [first]:
+            slack, at = tuple(a != b for a, b in zip(first, start, strict=True)), q
+            while slack not in tried:
+                tried.add(slack)
+                self.guides.make_slack(slack, known=known)
+                found = self._warm_balance(load, at, dry, tolerance_N, viscosity, iterations)
+                if found is None:
+                    break
+                slack, at = self.slack_by_tension(), self.coordinates()
+                if slack == self.guides.slack:
+                    return found
         return None
 
     def _warm_balance(
@@ -329,10 +354,69 @@ class Stepper:
 
     def accept(self, q: Floats, velocities: Floats, limit: Floats) -> None:
         """Move the rest points of what has slipped, and book the losses."""
+        self._book(q, limit)
+        self.losses = replace(self.losses, drag=self.losses.drag + self.dashpots.accept(q, velocities))
+
+    def _book(self, q: Floats, limit: Floats) -> None:
+        """:meth:`accept` without drag."""
         friction, material = self.losses.friction + self.guides.accept(q, limit), self.losses.material
         for loss in self.material.accept(q, self.load):
             material += loss
-        self.losses = Losses(friction, material, self.losses.drag + self.dashpots.accept(q, velocities))
+        self.losses = replace(self.losses, friction=friction, material=material)
+
+    def relax(self, load: Load, q: Floats, *, books: bool = True) -> FrictionState | None:
+        """Jump to another equilibrium at a load, as a real tube does where it finds none near; None where it fails.
+
+        The rig moves in pseudo-time (implicit Euler), held back by viscosity: of each joint its bending stiffness, of
+        each guide EA/pitch, both times a unit of that time. Steps are so short that joints and guides hardly move, and
+        what slips is booked in each; only the energy goes to the viscosity that a real tube would lose in vibrations.
+        It ends where an equilibrium without viscosity is next to no motion away.
+        """
+        slack, heats = self.guides.slack, bool(self.model.heat)
+        viscosity = self._viscosity()
+        step, tried_at, force = FIRST_PSEUDO_STEP, 0.0, np.zeros(q.size)
+        for _ in range(MOST_PSEUDO_STEPS):
+            found = self._carefully(load, q, viscosity=Viscosity(viscosity / step, q), iterations=20)
+            after = self.coordinates()
+            motion = self._motion(after - q)
+            if found is None or motion > 2.0:
+                self._start_from(q)
+                self.guides.make_slack(slack)
+                step *= 0.25
+                if step < LEAST_PSEUDO_STEP:
+                    return None
+                continue
+            last, force = force, viscosity @ (after - q) / step
+            if books:
+                self.losses = replace(self.losses, jump=self.losses.jump + 0.5 * float((last + force) @ (after - q)))
+                self._book(after, found.limit)
+                if heats:
+                    self.material.begin(INSTANT_S, after)
+            q, slack = after, self.guides.slack
+            if motion < 0.25 and step >= 4.0 * tried_at:
+                found, tried_at = self._carefully(load, q, iterations=30), step
+                if found is not None and self._motion(self.coordinates() - q) <= 1.0:
+                    return found
+                self._start_from(q)
+                self.guides.make_slack(slack)
+            step *= 2.0 if motion < 1.0 else 0.7
+        return None
+
+    def _viscosity(self) -> Floats:
+        """Forces over speeds in pseudo-time, shape (n, n)."""
+        model, joints = self.model, np.arange(self.rig.joints)
+        matrix, turn = np.zeros((model.size, model.size)), np.zeros((joints.size, model.size))
+        turn[joints, model.rotation[1:]] += 1.0
+        turn[joints, model.near_rotation] -= 1.0
+        matrix += turn.T @ (self.joints.of("flexure.bending_Nmm_per_rad")[:, None] * turn)
+        slide = [tendon.EA_N / self.rig.mean_pitch_mm for tendon in self.rig.tendons]
+        matrix[model.slip, model.slip] += np.repeat(slide, self.rig.joints)
+        return matrix * self.settings.pseudo_viscosity
+
+    def _motion(self, change: Floats) -> float:
+        """Largest motion of joints and guides over what a step in pseudo-time may bring."""
+        rotation = np.abs(np.diff(change[self.model.rotation])).max() / PSEUDO_ROTATION
+        return float(max(rotation, np.abs(change[self.model.slip]).max() / self.control.least_slide))
 
     def _released_mm(self) -> float:
         """Tendon that may come free without the drive when the dashpots relax."""
@@ -378,6 +462,9 @@ class Stepper:
         if found is None:
             found = self._carefully(self.load, q)
         if found is None:
+            self._start_from(q)
+            found = self.relax(self.load, q, books=False)
+        if found is None:
             raise SolverError("no equilibrium at rest")
         q = self.coordinates()
         self.accept(q, 0.0 * q, found.limit)
@@ -410,7 +497,7 @@ class Stepper:
         kept until steps succeed again.
         """
         start, done, work, force, wound = self.load, 0.0, 0.0, wheel_force_N(self.found), self._wound_mm()
-        direction = np.sign(end.drive - start.drive)
+        direction, jumps = np.sign(end.drive - start.drive), self.jumps
         while done < 1:
             step = next_step(start, end, done, self.reach, self.control)
             before, slack = self.coordinates(), self.guides.slack
@@ -431,12 +518,19 @@ class Stepper:
                 self.direction, self.reach = self.direction if not step.fine else math.nan, 0.5 * step.length
                 self._start_from(before)
                 self.guides.make_slack(slack)
-                if too_short(self.reach, self.control):
+                if not too_short(self.reach, self.control):
+                    continue
+                found = self.relax(step.load, before)
+                if found is None:
                     at, unit = between(start, end, done), "N" if self.load_control else "mm"
                     raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {step.load.drive:.6g} {unit}")
-                continue
+                self.jumps += 1
             after = self.coordinates()
-            self._learn(found, self.model.with_chords(after) - self.model.with_chords(before), step.length, direction)
+            if self.jumps > jumps:
+                jumps, self.guides.sliding = self.jumps, found.sliding
+            else:
+                change = self.model.with_chords(after) - self.model.with_chords(before)
+                self._learn(found, change, step.length, direction)
             velocities = (after - before) / time_s if time_s > 0 else 0.0 * after
             self.accept(after, velocities, found.limit)
             last, force, last_wound, wound = force, wheel_force_N(self.found), wound, self._wound_mm()
