@@ -80,8 +80,7 @@ class SegmentLaws(NamedTuple):
     """Parameters of the connector of a segment by what is known of its tendon.
 
     ``pulls`` is the law of a segment, ``taut`` that of one known to be taut: it would push as it pulls, and has no kink.
-    ``slack`` is nearly nothing, in both directions. A toe region leaves a tendon next to no tension, but always some:
-    its segments are as stiff as they were.
+    ``slack`` is nearly nothing, in both directions; as stiff as before where :func:`keeps_tension`.
     """
 
     pulls: dict[str, float]
@@ -351,6 +350,11 @@ def _add_material(
     return jenkins, flags, hardening, [_dashpot(mbs, m) for m in ends] if rig.drag else []
 
 
+def keeps_tension(rig: Rig, tendon: Tendon) -> bool:
+    """Whether a slack tendon has next to no tension, but always some: by its toe region, past a base that holds none."""
+    return tendon.toe_N > 0 and rig.friction.sheath_N == 0
+
+
 def _add_segments(
     mbs: Any,
     rig: Rig,
@@ -400,7 +404,7 @@ def _add_segments(
             sheavesRadii=[0.0] * len(path),
         )
         out.append(int(mbs.AddObject(segment)))
-        stiffness, part = segment.stiffnessPerLength, SLACK if tendon.toe_N == 0 else 1.0
+        stiffness, part = segment.stiffnessPerLength, 1.0 if keeps_tension(rig, tendon) else SLACK
         laws_of.append(
             SegmentLaws(
                 pulls={"stiffnessPerLength": stiffness, "regularizationForce": segment.regularizationForce},

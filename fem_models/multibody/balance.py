@@ -195,8 +195,8 @@ class Balance:
                 then = self.forces(tried, friction, drive_N, viscosity)
                 ahead, behind = (model.with_places(chords + (part + d) * speed) for d in (NEAR, -NEAR))
                 slope = float(then.off[free] @ (ahead - behind)[free]) / (2 * NEAR)
-                if size <= SMALL_STEP or slope <= 0.5 * abs(downhill):
+                if size <= SMALL_STEP or downhill >= 0.0 or slope <= -0.5 * downhill:
                     break
-                part *= min(max(abs(downhill) / (abs(downhill) + slope), 0.1), 0.9)
+                part *= min(max(downhill / (downhill - slope), 0.1), 0.9)
             q, at = tried, then
         return None

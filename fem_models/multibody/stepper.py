@@ -29,7 +29,7 @@ from fem_models.load.stepping import (
     reach_after_success,
     too_short,
 )
-from fem_models.multibody.assembly import MASSLESS, RIGID_RINGS, SLACK, RingInertia, assemble
+from fem_models.multibody.assembly import MASSLESS, RIGID_RINGS, SLACK, RingInertia, assemble, keeps_tension
 from fem_models.multibody.balance import Balance, Viscosity
 from fem_models.multibody.dry_elements import Dashpots, Guides, Losses, Material, set_each
 from fem_models.rig import Rig
@@ -83,6 +83,8 @@ PSEUDO_ROTATION = 2e-3
 FIRST_PSEUDO_STEP, LEAST_PSEUDO_STEP, MOST_PSEUDO_STEPS = 1e-3, 1e-9, 2000
 INSTANT_S = 1e-12
 """Time over which a section gives off no heat."""
+TOE_SLACK = 1e-6
+"""Tension over the force scale at which a tendon with a toe region, which always has some, counts as slack."""
 SLACK_TURNS = 4
 """How often tendons may become slack or taut in the search for an equilibrium."""
 ALL_AT_ONCE = 20
@@ -195,12 +197,11 @@ class Stepper:
         """
         if self.rig.friction.guide_N > 0.0:
             return self.guides.slack
-        taut_N = self.solver.staticSolver.newton.absoluteTolerance
+        scale, tolerance = self.joints.force_scale_N, self.solver.staticSolver.newton.absoluteTolerance
+        least = [TOE_SLACK * scale if keeps_tension(self.rig, t) else SLACK * tolerance for t in self.rig.tendons]
         return tuple(
-            bool(np.all(row[1:] <= (0.0 if tendon.toe_N == 0 else 0.5 * taut_N)))
-            if not slack
-            else bool(np.all(row[1:] <= (SLACK if tendon.toe_N == 0 else 1.0) * taut_N))
-            for slack, row, tendon in zip(self.guides.slack, self.found, self.rig.tendons, strict=True)
+            bool(np.all(row[1:] <= (most if slack else most - SLACK * tolerance)))
+            for slack, row, most in zip(self.guides.slack, self.found, least, strict=True)
         )
 
     def set_load(self, load: Load) -> None:
