@@ -79,8 +79,8 @@ class DeadLoad(NamedTuple):
 class SegmentLaws(NamedTuple):
     """Parameters of the connector of a segment by what is known of its tendon.
 
-    ``pulls`` is the law of a segment, ``taut`` that of one known to be taut: it would push as it pulls, and has no kink.
-    ``slack`` is nearly nothing, in both directions; as stiff as before where :func:`keeps_tension`.
+    ``pulls`` is the law of a segment, ``taut`` that of one known to be taut: it would push as it pulls, and has no
+    kink. ``slack`` is nearly nothing, in both directions; as stiff as before where :func:`keeps_tension`.
     """
 
     pulls: dict[str, float]
@@ -351,7 +351,7 @@ def _add_material(
 
 
 def keeps_tension(rig: Rig, tendon: Tendon) -> bool:
-    """Whether a slack tendon has next to no tension, but always some: by its toe region, past a base that holds none."""
+    """Whether a slack tendon always has some tension, however little: by its toe region, past a base without a sheath."""
     return tendon.toe_N > 0 and rig.friction.sheath_N == 0
 
 

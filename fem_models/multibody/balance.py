@@ -3,9 +3,9 @@
 Exudyn gives the forces of an assembled rig and their slopes, without its guides. Friction is added here as it depends
 on the present tensions and angles, with its slopes:
 
-    f = k (s - s_rest), at most c + tanh(mu wrap/2) (T_wheel + T_tip)      s: slip, T: tensions on both sides, not below 0
+    f = k (s - s_rest), at most c + tanh(mu wrap/2) (T_wheel + T_tip)
 
-and what resists a change from one pseudo time to the next (:class:`Viscosity`). A step of Newton's method turns stiff
+with the slip s and the tensions T on both sides, where they pull. So is what resists a change from one pseudo time to the next (:class:`Viscosity`). A step of Newton's method turns stiff
 rings without strain (:meth:`Model.with_chords`). It is shortened where it leads beyond the least
 energy on its way: friction apart, forces have a potential, with kinks where segments become taut and guides slide.
 """
@@ -30,7 +30,7 @@ LARGEST_STEP = 0.3
 """Largest change in a step of Newton's method, mm; of rotations times the moment arm."""
 SMALL_STEP = 1e-7
 """The last step of Newton's method, in the same measure."""
-SHORTER_STEPS = 40
+SHORTER_STEPS = 12
 """How often a step of Newton's method is shortened."""
 NEAR = 1e-4
 """Part of a step over which the direction of the path is taken."""
@@ -98,7 +98,7 @@ class Balance:
         return out
 
     def forces(self, q: Floats, friction: Friction, drive_N: float, viscosity: Viscosity | None) -> _Forces:
-        """Forces at coordinates."""
+        """Work out the forces at coordinates."""
         model = self.model
         model.mbs.systemData.SetODE2Coordinates(q)
         self.solver.ComputeODE2RHS(model.mbs)
@@ -122,7 +122,7 @@ class Balance:
         """Slopes of :meth:`forces` in the coordinates, shape (n, n)."""
         model, n = self.model, self.model.size
         model.mbs.systemData.SetODE2Coordinates(q)
-        self.solver.ComputeJacobianODE2RHS(model.mbs, -1.0, 0.0, 0.0)
+        self.solver.ComputeJacobianODE2RHS(model.mbs, -1.0, 0.0, 0.0, int(bool(model.dead)))
         slopes = np.array(self.solver.GetSystemJacobian())[:n, :n]
         by_q = self._tension_slopes(slopes, at.tension)
         by_q[at.tension <= 0.0] = 0.0
@@ -169,7 +169,7 @@ class Balance:
         tolerance_N: float,
         *,
         viscosity: Viscosity | None = None,
-        iterations: int = 60,
+        iterations: int = 40,
     ) -> Found | None:
         """Find coordinates in balance, from given ones; None where there are none near."""
         model, free = self.model, self.free

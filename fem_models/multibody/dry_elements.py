@@ -72,7 +72,9 @@ class Guides:
         self.open = np.repeat(
             [laws.OPEN_STIFFNESS * tendon.EA_N / rig.mean_pitch_mm for tendon in rig.tendons], rig.joints
         )
-        self.given = {field: np.full(self.bristle.size, np.nan) for field in ("offset", "staticFrictionOffsetForce", "damping")}
+        self.given = {
+            field: np.full(self.bristle.size, np.nan) for field in ("offset", "staticFrictionOffsetForce", "damping")
+        }
 
     def _put(self, field: str, values: Floats) -> None:
         """Set a parameter of the guides in which it changes."""

@@ -57,7 +57,7 @@ class MultibodySettings:
 
     bristle_ratio: float = 20.0
     friction_tolerance: float = 1e-6
-    max_friction_iterations: int = 60
+    max_friction_iterations: int = 40
     max_step_mm: float = 0.1
     max_force_step: float = 0.25
     max_halvings: int = 12
@@ -145,7 +145,9 @@ class Stepper:
             load_control=load_control,
             lead_pitches=settings.lead_pitches,
         )
-        self.guides = Guides(self.model, rig, settings.bristle_ratio, joints.force_scale_N)
+        # The force scale of stiff joints has no bound: a share of it is no tolerance beyond 1 % of strain.
+        self.scale_N = min(joints.force_scale_N, *(1e-2 * tendon.EA_N for tendon in rig.tendons))
+        self.guides = Guides(self.model, rig, settings.bristle_ratio, self.scale_N)
         self.material = Material(self.model, rig, joints)
         self.dashpots = Dashpots(self.model, rig)
         self.losses, self.jumps = Losses(), 0
@@ -197,7 +199,7 @@ class Stepper:
         """
         if self.rig.friction.guide_N > 0.0:
             return self.guides.slack
-        scale, tolerance = self.joints.force_scale_N, self.solver.staticSolver.newton.absoluteTolerance
+        scale, tolerance = self.scale_N, self.solver.staticSolver.newton.absoluteTolerance
         least = [TOE_SLACK * scale if keeps_tension(self.rig, t) else SLACK * tolerance for t in self.rig.tendons]
         return tuple(
             bool(np.all(row[1:] <= (most if slack else most - SLACK * tolerance)))
@@ -260,7 +262,9 @@ class Stepper:
         for row, speed in zip(sliding, self.front_speed, strict=True):
             reached = front(row)
             row[reached : reached + int(length * speed)] = row[0]
-        return FrictionState(self.guides.unheld(sliding.ravel()), np.maximum(self.guides.limit + length * self.limit_slope, 0.0))
+        return FrictionState(
+            self.guides.unheld(sliding.ravel()), np.maximum(self.guides.limit + length * self.limit_slope, 0.0)
+        )
 
     def _equilibrium(self, load: Load, guess: FrictionState, *, fine: bool = True) -> FrictionState | None:
         """Find friction that agrees with the tensions; None where the solver fails.
@@ -284,7 +288,7 @@ class Stepper:
             states = self.guides.next_states(self.coordinates(), sliding, update)
             if not fine and self.guides.base_slides(states):
                 return None
-            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.joints.force_scale_N
+            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.scale_N
             warm = not self.model.heat or self.material.temperatures_agree(self.coordinates(), load)
             if near and warm and np.array_equal(states, sliding):
                 return FrictionState(sliding, limit)
@@ -296,9 +300,9 @@ class Stepper:
         return None
 
     def _carefully(
-        self, load: Load, q: Floats, *, viscosity: Viscosity | None = None, iterations: int = 60
+        self, load: Load, q: Floats, *, viscosity: Viscosity | None = None, iterations: int = 40
     ) -> FrictionState | None:
-        """Find an equilibrium by Newton's method with friction inside, from coordinates; None where there is none near."""
+        """Find an equilibrium by Newton's method with friction inside; None where there is none near coordinates."""
         self.set_load(load)
         dry = scaled_friction(self.rig.friction, load.friction_scale)
         tolerance = self.solver.staticSolver.newton.absoluteTolerance
@@ -404,7 +408,7 @@ class Stepper:
         return None
 
     def _viscosity(self) -> Floats:
-        """Forces over speeds in pseudo-time, shape (n, n)."""
+        """Work out forces over speeds in pseudo-time, shape (n, n)."""
         model, joints = self.model, np.arange(self.rig.joints)
         matrix, turn = np.zeros((model.size, model.size)), np.zeros((joints.size, model.size))
         turn[joints, model.rotation[1:]] += 1.0
