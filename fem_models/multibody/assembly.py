@@ -351,7 +351,7 @@ def _add_material(
 
 
 def keeps_tension(rig: Rig, tendon: Tendon) -> bool:
-    """Whether a slack tendon always has some tension, however little: by its toe region, past a base without a sheath."""
+    """Whether a slack tendon always has some tension, however little: by its toe region, with no sheath."""
     return tendon.toe_N > 0 and rig.friction.sheath_N == 0
 
 

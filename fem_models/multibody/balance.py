@@ -5,9 +5,10 @@ on the present tensions and angles, with its slopes:
 
     f = k (s - s_rest), at most c + tanh(mu wrap/2) (T_wheel + T_tip)
 
-with the slip s and the tensions T on both sides, where they pull. So is what resists a change from one pseudo time to the next (:class:`Viscosity`). A step of Newton's method turns stiff
-rings without strain (:meth:`Model.with_chords`). It is shortened where it leads beyond the least
-energy on its way: friction apart, forces have a potential, with kinks where segments become taut and guides slide.
+with the slip s and the tensions T on both sides, where they pull. So is what resists a change from one pseudo-time to
+the next (:class:`Viscosity`). A step of Newton's method turns stiff rings without strain (:meth:`Model.with_chords`).
+It is shortened where it leads beyond the least energy on its way: friction apart, forces have a potential, with kinks
+where guides slide and tendons become taut.
 """
 
 from __future__ import annotations

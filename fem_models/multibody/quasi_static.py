@@ -42,8 +42,9 @@ class MultibodySolution:
     ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. ``peak_strain``, shape
     (m, N), is that of :func:`fem_models.joint.strain.peak_strain`. ``wheel_work_mJ`` and the losses to friction, the
     material and drag are cumulative from the start of the program. ``jump`` says whether the rig jumped to another
-    equilibrium on the way to a sample, ``jump_loss_mJ`` is the energy lost in jumps, cumulative too: a real tube loses
-    it in vibrations. ``warming_K``, shape (m, N), is the temperature of joints that heat themselves above that of the surroundings; None of a rig whose joints do not.
+    equilibrium on the way to a sample. ``jump_loss_mJ``, cumulative too, is the energy lost in jumps: a real tube loses
+    it in vibrations. ``warming_K``, shape (m, N), is the temperature of joints that heat themselves above that of the
+    surroundings; None of a rig whose joints do not.
     """
 
     record: Record

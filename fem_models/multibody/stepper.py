@@ -414,6 +414,9 @@ class Stepper:
         turn[joints, model.rotation[1:]] += 1.0
         turn[joints, model.near_rotation] -= 1.0
         matrix += turn.T @ (self.joints.of("flexure.bending_Nmm_per_rad")[:, None] * turn)
+        if model.longer.size:  # a section on its plateau gives way to thrust as to bending
+            arm = self.joints.softest.arms_mm.a
+            matrix[model.longer, model.longer] += self.joints.of("flexure.bending_Nmm_per_rad") / arm**2
         slide = [tendon.EA_N / self.rig.mean_pitch_mm for tendon in self.rig.tendons]
         matrix[model.slip, model.slip] += np.repeat(slide, self.rig.joints)
         return matrix * self.settings.pseudo_viscosity
