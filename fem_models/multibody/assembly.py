@@ -25,6 +25,9 @@ from hysteresis.arrays import Floats, Ints
 
 COMPRESSION = 0.00025  # of the preload: a slack segment pushes with no more, which keeps the tangent regular
 
+SLACK = laws.OPEN_STIFFNESS
+"""Stiffness of the segments of a slack tendon over that of taut ones: as of its free length."""
+
 Spring = items.ObjectConnectorCoordinateSpringDamperExt
 
 
@@ -73,6 +76,18 @@ class DeadLoad(NamedTuple):
     force_N: tuple[float, float]
 
 
+class SegmentLaws(NamedTuple):
+    """Parameters of the connector of a segment by what is known of its tendon.
+
+    ``pulls`` is the law of a segment, ``taut`` that of one known to be taut: it would push as it pulls, and has no
+    kink. ``slack`` is nearly nothing, in both directions; as stiff as before where :func:`keeps_tension`.
+    """
+
+    pulls: dict[str, float]
+    taut: dict[str, float]
+    slack: dict[str, float]
+
+
 @dataclass(frozen=True)
 class Model:
     """Item numbers and coordinate indices of an assembled system."""
@@ -83,6 +98,7 @@ class Model:
     forces: list[int]  # under load control, one a tendon
     dead: list[DeadLoad]  # weight of the rings, load on the tip; none before the stepper sets them
     segments: list[int]  # tendon a then b, base to tip
+    segment_laws: list[SegmentLaws]  # the same order
     guides: list[int]  # friction connectors, the same order
     beams: list[int]  # flexures, base to tip
     jenkins: list[int]  # element by element, joint by joint
@@ -101,6 +117,18 @@ class Model:
     reference_mm: Floats  # their places in the straight rig without preload, shape (2, 2 N)
     centre_mm: Floats  # of the rings, from their nodes along x
     tip: Ring
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return int(self.mbs.systemData.ODE2Size())
+
+    def tensions(self, pull_N: float | None) -> Floats:
+        """Shape (tendons, N+1), wheel to tip, at present; the pull is that of load control."""
+        output, kind = self.mbs.GetObjectOutput, exu.OutputVariableType
+        free = [output(i, kind.Force) for i in self.free_spans] if pull_N is None else [pull_N]
+        segments = np.reshape([output(i, kind.ForceLocal) for i in self.segments], (len(free), -1))
+        return np.column_stack([free, segments])
 
     def joint_angles(self, q: Floats) -> Floats:
         """Angle of each flexure at coordinates q, shape (N,); or its speed, at velocities."""
@@ -126,6 +154,18 @@ class Model:
         cosine, sine = np.cos(middle), np.sin(middle)
         q[nodes[1:]], q[nodes[1:] + 1] = cosine * dx + sine * dy, cosine * dy - sine * dx
         return q
+
+    def chord_speeds(self, q: Floats, speeds: Floats) -> Floats:
+        """Speeds of :meth:`with_chords` at coordinates and their speeds."""
+        nodes, out = self.nodes, speeds.copy()
+        dx, dy = np.diff(q[nodes] + self.reference_mm[0]), np.diff(q[nodes + 1] + self.reference_mm[1])
+        middle, turning = (0.5 * (v[nodes[1:] + 2] + v[nodes[:-1] + 2]) for v in (q, speeds))
+        cosine, sine = np.cos(middle), np.sin(middle)
+        vx, vy = np.diff(speeds[nodes]), np.diff(speeds[nodes + 1])
+        along, across = cosine * dx + sine * dy, cosine * dy - sine * dx
+        out[nodes[1:]] = cosine * vx + sine * vy + across * turning
+        out[nodes[1:] + 1] = cosine * vy - sine * vx - along * turning
+        return out
 
     def with_places(self, q: Floats) -> Floats:
         """Coordinates of the system from those of :meth:`with_chords`."""
@@ -310,9 +350,20 @@ def _add_material(
     return jenkins, flags, hardening, [_dashpot(mbs, m) for m in ends] if rig.drag else []
 
 
+def keeps_tension(rig: Rig, tendon: Tendon) -> bool:
+    """Whether a slack tendon always has some tension, however little: by its toe region, with no sheath."""
+    return tendon.toe_N > 0 and rig.friction.sheath_N == 0
+
+
 def _add_segments(
-    mbs: Any, rig: Rig, joints: JointRow, side: int, backbone: _Backbone, slip: list[int], lead_pitches: float
-) -> list[int]:
+    mbs: Any,
+    rig: Rig,
+    joints: JointRow,
+    side: int,
+    backbone: _Backbone,
+    slip: list[int],
+    lead_pitches: float,
+) -> tuple[list[int], list[SegmentLaws]]:
     """Tendon from guide to guide: through the ring's hole, across the notch, into the next ring's hole.
 
     Exudyn's connector divides by its present length at rest, which slip changes, so that its force would grow with the
@@ -324,7 +375,7 @@ def _add_segments(
     tendon's slip at each guide towards the wheel, the anchor at the tip last.
     """
     tendon, half_angle = rig.tendons[0 if side > 0 else 1], 0.5 * joints.first.rest_angle_rad
-    out, lengths, before = [], joints.lengths.segments.tolist(), 0.0
+    out, laws_of, lengths, before = list[int](), list[SegmentLaws](), joints.lengths.segments.tolist(), 0.0
     for i, (near, far) in enumerate(pairwise(backbone.rings)):
         joint, pitch = joints.each[i], lengths[i]
         y_mm, half_gap = side * (joint.arms_mm.a if side > 0 else joint.arms_mm.b), 0.5 * joint.rigid_gap_mm
@@ -353,7 +404,15 @@ def _add_segments(
             sheavesRadii=[0.0] * len(path),
         )
         out.append(int(mbs.AddObject(segment)))
-    return out
+        stiffness, part = segment.stiffnessPerLength, 1.0 if keeps_tension(rig, tendon) else SLACK
+        laws_of.append(
+            SegmentLaws(
+                pulls={"stiffnessPerLength": stiffness, "regularizationForce": segment.regularizationForce},
+                taut={"stiffnessPerLength": stiffness, "regularizationForce": -1.0},
+                slack={"stiffnessPerLength": part * stiffness, "regularizationForce": -1.0},
+            )
+        )
+    return out, laws_of
 
 
 def _add_surroundings(mbs: Any, rig: Rig, joints: JointRow, rings: list[Ring]) -> list[DeadLoad]:
@@ -421,14 +480,16 @@ def assemble(
     ground = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
     backbone = _add_backbone(mbs, rig, joints, ground, inertia)
     wheel, wheel_marker = _add_wheel(mbs, ground)
-    free_spans, forces, segments, guides, slip_nodes, dashpots = [], [], [], [], [], []
+    free_spans, forces, segments, segment_laws, guides, slip_nodes, dashpots = [], [], [], [], [], [], []
     for side, tendon in zip((1, -1), rig.tendons, strict=False):
         nodes, markers = map(list, zip(*(_scalar_node(mbs) for _ in range(rig.joints)), strict=True))
         if load_control:
             forces.append(int(mbs.AddLoad(items.LoadCoordinate(markerNumber=markers[0], load=rig.preload_N))))
         else:
             free_spans.append(_add_free_span(mbs, rig, side, markers[0], wheel_marker))
-        segments += _add_segments(mbs, rig, joints, side, backbone, [*markers, ground], lead_pitches)
+        added = _add_segments(mbs, rig, joints, side, backbone, [*markers, ground], lead_pitches)
+        segments += added[0]
+        segment_laws += added[1]
         guides += _add_guides(mbs, rig, tendon, bristle_ratio, ground, markers)
         slip_nodes += nodes
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
@@ -444,6 +505,7 @@ def assemble(
         forces=forces,
         dead=dead,
         segments=segments,
+        segment_laws=segment_laws,
         guides=guides,
         beams=backbone.beams,
         jenkins=backbone.jenkins,

@@ -55,9 +55,12 @@ def flag(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, climb: Any, rest: Any
     return high(bounded(line, positive), 0.0) - high(bounded(-line, negative), 0.0)
 
 
-def hardening(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, angle: Any, rest: Any, vo: Any, slope: Any, limit: Any,
-              ve: Any, fv: Any, rv: Any) -> Any:  # fmt: skip
-    """Moment of a flexure beyond a linear one; :func:`fem_models.joint.hardening.beyond_linear_rad`."""
+def hardening(mbs: Any, t: Any, i: Any, u: Any, v: Any, k: Any, angle: Any, rest: Any, slope: Any, fd: Any, fs: Any,
+              ve: Any, limit: Any, rv: Any) -> Any:  # fmt: skip
+    """Moment of a flexure beyond a linear one; :func:`fem_models.joint.hardening.beyond_linear_rad`.
+
+    ``slope`` and ``limit`` may be negative: they stand where Exudyn takes any number.
+    """
     w = (u - rest) / angle
     over = exu.symbolic.abs(w)
     beyond = 0.5 * slope * exu.symbolic.log(1.0 + w * w) + limit * (over - exu.symbolic.atan(over))

@@ -6,12 +6,13 @@ tip; Jenkins and flag elements element by element, joint by joint.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+import fem_models.multibody.connector_laws as laws
 from fem_models.joint import JointRow
 from fem_models.joint.superelastic import FlagFibres, flag_moment
 from fem_models.joint.superelastic_section import fibre_stress, transformation_loss_mJ
@@ -29,16 +30,20 @@ _PLATEAUS = (  # where the law of a fibre finds them, see connector_laws
     "frictionProportionalZone",
 )
 
+_HARDENING = ("velocityOffset", "viscousFrictionFactor", "damping")
+"""Where the law of a flexure finds slope, limit and angle."""
+
 FAR_N = 1e6  # far above any friction: a bristle with this limit sticks, one with this force slides
 
 
 @dataclass(frozen=True)
 class Losses:
-    """Losses since the start, mJ."""
+    """Losses since the start, mJ; ``jump`` is what goes to the pseudo-viscosity."""
 
     friction: float = 0.0
     material: float = 0.0
     drag: float = 0.0
+    jump: float = 0.0
 
 
 def set_each(mbs: Any, connectors: list[int], field: str, values: Iterable[float]) -> None:
@@ -60,7 +65,16 @@ class Guides:
         self.model, self.tendons, self.scale = model, len(rig.tendons), scale_N
         self.bristle = np.concatenate(bristle)
         self.rest, self.limit, self.sliding = (np.zeros(self.bristle.size) for _ in range(3))
-        self.given = {field: np.full(self.bristle.size, np.nan) for field in ("offset", "staticFrictionOffsetForce")}
+        self.slack, self.states = (False,) * self.tendons, ("pulls",) * self.tendons
+        self.loose = np.zeros(self.bristle.size, dtype=bool)
+        self.smooth = np.full(rig.joints, rig.friction.guide_N == 0)
+        self.smooth[0] &= rig.friction.sheath_N == 0
+        self.open = np.repeat(
+            [laws.OPEN_STIFFNESS * tendon.EA_N / rig.mean_pitch_mm for tendon in rig.tendons], rig.joints
+        )
+        self.given = {
+            field: np.full(self.bristle.size, np.nan) for field in ("offset", "staticFrictionOffsetForce", "damping")
+        }
 
     def _put(self, field: str, values: Floats) -> None:
         """Set a parameter of the guides in which it changes."""
@@ -70,15 +84,45 @@ class Guides:
 
     def fix(self, sliding: Floats, limit: Floats) -> None:
         """Make each guide stick or slide for a whole solve, so that Newton's method meets no kink."""
+        self._put("damping", np.where(self.loose, 0.0, self.open))
         self._put("offset", np.where(sliding == 0, self.rest, -sliding * FAR_N))
         self._put("staticFrictionOffsetForce", np.where(sliding == 0, FAR_N, limit))
+
+    def let_go(self) -> None:
+        """Leave the guides without force; :meth:`fix` gives it back."""
+        none = np.zeros(self.bristle.size)
+        for field in ("offset", "staticFrictionOffsetForce", "damping"):
+            self._put(field, none)
+
+    def make_slack(self, slack: Sequence[bool], *, known: bool = False) -> None:
+        """Say which tendons are slack: their segments are soft, and guides without constant friction hold nothing.
+
+        The tension is the same all along such a tendon. Its segments therefore share the slack by their lengths. Where
+        it is ``known`` that the others are taut their law has no kink.
+        """
+        joints = self.bristle.size // self.tendons
+        states = tuple("slack" if now else "taut" if known else "pulls" for now in slack)
+        for side, (now, before) in enumerate(zip(states, self.states, strict=True)):
+            if now == before:
+                continue
+            rows = slice(side * joints, (side + 1) * joints)
+            for number, law in zip(self.model.segments[rows], self.model.segment_laws[rows], strict=True):
+                for field, value in getattr(law, now).items():
+                    self.model.mbs.SetObjectParameter(number, field, value)
+            self.loose[rows] = slack[side] & self.smooth
+        self.slack, self.states = tuple(slack), states
+
+    def unheld(self, sliding: Floats) -> Floats:
+        """States in which no guide of a slack tendon holds it."""
+        return np.where(self.loose & (sliding == 0), 1.0, sliding)
 
     def next_states(self, q: Floats, sliding: Floats, limit: Floats) -> Floats:
         """States by the forces of the bristles; a guide that slides sticks before it slides in the other direction."""
         force = self.bristle * (q[self.model.slip] - self.rest)
         tolerance = 1e-9 * self.scale
         loose = np.where(np.abs(force) > limit + tolerance, np.sign(force), 0.0)
-        return np.where(sliding == 0, loose, np.where(force * sliding < limit - tolerance, 0.0, sliding))
+        states = np.where(sliding == 0, loose, np.where(force * sliding < limit - tolerance, 0.0, sliding))
+        return np.where(self.loose, self.unheld(sliding), states)
 
     def base_slides(self, sliding: Floats) -> bool:
         """Whether a tendon has begun to slide at the base, or to slide in the other direction."""
@@ -124,9 +168,7 @@ class Material:
         set_each(mbs, model.flags, "dynamicFrictionForce", at_no_angle * self.fibres.lower_Nmm)
         set_each(mbs, model.flags, "damping", self.fibres.slope)
         set_each(mbs, model.flags, "viscousFrictionFactor", self.fibres.span_rad)
-        for field, value in zip(
-            ("dynamicFrictionForce", "staticFrictionOffsetForce", "damping"), joint.hardening, strict=True
-        ):
+        for field, value in zip(_HARDENING, joint.hardening, strict=True):
             set_each(mbs, model.hardening, field, [value] * len(model.hardening))
         set_each(mbs, model.hardening, "offset", [joint.rest_angle_rad] * len(model.hardening))
         self.row = section_row(joints)

@@ -29,7 +29,7 @@ from fem_models.load.stepping import Load
 from fem_models.multibody.stepper import MultibodySettings, Stepper
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 from hysteresis.records.record import Record
 
 Count = Callable[[int, int], None]
@@ -41,8 +41,10 @@ class MultibodySolution:
 
     ``segment_tensions_N`` has shape (m, 2, N+1): tendon a and b, from the wheel to the tip. ``peak_strain``, shape
     (m, N), is that of :func:`fem_models.joint.strain.peak_strain`. ``wheel_work_mJ`` and the losses to friction, the
-    material and drag are cumulative from the start of the program. ``warming_K``, shape (m, N), is the temperature of
-    joints that heat themselves above that of the surroundings; None of a rig whose joints do not.
+    material and drag are cumulative from the start of the program. ``jump`` says whether the rig jumped to another
+    equilibrium on the way to a sample. ``jump_loss_mJ``, cumulative too, is the energy lost in jumps: a real tube loses
+    it in vibrations. ``warming_K``, shape (m, N), is the temperature of joints that heat themselves above that of the
+    surroundings; None of a rig whose joints do not.
     """
 
     record: Record
@@ -52,6 +54,8 @@ class MultibodySolution:
     friction_loss_mJ: Floats
     material_loss_mJ: Floats
     viscous_loss_mJ: Floats
+    jump: Mask
+    jump_loss_mJ: Floats
     warming_K: Floats | None = None
 
 
@@ -118,11 +122,12 @@ def _run(
 ) -> MultibodySolution:
     rig, joints, m = stepper.rig, stepper.rig.joints, plan.drive_mm.size
     rotation, tip = np.empty((m, joints + 1)), np.empty((m, 2))
-    tension, energy = np.zeros((m, 2, joints + 1)), np.empty((m, 4))
+    tension, energy = np.zeros((m, 2, joints + 1)), np.empty((m, 5))
     longer, warming = np.empty((m, stepper.model.longer.size)), np.empty((m, joints))
-    work, crept = 0.0, np.zeros(2)
+    work, crept, jump = 0.0, np.zeros(2), np.zeros(m, dtype=bool)
     for k in range(m):
         load = load_of(plan, k, plan.slack_mm[k] + crept, plan.time_s[k])
+        jumps = stepper.jumps
         try:
             if k == 0:
                 stepper.settle()
@@ -137,7 +142,8 @@ def _run(
         longer[k], warming[k] = q[stepper.model.longer], stepper.material.heat.last
         tip[k] = stepper.tip_mm()
         progress(k + 1, m)
-        energy[k] = work, stepper.losses.friction, stepper.losses.material, stepper.losses.drag
+        lost, jump[k] = stepper.losses, stepper.jumps > jumps
+        energy[k] = work, lost.friction, lost.material, lost.drag, lost.jump
     angles = np.diff(rotation, axis=1)
     require_open(rig, stepper.joints, angles)
     require_warm(rig, stepper.joints.first.section, stepper.material.heat.coldest[None])
@@ -152,8 +158,9 @@ def _run(
     )
     strain = peak_strain(stepper.joints, angles, longer if stepper.joints.first.section else None)
     heats = stepper.material.heat.heating is not None
-    worked, friction, material, drag = energy.T
-    return MultibodySolution(record, tension, strain, worked, friction, material, drag, warming if heats else None)
+    worked, friction, material, drag, jumping = energy.T
+    warmed = warming if heats else None
+    return MultibodySolution(record, tension, strain, worked, friction, material, drag, jump, jumping, warmed)
 
 
 def load_of(plan: Schedule, sample: int, slack_mm: Floats, time_s: float) -> Load:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any, NamedTuple
 
 import exudyn as exu
@@ -28,10 +29,12 @@ from fem_models.load.stepping import (
     reach_after_success,
     too_short,
 )
-from fem_models.multibody.assembly import MASSLESS, RIGID_RINGS, RingInertia, assemble
+from fem_models.multibody.assembly import MASSLESS, RIGID_RINGS, SLACK, RingInertia, assemble, keeps_tension
+from fem_models.multibody.balance import Balance, Viscosity
 from fem_models.multibody.dry_elements import Dashpots, Guides, Losses, Material, set_each
 from fem_models.rig import Rig
 from fem_models.rig.checks import SolverError
+from fem_models.rig.rig import Friction
 from fem_models.rig.tendon_law import tendon_stretch_mm
 from hysteresis.arrays import Floats
 
@@ -49,11 +52,12 @@ class MultibodySettings:
     step. ``lead_pitches`` is how far before a notch the connector of a tendon starts, over the pitch. What slides into
     a segment, at most some 5 % of a pitch, changes its stiffness by 0.05 % at 100. With a longer one Newton's method
     finds the end of slack less often: a run that ends so is taken up with ``short_lead_pitches``.
+    ``pseudo_viscosity`` scales what holds a jump back; its end does not depend on it.
     """
 
     bristle_ratio: float = 20.0
     friction_tolerance: float = 1e-6
-    max_friction_iterations: int = 60
+    max_friction_iterations: int = 40
     max_step_mm: float = 0.1
     max_force_step: float = 0.25
     max_halvings: int = 12
@@ -61,6 +65,7 @@ class MultibodySettings:
     newton_iterations: int = 15
     lead_pitches: float = 100.0
     short_lead_pitches: float = 10.0
+    pseudo_viscosity: float = 1.0
 
 
 PLAIN, KEPT = 2, 6
@@ -73,6 +78,15 @@ MOST_SLID_PITCHES = 1.0
 """Most tendon that enters or leaves a segment, over the pitch: a joint that bends by 1 rad takes in half of that."""
 LEAST_PART = 1e-3
 """Smallest step of the way to the equilibrium at rest."""
+PSEUDO_ROTATION = 2e-3
+"""Largest rotation of a joint in a step in pseudo-time, rad."""
+FIRST_PSEUDO_STEP, LEAST_PSEUDO_STEP, MOST_PSEUDO_STEPS = 1e-3, 1e-9, 2000
+INSTANT_S = 1e-12
+"""Time over which a section gives off no heat."""
+TOE_SLACK = 1e-6
+"""Tension over the force scale at which a tendon with a toe region, which always has some, counts as slack."""
+SLACK_TURNS = 4
+"""How often tendons may become slack or taut in the search for an equilibrium."""
 ALL_AT_ONCE = 20
 """Solves of a step in which all guides may change their state; beyond them they could take turns for ever."""
 
@@ -131,11 +145,14 @@ class Stepper:
             load_control=load_control,
             lead_pitches=settings.lead_pitches,
         )
-        self.guides = Guides(self.model, rig, settings.bristle_ratio, joints.force_scale_N)
+        # The force scale of stiff joints has no bound: a share of it is no tolerance beyond 1 % of strain.
+        self.scale_N = min(joints.force_scale_N, *(1e-2 * tendon.EA_N for tendon in rig.tendons))
+        self.guides = Guides(self.model, rig, settings.bristle_ratio, self.scale_N)
         self.material = Material(self.model, rig, joints)
         self.dashpots = Dashpots(self.model, rig)
-        self.losses = Losses()
+        self.losses, self.jumps = Losses(), 0
         self.solver = _static_solver(rig, joints, settings)
+        self.balance = Balance(self.model, rig, self.guides, self.solver, load_control=load_control)
         self.load, self.reach = at_rest(joints.first.rest_angle_rad), self.control.max_step
         self._set_rest_angle(joints.first.rest_angle_rad)
         # of the last step: direction of the drive, and changes of Model.with_chords, friction limits, fronts per length
@@ -149,10 +166,7 @@ class Stepper:
 
     def tensions(self) -> Floats:
         """Shape (tendons, N+1), wheel to tip."""
-        output, kind = self.model.mbs.GetObjectOutput, exu.OutputVariableType
-        free = [self.load.drive] if self.load_control else [output(i, kind.Force) for i in self.model.free_spans]
-        segments = np.reshape([output(i, kind.ForceLocal) for i in self.model.segments], (len(self.rig.tendons), -1))
-        return np.column_stack([free, segments])
+        return self.model.tensions(self.load.drive if self.load_control else None)
 
     def tip_mm(self) -> Floats:
         """Centre of the last ring, shape (2,).
@@ -174,7 +188,23 @@ class Stepper:
         tension = self.found = self.tensions()
         wrap = guide_wrap_rad(self.rig.friction, np.diff(self.coordinates()[self.model.rotation]))
         dry = scaled_friction(self.rig.friction, self.load.friction_scale)
-        return friction_limits_N(dry, tension[:, :-1], tension[:, 1:], wrap).ravel()
+        limit = friction_limits_N(dry, tension[:, :-1], tension[:, 1:], wrap)
+        return np.where(self.guides.loose, 0.0, limit.ravel())
+
+    def slack_by_tension(self) -> tuple[bool, ...]:
+        """Which tendons are slack by the present tensions of their segments, ``found``.
+
+        Capstan friction alone leaves no tension anywhere where there is none at one place. Constant friction of the
+        guides may hold slack between them: such a tendon is slack segment by segment.
+        """
+        if self.rig.friction.guide_N > 0.0:
+            return self.guides.slack
+        scale, tolerance = self.scale_N, self.solver.staticSolver.newton.absoluteTolerance
+        least = [TOE_SLACK * scale if keeps_tension(self.rig, t) else SLACK * tolerance for t in self.rig.tendons]
+        return tuple(
+            bool(np.all(row[1:] <= (most if slack else most - SLACK * tolerance)))
+            for slack, row, most in zip(self.guides.slack, self.found, least, strict=True)
+        )
 
     def set_load(self, load: Load) -> None:
         """Bring wheel, free tendon and material to a load; what has not changed is left."""
@@ -232,7 +262,9 @@ class Stepper:
         for row, speed in zip(sliding, self.front_speed, strict=True):
             reached = front(row)
             row[reached : reached + int(length * speed)] = row[0]
-        return FrictionState(sliding.ravel(), np.maximum(self.guides.limit + length * self.limit_slope, 0.0))
+        return FrictionState(
+            self.guides.unheld(sliding.ravel()), np.maximum(self.guides.limit + length * self.limit_slope, 0.0)
+        )
 
     def _equilibrium(self, load: Load, guess: FrictionState, *, fine: bool = True) -> FrictionState | None:
         """Find friction that agrees with the tensions; None where the solver fails.
@@ -240,16 +272,23 @@ class Stepper:
         None, too, where a tendon begins to slide at the base in a step that is not ``fine``: the work of the wheel has
         a corner there, and a quarter of the longest step keeps the balance of energies.
         """
-        (sliding, limit), tried = guess, list[tuple[Floats, Floats]]()
+        (sliding, limit), tried, turns = guess, list[tuple[Floats, Floats]](), 0
         for k in range(self.settings.max_friction_iterations):
             self.guides.fix(sliding, limit)
             if not self._solve(load):
                 return None
             update = self.limits()
+            slack = self.slack_by_tension()
+            if slack != self.guides.slack:
+                self.guides.make_slack(slack)
+                turns, tried, sliding, limit = turns + 1, [], self.guides.unheld(sliding), self.limits()
+                if turns > SLACK_TURNS:
+                    return None
+                continue
             states = self.guides.next_states(self.coordinates(), sliding, update)
             if not fine and self.guides.base_slides(states):
                 return None
-            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.joints.force_scale_N
+            near = np.abs(update - limit).max() <= self.settings.friction_tolerance * self.scale_N
             warm = not self.model.heat or self.material.temperatures_agree(self.coordinates(), load)
             if near and warm and np.array_equal(states, sliding):
                 return FrictionState(sliding, limit)
@@ -260,12 +299,132 @@ class Stepper:
             sliding, limit = states, mixed(tried) if len(tried) > PLAIN else update
         return None
 
+    def _carefully(
+        self, load: Load, q: Floats, *, viscosity: Viscosity | None = None, iterations: int = 40
+    ) -> FrictionState | None:
+        """Find an equilibrium by Newton's method with friction inside; None where there is none near coordinates."""
+        self.set_load(load)
+        dry = scaled_friction(self.rig.friction, load.friction_scale)
+        tolerance = self.solver.staticSolver.newton.absoluteTolerance
+        first = self.guides.slack
+        found = self._slack_balance(load, q, dry, tolerance, viscosity, iterations)
+        self.guides.make_slack(first if found is None else self.guides.slack)
+        return found
+
+    def _slack_balance(
+        self,
+        load: Load,
+        q: Floats,
+        dry: Friction,
+        tolerance_N: float,
+        viscosity: Viscosity | None,
+        iterations: int,
+    ) -> FrictionState | None:
+        """Find which tendons are slack: those that an equilibrium leaves so, then the others in turn."""
+        first, known = self.guides.slack, self.rig.friction.guide_N == 0.0
+        tried = set[tuple[bool, ...]]()
+        for start in product((False, True), repeat=len(first)) if known else [first]:
+            slack, at = tuple(a != b for a, b in zip(first, start, strict=True)), q
+            while slack not in tried:
+                tried.add(slack)
+                self.guides.make_slack(slack, known=known)
+                found = self._warm_balance(load, at, dry, tolerance_N, viscosity, iterations)
+                if found is None:
+                    break
+                slack, at = self.slack_by_tension(), self.coordinates()
+                if slack == self.guides.slack:
+                    return found
+        return None
+
+    def _warm_balance(
+        self,
+        load: Load,
+        q: Floats,
+        dry: Friction,
+        tolerance_N: float,
+        viscosity: Viscosity | None,
+        iterations: int,
+    ) -> FrictionState | None:
+        for _ in range(self.settings.max_friction_iterations):
+            self.balance.start()
+            found = self.balance.solve(q, dry, load.drive, tolerance_N, viscosity=viscosity, iterations=iterations)
+            if found is None:
+                return None
+            q = found.q
+            self._start_from(q)
+            self.limits()
+            if not self.model.heat or self.material.temperatures_agree(q, load):
+                return FrictionState(found.sliding, found.limit)
+        return None
+
     def accept(self, q: Floats, velocities: Floats, limit: Floats) -> None:
         """Move the rest points of what has slipped, and book the losses."""
+        self._book(q, limit)
+        self.losses = replace(self.losses, drag=self.losses.drag + self.dashpots.accept(q, velocities))
+
+    def _book(self, q: Floats, limit: Floats) -> None:
+        """:meth:`accept` without drag."""
         friction, material = self.losses.friction + self.guides.accept(q, limit), self.losses.material
         for loss in self.material.accept(q, self.load):
             material += loss
-        self.losses = Losses(friction, material, self.losses.drag + self.dashpots.accept(q, velocities))
+        self.losses = replace(self.losses, friction=friction, material=material)
+
+    def relax(self, load: Load, q: Floats, *, books: bool = True) -> FrictionState | None:
+        """Jump to another equilibrium at a load, as a real tube does where it finds none near; None where it fails.
+
+        The rig moves in pseudo-time (implicit Euler), held back by viscosity: of each joint its bending stiffness, of
+        each guide EA/pitch, both times a unit of that time. Steps are so short that joints and guides hardly move, and
+        what slips is booked in each; only the energy goes to the viscosity that a real tube would lose in vibrations.
+        It ends where an equilibrium without viscosity is next to no motion away.
+        """
+        slack, heats = self.guides.slack, bool(self.model.heat)
+        viscosity = self._viscosity()
+        step, tried_at, force = FIRST_PSEUDO_STEP, 0.0, np.zeros(q.size)
+        for _ in range(MOST_PSEUDO_STEPS):
+            found = self._carefully(load, q, viscosity=Viscosity(viscosity / step, q), iterations=20)
+            after = self.coordinates()
+            motion = self._motion(after - q)
+            if found is None or motion > 2.0:
+                self._start_from(q)
+                self.guides.make_slack(slack)
+                step *= 0.25
+                if step < LEAST_PSEUDO_STEP:
+                    return None
+                continue
+            last, force = force, viscosity @ (after - q) / step
+            if books:
+                self.losses = replace(self.losses, jump=self.losses.jump + 0.5 * float((last + force) @ (after - q)))
+                self._book(after, found.limit)
+                if heats:
+                    self.material.begin(INSTANT_S, after)
+            q, slack = after, self.guides.slack
+            if motion < 0.25 and step >= 4.0 * tried_at:
+                found, tried_at = self._carefully(load, q, iterations=30), step
+                if found is not None and self._motion(self.coordinates() - q) <= 1.0:
+                    return found
+                self._start_from(q)
+                self.guides.make_slack(slack)
+            step *= 2.0 if motion < 1.0 else 0.7
+        return None
+
+    def _viscosity(self) -> Floats:
+        """Work out forces over speeds in pseudo-time, shape (n, n)."""
+        model, joints = self.model, np.arange(self.rig.joints)
+        matrix, turn = np.zeros((model.size, model.size)), np.zeros((joints.size, model.size))
+        turn[joints, model.rotation[1:]] += 1.0
+        turn[joints, model.near_rotation] -= 1.0
+        matrix += turn.T @ (self.joints.of("flexure.bending_Nmm_per_rad")[:, None] * turn)
+        if model.longer.size:  # a section on its plateau gives way to thrust as to bending
+            arm = self.joints.softest.arms_mm.a
+            matrix[model.longer, model.longer] += self.joints.of("flexure.bending_Nmm_per_rad") / arm**2
+        slide = [tendon.EA_N / self.rig.mean_pitch_mm for tendon in self.rig.tendons]
+        matrix[model.slip, model.slip] += np.repeat(slide, self.rig.joints)
+        return matrix * self.settings.pseudo_viscosity
+
+    def _motion(self, change: Floats) -> float:
+        """Largest motion of joints and guides over what a step in pseudo-time may bring."""
+        rotation = np.abs(np.diff(change[self.model.rotation])).max() / PSEUDO_ROTATION
+        return float(max(rotation, np.abs(change[self.model.slip]).max() / self.control.least_slide))
 
     def _released_mm(self) -> float:
         """Tendon that may come free without the drive when the dashpots relax."""
@@ -309,6 +468,11 @@ class Stepper:
             self._start_from(q)
             found = self._released(start)
         if found is None:
+            found = self._carefully(self.load, q)
+        if found is None:
+            self._start_from(q)
+            found = self.relax(self.load, q, books=False)
+        if found is None:
             raise SolverError("no equilibrium at rest")
         q = self.coordinates()
         self.accept(q, 0.0 * q, found.limit)
@@ -341,10 +505,10 @@ class Stepper:
         kept until steps succeed again.
         """
         start, done, work, force, wound = self.load, 0.0, 0.0, wheel_force_N(self.found), self._wound_mm()
-        direction = np.sign(end.drive - start.drive)
+        direction, jumps = np.sign(end.drive - start.drive), self.jumps
         while done < 1:
             step = next_step(start, end, done, self.reach, self.control)
-            before = self.coordinates()
+            before, slack = self.coordinates(), self.guides.slack
             time_s = (step.part - done) * (end.time - start.time)
             self.dashpots.damp_over(time_s)
             self.material.begin(time_s, before)
@@ -354,17 +518,27 @@ class Stepper:
                 guess = self._predicted(step.length)
             else:  # after a reversal or a failure: every guide sticks until its force says otherwise
                 self._start_from(before)
-                guess = FrictionState(0.0 * self.guides.sliding, self.guides.limit)
+                guess = FrictionState(self.guides.unheld(0.0 * self.guides.sliding), self.guides.limit)
             found = self._equilibrium(step.load, guess, fine=step.fine)
+            if found is None and step.fine:
+                found = self._carefully(step.load, before)
             if found is None or self.jumped(self.coordinates() - before, step.length):
                 self.direction, self.reach = self.direction if not step.fine else math.nan, 0.5 * step.length
                 self._start_from(before)
-                if too_short(self.reach, self.control):
+                self.guides.make_slack(slack)
+                if not too_short(self.reach, self.control):
+                    continue
+                found = self.relax(step.load, before)
+                if found is None:
                     at, unit = between(start, end, done), "N" if self.load_control else "mm"
                     raise SolverError(f"no equilibrium between drives {at.drive:.6g} and {step.load.drive:.6g} {unit}")
-                continue
+                self.jumps += 1
             after = self.coordinates()
-            self._learn(found, self.model.with_chords(after) - self.model.with_chords(before), step.length, direction)
+            if self.jumps > jumps:
+                jumps, self.guides.sliding = self.jumps, found.sliding
+            else:
+                change = self.model.with_chords(after) - self.model.with_chords(before)
+                self._learn(found, change, step.length, direction)
             velocities = (after - before) / time_s if time_s > 0 else 0.0 * after
             self.accept(after, velocities, found.limit)
             last, force, last_wound, wound = force, wheel_force_N(self.found), wound, self._wound_mm()

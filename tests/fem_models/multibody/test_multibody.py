@@ -7,11 +7,12 @@ import pytest
 
 from fem_models.analytic import theory_curve
 from fem_models.analytic.kinematics import drive_for_angle_mm, tip_pose
+from fem_models.chain import simulate_chain
 from fem_models.joint import joint_mechanics
 from fem_models.joint.flexure import flexure
 from fem_models.load import LoadProgram, triangle
 from fem_models.multibody.quasi_static import simulate_multibody, solve_multibody
-from fem_models.multibody.stepper import MultibodySettings
+from fem_models.multibody.stepper import MultibodySettings, Stepper
 from fem_models.rig import Rig, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Gravity
@@ -129,6 +130,25 @@ def test_whole_numbers_are_numbers():
     assert loop_width(records[0].drive, records[0].angle_deg, records[0].cycle).max_deg > 1
 
 
+@pytest.mark.parametrize(("slope", "limit"), [(-0.6, -0.5), (0.8, -0.4), (-0.7, 1.5), (0.9, 2.0)])
+def test_flexures_that_soften_or_harden_bend_as_in_the_chain(slope, limit):
+    base = linear(preset("du2018"), EA_N=9000.0)
+    joint = MeasuredJoint(
+        joints=6,
+        pitch_mm=2.6,
+        flexure_stiffness_Nmm_per_rad=520.0,
+        hardening_slope=slope,
+        hardening_limit=limit,
+        hardening_angle_deg=2.0,
+    )
+    rig = replace(base, name="measured", joint=joint)
+    program = triangle(1.0, step_mm=0.25)
+    record, linear_one = simulate_multibody(rig, program), replace(joint, hardening_slope=0.0, hardening_limit=0.0)
+    np.testing.assert_allclose(record.angle_deg, simulate_chain(rig, program).angle_deg, atol=5e-3)
+    straight = simulate_multibody(replace(rig, joint=linear_one), program)
+    assert np.abs(record.angle_deg - straight.angle_deg).max() > 0.1
+
+
 def test_a_one_sided_wrist_rotates_about_its_neutral_axis():
     # Tendon a runs on the notched side, its arm is that from the tube axis plus the neutral offset; tendon b falls
     # slack. Then dx/dtheta = arm + K/(N arm k), K of a joint and k of the tendon (moment balance T arm = K theta/N).
@@ -203,7 +223,8 @@ def test_unequal_tendons_break_the_symmetry():
     assert abs(ends[0] + ends[1]) > 0.1  # 50 times what the symmetric rig leaves, see above
 
 
-def test_a_step_that_cannot_converge_raises_with_sample_and_drive():
+def test_a_step_that_cannot_converge_raises_with_sample_and_drive(monkeypatch):
+    monkeypatch.setattr(Stepper, "_carefully", lambda *args, **options: None)
     settings = MultibodySettings(newton_iterations=1, max_halvings=0)
     with pytest.raises(SolverError, match=r"rig du2018, sample \d+ of 111: no equilibrium between drives .* mm"):
         solve_multibody(preset("du2018"), triangle(2.2), settings)
