@@ -19,7 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_models.joint import joint_row
-from fem_models.joint.contact import require_open
+from fem_models.joint.contact import require_open, require_unfolded
+from fem_models.joint.possible import require_possible, require_strain
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import require_warm
 from fem_models.load import LoadProgram
@@ -108,6 +109,10 @@ def _run_with_either_lead(
 ) -> MultibodySolution:
     """Run with long leads of the tendons, which are nearer to their law; where no step is found, with short ones."""
     joints = joint_row(rig)
+    if load_control:
+        require_strain(rig)
+    else:
+        require_possible(rig, joints)
     try:
         return _run(Stepper(rig, joints, settings, load_control=load_control), plan, program, progress)
     except SolverError:
@@ -146,6 +151,7 @@ def _run(
         energy[k] = work, lost.friction, lost.material, lost.drag, lost.jump
     angles = np.diff(rotation, axis=1)
     require_open(rig, stepper.joints, angles)
+    require_unfolded(rig, angles)
     require_warm(rig, stepper.joints.first.section, stepper.material.heat.coldest[None])
     record = simulated_record(
         "multibody",
@@ -155,6 +161,7 @@ def _run(
         joint_angles_rad=angles,
         tension_N=tension[:, :, 0],
         tip_mm=tip,
+        jump=jump,
     )
     strain = peak_strain(stepper.joints, angles, longer if stepper.joints.first.section else None)
     heats = stepper.material.heat.heating is not None
