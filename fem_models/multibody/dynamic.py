@@ -282,6 +282,7 @@ def solve_dynamic(rig: Rig, program: LoadProgram, settings: DynamicSettings | No
     except SolverError as error:
         raise SolverError(f"rig {rig.name}, sample 0 of {plan.time_s.size}: {error}") from None
     stepper.dashpots.damp_by_speed()
+    stepper.guides.make_slack([False] * len(rig.tendons))  # in time their own law says which tendons pull
     end, steps = float(plan.time_s[-1]), _steps(plan, settings)
     motion = _Motion(stepper, plan, inertia, work)
     _integrate(motion, _integrator(stepper, end, steps, settings))
