@@ -173,11 +173,11 @@ def _read_csv(path: Path) -> tuple[list[str], list[str]]:
     names = [name.strip().strip('"') for name in lines[0].split(",")]
     if not any(names):
         raise RecordError(f"{path}: empty: expected a header that names the columns, then one row a sample")
+    if len(names) > MOST_COLUMNS:
+        raise RecordError(f"{path}:1: {len(names):,} columns: expected at most {MOST_COLUMNS:,}")
     twice = next((name for i, name in enumerate(names) if name and name in names[:i]), None)
     if twice is not None:
         raise RecordError(f"{path}:1: column {quoted(twice)} occurs twice: expected different names")
-    if len(names) > MOST_COLUMNS:
-        raise RecordError(f"{path}:1: {len(names):,} columns: expected at most {MOST_COLUMNS:,}")
     return names, lines[1:]
 
 
