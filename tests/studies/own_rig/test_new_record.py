@@ -74,15 +74,18 @@ def test_a_sidecar_that_exists_is_kept(bench, tmp_path, capsys):
     assert (tmp_path / "copy.csv").read_text() == "mine"
 
 
-def test_semicolons_comments_and_decimal_commas_have_a_way_out(bench, tmp_path, capsys):
+def test_semicolons_comments_and_decimal_commas_get_a_clean_copy(bench, tmp_path, capsys):
     bench(header="stage travel [mm];theta (deg)", decimal=",", first="# logger 3\n% of the bench\n")
-    error = complaint(capsys, "bench.csv")
-    assert "semicolons between the fields, 2 comment lines, decimal commas: expected --out bench-record.csv" in error
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["bench.csv"]
-    found = new(capsys, "bench.csv", "--out", "bench-record.csv")
+    before = (tmp_path / "bench.csv").read_bytes()
+    found = new(capsys, "bench.csv")
+    assert (tmp_path / "bench.csv").read_bytes() == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bench-record.csv", "bench-record.toml", "bench.csv"]
+    assert (found["record"], found["copied"]) == ("bench-record.csv", True)
     assert found["columns"] == {"drive": "stage travel [mm]", "angle": "theta (deg)"}
     assert (found["delimiter"], found["comment_lines"], found["decimal_comma"]) == ("semicolon", 2, True)
     np.testing.assert_allclose(read_record("bench-record.csv").drive, WAY, atol=5e-5)
+    assert "bench-record.toml: exists" in complaint(capsys, "bench.csv")
+    assert new(capsys, "bench.csv", "--out", "other.csv")["record"] == "other.csv"
 
 
 def test_the_reader_says_how_such_a_file_becomes_a_record(bench, capsys):
@@ -110,7 +113,11 @@ def test_columns_of_other_names_are_named_by_options(bench, capsys):
     ("header", "words"),
     [
         ("motor_a_mm,motor_b_mm", "columns 'motor_a_mm', 'motor_b_mm': any of them may be the drive"),
-        ("drive_mm,theta_rad", "column 'theta_rad': expected degrees"),
+        (
+            "drive_mm,theta_ticks",
+            "column 'theta_ticks': expected degrees, not counts of a converter or encoder; convert",
+        ),
+        ("drive_mm,tau_Nm", "no column is named as the angle: the columns are drive_mm, tau_Nm: expected --angle-col"),
         ("0.0,1.0", "bench.csv:1: numbers in place of names"),
         ("drive_mm,drive_mm", "bench.csv:1: column 'drive_mm' occurs twice"),
     ],
@@ -244,7 +251,9 @@ def test_a_force_is_the_drive_where_nothing_else_is_and_notches_are_kept(tmp_pat
         np.testing.assert_array_equal(record.notches_deg[:, 1], [2, 4, 6] * 2)
         (tmp_path / "wrist.toml").unlink()
     (tmp_path / "wrist.csv").write_text(TRIALS.replace("tendon_force_N", "force_gf"))
-    assert "column 'force_gf': expected newtons" in complaint(capsys, "wrist.csv")
+    found = new(capsys, "wrist.csv", "--out", "gf.csv")
+    assert "'force_gf' in gf: times 0.00980665, to N" in found["understood"]
+    np.testing.assert_allclose(read_record("gf.csv").drive, 9.80665e-3 * np.array([0, 0.5, 1, 0.1, 0.6, 1.1]))
     (tmp_path / "wrist.csv").write_text(
         TRIALS.replace("notch_1_deg", "tension_b_N").replace("tendon_force", "tension_a")
     )
@@ -311,12 +320,31 @@ def test_the_amplitude_of_fatigue_is_that_of_a_closed_cycle():
 
 
 @pytest.mark.parametrize(
-    "column", ["stage_um", "drive_inch", "motor_rad", "wheel_turns", "motor_counts", "drive_cm", "motor_current_A"]
+    ("column", "factor", "unit"),
+    [
+        ("stage_um", 1e-3, "mm"),
+        ("drive_inch", 25.4, "mm"),
+        ("drive_cm", 10.0, "mm"),
+        ("motor_rad", 180 / np.pi, "deg"),
+        ("wheel_turns", 360.0, "deg"),
+        ("motor_counts", 1.0, "step"),
+    ],
 )
-def test_a_drive_in_another_unit_is_refused_and_not_taken_as_mm(bench, capsys, column):
+def test_a_drive_in_another_unit_is_converted_and_not_taken_as_mm(bench, capsys, column, factor, unit):
     bench(header=f"{column},angle_deg")
-    assert f"column {column!r}: expected mm, deg, steps or N" in complaint(capsys, "bench.csv")
-    assert new(capsys, "bench.csv", "--drive-unit", "step", "--drive-column", column)["drive_unit"] == "step"
+    found = new(capsys, "bench.csv")
+    record = read_record(found["record"])
+    assert record.drive_unit == found["drive_unit"] == unit
+    np.testing.assert_allclose(record.drive, factor * WAY, atol=1e-4 * factor)
+    assert any(column in words for words in found["understood"])
+    assert new(capsys, "bench.csv", "--drive-unit", "step", "--out", "steps.csv")["drive_unit"] == "step"
+
+
+def test_a_current_is_no_drive_unless_it_is_said(bench, capsys):
+    bench(header="motor_current_A,angle_deg")
+    words = complaint(capsys, "bench.csv")
+    assert "column 'motor_current_A': expected mm, deg, steps or N, not a current; convert it" in words
+    assert new(capsys, "bench.csv", "--drive-unit", "step")["drive_unit"] == "step"
 
 
 @pytest.mark.parametrize(("column", "unit"), [("motor_current_position_mm", "mm"), ("wheel_turn_deg", "deg")])
@@ -326,10 +354,14 @@ def test_a_drive_that_says_its_unit_is_taken_whatever_else_its_name_has(bench, c
 
 
 @pytest.mark.parametrize("column", ["angle_rad", "theta_radians"])
-def test_an_angle_in_radians_is_refused_where_its_column_is_given_too(bench, capsys, column):
-    bench(header=f"drive_mm,{column}")
-    assert "expected degrees" in complaint(capsys, "bench.csv")
-    assert "expected degrees" in complaint(capsys, "bench.csv", "--angle-column", column)
+def test_an_angle_in_radians_is_converted_where_its_column_is_given_too(bench, capsys, column):
+    bench(header=f"drive_mm,{column}", factor=np.pi / 180)
+    given = new(capsys, "bench.csv", "--angle-column", column, "--out", "given.csv")
+    assert f"{column!r} in {column.split('_')[1]}: times 57.2958, to deg" in given["understood"]
+    new(capsys, "bench.csv")
+    np.testing.assert_array_equal(read_record("bench-record.csv").angle_deg, read_record("given.csv").angle_deg)
+    expected = theory_curve(preset("du2018"), WAY).angle_deg + LAG
+    np.testing.assert_allclose(read_record("given.csv").angle_deg, expected, atol=3e-3)
 
 
 def test_points_for_thousands_beside_decimal_commas_are_refused(tmp_path, monkeypatch, capsys):
