@@ -69,8 +69,10 @@ def read_bytes(path: Path, expected: str, *, most: int = MOST_BYTES) -> bytes:
     return content
 
 
-def read_text(path: Path, expected: str, *, most: int = MOST_BYTES) -> str:
+def read_text(path: Path, expected: str, *, most: int = MOST_BYTES, or_else: str = "") -> str:
     """Read a text file in UTF-8, with or without a byte order mark; ``expected`` completes the error message.
+
+    ``or_else`` is said, too, of a file that is not UTF-8.
 
     Raises
     ------
@@ -80,7 +82,7 @@ def read_text(path: Path, expected: str, *, most: int = MOST_BYTES) -> str:
     try:
         text = read_bytes(path, expected, most=most).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise RecordError(f"{path}: byte {error.start} is not UTF-8: expected {expected} in UTF-8") from None
+        raise RecordError(f"{path}: byte {error.start} is not UTF-8: expected {expected} in UTF-8{or_else}") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 

@@ -162,9 +162,10 @@ def _unit_said(table: BenchTable, key: str, name: str) -> Unit | None:
             raise RecordError(f"{where}: says no unit (ROS has rad and m): expected --{option}-unit {like}")
         return None
     if unit.kind not in _RANKS[key]:
-        way = {"drive": ", or --drive-unit step", "angle": ", or --angle-unit deg"}.get(key, "")
+        more = {"drive": "--drive-unit step", "angle": "--angle-unit deg"}.get(key)
+        way = "convert it, or name another column" if more is None else f"convert it, name another column, or {more}"
         found = f"{where}: expected {EXPECTED[measured]}, not {called(unit.kind)}"
-        raise RecordError(f"{found}; convert it, or name another column{way}")
+        raise RecordError(f"{found}; {way}")
     return unit
 
 
@@ -178,7 +179,8 @@ def _words_on(key: str, name: str, unit: Unit | None) -> list[str]:
     if unit.factor == 1.0 or unit.kind == "steps":
         return []
     to = {"length": "mm", "angle": "deg", "time": "s", "force": "N"}[unit.kind]
-    return [f"{quoted(name)} in {unit.symbol}: times {unit.factor:.6g}, to {to}"]
+    symbol = {"in": "inches", "kn": "kN", "mn": "mN", "cn": "cN"}.get(unit.symbol, unit.symbol)
+    return [f"{quoted(name)} in {symbol}: times {unit.factor:.6g}, to {to}"]
 
 
 def _guess(table: BenchTable, key: str, taken: Collection[str] = ()) -> str | None:

@@ -105,12 +105,7 @@ def new_record(
     reading = Reading() if reading is None else reading
     table = with_stamps(read_table(path, encoding=reading.encoding, sheet=reading.sheet))
     samples = samples_of(table, reading)
-    plain = table.plain and samples.as_they_are and path.suffix.lower() == ".csv"
-    if out is None and not plain:
-        out = path.with_name(f"{path.stem}-record.csv")
-        _require_free(None, out, path)
-    target = path if out is None else out
-    title = title or (path if out is None or out.stem == f"{path.stem}-record" else out).stem
+    title = title or (path if out is None else out).stem
     values: dict[str, Any] = dict(samples.values)
     if values["drive"].size < 3:  # as where a record is read
         raise RecordError(f"{path}: {values['drive'].size} samples: expected at least 3")
@@ -118,12 +113,17 @@ def new_record(
     if samples.drive_unit != "N":  # trials that only load are a record, too
         require_reversal(record)
     found = _understood(record, table, samples, rig)
-    _write(record, samples.columns, target, copied=out is not None)
-    return replace(found, record=str(target), sidecar=str(target.with_suffix(".toml")), copied=out is not None)
+    plain = table.plain and samples.as_they_are and path.suffix.lower() == ".csv"
+    target = path
+    if out is not None or not (plain and _write_sidecar(record, samples.columns, path)):
+        target = path.with_name(f"{path.stem}-record.csv") if out is None else out
+        _require_free(None, target, path)
+        _write_copy(record, target)
+    return replace(found, record=str(target), sidecar=str(target.with_suffix(".toml")), copied=target != path)
 
 
 def _require_free(sidecar: Path | None, out: Path | None, path: Path) -> None:
-    """Refuse to write over a file; nothing is read yet, or nothing is written."""
+    """Refuse to write over a file, or into a folder that cannot be written to."""
     files = [sidecar] if sidecar is not None else []
     files += [out.with_suffix(".toml"), out] if out is not None else []
     for file in files:
@@ -134,23 +134,33 @@ def _require_free(sidecar: Path | None, out: Path | None, path: Path) -> None:
         check_target(out, [path])
 
 
-def _write(record: Record, known: BenchColumns, target: Path, *, copied: bool) -> None:
-    """Write the sidecar, or the copy with its sidecar; nothing stays that the reader of records refuses."""
-    sidecar = target.with_suffix(".toml")
+def _write_sidecar(record: Record, known: BenchColumns, path: Path) -> bool:
+    """Write the sidecar of a CSV; remove it and return False where the reader of records does not find the record."""
+    sidecar = path.with_suffix(".toml")
+    head = {"schema": 1, "title": record.title, "kind": "measured", "columns": dict(known)}
+    rig = dict(record.rig)
+    if "file" in rig:
+        rig["file"] = Path(os.path.relpath(Path(rig["file"]).resolve(), path.parent.resolve())).as_posix()
+    good = False
     try:
-        if copied:
-            write_record(record, target)
-        else:
-            head = {"schema": 1, "title": record.title, "kind": "measured", "columns": dict(known)}
-            rig = dict(record.rig)
-            if "file" in rig:
-                rig["file"] = Path(os.path.relpath(Path(rig["file"]).resolve(), target.parent.resolve())).as_posix()
-            write_files({sidecar: toml({**head, "drive": {"unit": record.drive_unit}, "rig": rig})})
+        write_files({sidecar: toml({**head, "drive": {"unit": record.drive_unit}, "rig": rig})})
+        good = replace(read_record(path), rig=record.rig) == record
+    except RecordError:
+        pass
+    finally:
+        if not good:
+            sidecar.unlink(missing_ok=True)
+    return good
+
+
+def _write_copy(record: Record, target: Path) -> None:
+    """Write a copy with its sidecar; nothing stays that the reader of records refuses."""
+    try:
+        write_record(record, target)
         read_record(target)
     except (RecordError, OSError):
-        sidecar.unlink(missing_ok=True)
-        if copied:
-            target.unlink(missing_ok=True)
+        for file in (target.with_suffix(".toml"), target):
+            file.unlink(missing_ok=True)
         raise
 
 

@@ -21,6 +21,8 @@ from studies.own_rig.tables import BenchTable, Column
 _CLOCKS = {"ms": (1e11, 1e13), "us": (1e14, 1e16), "ns": (1e17, 1e19)}
 """Units of time in which a clock that counts from 1970 has values in this range now."""
 _LARGE_S = 1e8
+_SLOW_S = 1.0
+"""Time between rows above which the seconds that nothing says may be milliseconds."""
 _RESTARTS = 0.1
 """Part of the range of times: a fall to within it of the first one is a trial that begins anew."""
 _STAMP = re.compile(r"(.*?)(nanosecs?|nanoseconds|nsecs?)", re.IGNORECASE)
@@ -75,7 +77,8 @@ def samples_of(table: BenchTable, reading: Reading) -> Samples:
             values[LIST_FIELDS[key]] = np.column_stack([table.numbers(name)[rows] for name in names])
     pairs = ((moves, "drive"), ("angle", "angle_deg"), ("time", "time_s"))
     same = all(np.array_equal(raw[key], values[name]) for key, name in pairs if key in raw)
-    in_place = whole and same and reading.angle_unit is None and reading.time_unit is None
+    clock = "time" in raw and table.columns[known.columns["time"]].parsed.clock
+    in_place = whole and same and not clock and reading.angle_unit is None and reading.time_unit is None
     return Samples(values, columns, drive_unit, tuple(notes), as_they_are=in_place)
 
 
@@ -96,7 +99,7 @@ def _rows(table: BenchTable, known: Known, notes: list[str]) -> Ints:
     for key, name in known.columns.items():
         if key == "cycle":
             continue
-        without = np.isnan(table.numbers(name)) & kept
+        without = np.isnan(_numbers(table, key, name)) & kept
         if left := int(without.sum()):
             first = table.lines[int(np.flatnonzero(without)[0])]
             rows = f"{left} row{'s' * (left > 1)}"
@@ -111,6 +114,13 @@ def _rows(table: BenchTable, known: Known, notes: list[str]) -> Ints:
         notes.append(f"{quoted(known.columns['time'])} falls from row to row: rows in reverse order")
         found = found[::-1]
     return np.asarray(found, dtype=np.int64)
+
+
+def _numbers(table: BenchTable, key: str, name: str) -> Floats:
+    try:
+        return table.numbers(name)
+    except RecordError as error:
+        raise RecordError(f"{error}; --no-time leaves it out" if key == "time" else str(error)) from None
 
 
 def _once(table: BenchTable, columns: BenchColumns, rows: Ints) -> Ints:
@@ -165,6 +175,9 @@ def _seconds(table: BenchTable, known: Known, raw: Floats, notes: list[str]) -> 
         clock = next((symbol for symbol, (a, b) in _CLOCKS.items() if a < size < b), None)
         unit = unit if clock is None else UNITS[clock]
         notes += [f"{quoted(name)} is a clock in {clock}: seconds from the first row"] * (clock is not None)
+        usual = float(np.median(np.diff(raw))) if raw.size > 1 else 0.0
+        if clock is None and usual >= _SLOW_S:
+            notes.append(f"{quoted(name)} says no unit: taken as s, a row every {usual:.3g} s (else --time-unit)")
     if unit.factor == 1.0:
         return raw
     start = raw[0] if unit.factor * size > _LARGE_S else 0.0

@@ -101,7 +101,7 @@ def _start(grid: Grid) -> int:
     """Find the first row of numbers."""
     rows, wide = grid.rows, next((i for i, row in enumerate(grid.rows) if len(row) > MOST_COLUMNS), None)
     if wide is not None:
-        raise RecordError(f"{grid.where(wide)}: {len(rows[wide]):,} columns: expected at most {MOST_COLUMNS:,}")
+        raise RecordError(f"{grid.where(wide)}: more than {MOST_COLUMNS:,} columns: expected at most that")
     values = [[is_value(cell) for cell in row] for row in rows[: _LOOKED_AT + _ROWS_OF_PROFILE + 1]]
     for i, mine in enumerate(values[:_LOOKED_AT]):
         if sum(mine) >= 2 and all(_fits(rows[i], mine, later) for later in values[i + 1 : i + 1 + _ROWS_OF_PROFILE]):
@@ -181,7 +181,7 @@ def _rows_of_numbers(
         rows.append(row)
         lines.append(line)
     if repeated:
-        notes.append(f"{repeated} line{'s' * (repeated > 1)} that repeat the names left out")
+        notes.append(f"names that are repeated below left out: {repeated} line{'s' * (repeated > 1)}")
     return rows, lines, notes
 
 

@@ -10,6 +10,7 @@ from studies.own_rig.tables.text import read_text_table
 
 _OTHERS = (
     (b"\xd0\xcf\x11\xe0", "a spreadsheet of before 2007: expected it saved as .xlsx or CSV"),
+    (b"MATLAB 7.3", "HDF5, as MATLAB 7.3 writes it: expected save('x.mat', '-v7'), or writetable to CSV"),
     (b"\x89HDF", "HDF5, as MATLAB 7.3 writes it: expected save('x.mat', '-v7'), or writetable to CSV"),
     (b"TDSm", "a LabVIEW TDMS file: expected its channels exported as CSV"),
     (b"SQLite format 3", "a database, as of a ROS 2 bag: expected its topics exported as CSV"),
