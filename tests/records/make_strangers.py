@@ -52,8 +52,9 @@ def plain() -> dict[str, str]:
     head = "time_s,drive_mm,angle_deg"
     grid = table(head, rows())
     comma = table("time_s;drive_mm;angle_deg", rows(), ";", decimal=",")
-    thousands = table("time_s;steps;angle_deg", [(f"{t:.2f}".replace(".", ","), f"{1000 * x:,.2f}".replace(",", "_")
-                      .replace(".", ",").replace("_", "."), f"{a:.2f}".replace(".", ",")) for t, x, a in rows()], ";")  # fmt: skip
+    german = str.maketrans(",.", ".,")
+    thousands = [(f"{t:.2f}", f"{1000 * x:,.2f}", f"{a:.2f}") for t, x, a in rows()]
+    thousands = table("time_s;steps;angle_deg", [[cell.translate(german) for cell in row] for row in thousands], ";")
     english = table("time_s,steps,angle_deg", [(t, f'"{1000 * x:,.2f}"', a) for t, x, a in rows()])
     return {
         "plain.csv": grid,
@@ -66,12 +67,14 @@ def plain() -> dict[str, str]:
                                              rows(1e3 * TIME, 1e3 * WAY, np.radians(ANGLE))),
         "units-above.csv": table("s,mm,mrad\nTime,Drive,Angle", rows(TIME, WAY, 1e3 * np.radians(ANGLE))),
         "semicolons.csv": table("time_s;drive_mm;angle_deg", rows(), ";"),
-        "semicolons-trailing.csv": table("time_s;drive_mm;angle_deg;", rows(TIME, WAY, ANGLE, [""] * 37), ";", decimal=","),
+        "semicolons-trailing.csv": table("time_s;drive_mm;angle_deg;", rows(TIME, WAY, ANGLE, [""] * 37), ";",
+                                         decimal=","),
         "semicolons-trailing-below.csv": table("time_s;drive_mm;angle_deg", rows(TIME, WAY, ANGLE, [""] * 37), ";"),
         "decimal-commas.csv": comma,
         "decimal-commas-tabs.txt": table("time_s\tdrive_mm\tangle_deg", rows(), "\t", decimal=","),
         "decimal-commas-quoted.csv": table(head, [[f'"{number(c)}"'.replace(".", ",") for c in row] for row in rows()]),
-        "decimal-commas-between-commas.csv": table(head, [[f"{c:.2f}".replace(".", ",") for c in row] for row in rows()]),
+        "decimal-commas-between-commas.csv": table(
+            head, [[f"{c:.2f}".replace(".", ",") for c in row] for row in rows()]),
         "excel-sep.csv": "sep=;\n" + comma,
         "tabs.tsv": table("time_s\tdrive_mm\tangle_deg", rows(), "\t"),
         "tabs-without-names.tsv": table(None, rows(), "\t"),
@@ -95,7 +98,7 @@ def plain() -> dict[str, str]:
         "footer.csv": grid + "End of test\nMax,2,40.5\n",
         "cut-off.csv": grid[:-8].rsplit("\n", 1)[0] + "\n9,2",
         "short-row.csv": grid.replace("\n2,", "\n2,1\n2,", 1),
-        "words-in-a-row.csv": grid.replace("\n2,-", "\nstop,-", 1) if "\n2,-" in grid else grid.replace("\n2,", "\nstop,", 1),
+        "words-in-a-row.csv": grid.replace("\n2,", "\nstop,", 1),
         "names-twice.csv": table("time_s,angle_deg,angle_deg", rows()),
         "same-column-twice.csv": table("time_s,drive_mm,angle_deg,time_s", rows(TIME, WAY, ANGLE, TIME)),
         "old-mac-lines.csv": grid.replace("\n", "\r"),
@@ -121,7 +124,8 @@ def times() -> dict[str, str]:
         "milliseconds.csv": table("t_ms,drive_mm,angle_deg", rows(1e3 * TIME)),
         "milliseconds-not-said.csv": table("time,drive_mm,angle_deg", rows(1e3 * TIME)),
         "minutes.csv": table("time (min),drive_mm,angle_deg", rows(TIME / 60)),
-        "clock-in-ms.csv": table("timestamp,drive_mm,angle_deg", rows([f"{1777852797000 + 250 * i}" for i in range(37)])),
+        "clock-in-ms.csv": table("timestamp,drive_mm,angle_deg",
+                                 rows([f"{1777852797000 + 250 * i}" for i in range(37)])),
         "clock-in-ns.csv": table("stamp,drive_mm,angle_deg",
                                  rows([f"{1777852797000000000 + 250000000 * i}" for i in range(37)])),
         "trials-restart.csv": table("trial,time_s,drive_mm,angle_deg", zip(TRIAL, *trials, strict=True)),
@@ -142,13 +146,15 @@ def times() -> dict[str, str]:
 def units() -> dict[str, str]:
     """Columns in other units, and columns that are neither a drive nor an angle."""
     found = {}
-    for name, factor in {"angle_rad": np.pi / 180, "theta_mrad": np.pi / 0.18, "angle_turns": 1 / 360, "bend_rev": 1 / 360,
-                         "tip_angle_gon": 1 / 0.9}.items():  # fmt: skip
+    of_turn = {"angle_turns": 1 / 360, "bend_rev": 1 / 360, "tip_angle_gon": 1 / 0.9}
+    for name, factor in {"angle_rad": np.pi / 180, "theta_mrad": np.pi / 0.18, **of_turn}.items():
         found[f"{name.replace('_', '-')}.csv"] = table(f"time_s,drive_mm,{name}", rows(TIME, WAY, factor * ANGLE))
     for name in ("tau_Nm", "load_kN", "force_N", "volt_V", "strain_pct", "angle_ticks", "enc_counts", "temp_C"):
         found[f"no-angle-{name.replace('_', '-')}.csv"] = table(f"time_s,drive_mm,{name}", rows())
-    for name, factor in {"stroke_in": 1 / 25.4, "stage_um": 1e3, "drive_cm": 0.1, "wheel_turns": 1 / 360, "motor_rad": np.pi / 180,
-                         "volt_V": 1, "pwm": 100, "enc_counts": 1000, "motor_steps": 200}.items():  # fmt: skip
+    of_steps = {"volt_V": 1, "pwm": 100, "enc_counts": 1000, "motor_steps": 200}
+    of_length = {"stroke_in": 1 / 25.4, "stage_um": 1e3, "drive_cm": 0.1}
+    of_turn = {"wheel_turns": 1 / 360, "motor_rad": np.pi / 180}
+    for name, factor in (of_length | of_turn | of_steps).items():
         found[f"drive-{name.replace('_', '-')}.csv"] = table(f"time_s,{name},angle_deg", rows(TIME, factor * WAY))
     for name in ("motor_torque_Nm", "motor_current_A", "wheel_speed_mm_s"):
         found[f"no-drive-{name.replace('_', '-')}.csv"] = table(f"time_s,{name},angle_deg", rows())
@@ -181,7 +187,8 @@ def holes() -> dict[str, str]:
         "two-rates-one-table.csv": table("time_s,drive_mm,angle_deg", rows(
             TIME, only(WAY, lambda i: i % 2 == 0), only(ANGLE, lambda i: i % 2 == 1))),
         "infinite.csv": table("time_s,drive_mm,angle_deg", rows(TIME, WAY, only(ANGLE, lambda i: i != 9, "inf"))),
-        "text-in-a-cell.csv": table("time_s,drive_mm,angle_deg", rows(TIME, WAY, only(ANGLE, lambda i: i != 9, "error 3"))),
+        "text-in-a-cell.csv": table("time_s,drive_mm,angle_deg",
+                                    rows(TIME, WAY, only(ANGLE, lambda i: i != 9, "error 3"))),
     }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Tables as strangers write them: each is read rightly by ``record new``, or refused in one line that says what to do."""
+"""Tables as strangers write them: each is read rightly by ``record new``, or refused in a line that says what to do."""
 
 import importlib.util
 import io
@@ -71,14 +71,16 @@ READ = {
     "trials-restart-without-numbers.csv": Read(
         np.tile(WAY, 3), np.tile(ANGLE, 3), TRIALS, said="begins anew at line 39, 76: 3 trials, one behind the other"
     ),
-    "trials-of-one-cycle.csv": Read(np.tile(WAY[4:21], 3), np.tile(ANGLE[4:21], 3), None, cycle=np.repeat([1, 2, 3], 17)),
+    "trials-of-one-cycle.csv": Read(
+        np.tile(WAY[4:21], 3), np.tile(ANGLE[4:21], 3), None, cycle=np.repeat([1, 2, 3], 17)
+    ),
     "newest-first.csv": Read(said="rows in reverse order"),
     "out-of-order.csv": Read(time=None, options=("--no-time",)),
     "whole-seconds.csv": Read(time=None, options=("--no-time",)),
     "hours-and-minutes.csv": Read(time=None, options=("--no-time",)),
     "cycle-falls.csv": Read(time=None, said="'cycle' has no whole numbers that never fall"),
     "steps-of-command.csv": Read(
-        np.repeat([0, 2, 0, -2, 0, 2], 40), None, 0.01 * np.arange(240), said="while the drive stands still: a drive in jumps"
+        np.repeat([0, 2, 0, -2, 0, 2], 40), None, 0.01 * np.arange(240), said="drive stands still: a drive in jumps"
     ),
     "drive-wheel-turns.csv": Read(unit="deg", said="'wheel_turns' in turns: times 360, to deg"),
     "drive-motor-rad.csv": Read(unit="deg"),
@@ -98,9 +100,9 @@ READ = {
     "no-units-rad.csv": Read(options=("--angle-unit", "rad")),
     "two-drives.csv": Read(options=("--drive-column", "motor_a_mm")),
     "names-nobody-knows.csv": Read(options=("--drive-column", "b", "--angle-column", "c", "--time-column", "a")),
-    "empty-angles.csv": Read(WAY[THIRD], ANGLE[THIRD], TIME[THIRD], said="12 rows without a number in 'angle_deg' left out"),
-    "nan-words.csv": Read(WAY[THIRD], ANGLE[THIRD], TIME[THIRD], said="12 rows without a number in 'angle_deg' left out"),
-    "na-words.csv": Read(WAY[THIRD], ANGLE[THIRD], TIME[THIRD], said="12 rows without a number in 'drive_mm' left out"),
+    "empty-angles.csv": Read(WAY[THIRD], ANGLE[THIRD], TIME[THIRD], said="12 rows without a number in 'angle_deg'"),
+    "nan-words.csv": Read(WAY[THIRD], ANGLE[THIRD], TIME[THIRD], said="12 rows without a number in 'angle_deg'"),
+    "na-words.csv": Read(WAY[THIRD], ANGLE[THIRD], TIME[THIRD], said="12 rows without a number in 'drive_mm'"),
     "ros2-own-names.csv": Read(said="one clock, seconds from the first row"),
     "ros2-joint-states.csv": Read(
         said="one clock",
@@ -110,7 +112,7 @@ READ = {
 }  # fmt: skip
 """What is read otherwise than as two cycles after an approach, in mm, deg and s, or with words or options."""
 REFUSED = {
-    "decimal-commas-between-commas.csv": ":2: 6 fields: expected 3, one a column; where these are decimal commas, semicol",
+    "decimal-commas-between-commas.csv": ":2: 6 fields: expected 3, one a column; where these are decimal com",
     "thousands-or-decimals.csv": "may be of decimals or of thousands: expected no marks of thousands",
     "quote-not-closed.csv": ":10: a quotation mark that is not closed",
     "short-row.csv": ":10: 2 fields: expected 3, one a column",
@@ -118,18 +120,18 @@ REFUSED = {
     "names-twice.csv": ":1: column 'angle_deg' occurs twice: expected different names",
     "no-numbers.csv": "no rows of numbers: expected a header that names the columns, then rows",
     "empty.csv": "0 lines with values: expected a header that names the columns, then rows",
-    "tabs-without-names.tsv": "numbers in place of names: expected --drive-column K and --angle-column K, numbers from 1 to 3",
+    "tabs-without-names.tsv": "numbers in place of names: expected --drive-column K and --angle-column K, numbers",
     "whole-seconds.csv": ":3: column 'timestamp' = 0 after 0: expected increasing time; --no-time leaves it out",
     "out-of-order.csv": ":12: column 'time_s' = 2.25 after 2.5: expected increasing time; --no-time leaves it out",
     "hours-and-minutes.csv": ":2: column 'time' = 12:00: expected a number in every row; --no-time leaves it out",
-    "no-angle-tau-Nm.csv": "no column is named as the angle: the columns are time_s, drive_mm, tau_Nm: expected --angle-col",
+    "no-angle-tau-Nm.csv": "no column is named as the angle: the columns are time_s, drive_mm, tau_Nm: expected --a",
     "no-angle-angle-ticks.csv": "'angle_ticks': expected degrees, not counts of a converter or encoder; convert it",
     "no-drive-motor-torque-Nm.csv": "'motor_torque_Nm': expected mm, deg, steps or N, not a torque; convert it",
     "no-drive-motor-current-A.csv": "not a current; convert it, name another column, or --drive-unit step",
-    "no-drive-wheel-speed-mm-s.csv": "no column is named as the drive: the columns are time_s, wheel_speed_mm_s, angle_deg",
+    "no-drive-wheel-speed-mm-s.csv": "no column is named as the drive: the columns are time_s, wheel_speed_mm_s",
     "two-drives.csv": "columns 'motor_a_mm', 'motor_b_mm': any of them may be the drive: expected --drive-column NAME",
     "names-nobody-knows.csv": "no column is named as the drive: the columns are a, b, c: expected --drive-column NAME",
-    "two-rates-one-table.csv": "no row has numbers in 'drive_mm', 'angle_deg', 'time_s': expected all of them in one row",
+    "two-rates-one-table.csv": "no row has numbers in 'drive_mm', 'angle_deg', 'time_s': expected all of them",
     "infinite.csv": ":11: column 'angle_deg' = inf: expected a number in every row",
     "text-in-a-cell.csv": ":11: column 'angle_deg' = error 3: expected a number in every row",
     "ros2-joint-states.csv": "any of them may be the drive: expected --drive-column NAME",
@@ -209,13 +211,15 @@ def test_a_table_is_refused_in_one_line(name, put, tmp_path, capsys):
 def test_the_reader_of_records_reads_the_same_or_refuses_in_one_line(name, put, capsys):
     """``identify`` and the others read a file as it is: the same numbers as those of ``record new``, or a refusal."""
     expected = READ.get(name, Read())
+    record, words = None, name
     try:
         record = read_record(put(name))
     except RecordError as error:
-        assert str(error).startswith(name)
-        assert "\n" not in str(error)
-        return
-    np.testing.assert_allclose(record.drive, expected.drive, atol=1e-8)
+        words = str(error)
+    assert words.startswith(name)
+    assert "\n" not in words
+    if record is not None:
+        np.testing.assert_allclose(record.drive, expected.drive, atol=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -383,7 +387,7 @@ def test_100_000_columns_are_refused_at_once(name, tmp_path, capsys):
     row = ",".join(map(str, range(100_000)))
     (tmp_path / name).write_text(f"{row.replace(',', 'a,')}\n{row}\n{row}\n")
     began = time.process_time()
-    assert ":1: more than 1,000 columns: expected at most that" in complaint(capsys, tmp_path / name)
+    assert ":1: 688,888 characters: expected at most 200,000" in complaint(capsys, tmp_path / name)
     assert time.process_time() - began < 5.0
     with pytest.raises(RecordError, match="100,000 columns: expected at most 1,000"):
         read_record(tmp_path / name)
