@@ -51,6 +51,7 @@ def read_bytes(path: Path, expected: str, *, most: int = MOST_BYTES) -> bytes:
     """
     if "\0" in str(path):
         raise RecordError(f"{quoted(str(path))}: NUL in the name: expected {expected}")
+    require_name(path)
     try:
         found = path.stat()
         if not stat.S_ISREG(found.st_mode):
@@ -67,6 +68,25 @@ def read_bytes(path: Path, expected: str, *, most: int = MOST_BYTES) -> bytes:
     if len(content) > found.st_size:
         raise RecordError(f"{path}: grows while it is read: expected {expected}")
     return content
+
+
+def require_name(path: Path) -> None:
+    """Refuse a name that no text in UTF-8 can hold: results, sidecars and pages name the files that they are of.
+
+    Raises
+    ------
+    RecordError
+        Such a name, or one that this locale cannot read.
+    """
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        try:
+            os.fsencode(path).decode()
+            found, expected = "a name that this locale cannot read", "LANG=C.UTF-8, or another name"
+        except UnicodeError:
+            found, expected = "a name that is not UTF-8, which no result can hold", "it renamed"
+        raise RecordError(f"{quoted(str(path))}: {found}: expected {expected}") from None
 
 
 def read_text(path: Path, expected: str, *, most: int = MOST_BYTES, or_else: str = "") -> str:
@@ -189,6 +209,7 @@ def require_place(path: Path) -> None:
         A folder that is none, cannot be written to or made, links in a circle, or a name that is too long.
     """
     expected = "expected a folder that can be written to"
+    require_name(path)
     try:
         os.lstat(path)
     except FileNotFoundError:  # its folder may be missing, too
@@ -221,16 +242,14 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
         if path.exists() and not path.is_file():
             raise RecordError(f"{path}: is no regular file: expected the name of a file")
     staged: dict[Path, Path] = {}
+    contents = {path: _encoded(path, content) for path, content in files.items()}
     try:
-        for path, content in files.items():
+        for path, content in contents.items():
             part = path.with_name(f".{path.name}.{os.getpid()}.part")
             path.parent.mkdir(parents=True, exist_ok=True)
             _remove_staged(path)
             staged[part] = path
-            if isinstance(content, str):
-                part.write_text(content, encoding="utf-8", newline="\n")
-            else:
-                part.write_bytes(content)
+            part.write_bytes(content)
         with _put_back(staged.values()):
             for part, path in staged.items():
                 part.replace(path)
@@ -239,6 +258,16 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     finally:
         for part in staged:
             part.unlink(missing_ok=True)
+
+
+def _encoded(path: Path, content: str | bytes) -> bytes:
+    if isinstance(content, bytes):
+        return content
+    try:
+        return content.encode()
+    except UnicodeEncodeError as error:
+        found = quoted(content[max(0, error.start - 20) : error.start + 20])
+        raise RecordError(f"{path}: would hold {found}, which is not UTF-8: expected names in UTF-8") from None
 
 
 @contextmanager

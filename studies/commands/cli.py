@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import io
 import shlex
 import signal
 import sys
@@ -413,6 +414,9 @@ def _terminate(number: int, frame: FrameType | None) -> None:
 def main() -> None:
     """Run the command line of this process."""
     signal.signal(signal.SIGTERM, _terminate)
+    for stream in (sys.stdout, sys.stderr):  # where the locale has no such character: an escape, not an error
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
         code = call(sys.argv[1:])
     except KeyboardInterrupt as stop:  # before a command began, or after it ended

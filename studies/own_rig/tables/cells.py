@@ -11,6 +11,7 @@ from datetime import date, datetime, time, timedelta
 import numpy as np
 
 from hysteresis.arrays import Floats
+from hysteresis.records.record_file import MOST_DIGITS
 
 Cell = str | float | datetime | date | time | timedelta | None
 MISSING = frozenset(
@@ -80,6 +81,8 @@ def find_marks(cells: Iterable[str], *, quoted_commas: bool) -> Marks:
     seen: dict[str, str] = {}
     for cell in cells:
         text = cell.strip()
+        if len(text) > MOST_DIGITS:
+            continue
         kinds = {
             "points, then a comma": _POINT_GROUPS_COMMA, "commas, then a point": _COMMA_GROUPS_POINT,
             "comma groups": _COMMA_GROUPS, "point groups": _POINT_GROUPS, "comma": _DECIMAL_COMMA,
@@ -111,11 +114,13 @@ def find_marks(cells: Iterable[str], *, quoted_commas: bool) -> Marks:
 
 
 def number(text: str, marks: Marks) -> float:
-    """Give the number of a cell; nan where it is none.
+    """Give the number of a cell; nan where it is none, or has more characters than a number may have.
 
     A point is a decimal one beside decimal commas, too, where none is for thousands.
     """
     text = text.strip().replace("\u2212", "-")
+    if len(text) > MOST_DIGITS:
+        return math.nan
     if marks.thousands:
         text = text.replace(marks.thousands, "")
     if marks.decimal == "," and _DECIMAL_COMMA.fullmatch(text):

@@ -14,6 +14,8 @@ from hysteresis.messages import as_given, listed, quoted
 from hysteresis.records.record_file import MOST_COLUMNS
 from studies.own_rig.tables.cells import Cell, Marks, Parsed, parse
 
+MOST = 1e20
+"""Largest magnitude of a number in any unit; that of a clock in ns is 2e18."""
 MOST_CELLS = 50_000_000
 """Most cells of a table."""
 
@@ -79,11 +81,14 @@ class BenchTable:
             A column that is missing, or a cell that is no number; one line with its place.
         """
         parsed = self.require(name).parsed
-        wrong = parsed.wrong if parsed.wrong is not None else next(iter(np.flatnonzero(np.isinf(parsed.values))), None)
+        wrong, expected = parsed.wrong, "a number in every row"
+        for i in np.flatnonzero(np.abs(parsed.values) > MOST)[:1] if wrong is None else ():
+            wrong = int(i)
+            expected = expected if np.isinf(parsed.values[i]) else f"at most {MOST:g} in magnitude"
         if wrong is not None:
             text = as_given(str(self.columns[name].cells[wrong]).strip())
             found = f"{self.path}:{self.lines[wrong]}: column {quoted(name)} = {text}"
-            raise RecordError(f"{found}: expected a number in every row")
+            raise RecordError(f"{found}: expected {expected}")
         return parsed.values
 
 
