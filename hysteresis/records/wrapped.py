@@ -10,21 +10,21 @@ _LEAST_JUMP_DEG = 270.0
 """A jump back over more of a turn than this is a wrap: the angle moved by less than a quarter of a turn."""
 _MOST_DRIVE = 0.25
 """Part of the drive's range: beyond it the drive was reset, and the angle with it."""
-_BEYOND_DEG = 2.0
+_BEYOND_DEG, _LEAST_INSIDE = 2.0, 0.95
 
 
 def wraps(drive: Floats, angle_deg: Floats) -> Ints:
     """Find the samples before which the angle jumps by a turn while the drive hardly moves, shapes (m,) -> (k,).
 
-    None where the angles cover more than one turn.
+    None where the angles cover more than one turn; a few readings that are wrong may lie beyond it.
     """
-    low, high = float(angle_deg.min()), float(angle_deg.max())
-    one_turn = any(a - _BEYOND_DEG <= low and high <= a + 360.0 + _BEYOND_DEG for a in (0.0, -180.0))
-    if not one_turn:
-        return np.empty(0, dtype=np.int64)
     jumps = np.abs(np.diff(angle_deg)) > _LEAST_JUMP_DEG
-    resets = np.abs(np.diff(drive)) > _MOST_DRIVE * np.ptp(drive)
-    return np.flatnonzero(jumps & ~resets).astype(np.int64) + 1
+    jumps &= np.abs(np.diff(drive)) <= _MOST_DRIVE * np.ptp(drive)
+    for low in (0.0, -180.0):
+        inside = (angle_deg >= low - _BEYOND_DEG) & (angle_deg <= low + 360.0 + _BEYOND_DEG)
+        if inside.mean() >= _LEAST_INSIDE:
+            return np.flatnonzero(jumps & inside[1:] & inside[:-1]).astype(np.int64) + 1
+    return np.empty(0, dtype=np.int64)
 
 
 def unwrapped(drive: Floats, angle_deg: Floats) -> Floats:

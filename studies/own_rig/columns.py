@@ -28,16 +28,16 @@ _WORDS = {
     ),
     "angle": (
         r"angle|theta|bend|tip_deg|cam(?!era)",
-        r"winkel|phi|biegung|yaw|tilt|rotation|deflection|orientation|flexion|[aá]ngulo|(^|_)(rot|ang)(_|$)",
+        r"winkel|phi|biegung|yaw|pitch|roll|tilt|rotation|deflection|orientation|flexion|[aá]ngulo|(^|_)(rot|ang)(_|$)",
     ),
-    "time": (r"time|^t$|^t[ _(\[]|stamp|seconds", r"zeit|temps|tiempo|elapsed|clock|uhr|^t/|^sec|^ms$|^dt$"),
+    "time": (r"time|^t$|^t[ _(\[]|stamp|seconds", r"zeit|temps|tiempo|elapsed|clock|uhr|millis|micros|^t/|^sec|^ms$"),
     "cycle": (r"cycle|^lap$|^trial$", r"^(run|rep|repetition|loop|zyklus|versuch)(_?(no|nr|id|number))?$"),
     "force": (r"tension|force", r"load|kraft|(^|[^a-z])f[ _(\[]*(n|kn|mn)\b"),
 }
 """What the names of columns have in them, by key; the second where no column has the first."""
 _NOT = {
     "drive": r"tension|force|load|_n$|time|stamp|^drive_[2-4]_|speed|velocity|effort|error",
-    "angle": r"time|stamp|^angle_2_|speed|velocity|rate|frame|error",
+    "angle": r"time|stamp|^angle_2_|speed|velocity|rate|frame|error|motor|servo|wheel|spool|pulley",
     "time": r"tendon",
     "cycle": r"time|duty",
     "force": r"time|stamp|rate",
@@ -50,6 +50,10 @@ _RANKS: dict[str, tuple[str, ...]] = {
     "cycle": ("", "counts"),
 }
 """Kinds of units that a column of this key may have; of several columns those of the earlier kind are taken."""
+_AT_THE_TIP = re.compile(r"tip|end.?effector|marker|camera")
+"""Of columns whose names say "position" and the like: not of the drive."""
+_ONE_CLOCK = ("time", "t", "__time", "timestamp", "%time")
+"""Of several times the one that is taken."""
 _OPTION = {"force": "drive"}
 _ROS = re.compile(r"/|\.(position|x|y|z)\b|position\[")
 ASSUMED = {"drive": "mm", "angle": "deg", "time": "s", "force": "N"}
@@ -197,10 +201,12 @@ def _guess(table: BenchTable, key: str, taken: Collection[str] = ()) -> str | No
     if _EXACT[key] in table.columns:
         return _EXACT[key]
     wrong: str | None = None
-    for words in _WORDS[key]:
-        found = [name for name in table.columns if _says(key, words, name)]
+    for tier, words in enumerate(_WORDS[key]):
+        found = [name for name in table.columns if _says(key, words, name, first=tier == 0)]
         found = [name for name in found if name not in taken] or found
         fits = _best(table, key, found)
+        if key == "time" and (clocks := [name for name in fits if name.lower() in _ONE_CLOCK]):
+            fits = clocks[:1]
         if len(fits) > 1:
             option = _OPTION.get(key, key)
             raise RecordError(
@@ -212,7 +218,8 @@ def _guess(table: BenchTable, key: str, taken: Collection[str] = ()) -> str | No
         wrong = wrong or next(iter(found), None)
     if key not in ("drive", "angle"):
         return None
-    others = [name for name in table.columns if name not in taken and _says(key, "", name) and not _is_channel(name)]
+    others = [name for name in table.columns if name not in taken and _says(key, "", name, first=False)]
+    others = [name for name in others if not _is_channel(name)]
     of_unit = [name for name in others if _rank(table, key, name) in ((0,) if key == "drive" else (0, 1))]
     return of_unit[0] if len(of_unit) == 1 else wrong
 
@@ -223,8 +230,10 @@ def _best(table: BenchTable, key: str, names: Sequence[str]) -> list[str]:
     return [name for name, rank in ranks.items() if rank == min(ranks.values())]
 
 
-def _says(key: str, words: str, name: str) -> bool:
+def _says(key: str, words: str, name: str, *, first: bool) -> bool:
     small = name.lower()
+    if key == "drive" and not first and _AT_THE_TIP.search(small):
+        return False
     return bool(re.search(words, small)) and not re.search(_NOT[key], small)
 
 

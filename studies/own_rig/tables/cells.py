@@ -63,7 +63,8 @@ class MarksError(ValueError):
 def find_marks(cells: Iterable[str], *, quoted_commas: bool) -> Marks:
     """Find the marks of the numbers of a table.
 
-    A comma before three digits may be of thousands; it is of decimals unless other cells have decimal points.
+    A comma before three digits may be of thousands. Where commas stand between the fields, it is, if other cells have
+    decimal points; else it is of decimals, if no other cell has points.
 
     Parameters
     ----------
@@ -105,9 +106,9 @@ def find_marks(cells: Iterable[str], *, quoted_commas: bool) -> Marks:
             raise MarksError(seen["point groups"], expected)
         return Marks(",")
     if "comma groups" in seen:
-        if "point" in seen:
+        if quoted_commas and "point" in seen:
             return Marks(".", ",")
-        if quoted_commas or "point groups" in seen:
+        if quoted_commas or "point" in seen or "point groups" in seen:
             raise MarksError(seen["comma groups"], "may be of decimals or of thousands: expected no marks of thousands")
         return Marks(",")
     return Marks()
