@@ -23,20 +23,20 @@ _EXACT = {"drive": "drive_mm", "angle": "angle_deg", "time": "time_s", "cycle": 
 _WORDS = {
     "drive": (
         r"drive|displacement|tendon|pull|wheel|motor|stroke|stage|actuator",
-        r"position|cable|wire|rope|spool|pulley|servo|travel|insertion|command|cmd|setpoint|input|"
+        r"position|extension|cable|wire|rope|spool|pulley|servo|travel|insertion|command|cmd|setpoint|input|"
         r"weg|hub|kurbel|pwm|volt|^enc|encoder|steps|counts|ticks|(^|[^a-z])pos([^a-z]|$)",
     ),
     "angle": (
         r"angle|theta|bend|tip_deg|cam(?!era)",
-        r"winkel|phi|biegung|yaw|pitch|roll|tilt|rotation|deflection|orientation|flexion|[aá]ngulo|(^|_)(rot|ang)(_|$)",
+        r"winkel|phi|biegung|yaw|pitch|roll|tilt|θ|φ|α|rotation|deflection|orientation|flexion|[aá]ngulo|(^|_)(rot|ang)(_|$)",
     ),
     "time": (r"time|^t$|^t[ _(\[]|stamp|seconds", r"zeit|temps|tiempo|elapsed|clock|uhr|millis|micros|^t/|^sec|^ms$"),
     "cycle": (r"cycle|^lap$|^trial$", r"^(run|rep|repetition|loop|zyklus|versuch)(_?(no|nr|id|number))?$"),
-    "force": (r"tension|force", r"load|kraft|(^|[^a-z])f[ _(\[]*(n|kn|mn)\b"),
+    "force": (r"(?<!ex)tension|force", r"load|kraft|(^|[^a-z])f[ _(\[]*(n|kn|mn)\b"),
 }
 """What the names of columns have in them, by key; the second where no column has the first."""
 _NOT = {
-    "drive": r"tension|force|load|_n$|time|stamp|^drive_[2-4]_|speed|velocity|effort|error",
+    "drive": r"(?<!ex)tension|force|load|_n$|time|stamp|^drive_[2-4]_|speed|velocity|effort|error",
     "angle": r"time|stamp|^angle_2_|speed|velocity|rate|frame|error|motor|servo|wheel|spool|pulley",
     "time": r"tendon",
     "cycle": r"time|duty",
@@ -120,16 +120,18 @@ def known_columns(table: BenchTable, reading: Reading) -> Known:
         else:
             name = _guess(table, key, taken=list(known.values()))
         if name is None and key in ("drive", "angle"):
-            there = listed(table.columns)
-            raise RecordError(
-                f"{table.path}: no column is named as the {key}: the columns are {there}: expected --{key}-column NAME"
-            )
+            found = f"{table.path}: no column is named as the {key}: the columns are {listed(table.columns)}"
+            other = ", or another --encoding" * (table.encoding in ("cp1252", "latin-1"))
+            raise RecordError(f"{found}: expected --{key}-column NAME{other}")
         if key == "angle" and name == next(iter(known.values())):
             raise RecordError(
                 f"{table.path}: column {quoted(name)}: drive and angle at once: the columns are "
                 f"{listed(tuple(table.columns))}: expected --drive-column NAME and --angle-column NAME, of two columns"
             )
         if name is None or (not reading.columns.get(key) and name in known.values()):
+            continue
+        if key == "cycle" and not reading.columns.get(key) and table.columns[name].parsed.wrong is not None:
+            notes.append(f"{quoted(name)} has words in it: cycles are found from the reversals")
             continue
         role = "force" if key == "drive" and _is_force(table, name, reading) else key
         known[role] = name
@@ -190,8 +192,8 @@ def _words_on(key: str, name: str, unit: Unit | None) -> list[str]:
 def _guess(table: BenchTable, key: str, taken: Collection[str] = ()) -> str | None:
     """Find the one column whose name says that it is the drive, angle, time, cycle or force; None if none does.
 
-    Of a drive or an angle also the one column in such a unit. Where only columns that measure something else say so,
-    the first of them: what it measures is refused where its unit is asked for.
+    Of a drive, an angle or a time also the one column in such a unit. Where only columns that measure something else
+    say so, the first of them: what it measures is refused where its unit is asked for.
 
     Raises
     ------
@@ -216,12 +218,20 @@ def _guess(table: BenchTable, key: str, taken: Collection[str] = ()) -> str | No
         if fits:
             return fits[0]
         wrong = wrong or next(iter(found), None)
-    if key not in ("drive", "angle"):
+    if key not in ("drive", "angle", "time"):
         return None
     others = [name for name in table.columns if name not in taken and _says(key, "", name, first=False)]
     others = [name for name in others if not _is_channel(name)]
-    of_unit = [name for name in others if _rank(table, key, name) in ((0,) if key == "drive" else (0, 1))]
+    of_unit = [name for name in others if _rank(table, key, name) in ((0, 1) if key == "angle" else (0,))]
+    if key == "time":
+        of_unit = [name for name in of_unit if _rises(table, name)]
+        wrong = None
     return of_unit[0] if len(of_unit) == 1 else wrong
+
+
+def _rises(table: BenchTable, name: str) -> bool:
+    parsed = table.columns[name].parsed
+    return parsed.wrong is None and bool((np.diff(parsed.values[~np.isnan(parsed.values)]) > 0).all())
 
 
 def _best(table: BenchTable, key: str, names: Sequence[str]) -> list[str]:

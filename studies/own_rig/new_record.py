@@ -16,7 +16,7 @@ from fem_models.analytic import theory_curve
 from fem_models.rig import Rig, RigError
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError, present, require_place, write_files
-from hysteresis.messages import listed
+from hysteresis.messages import listed, quoted
 from hysteresis.plain import optional
 from hysteresis.records.metrics import loop_width, noise_floor
 from hysteresis.records.path import cycle_index, cycle_slices, moved_while_held, require_reversal
@@ -105,13 +105,7 @@ def new_record(
     reading = Reading() if reading is None else reading
     table = with_stamps(read_table(path, encoding=reading.encoding, sheet=reading.sheet))
     samples = samples_of(table, reading)
-    title = title or (path if out is None else out).stem
-    values: dict[str, Any] = dict(samples.values)
-    if values["drive"].size < 3:  # as where a record is read
-        raise RecordError(f"{path}: {values['drive'].size} samples: expected at least 3")
-    record = Record(**values, drive_unit=samples.drive_unit, title=title, rig=rig.table, source=str(path))
-    if samples.drive_unit != "N":  # trials that only load are a record, too
-        require_reversal(record)
+    record = _record_of(path, samples, rig, title or (path if out is None else out).stem)
     found = _understood(record, table, samples, rig)
     plain = table.plain and samples.as_they_are and path.suffix.lower() == ".csv"
     target = path
@@ -120,6 +114,35 @@ def new_record(
         _require_free(None, target, path)
         _write_copy(record, target)
     return replace(found, record=str(target), sidecar=str(target.with_suffix(".toml")), copied=target != path)
+
+
+def _record_of(path: Path, samples: Samples, rig: RecordRig, title: str) -> Record:
+    """Make the record of samples.
+
+    Raises
+    ------
+    RecordError
+        Fewer than three samples, a drive or an angle that stands still, a drive that never reverses and is no force.
+    """
+    values: dict[str, Any] = dict(samples.values)
+    if values["drive"].size < 3:  # as where a record is read
+        raise RecordError(f"{path}: {values['drive'].size} samples: expected at least 3")
+    drive = str(samples.columns["force" if samples.drive_unit == "N" else "drive"])
+    for name, field in ((drive, "drive"), (str(samples.columns["angle"]), "angle_deg")):
+        if np.ptp(values[field]) == 0:
+            found = f"column {quoted(name)} = {values[field][0]:g} in all {values[field].size} samples"
+            raise RecordError(f"{path}: {found}: expected one that changes")
+    record = Record(
+        **values,
+        drive_unit=samples.drive_unit,
+        drive_column=drive,
+        title=title,
+        rig=rig.table,
+        source=str(path),
+    )
+    if samples.drive_unit != "N":  # trials that only load are a record, too
+        require_reversal(record)
+    return record
 
 
 def _require_free(sidecar: Path | None, out: Path | None, path: Path) -> None:

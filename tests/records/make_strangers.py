@@ -209,9 +209,45 @@ def of_ros() -> dict[str, str]:
     }  # fmt: skip
 
 
+def of_programs() -> dict[str, str]:
+    """Files of LabVIEW, of a testing machine, of a camera system, of ROS 1, R and pandas; names in other scripts."""
+    lvm = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\n***End_of_Header***\t\n\t\n"
+    lvm += "Channels\t2\t\t\t\nSamples\t37\t37\t\t\nDate\t2026/05/03\t2026/05/03\t\t\nX0\t0.0E+0\t0.0E+0\t\t\n"
+    lvm += "Delta_X\t0.25\t0.25\t\t\n***End_of_Header***\t\t\t\t\n"
+    machine = '"Specimen label","A1"\n\n"Time","Extension","Load","Bend angle"\n"(s)","(mm)","(N)","(deg)"\n'
+    nanos = [f"{1777852797000000000 + 250000000 * i}" for i in range(37)]
+    quoted = [[f'"{number(cell)}"' for cell in row] for row in rows(TIME, WAY, np.full(37, 3.5), ANGLE)]
+    camera = "Format Version,1.23,Take Name,Take 2,Rate,4\n\n,,Rigid Body,Rigid Body\n"
+    return {
+        "labview.lvm": lvm + table("X_Value\tStage travel (mm)\tTip angle (deg)\tComment",
+                                   rows(TIME, WAY, ANGLE, [""] * 37), "\t"),
+        "testing-machine.csv": machine + table(None, quoted),
+        "camera-system.csv": camera + table("Frame,Time (Seconds),Stage X (mm),Bend (deg)",
+                                            zip(range(37), TIME, WAY, ANGLE, strict=True)),
+        "rostopic-echo.csv": table("%time,field.header.seq,field.header.stamp,field.stage_mm,field.angle_deg",
+                                   zip(nanos, range(37), nanos, WAY, ANGLE, strict=True)),
+        "pandas-index.csv": table(",time_s,drive_mm,angle_deg", zip(range(37), TIME, WAY, ANGLE, strict=True)),
+        "r-row-names.txt": table('"time_s" "drive_mm" "angle_deg"',
+                                 zip([f'"{i}"' for i in range(37)], TIME, WAY, ANGLE, strict=True), " "),
+        "types-and-units.csv": table("Time,Drive,Angle\nfloat64,float64,float64\ns,mm,deg", rows()),
+        "numbered-columns.csv": table("Time,Drive mm,Angle deg\n1,2,3", rows()),
+        "trials-in-words.csv": table("trial,drive_mm,angle_deg",
+                                     zip([f"run {1 + i // 20}" for i in range(37)], WAY, ANGLE, strict=True)),
+        "units-in-cells.csv": table("time,drive,angle", [(f"{t} s", f"{x} mm", f"{a} deg") for t, x, a in rows()]),
+        "keys-and-values.txt": "".join(f"drive: {x} angle: {a}\n" for _, x, a in rows()),
+        "yaw-pitch-roll.csv": table("t,drive_mm,yaw_deg,pitch_deg,roll_deg", rows(TIME, WAY, ANGLE, 0 * WAY, 0 * WAY)),
+        "only-the-motor-turns.csv": table("t,stage_mm,motor_angle_deg", rows()),
+        "only-the-tip-moves.csv": table("t,tip_position_mm,angle_deg", rows()),
+        "spike-and-wrapped.csv": table("t,drive_mm,angle_deg", rows(TIME, WAY, np.where(TIME == 5, 999, ANGLE % 360))),
+        "chinese.csv": table("时间(s),位移(mm),角度(°)", rows()),
+        "greek.csv": table("t,x_mm,θ_°", rows()),
+        "drive-stands-still.csv": table("t,force_N,angle_deg", rows(TIME, np.full(37, 3.5))),
+    }  # fmt: skip
+
+
 def files() -> dict[str, bytes]:
     """Give all files: name -> content."""
-    texts = plain() | times() | units() | holes() | of_ros()
+    texts = plain() | times() | units() | holes() | of_ros() | of_programs()
     found = {name: text.encode() for name, text in texts.items()}
     degrees = table("Zeit [s];Weg [µm];Winkel [°]", rows(TIME, 1e3 * WAY), ";", decimal=",")
     grid = texts["plain.csv"]
@@ -223,6 +259,7 @@ def files() -> dict[str, bytes]:
         "utf-16-be-bom.csv": b"\xfe\xff" + grid.encode("utf-16-be"),
         "utf-16-without-bom.csv": grid.encode("utf-16-le"),
         "excel-unicode-text.txt": b"\xff\xfe" + degrees.replace(";", "\t").replace("\n", "\r\n").encode("utf-16-le"),
+        "gb18030.csv": texts["chinese.csv"].encode("gb18030"),
         "nul-bytes.csv": grid.encode().replace(b"\n2,", b"\n\0,"),
         "empty.csv": b"",
         "old-spreadsheet.xls": b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(64),

@@ -26,6 +26,14 @@ _POINT_GROUPS_COMMA = re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d+")
 _COMMA_GROUPS_POINT = re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d+")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?|[+-]?\d+,")
 _DECIMAL_POINT = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?")
+_SHAPES = (
+    ("points, then a comma", _POINT_GROUPS_COMMA),
+    ("commas, then a point", _COMMA_GROUPS_POINT),
+    ("comma groups", _COMMA_GROUPS),
+    ("point groups", _POINT_GROUPS),
+    ("comma", _DECIMAL_COMMA),
+    ("point", _DECIMAL_POINT),
+)
 _FORTRAN = re.compile(r"([+-]?\d*\.?\d*)[dD]([+-]?\d{1,3})")
 _OF_DAY = re.compile(r"(?:(\d{1,3}):)?(\d{1,2}):(\d{1,2})(?:[.,:](\d{1,9}))?(?:\s*([AaPp])\.?[Mm]\.?)?")
 _DATED = re.compile(r"(\d{1,4})[./-](\d{1,2})[./-](\d{1,4})[T_,\s]+(\S+(?:\s*[AaPp]\.?[Mm]\.?)?)")
@@ -60,7 +68,7 @@ class MarksError(ValueError):
         self.cell, self.expected = cell, expected
 
 
-def find_marks(cells: Iterable[str], *, quoted_commas: bool) -> Marks:
+def find_marks(cells: Iterable[str], *, quoted_commas: bool, points: bool = True) -> Marks:
     """Find the marks of the numbers of a table.
 
     A comma before three digits may be of thousands. Where commas stand between the fields, it is, if other cells have
@@ -73,6 +81,8 @@ def find_marks(cells: Iterable[str], *, quoted_commas: bool) -> Marks:
     quoted_commas
         Whether commas stand between the fields, too, so that those within are quoted. Then a comma before three digits
         is of decimals only where other cells show it.
+    points
+        Whether there are points at all; else the first comma that is of decimals decides.
 
     Raises
     ------
@@ -84,16 +94,13 @@ def find_marks(cells: Iterable[str], *, quoted_commas: bool) -> Marks:
         text = cell.strip()
         if len(text) > MOST_DIGITS:
             continue
-        kinds = {
-            "points, then a comma": _POINT_GROUPS_COMMA, "commas, then a point": _COMMA_GROUPS_POINT,
-            "comma groups": _COMMA_GROUPS, "point groups": _POINT_GROUPS, "comma": _DECIMAL_COMMA,
-            "point": _DECIMAL_POINT,
-        }  # fmt: skip
-        kind = next((name for name, shape in kinds.items() if shape.fullmatch(text)), None)
+        kind = next((name for name, shape in _SHAPES if shape.fullmatch(text)), None)
         if kind == "comma groups" and text.count(",") > 1:
             kind = "commas, then a point"
         if kind is not None:
             seen.setdefault(kind, text)
+        if kind == "comma" and not points:
+            break
     expected = "expected decimal commas, as in other cells, and no points for thousands"
     if "points, then a comma" in seen and "commas, then a point" not in seen:
         return Marks(",", ".")

@@ -25,11 +25,19 @@ _OTHER_UNITS = frozenset(
 )  # fmt: skip
 
 
+_TYPES = frozenset(
+    ["float", "float32", "float64", "double", "single", "real", "int", "int32", "int64", "integer", "string", "text",
+     "str", "object", "number", "numeric", "bool", "f4", "f8", "datetime", "datetime64[ns]"]
+)  # fmt: skip
+"""Words of a row that says the types of the columns."""
+
+
 @dataclass(frozen=True, eq=False)
 class Grid:
     """Rows of cells with their lines, as they stand in a file; empty rows and comments are left out.
 
-    ``comments`` are comment lines with their line numbers, without the mark and split into cells.
+    ``comments`` are comment lines with their line numbers, without the mark and split into cells. ``marks`` are the
+    marks that numbers may have: a comma, a point, or both.
     ``cut_off`` says whether the last line may be incomplete.
     """
 
@@ -39,7 +47,7 @@ class Grid:
     comments: list[tuple[int, Sequence[Cell]]]
     cut_off: bool = False
     quoted_commas: bool = False
-    points_only: bool = False
+    marks: str = ",."
 
     def where(self, row: int) -> str:
         """Name the line of a row in a message."""
@@ -70,15 +78,19 @@ def layout_of(grid: Grid) -> Layout:
     """
     start = _start(grid)
     header, names, units = _names(grid, start)
+    numbered = bool(names) and len(grid.rows) > start + 1 and _are_column_numbers(grid.rows[start])
+    start += numbered
     width = len(names) if names else max(_filled(grid.rows[i]) for i in range(start, min(start + 3, len(grid.rows))))
     rows, lines, notes = _rows_of_numbers(grid, start, header, width)
     require_size(grid.path, width, len(rows))
-    numbered = names or [str(k + 1) for k in range(width)]
-    kept, dropped = _columns_kept(grid, header, numbered, rows)
+    if numbered:
+        notes.append("a row that numbers the columns left out")
+    names_or = names or [str(k + 1) for k in range(width)]
+    kept, dropped = _columns_kept(grid, header, names_or, rows)
     if dropped:
         notes.append(f"{dropped} empty column{'s' * (dropped > 1)} without a name left out")
     marks = _marks(grid, rows, lines)
-    columns = {numbered[k]: Column([row[k] for row in rows], units[k] if k < len(units) else "", marks) for k in kept}
+    columns = {names_or[k]: Column([row[k] for row in rows], units[k] if k < len(units) else "", marks) for k in kept}
     above = [line for line in grid.lines[:start] if line != header] if header in grid.lines else grid.lines[:start]
     if any(units):
         notes.append(f"units: {listed(f'{name} in {col.unit}' for name, col in columns.items() if col.unit)}")
@@ -86,6 +98,15 @@ def layout_of(grid: Grid) -> Layout:
     if above:
         notes.insert(0, f"{len(above)} line{'s' * (len(above) > 1)} above the names left out")
     return Layout(columns, tuple(lines), header if names else None, tuple(notes), clean=not notes)
+
+
+def _are_column_numbers(row: Sequence[Cell]) -> bool:
+    """Tell whether a row counts the columns: 1, 2, 3 ..."""
+
+    def value(cell: Cell) -> str:
+        return f"{cell:g}" if isinstance(cell, float) else str(cell).strip()
+
+    return len(row) > 2 and [value(cell) for cell in row] == [str(k + 1) for k in range(len(row))]
 
 
 def _filled(row: Sequence[Cell]) -> int:
@@ -125,6 +146,8 @@ def _names(grid: Grid, start: int) -> tuple[int | None, list[str], list[str]]:
     for i in range(start - 1, max(start - 5, -1), -1):
         texts = ["" if cell is None else re.sub(r"\s+", " ", str(cell)).strip() for cell in grid.rows[i]]
         filled = [text for text in texts if text]
+        if len(filled) >= 2 and all(text.lower() in _TYPES for text in filled):
+            continue
         if not units and len(filled) >= 2 and _are_units(filled):
             units = texts
         elif len(filled) >= 2 and not any(is_value(cell) for cell in grid.rows[i]):
@@ -159,13 +182,14 @@ def _rows_of_numbers(
     if grid.cut_off and stop - start > 1 and len(grid.rows[-1]) < min(width, len(grid.rows[-2])):
         stop, cut = stop - 1, 1
         notes.append(f"line {grid.lines[-1]}, which is cut off, left out")
-    while stop > start + 1 and len(grid.rows) - stop < _MOST_BELOW and _is_below(grid.rows[stop - 1]):
+    while stop > start + 1 and len(grid.rows) - stop < _MOST_BELOW and _is_below(grid.rows[stop - 1], grid.rows[start]):
         stop -= 1
     below = len(grid.rows) - stop - cut
     if below:
         notes.append(f"{below} line{'s' * (below > 1)} below the numbers left out")
     again = [list(grid.rows[i]) for i in range(max(0, start - 2), start)] if header is not None else []
     rows, lines, repeated = list[Sequence[Cell]](), list[int](), 0
+    begins = {row[0] for row in again if isinstance(row[0], str)}
     for line, row in zip(grid.lines[start:stop], grid.rows[start:stop], strict=True):
         if len(row) != width:
             if len(row) < width or any(not _is_empty(cell) for cell in row[width:]):
@@ -175,7 +199,7 @@ def _rows_of_numbers(
                 raise RecordError(f"{grid.path}:{line}: {_filled(row) if len(row) > width else len(row)} fields: "
                                   f"expected {width}, one a column{_of_commas(row, width)}")  # fmt: skip
             row = row[:width]
-        if again and not isinstance(row[0], float) and any(list(row) == one[:width] for one in again):
+        if row[0] in begins and any(list(row) == one[:width] for one in again):
             repeated += 1
             continue
         rows.append(row)
@@ -192,14 +216,14 @@ def _of_commas(row: Sequence[Cell], width: int) -> str:
     return ""
 
 
-def _is_below(row: Sequence[Cell]) -> bool:
-    """Tell whether a row is of words below the numbers."""
-    first = next((cell for cell in row if not _is_empty(cell)), None)
-    if not isinstance(first, str) or is_missing(first):
+def _is_below(row: Sequence[Cell], first: Sequence[Cell]) -> bool:
+    """Tell whether a row is of words below the numbers: it begins with a word where the first row has none."""
+    k = next((k for k, cell in enumerate(row) if not _is_empty(cell)), 0)
+    cell = row[k]
+    if not isinstance(cell, str) or is_missing(cell):
         return False
-    return not any(map(is_value, row)) or (
-        not is_value(first) and len(first.strip()) > 1 and first.strip()[0].isalpha()
-    )
+    word = not is_value(cell) and len(cell.strip()) > 1 and cell.strip()[0].isalpha()
+    return not any(map(is_value, row)) or (word and k < len(first) and is_value(first[k]))
 
 
 def _columns_kept(
@@ -223,10 +247,10 @@ def _columns_kept(
 
 
 def _marks(grid: Grid, rows: Sequence[Sequence[Cell]], lines: Sequence[int]) -> Marks:
-    if grid.points_only:
+    if "," not in grid.marks:
         return Marks()
     try:
-        return find_marks(_marked(rows), quoted_commas=grid.quoted_commas)
+        return find_marks(_marked(rows), quoted_commas=grid.quoted_commas, points="." in grid.marks)
     except MarksError as error:
         i, k = next((i, k) for i, row in enumerate(rows) for k, cell in enumerate(row)
                     if isinstance(cell, str) and cell.strip() == error.cell)  # fmt: skip

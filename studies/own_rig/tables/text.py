@@ -175,10 +175,10 @@ def _grid(path: Path, lines: _Lines, delimiter: str, text: str) -> Grid:
     numbers, rows = list[int](), list[Sequence[Cell]]()
     if '"' not in text or delimiter in _SPLIT:
         for number, line in zip(lines.numbers, lines.texts, strict=True):
-            cells = _fields(line, delimiter)
-            if any(cell and not cell.isspace() for cell in cells):
+            if line.strip(f"{delimiter} \t"):
                 numbers.append(number)
-                rows.append([cell.strip('"') for cell in cells] if delimiter in _SPLIT else cells)
+                cells = _fields(line, delimiter)
+                rows.append([cell.strip('"') for cell in cells] if '"' in line else cells)
     else:
         for number, cells in _quoted_rows(path, lines, delimiter):
             if any(cell and not cell.isspace() for cell in cells):
@@ -196,7 +196,7 @@ def _grid(path: Path, lines: _Lines, delimiter: str, text: str) -> Grid:
         [(number, cells) for number, cells in comments if len(cells) > 1],
         cut_off=not text.endswith("\n"),
         quoted_commas=delimiter == ",",
-        points_only=delimiter == "," and '"' not in text,
+        marks="." if delimiter == "," and '"' not in text else "".join(mark for mark in ",." if mark in text),
     )
 
 
