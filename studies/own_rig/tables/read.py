@@ -54,12 +54,13 @@ def read_table(path: Path, *, encoding: str | None = None, sheet: str | None = N
         return read_spreadsheet(path, content, sheet)
     if sheet is not None:
         raise RecordError(f"{path}: --sheet: this is no spreadsheet: expected no --sheet")
-    if content.startswith(b"PAR1"):
-        from studies.own_rig.tables.arrays import read_parquet
+    kind = "parquet" if content.startswith(b"PAR1") else "mat" if _is_mat(path, content) else None
+    if kind is not None:
+        from studies.own_rig.tables.arrays import read_arrays
 
-        return read_parquet(path, content)
-    if content.startswith(b"MATLAB 5.0") or path.suffix.lower() == ".mat":
-        from studies.own_rig.tables.arrays import read_mat
-
-        return read_mat(path, content)
+        return read_arrays(path, kind)
     return read_text_table(path, content, encoding)
+
+
+def _is_mat(path: Path, content: bytes) -> bool:
+    return content.startswith(b"MATLAB 5.0") or path.suffix.lower() == ".mat"

@@ -92,7 +92,7 @@ class BenchTable:
         return parsed.values
 
 
-def require_size(path: Path, columns: int, rows: int) -> None:
+def require_size(path: Path | str, columns: int, rows: int) -> None:
     """Refuse a table that is too large, before it is made.
 
     Raises
