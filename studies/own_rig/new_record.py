@@ -14,6 +14,7 @@ import numpy as np
 
 from fem_models.analytic import theory_curve
 from fem_models.rig import Rig, RigError
+from fem_models.rig.of_record import rig_of
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError, present, require_place, write_files
 from hysteresis.messages import listed, quoted
@@ -30,6 +31,7 @@ from studies.own_rig.tables import BenchTable, read_table
 _WHOLE = 0.9  # of the drive's range: a cycle that covers less is not counted
 _MOST_HELD = 0.5  # of the angle's travel: above it, it moves while the drive stands still
 _SMALL_DEG = 7.0  # an angle within this and without a unit may be in rad
+_UNIT = 20.0  # factor between the two that is one of units: 57.3 of radians
 _ALIKE = 1.6  # factor between the measured range of the angle and that of the rig, above which it is said
 
 
@@ -319,6 +321,23 @@ def _time_line(time_s: tuple[float, float], samples: int) -> str:
 
 def _named(columns: str | list[str]) -> str:
     return repr(columns) if isinstance(columns, str) else f"{columns[0]!r} to {columns[-1]!r}"
+
+
+def unlike_its_rig(records: Sequence[Record]) -> list[str]:
+    """Say of which records the angle covers far more, or far less, than their rig makes of the drive: another unit."""
+    words = []
+    for record in records:
+        try:
+            model = _range_of_rig(rig_of(record), record)
+        except RigError:  # which is said elsewhere
+            continue
+        mine, its = float(np.ptp(record.angle_deg)), 0.0 if model is None else math.dist([model[1]], [model[0]])
+        if its > 0 and not its / _UNIT <= mine <= its * _UNIT:
+            words.append(
+                f"{record.source}: the angle covers {mine:.3g} deg, and {its:.3g} deg by its rig: expected degrees and "
+                "mm; `notchbend record new` converts units (--angle-unit, --drive-unit)"
+            )
+    return words
 
 
 def without_geometry(records: Sequence[Record], *, beside_rig: bool = False) -> list[str]:

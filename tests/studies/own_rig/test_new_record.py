@@ -11,7 +11,7 @@ from fem_models.rig import preset
 from hysteresis.records.record_file import read_record
 from studies.commands.cli import call
 from studies.own_rig.loops import fatigue_amplitude_mm
-from studies.own_rig.new_record import without_geometry
+from studies.own_rig.new_record import unlike_its_rig, without_geometry
 from studies.own_rig.strain import drive_to_angle_mm
 
 WAY = np.concatenate([np.linspace(0, 2, 21), *[np.linspace(2, -2, 41)[1:], np.linspace(-2, 2, 41)[1:]] * 2])
@@ -191,6 +191,20 @@ def test_a_record_of_a_tube_alone_is_said_not_to_take_the_rig(tmp_path):
     assert without_geometry(record) == []
     (words,) = without_geometry(record, beside_rig=True)
     assert "wrist.toml has tube and notches and names no rig" in words
+
+
+def test_an_angle_in_another_unit_than_that_of_the_rig_is_said(bench, capsys):
+    """Radians under a declared rig read as "no hysteresis", without a word."""
+    bench("degrees.csv")
+    bench("radians.csv", factor=np.pi / 180)
+    for name in ("degrees.csv", "radians.csv"):
+        new(capsys, name, "--preset", "du2018", "--preload", 20)
+    assert unlike_its_rig([read_record("degrees.csv")]) == []
+    (words,) = unlike_its_rig([read_record("radians.csv")])
+    assert words.startswith("radians.csv: the angle covers 1.45 deg, and 84.2 deg")
+    assert "by its rig: expected degrees and mm" in words
+    assert call(["identify", "radians.csv", "--out", "fit", "--law", "bouc-wen"]) == 0
+    assert words in capsys.readouterr().err
 
 
 def test_a_record_of_another_rig_is_refused(bench, tmp_path, capsys):
