@@ -27,6 +27,7 @@ from hysteresis.records.sidecar import toml
 from studies.own_rig.columns import BenchColumns, Reading, unused
 from studies.own_rig.samples import Samples, samples_of, with_stamps
 from studies.own_rig.tables import BenchTable, read_table
+from studies.own_rig.usual import unusual
 
 _WHOLE = 0.9  # of the drive's range: a cycle that covers less is not counted
 _MOST_HELD = 0.5  # of the angle's travel: above it, it moves while the drive stands still
@@ -220,7 +221,8 @@ def _understood(record: Record, table: BenchTable, samples: Samples, rig: Record
         rig_angle_range_deg=model,
         understood=samples.notes,
     )
-    return replace(found, remarks=tuple(_remarks(found, record)))
+    about_rig = () if rig.rig is None else tuple(unusual(rig.rig))
+    return replace(found, remarks=(*_remarks(found, record), *about_rig))
 
 
 def _ends(values: Floats) -> tuple[float, float]:
