@@ -215,7 +215,7 @@ def _understood(record: Record, table: BenchTable, samples: Samples, rig: Record
         approach=bool((cycle == 0).any()),
         angle_range_deg=_ends(record.angle_deg),
         time_range_s=None if record.time_s is None else _ends(record.time_s),
-        loop_width_deg=_width(record) if moved_while_held(record.drive, record.angle_deg) <= _MOST_HELD else None,
+        loop_width_deg=_width(record) if _in_jumps(record) is None else None,
         noise_deg=noise_floor(record),
         rig=dict(rig.table),
         rig_angle_range_deg=model,
@@ -255,11 +255,8 @@ def _remarks(found: NewRecord, record: Record) -> list[str]:
         words.append("the angle falls as the drive rises: `notchbend trace` expects that pulling tendon a raises it")
     if found.drive_unit == "N" and _only_loads(record):
         words.append("the force only rises in every trial: `trace` takes that; `identify` and `compensate` need a loop")
-    if (held := moved_while_held(record.drive, record.angle_deg)) > _MOST_HELD:
-        words.append(
-            f"{100 * held:.0f} % of the angle's travel is while the drive stands still: a drive in jumps, whose angle "
-            "follows late; no loop width is given: expected a drive that moves in small steps, or slowly"
-        )
+    if (jumps := _in_jumps(record)) is not None:
+        words.append(f"{jumps}; no loop width is given")
     if (
         any("says no unit: taken as deg" in one for one in found.understood)
         and max(map(abs, found.angle_range_deg)) < _SMALL_DEG
@@ -325,10 +322,26 @@ def _named(columns: str | list[str]) -> str:
     return repr(columns) if isinstance(columns, str) else f"{columns[0]!r} to {columns[-1]!r}"
 
 
-def unlike_its_rig(records: Sequence[Record]) -> list[str]:
-    """Say of which records the angle covers far more, or far less, than their rig makes of the drive: another unit."""
+def _in_jumps(record: Record) -> str | None:
+    """Say how much of the angle's travel is while the drive stands still, where that is most of it."""
+    held = moved_while_held(record.drive, record.angle_deg)
+    if held <= _MOST_HELD:
+        return None
+    return (
+        f"{100 * held:.0f} % of the angle's travel is while the drive stands still: a drive in jumps, whose angle "
+        "follows late, is no loop: expected one that moves slowly or in small steps"
+    )
+
+
+def unlike_loops(records: Sequence[Record]) -> list[str]:
+    """Say of which records the drive jumps, and of which the angle is in another unit than that of their rig.
+
+    In another unit: it covers far more, or far less, than the rig makes of the drive.
+    """
     words = []
     for record in records:
+        if (jumps := _in_jumps(record)) is not None:
+            words.append(f"{record.source}: {jumps}")
         try:
             model = _range_of_rig(rig_of(record), record)
         except RigError:  # which is said elsewhere

@@ -11,7 +11,7 @@ from fem_models.rig import preset
 from hysteresis.records.record_file import read_record
 from studies.commands.cli import call
 from studies.own_rig.loops import fatigue_amplitude_mm
-from studies.own_rig.new_record import unlike_its_rig, without_geometry
+from studies.own_rig.new_record import unlike_loops, without_geometry
 from studies.own_rig.strain import drive_to_angle_mm
 
 WAY = np.concatenate([np.linspace(0, 2, 21), *[np.linspace(2, -2, 41)[1:], np.linspace(-2, 2, 41)[1:]] * 2])
@@ -199,12 +199,30 @@ def test_an_angle_in_another_unit_than_that_of_the_rig_is_said(bench, capsys):
     bench("radians.csv", factor=np.pi / 180)
     for name in ("degrees.csv", "radians.csv"):
         new(capsys, name, "--preset", "du2018", "--preload", 20)
-    assert unlike_its_rig([read_record("degrees.csv")]) == []
-    (words,) = unlike_its_rig([read_record("radians.csv")])
+    assert unlike_loops([read_record("degrees.csv")]) == []
+    (words,) = unlike_loops([read_record("radians.csv")])
     assert words.startswith("radians.csv: the angle covers 1.45 deg, and 84.2 deg")
     assert "by its rig: expected degrees and mm" in words
     assert call(["identify", "radians.csv", "--out", "fit", "--law", "bouc-wen"]) == 0
     assert words in capsys.readouterr().err
+
+
+def test_a_drive_in_jumps_is_said_and_has_no_loop(tmp_path, capsys):
+    """The transients of three commands had been called a loop of 5.89 deg."""
+    drive = np.repeat([0.0, 2.0, 0.0, -2.0, 0.0, 2.0], 60)
+    angle, last = np.empty(360), 0.0
+    for k, x in enumerate(drive):
+        last += 0.1 * (20 * x - last)
+        angle[k] = last
+    path = tmp_path / "steps.csv"
+    path.write_text("drive_mm,angle_deg\n" + "".join(f"{x},{a:.4f}\n" for x, a in zip(drive, angle, strict=True)))
+    found = new(capsys, path)
+    assert found["loop_width_deg"] is None
+    (words,) = unlike_loops([read_record(path)])
+    assert f"{path}: 90 % of the angle's travel is while the drive stands still: a drive in jumps" in words
+    fine = tmp_path / "fine.csv"  # settled at each of many values: a quasi-static record
+    fine.write_text("drive_mm,angle_deg\n" + "".join(f"{x},{20 * x}\n" * 5 for x in WAY))
+    assert unlike_loops([read_record(fine)]) == []
 
 
 def test_a_record_of_another_rig_is_refused(bench, tmp_path, capsys):
