@@ -242,14 +242,18 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
         if path.exists() and not path.is_file():
             raise RecordError(f"{path}: is no regular file: expected the name of a file")
     staged: dict[Path, Path] = {}
-    contents = {path: _encoded(path, content) for path, content in files.items()}
+    for path, content in files.items():
+        _require_utf8(path, content)
     try:
-        for path, content in contents.items():
+        for path, content in files.items():
             part = path.with_name(f".{path.name}.{os.getpid()}.part")
             path.parent.mkdir(parents=True, exist_ok=True)
             _remove_staged(path)
             staged[part] = path
-            part.write_bytes(content)
+            if isinstance(content, str):
+                part.write_text(content, encoding="utf-8", newline="\n")
+            else:
+                part.write_bytes(content)
         with _put_back(staged.values()):
             for part, path in staged.items():
                 part.replace(path)
@@ -260,11 +264,11 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
             part.unlink(missing_ok=True)
 
 
-def _encoded(path: Path, content: str | bytes) -> bytes:
+def _require_utf8(path: Path, content: str | bytes) -> None:
     if isinstance(content, bytes):
-        return content
+        return
     try:
-        return content.encode()
+        content.encode()
     except UnicodeEncodeError as error:
         found = quoted(content[max(0, error.start - 20) : error.start + 20])
         raise RecordError(f"{path}: would hold {found}, which is not UTF-8: expected names in UTF-8") from None
