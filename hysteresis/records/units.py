@@ -105,6 +105,7 @@ _OTHER_KINDS = {
     "time": frozenset[str](),
     "force": frozenset({"torque", "strain", "voltage", "current", "pressure", "temperature", "counts"}),
 }
+_RATES = frozenset(["per", "rate", "speed", "velocity", "vel", "dot", "omega", "acceleration", "accel", "acc"])
 _CALLED = {"counts": "counts of a converter or encoder", "rate": "a rate", "percent": "a percentage"}
 EXPECTED: dict[Measured, str] = {
     "drive": "mm, deg, steps or N",
@@ -185,7 +186,7 @@ def _unit_of_words(measured: Measured, words: list[str]) -> Unit | None:
 
 def _is_rate(words: list[str]) -> bool:
     """Tell whether words are of a rate: ``deg_s``, ``mm_per_min``, ``wheel_speed``."""
-    if {"per", "rate", "speed", "velocity"} & set(words):
+    if _RATES & set(words):
         return True
     of = UNITS.get(words[-2]) if words[-1:] in (["s"], ["sec"], ["min"]) and len(words) > 1 else None
     return of is not None and of.kind in ("length", "angle", "force")

@@ -162,6 +162,8 @@ def _unit_said(table: BenchTable, key: str, name: str) -> Unit | None:
     measured: Measured = key  # type: ignore[assignment]
     unit, option = unit_of(measured, name, table.columns[name].unit), _OPTION.get(key, key)
     where = f"{table.path}: column {quoted(name)}"
+    if unit is None and key == "drive" and re.search(r"(^|[^a-z])enc(oder)?($|[^a-z])", name.lower()):
+        return UNITS["counts"]
     if unit is None:
         if key in ("drive", "angle") and _ROS.search(name):
             like = "rad or deg" if key == "angle" else "m, mm, rad, deg or step"

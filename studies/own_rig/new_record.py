@@ -31,6 +31,7 @@ from studies.own_rig.usual import unusual
 
 _WHOLE = 0.9  # of the drive's range: a cycle that covers less is not counted
 _MOST_HELD = 0.5  # of the angle's travel: above it, it moves while the drive stands still
+_LONG_MM = 200.0  # a drive beyond this and without a unit is most likely in another one
 _SMALL_DEG = 7.0  # an angle within this and without a unit may be in rad
 _UNIT = 20.0  # factor between the two that is one of units: 57.3 of radians
 _ALIKE = 1.6  # factor between the measured range of the angle and that of the rig, above which it is said
@@ -262,6 +263,9 @@ def _remarks(found: NewRecord, record: Record) -> list[str]:
         and max(map(abs, found.angle_range_deg)) < _SMALL_DEG
     ):
         words.append(f"the angle is within {_SMALL_DEG:g} and says no unit: of radians, --angle-unit rad")
+    stroke = found.drive_range[1] - found.drive_range[0]
+    if any("says no unit: taken as mm" in one for one in found.understood) and stroke > _LONG_MM:
+        words.append(f"the drive covers more than {_LONG_MM:g} mm and says no unit: of steps or um, --drive-unit")
     if found.drive_unit not in ("mm", "N"):
         words.append(f"the drive is in {found.drive_unit}: its gain to mm is unknown and is identified")
     if not set(found.rig) - {"preload_N"}:
