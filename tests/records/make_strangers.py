@@ -65,6 +65,7 @@ def plain() -> dict[str, str]:
         "units-below.csv": table("Time,Drive,Angle\ns,mm,deg", rows()),
         "units-below-in-brackets.csv": table("Time,Stage travel,Bending\n(ms),(um),(rad)",
                                              rows(1e3 * TIME, 1e3 * WAY, np.radians(ANGLE))),
+        "units-as-names.csv": table("s;um;rad", rows(TIME, 1e3 * WAY, np.radians(ANGLE)), ";"),
         "units-above.csv": table("s,mm,mrad\nTime,Drive,Angle", rows(TIME, WAY, 1e3 * np.radians(ANGLE))),
         "semicolons.csv": table("time_s;drive_mm;angle_deg", rows(), ";"),
         "semicolons-trailing.csv": table("time_s;drive_mm;angle_deg;", rows(TIME, WAY, ANGLE, [""] * 37), ";",

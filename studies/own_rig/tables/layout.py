@@ -142,14 +142,14 @@ def _fits(row: Sequence[Cell], mine: Sequence[bool], later: Sequence[bool]) -> b
 
 def _names(grid: Grid, start: int) -> tuple[int | None, list[str], list[str]]:
     """Find the line of the names, the names, and the units of a row of units; empty where there are none."""
-    units: list[str] = []
+    units, of_units = list[str](), 0
     for i in range(start - 1, max(start - 5, -1), -1):
         texts = ["" if cell is None else re.sub(r"\s+", " ", str(cell)).strip() for cell in grid.rows[i]]
         filled = [text for text in texts if text]
         if len(filled) >= 2 and all(text.lower() in _TYPES for text in filled):
             continue
         if not units and len(filled) >= 2 and _are_units(filled):
-            units = texts
+            units, of_units = texts, grid.lines[i]
         elif len(filled) >= 2 and not any(is_value(cell) for cell in grid.rows[i]):
             names = texts[: _filled(grid.rows[i])]
             if not units and i > 0:  # units above the names
@@ -163,9 +163,11 @@ def _names(grid: Grid, start: int) -> tuple[int | None, list[str], list[str]]:
         texts = [str(cell).strip() for cell in cells]
         if len(texts) in (width, len(grid.rows[start])) and all(texts) and not any(map(is_value, cells)):
             if not units and _are_units(texts):
-                units = texts
+                units, of_units = texts, at
                 continue
             return at, texts, units
+    if units and all(units):  # they stand in place of names
+        return of_units, units, units
     return None, [], units
 
 
