@@ -141,11 +141,12 @@ DATA_COMMANDS: dict[str, Entry] = {
 }
 RECORD_COMMANDS: dict[str, Entry] = {
     "new": Entry(
-        "Write the sidecar of a CSV from the bench.",
+        "Make a record of a table from the bench.",
         "own_rig.commands:record_new",
         (
             "notchbend record new bench.csv --rig mine.toml --preload 20",
             "notchbend record new bench.csv --drive-column stroke --angle-column bend --drive-unit mm",
+            "notchbend record new bench.xlsx --sheet 2 --angle-unit rad --out bench-record.csv",
         ),
     ),
 }
