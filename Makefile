@@ -60,7 +60,7 @@ site: dev
 
 lock: install
 	$(INSTALL) 'pip-tools>=7.6.2'
-	$(COMPILE) --extra view --extra solid --extra study --extra app --extra data --extra cma --output-file requirements.lock pyproject.toml
+	$(COMPILE) --extra view --extra solid --extra study --extra app --extra data --extra tables --extra cma --output-file requirements.lock pyproject.toml
 	$(COMPILE) --extra dev --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
 	sed -i '/^notchbend @/,/^[^ ]/{/^notchbend @\|^ /d}' requirements.lock requirements-dev.lock  # extras name the project itself
 

@@ -1,10 +1,11 @@
 """Notched, tendon-driven manipulators: simulate, identify, trace, separate, compensate, and study many cases.
 
 >>> import notchbend as nb
->>> record = nb.simulate(nb.preset("du2018"), nb.triangle(2.2, cycles=3), engine="chain")
+>>> record = nb.simulate("du2018", nb.triangle(2.2, cycles=3), engine="chain")
 >>> fit = nb.identify(record)
 >>> figure = nb.plot(fit)
 
+A record may be given as the path of its CSV or as a DataFrame, a rig as the path of its file or the name of a preset.
 Units are part of the names (mm, N, s, deg). Results print in one line, show a table in a notebook, and convert:
 ``to_dict``, ``to_dataframe``, ``to_xarray``.
 """
@@ -21,9 +22,8 @@ from fem_models.rig.checks import SolverError
 from hysteresis import Fit, Record, read_record
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.record import RecordError
-from hysteresis.records.record_file import write_record
 from studies.engines import MissingError
-from studies.notebook.calls import compensate, export, identify, plot, separate, simulate, study, trace
+from studies.notebook.calls import compensate, export, identify, plot, separate, simulate, study, trace, write_record
 from studies.sweep.errors import StudyError
 
 __version__ = version("notchbend")

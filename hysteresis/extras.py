@@ -10,6 +10,7 @@ EXTRAS = {
     "study": ("dask", "distributed", "pandas", "xarray", "zarr", "SALib", "pymoo"),
     "app": ("trame", "trame_vtk"),
     "data": ("pooch", "requests", "platformdirs"),
+    "tables": ("openpyxl", "pyarrow"),
     "cma": ("cma",),
 }
 """Top packages that each extra of pyproject.toml imports."""

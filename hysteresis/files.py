@@ -51,6 +51,7 @@ def read_bytes(path: Path, expected: str, *, most: int = MOST_BYTES) -> bytes:
     """
     if "\0" in str(path):
         raise RecordError(f"{quoted(str(path))}: NUL in the name: expected {expected}")
+    require_name(path)
     try:
         found = path.stat()
         if not stat.S_ISREG(found.st_mode):
@@ -69,8 +70,29 @@ def read_bytes(path: Path, expected: str, *, most: int = MOST_BYTES) -> bytes:
     return content
 
 
-def read_text(path: Path, expected: str, *, most: int = MOST_BYTES) -> str:
+def require_name(path: Path) -> None:
+    """Refuse a name that no text in UTF-8 can hold: results, sidecars and pages name the files that they are of.
+
+    Raises
+    ------
+    RecordError
+        Such a name, or one that this locale cannot read.
+    """
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        try:
+            os.fsencode(path).decode()
+            found, expected = "a name that this locale cannot read", "LANG=C.UTF-8, or another name"
+        except UnicodeError:
+            found, expected = "a name that is not UTF-8, which no result can hold", "it renamed"
+        raise RecordError(f"{quoted(str(path))}: {found}: expected {expected}") from None
+
+
+def read_text(path: Path, expected: str, *, most: int = MOST_BYTES, or_else: str = "") -> str:
     """Read a text file in UTF-8, with or without a byte order mark; ``expected`` completes the error message.
+
+    ``or_else`` is said, too, of a file that is not UTF-8.
 
     Raises
     ------
@@ -80,7 +102,7 @@ def read_text(path: Path, expected: str, *, most: int = MOST_BYTES) -> str:
     try:
         text = read_bytes(path, expected, most=most).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise RecordError(f"{path}: byte {error.start} is not UTF-8: expected {expected} in UTF-8") from None
+        raise RecordError(f"{path}: byte {error.start} is not UTF-8: expected {expected} in UTF-8{or_else}") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -187,6 +209,7 @@ def require_place(path: Path) -> None:
         A folder that is none, cannot be written to or made, links in a circle, or a name that is too long.
     """
     expected = "expected a folder that can be written to"
+    require_name(path)
     try:
         os.lstat(path)
     except FileNotFoundError:  # its folder may be missing, too
@@ -219,6 +242,8 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
         if path.exists() and not path.is_file():
             raise RecordError(f"{path}: is no regular file: expected the name of a file")
     staged: dict[Path, Path] = {}
+    for path, content in files.items():
+        _require_utf8(path, content)
     try:
         for path, content in files.items():
             part = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -237,6 +262,16 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     finally:
         for part in staged:
             part.unlink(missing_ok=True)
+
+
+def _require_utf8(path: Path, content: str | bytes) -> None:
+    if isinstance(content, bytes):
+        return
+    try:
+        content.encode()
+    except UnicodeEncodeError as error:
+        found = quoted(content[max(0, error.start - 20) : error.start + 20])
+        raise RecordError(f"{path}: would hold {found}, which is not UTF-8: expected names in UTF-8") from None
 
 
 @contextmanager

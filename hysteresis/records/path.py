@@ -137,6 +137,19 @@ def _resets(drive: Floats, cycle: Ints) -> Ints:
     return np.flatnonzero(jump & (np.diff(cycle) != 0)) + 1
 
 
+def moved_while_held(drive: Floats, angle_deg: Floats) -> float:
+    """Give the part of the angle's travel that it makes while the drive stands still, 0 to 1.
+
+    Of a drive that jumps from value to value, nearly all of it: such a record shows how late the angle follows, and its
+    loop is none. Travel is between the first and the last sample at a value, so that noise counts little.
+    """
+    starts = np.r_[0, np.flatnonzero(np.diff(drive) != 0) + 1]
+    ends = np.r_[starts[1:] - 1, drive.size - 1]
+    held = float(np.abs(angle_deg[ends] - angle_deg[starts]).sum())
+    moved = float(np.abs(angle_deg[starts[1:]] - angle_deg[ends[:-1]]).sum())
+    return held / (held + moved) if held + moved > 0 else 0.0
+
+
 def require_reversal(record: Record) -> None:
     """Raise unless the drive reverses at least once.
 

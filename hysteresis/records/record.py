@@ -18,6 +18,7 @@ from hysteresis.arrays import Floats, Ints, Mask
 from hysteresis.display import from_to, html_table
 from hysteresis.extras import require_extra
 from hysteresis.files import RecordError as RecordError
+from hysteresis.messages import quoted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -134,7 +135,13 @@ class Record:
 
     def _checked(self, name: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
         """Return a read-only copy of an array; raise if it violates the contract of the class."""
-        array = np.array(getattr(self, name), dtype=float)
+        given = getattr(self, name)
+        self._require(not np.ma.getmaskarray(given).any(), name, "masked values", "a number in every row")
+        self._require(np.asarray(given).dtype.kind not in "mM", name, "dates", "numbers, such as seconds")
+        try:
+            array = np.array(given, dtype=float)
+        except (TypeError, ValueError):
+            raise RecordError(f"{self.source or 'record'}: {name}: {quoted(given, 40)}: expected numbers") from None
         fits = array.shape == shape or (
             array.ndim == len(shape) and all(want in (None, n) for want, n in zip(shape, array.shape, strict=True))
         )
@@ -204,12 +211,17 @@ class Record:
         return head | {name: table for name, table in tables.items() if table} | theory | {"columns": columns}
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Return the samples as a table with the columns of the CSV; ``attrs`` holds title and kind."""
+        """Return the samples as a table with the columns of the CSV.
+
+        ``attrs`` holds title, kind, and the tables of the sidecar that describe the rig: a function that takes a record
+        takes this table, too.
+        """
         require_extra("study", "to_dataframe")
         import pandas as pd  # takes a quarter of a second, and only this needs it
 
         frame = pd.DataFrame(self.columns())
-        frame.attrs = {"title": self.title, "kind": self.kind}
+        tables = {"rig": dict(self.rig), "tube": dict(self.tube), "notch": dict(self.notch)}
+        frame.attrs = {"title": self.title, "kind": self.kind, **{key: one for key, one in tables.items() if one}}
         return frame
 
     def to_xarray(self) -> xr.Dataset:

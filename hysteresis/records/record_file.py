@@ -26,8 +26,11 @@ from hysteresis.records.sidecar import (
     read_sidecar,
     toml,
 )
+from hysteresis.records.wrapped import wraps
 
 MOST_COLUMNS = 1_000
+OTHER_TABLES = frozenset([".xlsx", ".xls", ".parquet", ".mat"])
+"""Endings of tables that ``notchbend record new`` makes a record of."""
 MOST_DIGITS = 100
 """Most characters of a number."""
 
@@ -52,6 +55,7 @@ def read_record(path: Path | str) -> Record:
     path = Path(path)
     if path.suffix.lower() == ".toml":
         raise RecordError(f"{path}: expected the CSV of the record, not its sidecar")
+    _require_text(path)
     names, rows = _read_csv(path)
     side = path.with_suffix(".toml")
     sidecar = read_sidecar(side) if present(side) else Sidecar()
@@ -70,7 +74,7 @@ def read_record(path: Path | str) -> Record:
         rig["file"] = str(inside(side, "rig.file", rig["file"], [".toml"]).resolve())
     if sidecar.kinematics_file is not None:
         arrays["kinematics"] = _read_kinematics(inside(side, "kinematics.file", sidecar.kinematics_file, [".csv"]))
-    return Record(
+    record = Record(
         **arrays,
         drive_unit=sidecar.drive_unit,
         title=path.stem if sidecar.title is None else sidecar.title,
@@ -81,6 +85,9 @@ def read_record(path: Path | str) -> Record:
         source=str(path),
         drive_column=columns["force" if "force" in columns else "drive"][0],
     )
+    if record.kind == "measured":
+        _require_unwrapped(path, record, columns["angle"][0])
+    return record
 
 
 def read_records(paths: Sequence[Path], plane: int = 1) -> list[Record]:
@@ -162,6 +169,25 @@ def _require_bare_columns(path: Path, names: Sequence[str]) -> None:
     raise RecordError(f"{path}: column {missing!r} missing: the columns are {', '.join(names)}: {way}")
 
 
+def _copy_of(path: Path) -> str:
+    return f": `notchbend record new {shlex.quote(str(path))} --out NEW.csv` writes a copy that can be read"
+
+
+def _require_text(path: Path) -> None:
+    """Refuse a file of another kind than CSV, and say how it becomes a record."""
+    if path.suffix.lower() in OTHER_TABLES and path.is_file():
+        new = f"`notchbend record new {shlex.quote(str(path))}`"
+        raise RecordError(f"{path}: expected a CSV file: {new} writes one, and its sidecar")
+
+
+def _require_unwrapped(path: Path, record: Record, name: str) -> None:
+    """Refuse an angle that jumps by a turn, where a sensor is wrapped: it would be a loop of hundreds of degrees."""
+    for i in wraps(record.drive, record.angle_deg)[:1]:
+        found = f"{record.angle_deg[i]:.6g} after {record.angle_deg[i - 1]:.6g}"
+        new = f"`notchbend record new {shlex.quote(str(path))} --out NEW.csv`"
+        raise RecordError(f"{path}: column {quoted(name)} = {found}: wrapped at a turn: {new} puts the turns back")
+
+
 def _require_samples(where: Path, count: int) -> None:
     if count < 3:
         raise RecordError(f"{where}: {'one sample' if count == 1 else f'{count} samples'}: expected at least 3")
@@ -169,15 +195,15 @@ def _require_samples(where: Path, count: int) -> None:
 
 def _read_csv(path: Path) -> tuple[list[str], list[str]]:
     """Return column names and data rows; row i is line i + 2 of the file."""
-    lines = read_text(path, "a CSV file").rstrip().split("\n")
+    lines = read_text(path, "a CSV file", or_else=_copy_of(path)).rstrip().split("\n")
+    if (count := lines[0].count(",") + 1) > MOST_COLUMNS:
+        raise RecordError(f"{path}:1: {count:,} columns: expected at most {MOST_COLUMNS:,}")
     names = [name.strip().strip('"') for name in lines[0].split(",")]
     if not any(names):
         raise RecordError(f"{path}: empty: expected a header that names the columns, then one row a sample")
     twice = next((name for i, name in enumerate(names) if name and name in names[:i]), None)
     if twice is not None:
         raise RecordError(f"{path}:1: column {quoted(twice)} occurs twice: expected different names")
-    if len(names) > MOST_COLUMNS:
-        raise RecordError(f"{path}:1: {len(names):,} columns: expected at most {MOST_COLUMNS:,}")
     return names, lines[1:]
 
 

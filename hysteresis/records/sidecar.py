@@ -12,7 +12,7 @@ from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, quoted
 from hysteresis.records.record import FIELDS, FURTHER_DRIVES, KINDS, LIST_FIELDS, MEASURED_KEYS, DriveUnit, Kind
 from hysteresis.records.rows import check_list, is_number, table_of_rows
-from hysteresis.records.units import expected_unit
+from hysteresis.records.units import declared_unit, expected_unit, unit_of
 
 Columns = Mapping[str, list[str]]
 """Key of ``[columns]`` -> columns of the CSV."""
@@ -150,10 +150,21 @@ def _columns(where: Path, table: Mapping[str, Any], *, declares_unit: bool) -> C
             raise RecordError(f"{where}: columns.{key} = {quoted(name)}: is columns.{roles[name]}: expected another")
         roles[name] = key
         moves = key.startswith("drive") or key == "force"
-        if not (declares_unit and moves) and (unit := expected_unit(key, name)) is not None:
-            how = "convert the column, or declare drive.unit" if moves else "convert the column"
-            raise RecordError(f"{where}: columns.{key} = {quoted(name)}: expected {unit}: {how}")
+        if not (declares_unit and moves):
+            _require_unit(f"{where}: columns.{key} = {quoted(name)}", key, name, moves=moves)
     return columns
+
+
+def _require_unit(where: str, key: str, name: str, *, moves: bool) -> None:
+    """Refuse a name that says another unit than the file has."""
+    if (unit := expected_unit(key, name)) is not None:
+        how = "convert the column, or declare drive.unit" if moves else "convert the column"
+        raise RecordError(f"{where}: expected {unit}: {how}")
+    said = unit_of("drive", name) if key == "drive" else None
+    unit = None if said is None else declared_unit("drive", said)
+    if unit not in ("mm", None):
+        how = "columns.force in place of columns.drive" if unit == "N" else f'unit = "{unit}" in [drive]'
+        raise RecordError(f"{where}: its name says {unit}: expected {how}")
 
 
 def _drive_unit(where: Path, tables: Mapping[str, Any], columns: Columns) -> DriveUnit:

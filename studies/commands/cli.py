@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import io
 import shlex
 import sys
 import traceback
@@ -139,11 +140,12 @@ DATA_COMMANDS: dict[str, Entry] = {
 }
 RECORD_COMMANDS: dict[str, Entry] = {
     "new": Entry(
-        "Write the sidecar of a CSV from the bench.",
+        "Make a record of a table from the bench.",
         "own_rig.commands:record_new",
         (
             "notchbend record new bench.csv --rig mine.toml --preload 20",
             "notchbend record new bench.csv --drive-column stroke --angle-column bend --drive-unit mm",
+            "notchbend record new bench.xlsx --sheet 2 --angle-unit rad --out bench-record.csv",
         ),
     ),
 }
@@ -388,6 +390,9 @@ def _complain(message: str, code: int = BAD_INPUT) -> int:
 def main() -> None:
     """Run the command line of this process."""
     watch()
+    for stream in (sys.stdout, sys.stderr):  # where the locale has no such character: an escape, not an error
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
         with stoppable():  # also before a command begins, and after it ends
             code = call(sys.argv[1:])

@@ -29,7 +29,7 @@ from hysteresis.records.record_file import check_target, files_of_record, read_r
 from studies.commands.identification import files_of_fit, identify_records, write_fit
 from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, RigChoice
 from studies.commands.tables import contributions_table, values_table
-from studies.own_rig.new_record import without_geometry
+from studies.own_rig.new_record import unlike_loops, without_geometry
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.compensation import ENDING
@@ -122,9 +122,9 @@ def _coupling_line(one: Coupling) -> str:
 
 
 def _warn_of_geometry(records: Sequence[Record], common: Common) -> None:
-    """Say on standard error of which records the geometry is unknown, and which columns are not used."""
+    """Say on standard error whose geometry is unknown, what is no loop or in another unit, and what is not used."""
     if not common.quiet:
-        for words in [*without_geometry(records), *filter(None, map(not_used, records))]:
+        for words in [*without_geometry(records), *unlike_loops(records), *filter(None, map(not_used, records))]:
             typer.echo(f"notchbend: {words}", err=True)
 
 

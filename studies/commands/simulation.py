@@ -34,6 +34,7 @@ from studies.engines import (
 from studies.own_rig.choice import OwnRigChoice, design_lines
 from studies.own_rig.new_record import without_geometry
 from studies.own_rig.strain import Strain, drive_to_angle_mm, strain_lines, strain_of, strain_of_record
+from studies.own_rig.usual import unusual
 from studies.progress import Count, counted, status
 from studies.results import write_result
 from studies.results.made import made_now
@@ -170,6 +171,7 @@ def simulate(
     else:
         summary |= to_plain(strain)
         remarks = [*strain_lines(strain, record.drive_unit), *remarks]
+    remarks += [f"note: {words}" for words in unusual(chosen)]
     if members:
         from studies.ensemble import run_ensemble
 

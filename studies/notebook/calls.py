@@ -1,5 +1,8 @@
 """The work of the commands as functions of records and rigs.
 
+A record is given as such, as the path of its CSV, or as a DataFrame with its columns; a rig as such, as the path of its
+file, or as the name of a preset.
+
 Imports inside a function are needed by it alone, so that ``import notchbend`` is quick and needs no OpenGL.
 """
 
@@ -9,7 +12,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +22,10 @@ from fem_models.rig import Rig
 from hysteresis import Fit, Record
 from hysteresis.extras import require_extra
 from hysteresis.fitting.settings import DEFAULTS, IdentifySettings
+from hysteresis.records import record_file
+from hysteresis.records.frame import RecordLike, as_record, is_frame
 from hysteresis.records.record import RecordError
+from studies.notebook.given import RigLike, as_any_rig, as_records, as_rig, is_rig_name
 from studies.notebook.results import Compensation, StudyResult
 
 if TYPE_CHECKING:
@@ -38,11 +44,13 @@ OF_THE_COMMAND = replace(DEFAULTS, law="auto")
 """Settings that ``notchbend identify`` has by default."""
 
 
-def simulate(rig: Rig, program: LoadProgram, engine: EngineName = "multibody") -> Record:
+def simulate(rig: RigLike, program: LoadProgram, engine: EngineName = "multibody") -> Record:
     """Run a load program on a rig.
 
     Parameters
     ----------
+    rig
+        A rig, the path of its file, or the name of a preset.
     engine
         ``"multibody"`` (Exudyn), ``"chain"`` (the same mechanics, compiled) or ``"analytic"`` (without friction).
 
@@ -57,11 +65,11 @@ def simulate(rig: Rig, program: LoadProgram, engine: EngineName = "multibody") -
 
     if engine not in ENGINES:
         raise ValueError(f"engine = {engine!r}: expected one of {', '.join(ENGINES)}")
-    return ENGINES[engine](rig, program)
+    return ENGINES[engine](as_rig(rig), program)
 
 
 def identify(
-    records: Record | Sequence[Record],
+    records: RecordLike | Sequence[RecordLike],
     *,
     settings: IdentifySettings = OF_THE_COMMAND,
     use_rig: bool = True,
@@ -73,6 +81,8 @@ def identify(
 
     Parameters
     ----------
+    records
+        One or several: each a record, the path of its CSV, or a DataFrame.
     settings
         Of the search and of the model; by default folds choose the law, as the command has it.
     use_rig
@@ -87,14 +97,21 @@ def identify(
     """
     from studies.commands.identification import identify_records
 
-    return identify_records(_listed(records), settings=settings, use_rig=use_rig, progress=progress)
+    return identify_records(as_records(records), settings=settings, use_rig=use_rig, progress=progress)
 
 
-def trace(records: Record | Sequence[Record], *, reference: Record | Sequence[Record] = (), threads: int = 2) -> Trace:
+def trace(
+    records: RecordLike | Sequence[RecordLike],
+    *,
+    reference: RecordLike | Sequence[RecordLike] = (),
+    threads: int = 2,
+) -> Trace:
     """Trace the residual of records of one rig to the physical effect that the model lacks.
 
     Parameters
     ----------
+    records
+        One or several: each a record, the path of its CSV, or a DataFrame.
     reference
         Records of the same rig before a change: then only what changed since is traced.
     threads
@@ -107,24 +124,25 @@ def trace(records: Record | Sequence[Record], *, reference: Record | Sequence[Re
     """
     from validation.tracing import trace_records
 
-    return trace_records(_listed(records), reference=_listed(reference), threads=threads)
+    return trace_records(as_records(records), reference=as_records(reference, "reference"), threads=threads)
 
 
 def separate(
-    what: Rig | Record | Sequence[Record],
+    what: RigLike | RecordLike | Sequence[RecordLike],
     *,
     amplitude_mm: float | None = None,
     engine: EngineName = "chain",
     seed: int = 0,
-    members: Sequence[Rig] = (),
+    members: Sequence[RigLike] = (),
 ) -> Separation:
     """Divide a loop among friction, elasticity of the tendons and material.
 
     Parameters
     ----------
     what
-        A rig, whose loop of ``amplitude_mm`` (2.2 by default) the ``engine`` simulates (chain or multibody); or records
-        of a known rig, which is calibrated on all of them, and whose first record's loop is divided.
+        A rig (or the path of its file, or the name of a preset), whose loop of ``amplitude_mm`` (2.2 by default) the
+        ``engine`` simulates (chain or multibody); or records of a known rig (or the paths of their CSV, or DataFrames),
+        which is calibrated on all of them, and whose first record's loop is divided.
     seed
         Of the Bouc-Wen parameters.
     members
@@ -139,16 +157,17 @@ def separate(
     from studies.commands.records import SEPARATION_MM
     from studies.commands.separation import separate_records, separate_rig
 
-    if isinstance(what, Rig):
+    if isinstance(what, Rig) or is_rig_name(what):
         size = SEPARATION_MM if amplitude_mm is None else amplitude_mm
-        return separate_rig(what, size, engine=engine, seed=seed, members=members)
+        rigs = [as_rig(one, f"members[{i}]") for i, one in enumerate(members)]
+        return separate_rig(as_rig(what), size, engine=engine, seed=seed, members=rigs)  # type: ignore[arg-type]
     if amplitude_mm is not None or engine != "chain" or members:
         raise RecordError("amplitude_mm, engine or members: with records: expected a rig, or none of them")
-    return separate_records(_listed(what), seed=seed)
+    return separate_records(as_records(what), seed=seed)
 
 
 def compensate(
-    model: Record | Fit,
+    model: RecordLike | Fit,
     reference_deg: ArrayLike,
     *,
     time_s: ArrayLike | None = None,
@@ -159,7 +178,8 @@ def compensate(
     Parameters
     ----------
     model
-        A fit without delay, or a record, which is identified with a fitted curve.
+        A fit without delay, or a record (or the path of its CSV, or a DataFrame), which is identified with a fitted
+        curve.
     reference_deg
         Angles to follow, shape (m,), deg.
     time_s
@@ -174,7 +194,7 @@ def compensate(
     """
     from studies.commands.compensation import compensated, layer_of
 
-    fit = identify(model, settings=settings, use_rig=False) if isinstance(model, Record) else model
+    fit = model if isinstance(model, Fit) else identify(as_record(model, "model"), settings=settings, use_rig=False)
     reference = {"angle_deg": np.asarray(reference_deg, dtype=float)}
     if time_s is not None:
         reference["time_s"] = np.asarray(time_s, dtype=float)
@@ -219,11 +239,13 @@ def study(
     return StudyResult(summary, folder, folder / PAGE)
 
 
-def export(rig: Rig, out: Path | str, *, to: Simulator = "mujoco", amplitude_mm: float = 2.2) -> tuple[Path, Path]:
+def export(rig: RigLike, out: Path | str, *, to: Simulator = "mujoco", amplitude_mm: float = 2.2) -> tuple[Path, Path]:
     """Write a rig as a model of another simulator; the same as ``notchbend export``.
 
     Parameters
     ----------
+    rig
+        A rig, the path of its file, or the name of a preset.
     out
         The model file, ``.xml``. The table of the tension at every guide is put beside it.
     amplitude_mm
@@ -242,7 +264,7 @@ def export(rig: Rig, out: Path | str, *, to: Simulator = "mujoco", amplitude_mm:
     """
     from studies.export import write_model
 
-    return write_model(rig, Path(out), to=to, amplitude_mm=amplitude_mm)
+    return write_model(as_rig(rig), Path(out), to=to, amplitude_mm=amplitude_mm)
 
 
 def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | None = None) -> Figure:
@@ -257,7 +279,8 @@ def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | No
     view
         Of a rig: ``"solid"`` draws the bent tube and its tendons, coloured by bending strain; ``"side"`` the straight
         tube with its notches in the bending plane, to scale. A rig in space is drawn straight and bent, side by side,
-        whatever the view.
+        whatever the view. Records and rigs may be given by the path of their file, records also as DataFrames, and rigs
+        by the name of a preset.
     joint_angles_deg
         Of a rig in three dimensions: shape (joints,), base to tip, such as a sample of ``record.notches_deg``. By
         default all joints bend alike, the tip to 60 deg or to where the notches almost close.
@@ -281,8 +304,28 @@ def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | No
     """
     from studies.notebook.figures import figure_of
 
+    if is_rig_name(what):
+        what = as_any_rig(cast(RigLike, what))
+    elif isinstance(what, str | Path) or is_frame(what):
+        what = as_record(cast(RecordLike, what))
+    elif isinstance(what, list | tuple) and any(isinstance(one, str | Path) or is_frame(one) for one in what):
+        what = as_records(what)
     return figure_of(what, view, joint_angles_deg)
 
 
-def _listed(records: Record | Sequence[Record]) -> list[Record]:
-    return [records] if isinstance(records, Record) else list(records)
+def write_record(record: RecordLike, path: Path | str) -> None:
+    """Write a record as CSV, with its sidecar and, if it has one, its theory ``<stem>.kinematics.csv``.
+
+    Parameters
+    ----------
+    record
+        A record, the path of its CSV, or a DataFrame.
+    path
+        The CSV to write; see :func:`hysteresis.records.record_file.write_record`.
+
+    Raises
+    ------
+    RecordError
+        A record that cannot be read, or a file that cannot be written or is not the sidecar of a record.
+    """
+    record_file.write_record(as_record(record), path)

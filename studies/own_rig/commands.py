@@ -10,12 +10,17 @@ import typer
 
 from fem_models.rig import Rig, RigError
 from studies.commands.options import Common, RigChoice
+from studies.own_rig.columns import Reading
 from studies.own_rig.new_record import RecordRig, lines, new_record
+
+DriveUnits = Literal["mm", "um", "cm", "m", "in", "deg", "rad", "turn", "step", "N", "mN", "kN"]
+AngleUnits = Literal["deg", "rad", "mrad", "turn"]
+TimeUnits = Literal["s", "ms", "us", "ns", "min", "h"]
 
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Columns of a CSV that are not found by their names."""
+    """Columns and units of a table that are not found by their names, and how it is to be read."""
 
     drive_column: Annotated[
         str | None,
@@ -33,6 +38,38 @@ class ColumnChoice:
         str | None, typer.Option("--cycle-column", help="Column of the cycle; by default found by its name.")
     ] = None
 
+    drive_unit: Annotated[
+        DriveUnits | None,
+        typer.Option("--drive-unit", help="Unit of the drive; by default what the name of its column says, else mm."),
+    ] = None
+    angle_unit: Annotated[
+        AngleUnits | None,
+        typer.Option("--angle-unit", help="Unit of the angle; by default what the name of its column says, else deg."),
+    ] = None
+    time_unit: Annotated[
+        TimeUnits | None,
+        typer.Option("--time-unit", help="Unit of the time; by default what the name of its column says, else s."),
+    ] = None
+    no_time: Annotated[bool, typer.Option("--no-time", help="Leave the times out: a quasi-static record.")] = False
+    encoding: Annotated[
+        str | None, typer.Option("--encoding", help="Encoding of a text, such as cp1252; by default by its bytes.")
+    ] = None
+    sheet: Annotated[
+        str | None, typer.Option("--sheet", help="Sheet of a spreadsheet, its name or number; by default the only one.")
+    ] = None
+
+    def reading(self) -> Reading:
+        """Give what is said of the table."""
+        return Reading(
+            columns={key: getattr(self, f"{key}_column") for key in ("drive", "angle", "time", "cycle")},
+            drive_unit=self.drive_unit,
+            angle_unit=self.angle_unit,
+            time_unit=self.time_unit,
+            no_time=self.no_time,
+            encoding=self.encoding,
+            sheet=self.sheet,
+        )
+
 
 @dataclass(frozen=True)
 class RecordRigChoice(RigChoice):
@@ -49,31 +86,29 @@ class RecordRigChoice(RigChoice):
 
 def record_new(
     *,
-    csv: Annotated[Path, typer.Argument(help="The CSV of the bench; it is never changed.")],
+    table: Annotated[
+        Path,
+        typer.Argument(help="The table of the bench: CSV, .xlsx, .parquet or .mat; it is never changed."),
+    ],
     rig: RecordRigChoice,
     columns: ColumnChoice,
-    drive_unit: Annotated[
-        Literal["mm", "deg", "step", "N"] | None,
-        typer.Option("--drive-unit", help="Unit of the drive; by default what the name of its column says, else mm."),
-    ] = None,
     title: Annotated[
         str | None, typer.Option("--title", help="One line for reports; by default the file's stem.")
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", help="Write a copy with commas, of a CSV with semicolons or comments; by default none."),
+        typer.Option(
+            "--out",
+            help="The clean copy, CSV; by default <stem>-record.csv, and none where the CSV can be read as it is.",
+        ),
     ] = None,
     common: Common,
 ) -> None:
-    """Write the sidecar of a CSV from the bench, and say what is understood of it. Nothing is overwritten."""
-    found = new_record(
-        csv,
-        _rig_of(rig),
-        columns={key: getattr(columns, f"{key}_column") for key in ("drive", "angle", "time", "cycle")},
-        drive_unit=drive_unit,
-        title=title,
-        out=out,
-    )
+    """Make a record of a table from the bench, and say what is understood of it. Nothing is overwritten.
+
+    A CSV that can be read as it is gets a sidecar; of any other table a clean copy is written with its sidecar.
+    """
+    found = new_record(table, _rig_of(rig), columns.reading(), title=title, out=out)
     common.show(found, *lines(found))
 
 

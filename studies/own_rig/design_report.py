@@ -37,6 +37,7 @@ from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.new_record import without_geometry
 from studies.own_rig.programs import programs_of_report
 from studies.own_rig.strain import drive_to_angle_mm
+from studies.own_rig.usual import unusual
 from studies.progress import steps
 from studies.results import write_result
 from studies.results.ensemble import EnsembleRanges
@@ -141,7 +142,7 @@ def design_report(
         (out / name).unlink(missing_ok=True)
     for stale in [*out.glob("trace*.json"), *out.glob("separate*.json")]:
         stale.unlink()  # of an earlier report; the page would show them as those of this one
-    found = _Found(notes=without_geometry(records, beside_rig=True))
+    found = _Found(notes=[*unusual(design.rigs[0]), *without_geometry(records, beside_rig=True)])
     total = (2 + bool(design.members)) * len(design.rigs) + len(records) + max(1, len(design.rigs)) + 3
     with steps(progress, total=total) as step:
         for rig in design.rigs:

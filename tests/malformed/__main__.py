@@ -1,4 +1,7 @@
-"""``python -m tests.malformed COUNT SEED``: what became of COUNT spoiled files, and those that broke a promise."""
+"""``python -m tests.malformed COUNT SEED``: what became of COUNT spoiled files, and those that broke a promise.
+
+``python -m tests.malformed COUNT SEED tables`` spoils tables of all kinds that ``record new`` reads.
+"""
 
 import sys
 import tempfile
@@ -10,7 +13,10 @@ if __name__ == "__main__":
     run, samples = import_module("malformed.run"), import_module("malformed.samples")
     count, seed = int(sys.argv[1]), int(sys.argv[2])
     with tempfile.TemporaryDirectory() as made:
-        good = samples.readers(Path(made) / "good")
+        if sys.argv[3:] == ["tables"]:
+            good = import_module("malformed.tables").tables(Path(made) / "good")
+        else:
+            good = samples.readers(Path(made) / "good")
         tried = [*run.try_good(good, Path(made)), *run.try_all(good, count, seed, Path(made))]
     for one in tried:
         if not one.good:

@@ -28,7 +28,7 @@ MODULES = [
     "hysteresis.records.record", "hysteresis.records.sidecar", "fem_models.rig.rig_file", "fem_models.rig.checks",
     "fem_models.rig.of_record", "fem_models.rig.effects", "fem_models.rig.joints", "fem_models.rig.rig",
     "studies.sweep.study_file", "studies.sweep.inputs", "studies.results.files", "studies.results.run",
-    "studies.commands.compensation", "studies.engines", "studies.own_rig.bench_csv", "studies.own_rig.columns",
+    "studies.commands.compensation", "studies.engines", "studies.own_rig.columns", "studies.own_rig.samples",
     "fem_models.rig.in_space", "fem_models.rig.space_tables", "fem_models.spatial.drives", "fem_models.spatial.rig",
     "studies.in_space.programs", "studies.results.wrist", "studies.results.workspace", "studies.results.compensation",
     "studies.results.separation", "studies.results.fit", "studies.results.trace", "studies.results.study",
@@ -37,6 +37,9 @@ MODULES = [
     "validation.tracing.trace", "validation.tracing.sensors.readings", "validation.tracing.sensors.lone_steps",
     "validation.tracing.sensors.drive_steps", "validation.tracing.baseline.known_rig", "hysteresis.records.path",
     "validation.tracing.baseline.equivalent_rig", "validation.tracing.baseline.runs", "hysteresis.records.metrics",
+    "studies.own_rig.tables.cells", "studies.own_rig.tables.layout", "studies.own_rig.tables.text",
+    "studies.own_rig.tables.table", "studies.own_rig.tables.read", "studies.own_rig.tables.spreadsheet",
+    "studies.own_rig.tables.arrays", "hysteresis.records.units", "hysteresis.records.wrapped",
     "validation.tracing.baseline.samples", "hysteresis.records.leaps", "hysteresis.records.holdout",
 ]  # fmt: skip
 
@@ -77,8 +80,7 @@ def kinds(folder: Path) -> dict[str, tuple[Path, Read]]:
         copy = path.with_name("new.csv")
         for one in (copy, copy.with_suffix(".toml")):
             one.unlink(missing_ok=True)
-        columns = dict.fromkeys(("drive", "angle", "time", "cycle"))
-        return own_rig.new_record(path, own_rig.RecordRig({}, None), columns=columns, out=copy)
+        return own_rig.new_record(path, own_rig.RecordRig({}, None), out=copy)
 
     def reference_in_space(path: Path) -> object:
         return record_file.read_columns(path, ["angle_deg", "angle_2_deg"], optional=["time_s"])

@@ -6,6 +6,7 @@ import json
 import os
 import random
 import re
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,10 @@ def spoil(path: Path, rng: random.Random) -> str:
     ways = [*ANY, *(TEXT if path.suffix in (".toml", ".csv", ".json") else [])]
     if path.suffix == ".json":
         ways += [in_json] * 12
+    if path.suffix == ".xlsx":
+        ways += [in_archive] * 8
+    if path.suffix in (".csv", ".txt", ".tsv"):
+        ways += [a_cell, another_delimiter] * 2
     if path.suffix == ".toml":
         ways += [a_number, a_name, a_line, a_line, a_table] * 2
     way = rng.choice(ways)
@@ -152,6 +157,62 @@ def in_json(path: Path, rng: random.Random) -> None:
     else:
         inner[key] = rng.choice(VALUES)
     path.write_text(json.dumps(values), encoding="utf-8")
+
+
+def in_archive(path: Path, rng: random.Random) -> None:
+    """Change bytes, numbers or a name of one member of an archive, or leave it out."""
+    with zipfile.ZipFile(path) as archive:
+        members = {one: archive.read(one) for one in archive.namelist()}
+    name = rng.choice(list(members))
+    content = bytearray(members.pop(name))
+    way = rng.randrange(4)
+    if way == 1 and content:
+        for _ in range(rng.choice((1, 3, 30))):
+            content[rng.randrange(len(content))] = rng.choice((0, 10, 34, 60, 62, 255, rng.randrange(256)))
+    elif way == 2:
+        numbers = [*re.finditer(rb"\d+(?:\.\d+)?", content)]
+        if numbers:
+            one = rng.choice(numbers)
+            content[one.start() : one.end()] = rng.choice(NUMBERS).encode()
+    elif way == 3:
+        names = [*re.finditer(rb"[A-Za-z]{2,}", content)]
+        if names:
+            one = rng.choice(names)
+            content[one.start() : one.end()] = rng.choice((b"", b"a" * 5000, b"ZZ99999999", b"XFD1048577", b"&a;"))
+    if way:
+        members[name] = bytes(content)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for one, inner in members.items():
+            archive.writestr(one, inner)
+
+
+CELLS = (
+    "", "nan", "#N/A", "1,5", "1.234,5", "1,234.5", "1e400", "12:61:99", "2026-13-45T99:99:99", "31.02.2026 10:00:00",
+    "23:59:59.999", '"', '""', '"a', "-", "--", "9" * 200, "x" * 5000, "\0", "٣", "１２", "1_000", "1 000", "0x10",
+    "inf", "1D+400", "1D", "−5", "é", "sep=;", "360", "-180", "99:99.9", "1:2:3:4", "May 5", "+", ".", ",", "1.2.3",
+)  # fmt: skip
+
+
+def a_cell(path: Path, rng: random.Random) -> None:
+    """Put something else into a cell, or into a column of them, of a table as text."""
+    text = path.read_bytes().decode("latin-1")
+    delimiter = next((one for one in ("\t", ";", ",") if one in text), " ")
+    lines = text.split("\n")
+    k = rng.randrange(8)
+    for i in [rng.randrange(len(lines))] if rng.random() < 0.7 else range(rng.randrange(3), len(lines)):
+        cells = lines[i].split(delimiter)
+        if k < len(cells):
+            cells[k] = rng.choice(CELLS)
+            lines[i] = delimiter.join(cells)
+    path.write_bytes("\n".join(lines).encode("utf-8"))
+
+
+def another_delimiter(path: Path, rng: random.Random) -> None:
+    """Put other marks between the fields, of all lines or of some."""
+    text = path.read_bytes().decode("latin-1")
+    old, new = (rng.choice((",", ";", "\t", "|", " ", "  ", ".", '"', ":")) for _ in range(2))
+    lines = [line.replace(old, new) if rng.random() < 0.8 else line for line in text.split("\n")]
+    path.write_bytes("\n".join(lines if rng.random() < 0.5 else [text.replace(old, new)]).encode("latin-1"))
 
 
 def _replace(path: Path, rng: random.Random, pattern: re.Pattern[str], by: str) -> None:

@@ -47,6 +47,17 @@ def test_good_files_are_taken_and_spoiled_ones_refused_in_one_line(tmp_path):
     assert [one for one in try_all(good, 150, 1, tmp_path) if not one.good] == []
 
 
+def test_good_tables_are_taken_and_spoiled_ones_refused_in_one_line(tmp_path):
+    pytest.importorskip("openpyxl")
+    pytest.importorskip("pyarrow")
+    from malformed.tables import tables
+
+    good = tables(tmp_path / "good")
+    assert [one for one in try_good(good, tmp_path) if one.outcome != "taken"] == []
+    texts = [one for one in good if not one.name.endswith((".parquet", ".mat"))]  # these are read in other processes
+    assert [one for one in try_all(texts, 88, 1, tmp_path) if not one.good] == []
+
+
 @pytest.mark.parametrize("name", READERS)
 @QUICK
 @given(content=st.binary(max_size=60) | LINES.map(str.encode))

@@ -123,8 +123,8 @@ OPTIONS = {
     "report": ["folder", "pdf", "force", *COMMON],
     "app": ["preset", "rig", "preload", "amplitude", "port", "record", "no_browser", *COMMON],
     "record new": [
-        "csv", "preset", "rig", "preload", "drive_column", "angle_column", "time_column", "cycle_column", "drive_unit",
-        "title", "out", *COMMON,
+        "table", "preset", "rig", "preload", "drive_column", "angle_column", "time_column", "cycle_column",
+        "drive_unit", "angle_unit", "time_unit", "no_time", "encoding", "sheet", "title", "out", *COMMON,
     ],
     "data list": COMMON,
     "data fetch": ["name", "out", "force", *COMMON],

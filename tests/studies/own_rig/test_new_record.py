@@ -11,7 +11,7 @@ from fem_models.rig import preset
 from hysteresis.records.record_file import read_record
 from studies.commands.cli import call
 from studies.own_rig.loops import fatigue_amplitude_mm
-from studies.own_rig.new_record import without_geometry
+from studies.own_rig.new_record import unlike_loops, without_geometry
 from studies.own_rig.strain import drive_to_angle_mm
 
 WAY = np.concatenate([np.linspace(0, 2, 21), *[np.linspace(2, -2, 41)[1:], np.linspace(-2, 2, 41)[1:]] * 2])
@@ -74,15 +74,18 @@ def test_a_sidecar_that_exists_is_kept(bench, tmp_path, capsys):
     assert (tmp_path / "copy.csv").read_text() == "mine"
 
 
-def test_semicolons_comments_and_decimal_commas_have_a_way_out(bench, tmp_path, capsys):
+def test_semicolons_comments_and_decimal_commas_get_a_clean_copy(bench, tmp_path, capsys):
     bench(header="stage travel [mm];theta (deg)", decimal=",", first="# logger 3\n% of the bench\n")
-    error = complaint(capsys, "bench.csv")
-    assert "semicolons between the fields, 2 comment lines, decimal commas: expected --out bench-record.csv" in error
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["bench.csv"]
-    found = new(capsys, "bench.csv", "--out", "bench-record.csv")
+    before = (tmp_path / "bench.csv").read_bytes()
+    found = new(capsys, "bench.csv")
+    assert (tmp_path / "bench.csv").read_bytes() == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bench-record.csv", "bench-record.toml", "bench.csv"]
+    assert (found["record"], found["copied"]) == ("bench-record.csv", True)
     assert found["columns"] == {"drive": "stage travel [mm]", "angle": "theta (deg)"}
     assert (found["delimiter"], found["comment_lines"], found["decimal_comma"]) == ("semicolon", 2, True)
     np.testing.assert_allclose(read_record("bench-record.csv").drive, WAY, atol=5e-5)
+    assert "bench-record.toml: exists" in complaint(capsys, "bench.csv")
+    assert new(capsys, "bench.csv", "--out", "other.csv")["record"] == "other.csv"
 
 
 def test_the_reader_says_how_such_a_file_becomes_a_record(bench, capsys):
@@ -110,7 +113,11 @@ def test_columns_of_other_names_are_named_by_options(bench, capsys):
     ("header", "words"),
     [
         ("motor_a_mm,motor_b_mm", "columns 'motor_a_mm', 'motor_b_mm': any of them may be the drive"),
-        ("drive_mm,theta_rad", "column 'theta_rad': expected degrees"),
+        (
+            "drive_mm,theta_ticks",
+            "column 'theta_ticks': expected degrees, not counts of a converter or encoder; convert",
+        ),
+        ("drive_mm,tau_Nm", "no column is named as the angle: the columns are drive_mm, tau_Nm: expected --angle-col"),
         ("0.0,1.0", "bench.csv:1: numbers in place of names"),
         ("drive_mm,drive_mm", "bench.csv:1: column 'drive_mm' occurs twice"),
     ],
@@ -186,6 +193,38 @@ def test_a_record_of_a_tube_alone_is_said_not_to_take_the_rig(tmp_path):
     assert "wrist.toml has tube and notches and names no rig" in words
 
 
+def test_an_angle_in_another_unit_than_that_of_the_rig_is_said(bench, capsys):
+    """Radians under a declared rig read as "no hysteresis", without a word."""
+    bench("degrees.csv")
+    bench("radians.csv", factor=np.pi / 180)
+    for name in ("degrees.csv", "radians.csv"):
+        new(capsys, name, "--preset", "du2018", "--preload", 20)
+    assert unlike_loops([read_record("degrees.csv")]) == []
+    (words,) = unlike_loops([read_record("radians.csv")])
+    assert words.startswith("radians.csv: the angle covers 1.45 deg, and 84.2 deg")
+    assert "by its rig: expected degrees and mm" in words
+    assert call(["identify", "radians.csv", "--out", "fit", "--law", "bouc-wen"]) == 0
+    assert words in capsys.readouterr().err
+
+
+def test_a_drive_in_jumps_is_said_and_has_no_loop(tmp_path, capsys):
+    """The transients of three commands had been called a loop of 5.89 deg."""
+    drive = np.repeat([0.0, 2.0, 0.0, -2.0, 0.0, 2.0], 60)
+    angle, last = np.empty(360), 0.0
+    for k, x in enumerate(drive):
+        last += 0.1 * (20 * x - last)
+        angle[k] = last
+    path = tmp_path / "steps.csv"
+    path.write_text("drive_mm,angle_deg\n" + "".join(f"{x},{a:.4f}\n" for x, a in zip(drive, angle, strict=True)))
+    found = new(capsys, path)
+    assert found["loop_width_deg"] is None
+    (words,) = unlike_loops([read_record(path)])
+    assert f"{path}: 90 % of the angle's travel is while the drive stands still: a drive in jumps" in words
+    fine = tmp_path / "fine.csv"  # settled at each of many values: a quasi-static record
+    fine.write_text("drive_mm,angle_deg\n" + "".join(f"{x},{20 * x}\n" * 5 for x in WAY))
+    assert unlike_loops([read_record(fine)]) == []
+
+
 def test_a_record_of_another_rig_is_refused(bench, tmp_path, capsys):
     bench()
     new(capsys, "bench.csv", "--preset", "du2018", "--preload", 20)
@@ -244,7 +283,9 @@ def test_a_force_is_the_drive_where_nothing_else_is_and_notches_are_kept(tmp_pat
         np.testing.assert_array_equal(record.notches_deg[:, 1], [2, 4, 6] * 2)
         (tmp_path / "wrist.toml").unlink()
     (tmp_path / "wrist.csv").write_text(TRIALS.replace("tendon_force_N", "force_gf"))
-    assert "column 'force_gf': expected newtons" in complaint(capsys, "wrist.csv")
+    found = new(capsys, "wrist.csv", "--out", "gf.csv")
+    assert "'force_gf' in gf: times 0.00980665, to N" in found["understood"]
+    np.testing.assert_allclose(read_record("gf.csv").drive, 9.80665e-3 * np.array([0, 0.5, 1, 0.1, 0.6, 1.1]))
     (tmp_path / "wrist.csv").write_text(
         TRIALS.replace("notch_1_deg", "tension_b_N").replace("tendon_force", "tension_a")
     )
@@ -311,12 +352,31 @@ def test_the_amplitude_of_fatigue_is_that_of_a_closed_cycle():
 
 
 @pytest.mark.parametrize(
-    "column", ["stage_um", "drive_inch", "motor_rad", "wheel_turns", "motor_counts", "drive_cm", "motor_current_A"]
+    ("column", "factor", "unit"),
+    [
+        ("stage_um", 1e-3, "mm"),
+        ("drive_inch", 25.4, "mm"),
+        ("drive_cm", 10.0, "mm"),
+        ("motor_rad", 180 / np.pi, "deg"),
+        ("wheel_turns", 360.0, "deg"),
+        ("motor_counts", 1.0, "step"),
+    ],
 )
-def test_a_drive_in_another_unit_is_refused_and_not_taken_as_mm(bench, capsys, column):
+def test_a_drive_in_another_unit_is_converted_and_not_taken_as_mm(bench, capsys, column, factor, unit):
     bench(header=f"{column},angle_deg")
-    assert f"column {column!r}: expected mm, deg, steps or N" in complaint(capsys, "bench.csv")
-    assert new(capsys, "bench.csv", "--drive-unit", "step", "--drive-column", column)["drive_unit"] == "step"
+    found = new(capsys, "bench.csv")
+    record = read_record(found["record"])
+    assert record.drive_unit == found["drive_unit"] == unit
+    np.testing.assert_allclose(record.drive, factor * WAY, atol=1e-4 * factor)
+    assert any(column in words for words in found["understood"])
+    assert new(capsys, "bench.csv", "--drive-unit", "step", "--out", "steps.csv")["drive_unit"] == "step"
+
+
+def test_a_current_is_no_drive_unless_it_is_said(bench, capsys):
+    bench(header="motor_current_A,angle_deg")
+    words = complaint(capsys, "bench.csv")
+    assert "column 'motor_current_A': expected mm, deg, steps or N, not a current; convert it" in words
+    assert new(capsys, "bench.csv", "--drive-unit", "step")["drive_unit"] == "step"
 
 
 @pytest.mark.parametrize(("column", "unit"), [("motor_current_position_mm", "mm"), ("wheel_turn_deg", "deg")])
@@ -326,10 +386,14 @@ def test_a_drive_that_says_its_unit_is_taken_whatever_else_its_name_has(bench, c
 
 
 @pytest.mark.parametrize("column", ["angle_rad", "theta_radians"])
-def test_an_angle_in_radians_is_refused_where_its_column_is_given_too(bench, capsys, column):
-    bench(header=f"drive_mm,{column}")
-    assert "expected degrees" in complaint(capsys, "bench.csv")
-    assert "expected degrees" in complaint(capsys, "bench.csv", "--angle-column", column)
+def test_an_angle_in_radians_is_converted_where_its_column_is_given_too(bench, capsys, column):
+    bench(header=f"drive_mm,{column}", factor=np.pi / 180)
+    given = new(capsys, "bench.csv", "--angle-column", column, "--out", "given.csv")
+    assert f"{column!r} in {column.split('_')[1]}: times 57.2958, to deg" in given["understood"]
+    new(capsys, "bench.csv")
+    np.testing.assert_array_equal(read_record("bench-record.csv").angle_deg, read_record("given.csv").angle_deg)
+    expected = theory_curve(preset("du2018"), WAY).angle_deg + LAG
+    np.testing.assert_allclose(read_record("given.csv").angle_deg, expected, atol=3e-3)
 
 
 def test_points_for_thousands_beside_decimal_commas_are_refused(tmp_path, monkeypatch, capsys):
