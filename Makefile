@@ -15,6 +15,9 @@ PIP     := $(BIN)/python -m pip
 INSTALL := $(PIP) install --quiet --disable-pip-version-check
 COMPILE := $(BIN)/pip-compile --quiet --strip-extras --allow-unsafe --no-emit-index-url --no-emit-find-links
 
+# extras name the project itself, which no lock file may
+OWN_OUT := sed -i '/^notchbend @/,/^[^ ]/{/^notchbend @\|^ /d}'
+
 study: install
 	$(BIN)/notchbend run --out $(OUT)
 
@@ -61,8 +64,9 @@ site: dev
 lock: install
 	$(INSTALL) 'pip-tools>=7.6.2'
 	$(COMPILE) --extra view --extra solid --extra study --extra app --extra data --extra tables --extra cma --output-file requirements.lock pyproject.toml
+	$(OWN_OUT) requirements.lock
 	$(COMPILE) --extra dev --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
-	sed -i '/^notchbend @/,/^[^ ]/{/^notchbend @\|^ /d}' requirements.lock requirements-dev.lock  # extras name the project itself
+	$(OWN_OUT) requirements-dev.lock
 
 clean:
 	rm -rf $(VENV) build *.egg-info
