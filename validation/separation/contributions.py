@@ -24,7 +24,7 @@ own, ``play``, and what the others add to it is divided as above.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Protocol
@@ -339,20 +339,26 @@ def separate(
     if softer is not None:
         return at(softer)
     levels = _levels(rig)
-    found = at(levels[0])
-    if not found.is_balanced:  # these tendons jam at once
+    found = _followed(at, levels[0])
+    if found is None:  # these tendons jam, or fold the tube, at once
         return at(10.0 * levels[0])
     for level in levels[1:]:
-        try:
-            now = at(level)
-        except SolverError:
-            break
-        if not now.is_balanced:
+        now = _followed(at, level)
+        if now is None:
             break
         found = replace(now, moved=_moved(found, now))
         if found.moved <= SETTLED:
             break
     return found
+
+
+def _followed(at: Callable[[float], Contributions], level: float) -> Contributions | None:
+    """Divide the loop with tendons of a stiffness; None where they are too stiff to be followed."""
+    try:
+        found = at(level)
+    except SolverError:
+        return None
+    return found if found.is_balanced else None
 
 
 def _levels(rig: Rig) -> list[float]:

@@ -1,6 +1,7 @@
 """Contributions to the loop: sums, energy balance, limit cases, calibration, and the command."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,12 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fem_models.chain import simulate_chain
+from fem_models.joint import joint_row
 from fem_models.load import triangle
-from fem_models.rig import RigError, preset
+from fem_models.rig import Rig, RigError, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Backlash, Fatigue
+from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.of_record import rig_of
-from fem_models.rig.rig import Friction
+from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis import Record
 from hysteresis.records.record_file import write_record
 from studies.commands.cli import call
@@ -242,3 +245,49 @@ def test_bad_input_ends_with_one_line(arguments, words, tmp_path, capsys):
     assert error.count("\n") == 1
     assert all(word in error for word in words), error
     assert not (tmp_path / "out").exists()
+
+
+V_PAIR = Rig(
+    name="V pair",
+    joint=NotchedTube(Tube(5.0, 4.4), Notch("v_pair", 12, 2.0, 0.8, 1.2, 0.3)),
+    material=Material(60.0, 0.33),
+    tendon_a=Tendon(9000.0, 2.2, 120.0),
+    tendon_b=Tendon(9000.0, 2.2, 120.0),
+    wheel=Wheel(8.0),
+    preload_N=15.0,
+    friction=Friction(capstan_coefficient=0.2, sheath_N=0.5),
+)
+
+
+@pytest.mark.parametrize("preload", [2.0, 10.0, 15.0, 20.0])
+def test_capstan_friction_at_low_preload_is_divided(preload):
+    """Inextensible tendons lose their preload as deep notches bend; a tube without a loss but friction has it all."""
+    found = separate(replace(V_PAIR, preload_N=preload), loop_program(-1.0, 1.0))
+    shares = found.shares("dissipated_mJ")
+    assert found.is_balanced
+    assert shares["friction"] + shares["tendon_elasticity"] == pytest.approx(1, abs=1e-6)
+    assert shares["material"] == pytest.approx(0, abs=1e-6)
+
+
+def test_a_notch_may_close_with_a_source_switched_off():
+    """With all sources it stays open by a little; inextensible tendons bend it by the whole drive."""
+    soft = replace(V_PAIR, tendon_a=Tendon(2000.0, 2.2, 400.0), tendon_b=Tendon(2000.0, 2.2, 400.0))
+    bent = np.abs(simulate_chain(soft, triangle(1.0)).notches_deg).max()
+    high = 0.9 * joint_closure_deg(soft) / bent  # nearly in proportion
+    found = separate(soft, loop_program(-high, high))
+    rigid = found.loops[frozenset({"friction", "material"})].record.notches_deg
+    assert np.abs(rigid).max() > joint_closure_deg(soft) > np.abs(found.whole.record.notches_deg).max()
+    assert np.isfinite(list(found.shares("dissipated_mJ").values())).all()
+
+
+def joint_closure_deg(rig):
+    return math.degrees(joint_row(rig).first.closure_angle_rad)
+
+
+def test_tendons_that_jam_say_how_much_their_shares_still_move():
+    """One-sided notches: the wheel pays out as much of the tendon with the short arm as it winds in of the other."""
+    tube = NotchedTube(Tube(2.0, 1.7), Notch("rectangular", 8, 1.5, 0.4, 0.6))
+    rig = replace(V_PAIR, joint=tube, tendon_a=Tendon(9000.0, 0.8, 120.0), tendon_b=Tendon(9000.0, 0.8, 120.0))
+    found = separate(replace(rig, preload_N=2.0), loop_program(-0.3, 0.3))
+    assert found.moved > 0.02
+    assert np.isfinite(list(found.shares("dissipated_mJ").values())).all()
