@@ -152,14 +152,17 @@ class Equilibrium:
         self.taut = taut
 
     def free_tensions(self, slip: Floats, drive: Drive) -> Floats:
-        """Tensions between the drives and the base, shape (m,); slack tendon pushes as little there as elsewhere."""
+        """Tensions between the drives and the base, shape (m,); slack tendon pushes as little there as elsewhere.
+
+        With a toe region it never pushes: far out its tension is below the least of all numbers.
+        """
         rig, model = self.model.rig, self.model
         out = drive.tendons.copy()
         for j, (one, force, slid) in enumerate(zip(rig.tendons, model.by_force, slip, strict=True)):
             if not force:
                 out[j] = tendon_tension_N(one.tendon, drive.tendons[j] - slid, rig.preload_N, 0.0)
-                if out[j] == 0.0:
-                    beyond = tendon_stretch_mm(one.tendon, 0.0, rig.preload_N, 0.0) - (drive.tendons[j] - slid)
+                beyond = tendon_stretch_mm(one.tendon, 0.0, rig.preload_N, 0.0) - (drive.tendons[j] - slid)
+                if beyond > 0.0:
                     out[j] = -SLACK * one.tendon.EA_N / one.tendon.free_length_mm * beyond
         return out
 
