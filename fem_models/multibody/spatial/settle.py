@@ -130,10 +130,11 @@ class Step:
         pulls[tangent.drives] = guides.free[:, None] * tangent.slides[tangent.drives]
         before, beyond = self.pairs(part * tension)
         before_slope, beyond_slope = self.pairs(part[:, None] * pulls)
+        pressing = sum(self.pairs(taut * tension)), sum(self.pairs(taut[:, None] * pulls))
         by_sum = state * guides.ratio
-        matrix = before_slope - beyond_slope - by_sum[:, None] * (before_slope + beyond_slope)
+        matrix = before_slope - beyond_slope - by_sum[:, None] * pressing[1]
         matrix[np.diag_indices_from(matrix)] -= np.where(state == 0.0, guides.bristle, guides.open) + guides.drag
-        held = np.where(state == 0.0, guides.force, state * guides.limit + by_sum * (before + beyond))
+        held = np.where(state == 0.0, guides.force, state * guides.limit + by_sum * pressing[0])
         slips = np.linalg.solve(matrix, held - (before - beyond - guides.viscous))
         return self.point(ahead + own.follow @ slips, slips)
 
