@@ -198,9 +198,9 @@ class Equilibrium:
 
     def _paths(self, q: Floats) -> Floats:
         """Slopes of the lengths of the tendons over the notches in the unknowns of the rings, shape (m N, 6 N)."""
-        place, (m, n) = self.model.layout, self.rest.shape
+        place, rings = self.model.layout, np.concatenate([UPRIGHT[None], self.rings(q)])
+        m, n = self.model.segment.shape
         origins = np.concatenate([np.zeros((1, 3)), place.far])
-        rings = np.concatenate([UPRIGHT[None], self.rings(q)])
         before, beyond = place.before - origins[:-1, None], place.beyond - origins[1:, None]
         turns = rings[:-1, None, 3:], rings[1:, None, 3:]
         way = rings[1:, None, :3] + rotate(turns[1], beyond) - rings[:-1, None, :3] - rotate(turns[0], before)
@@ -240,13 +240,10 @@ class Equilibrium:
 
     def _free_stiffness(self, tension: Floats) -> Floats:
         """Of the tendons between wheel and base, where they are taut, shape (m,)."""
-        tendons = [one.tendon for one in self.model.rig.tendons]
-        return np.array(
-            [
-                0.0 if force else one.EA_N / one.free_length_mm * (pull / (pull + one.toe_N) if one.toe_N > 0 else 1.0)
-                for one, pull, force in zip(tendons, tension.tolist(), self.model.by_force, strict=True)
-            ]
-        )
+        free = np.array([one.tendon.EA_N / one.tendon.free_length_mm for one in self.model.rig.tendons])
+        toe, pull = np.array([one.tendon.toe_N for one in self.model.rig.tendons]), np.maximum(tension, 0.0)
+        share = np.divide(pull, pull + toe, out=np.ones_like(pull), where=toe > 0.0)
+        return np.where(self.model.by_force, 0.0, free * share)
 
     def _moved(self, q: Floats, step: Floats) -> Floats:
         """Coordinates after a step of the unknowns, or a part of it, of first order in the strains of the flexures.

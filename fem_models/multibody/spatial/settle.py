@@ -30,9 +30,10 @@ class Condensed(NamedTuple):
 
 
 class Tangent:
-    """Slopes of what acts at some coordinates: r unknowns of rings, m N = g guides, m (N + 1) tensions.
+    """Slopes of what acts at some coordinates, of m tendons and N joints: r unknowns of rings, g = m N guides.
 
-    The tensions are those of the tendons between wheel and base, and over the notches, tendon by tendon.
+    The m (N + 1) tensions are, tendon by tendon, that between wheel and base and those over the notches. ``bare`` is
+    the tangent of the rings without tendons.
     """
 
     def __init__(self, rings: Floats, paths: Floats, stiff: Floats, taut: Mask) -> None:
@@ -108,7 +109,7 @@ class Step:
         return rows[:, :-1].reshape(m * n, *tension.shape[1:]), rows[:, 1:].reshape(m * n, *tension.shape[1:])
 
     def point(self, rings: Floats, slips: Floats) -> Point:
-        """What acts after a step."""
+        """Work out what acts after a step."""
         tangent, guides = self.tangent, self.guides
         stretch = tangent.slides @ slips
         tension = guides.tension.copy()
@@ -119,7 +120,7 @@ class Step:
         return Point(rings, slips, tension, force, limit)
 
     def solve(self, state: Floats, taut: Mask) -> Point:
-        """Where guides in their states and segments as they are, shape (m (N + 1),), lead to."""
+        """Find where guides in their states lead to, and tendons that are taut or not, shape (m (N + 1),)."""
         tangent, guides = self.tangent, self.guides
         own = tangent.condensed(taut[tangent.over])
         part = parts_of(taut)
@@ -135,7 +136,7 @@ class Step:
         matrix = before_slope - beyond_slope - by_sum[:, None] * pressing[1]
         matrix[np.diag_indices_from(matrix)] -= np.where(state == 0.0, guides.bristle, guides.open) + guides.drag
         held = np.where(state == 0.0, guides.force, state * guides.limit + by_sum * pressing[0])
-        slips = np.linalg.solve(matrix, held - (before - beyond - guides.viscous))
+        slips = np.asarray(np.linalg.solve(matrix, held - (before - beyond - guides.viscous)), dtype=float)
         return self.point(ahead + own.follow @ slips, slips)
 
     def part_down(self, start: Point, end: Point) -> float:
@@ -147,14 +148,16 @@ class Step:
         rings, slips = end.rings - start.rings, end.slips - start.slips
         stretch = tangent.slides @ slips
         stretch[tangent.over] += tangent.paths @ rings
-        here = rings @ (guides.rings + tangent.bare @ start.rings) - slips @ (guides.viscous + guides.drag * start.slips)
+        here = rings @ (guides.rings + tangent.bare @ start.rings) - slips @ (
+            guides.viscous + guides.drag * start.slips
+        )
         climb = rings @ (tangent.bare @ rings) - guides.drag * (slips @ slips)
         pairs = tuple(zip(start[2:], end[2:], strict=True))
 
         def slope(part: float) -> float:
             tension, force, limit = (a + part * (b - a) for a, b in pairs)
             tension = np.where(tension > 0.0, tension, SLACK * tension)
-            return float(stretch @ tension + slips @ np.clip(force, -limit, limit)) - (here + part * climb)
+            return float(stretch @ tension + slips @ np.clip(force, -limit, limit) - here - part * climb)
 
         first = slope(0.0)
         if first >= 0.0 or slope(1.0) <= -LEVEL * first:
@@ -183,8 +186,12 @@ def settle(step: Step, state: Floats, taut: Mask, tolerance: float) -> tuple[Poi
             kept = end
         else:
             part, last = step.part_down(kept, end), kept
-            kept = end if part == 1.0 else step.point(
-                last.rings + part * (end.rings - last.rings), last.slips + part * (end.slips - last.slips)
+            kept = (
+                end
+                if part == 1.0
+                else step.point(
+                    last.rings + part * (end.rings - last.rings), last.slips + part * (end.slips - last.slips)
+                )
             )
         state = np.where(np.abs(kept.force) > kept.limit, np.sign(kept.force), 0.0)
         taut = kept.tension > 0.0
