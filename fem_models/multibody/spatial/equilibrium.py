@@ -7,23 +7,21 @@ beyond it. Friction is that of the planar model; its limits need no iteration of
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import exudyn as exu
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
 
 from fem_models.joint.friction import friction_limits_N
 from fem_models.multibody.spatial.assembly import SpatialModel
-from fem_models.multibody.spatial.flexures import NODE, NUDGE, Strains, cross, rotate
-from fem_models.multibody.spatial.settle import Guides, next_states, settle
+from fem_models.multibody.spatial.flexures import NODE, NUDGE, UPRIGHT, Strains, conjugate, cross, rotate
+from fem_models.multibody.spatial.settle import SLACK, Guides, Step, Tangent, next_states, parts_of, settle
 from fem_models.rig.tendon_law import tendon_stretch_mm, tendon_tension_N
 from hysteresis.arrays import Floats, Mask
 
 UNKNOWNS = 6  # of a ring: place and spin
 LARGEST_ROTATION = 0.02  # rad of a joint in an iteration, lest tendons fall slack meanwhile
 LARGEST_SLIDE = 0.2  # mm of a tendon in an iteration: what is slack resists no further slide
-SLACK = 1e-8  # stiffness of slack tendon over that of taut one: next to no force, and a direction for the search
 STALE = 0.25  # a residual that has fallen to no less needs a new tangent
 
 
@@ -89,9 +87,7 @@ class Equilibrium:
         self.drag, self.before = 0.0, self.rest  # N/mm of a jump, and the slips that it counts from
         rings = model.rings.shape[0]
         self.slips = UNKNOWNS * rings + np.arange(self.rest.size).reshape(self.rest.shape)
-        self.tangent: Floats | None = None  # of the elastic parts in the unknowns
-        self.factors: Any = None  # of that of the rings
-        self.follow = self.pulled = np.zeros((0, 0))  # slopes of rings and net tensions in the slips
+        self.tangent: Tangent | None = None
 
     def resist(self, viscous: float, rotation: Floats, slip: Floats) -> None:
         """Resist motion from rotations of the joints, shape (N, 3), and slips, (m, N), by so much, Nmm/rad; 0 ends it.
@@ -153,17 +149,20 @@ class Equilibrium:
         for j, k in np.argwhere(taut != self.taut).tolist():
             pull = float(self.model.pulls[j, k]) * (1.0 if taut[j, k] else SLACK)
             self.model.mbs.SetObjectParameter(int(self.model.segments[j, k]), "stiffnessPerLength", pull)
-        self.taut, self.tangent = taut, None
+        self.taut = taut
 
     def free_tensions(self, slip: Floats, drive: Drive) -> Floats:
-        """Tensions between the drives and the base, shape (m,); slack tendon pushes as little there as elsewhere."""
+        """Tensions between the drives and the base, shape (m,); slack tendon pushes as little there as elsewhere.
+
+        With a toe region it never pushes: far out its tension is below the least of all numbers.
+        """
         rig, model = self.model.rig, self.model
         out = drive.tendons.copy()
         for j, (one, force, slid) in enumerate(zip(rig.tendons, model.by_force, slip, strict=True)):
             if not force:
                 out[j] = tendon_tension_N(one.tendon, drive.tendons[j] - slid, rig.preload_N, 0.0)
-                if out[j] == 0.0:
-                    beyond = tendon_stretch_mm(one.tendon, 0.0, rig.preload_N, 0.0) - (drive.tendons[j] - slid)
+                beyond = tendon_stretch_mm(one.tendon, 0.0, rig.preload_N, 0.0) - (drive.tendons[j] - slid)
+                if beyond > 0.0:
                     out[j] = -SLACK * one.tendon.EA_N / one.tendon.free_length_mm * beyond
         return out
 
@@ -184,62 +183,67 @@ class Equilibrium:
         w, x, y, z = q.T
         return 0.5 * np.stack([-x, w, z, -y, -y, -z, w, x, -z, y, -x, w], axis=-1).reshape(-1, 3, 4)
 
-    def _take_tangent(self, q: Floats, drive: Drive) -> None:
-        """Tangent of Exudyn in the unknowns, at the coordinates that were set last."""
+    def _take_tangent(self, q: Floats) -> None:
+        """Take the tangent of the rings from Exudyn, at the coordinates that were set last."""
         self.solver.ComputeJacobianODE2RHS(self.model.mbs, 1.0, 0.0, 0.0)
         full = np.array(self.solver.GetSystemJacobian())[: q.size, : q.size]
-        self.tangent = self._in_unknowns(self._in_unknowns(full, q).T, q).T
+        rings = self._in_unknowns(self._in_unknowns(full, q).T, q).T
+        self.tangent = Tangent(rings, self._paths(q), self.model.segment.ravel(), self.taut)
 
     def _in_unknowns(self, rows: Floats, q: Floats) -> Floats:
-        """Columns of the unknowns from those of the coordinates, shape (..., all) to (..., 6 N + m N)."""
+        """Columns of the unknowns of the rings from those of the coordinates, shape (..., all) to (..., 6 N)."""
         rings = rows[:, self.model.rings]
         spins = np.einsum("rkc,ksc->rks", rings[..., 3:], self._spun(self.rings(q)[:, 3:]))
-        rings = np.concatenate([rings[..., :3], spins], axis=2).reshape(len(rows), -1)
-        return np.concatenate([rings, rows[:, self.model.slip]], axis=1)
+        return np.concatenate([rings[..., :3], spins], axis=2).reshape(len(rows), -1)
 
-    def _condense(self, q: Floats, drive: Drive) -> None:
-        """Take the tangent, and let the rings follow the slips."""
-        self._take_tangent(q, drive)
-        assert self.tangent is not None
-        rings, slips = slice(self.slips.min()), self.slips.ravel()
-        self.factors = lu_factor(self.tangent[rings, rings], check_finite=False)
-        self.follow = -lu_solve(self.factors, self.tangent[rings, slips], check_finite=False)
-        self.pulled = self.tangent[slips, slips[0] :] + self.tangent[slips, rings] @ self.follow
+    def _paths(self, q: Floats) -> Floats:
+        """Slopes of the lengths of the tendons over the notches in the unknowns of the rings, shape (m N, 6 N)."""
+        place, rings = self.model.layout, np.concatenate([UPRIGHT[None], self.rings(q)])
+        m, n = self.model.segment.shape
+        origins = np.concatenate([np.zeros((1, 3)), place.far])
+        before, beyond = place.before - origins[:-1, None], place.beyond - origins[1:, None]
+        turns = rings[:-1, None, 3:], rings[1:, None, 3:]
+        way = rings[1:, None, :3] + rotate(turns[1], beyond) - rings[:-1, None, :3] - rotate(turns[0], before)
+        way /= np.linalg.norm(way, axis=-1, keepdims=True)
+        out, each = np.zeros((m, n, n + 1, UNKNOWNS)), np.arange(n)
+        for ring, sign, at, turn in ((each, -1.0, before, turns[0]), (each + 1, 1.0, beyond, turns[1])):
+            slope = np.concatenate([way, cross(at, rotate(conjugate(turn), way))], axis=-1)
+            out[:, each, ring] = sign * np.moveaxis(slope, 1, 0)
+        return out[:, :, 1:].reshape(m * n, -1)
 
     def _step(self, forces: Forces, q: Floats, state: Floats, drive: Drive, *, settles: bool) -> tuple[Floats, Floats]:
         """Solve for the step of all unknowns, and for the states of the guides where they may change."""
-        assert self.tangent is not None
-        shape, slips = state.shape, self.slips.ravel()
-        ahead = -lu_solve(self.factors, forces.rings, check_finite=False)
-        slip = q[self.model.slip].reshape(shape)[:, 0]
-        stiff = (self.free_tensions(slip - 1e-6, drive) - self.free_tensions(slip + 1e-6, drive)) / 2e-6
-        first = np.arange(shape[0]) * shape[1]  # guides at the base
-        net_slope, comes = self.pulled.copy(), self.tangent[slips, : ahead.size] @ ahead
-        net_slope[first, first] -= stiff
-        beyond, beyond_comes = net_slope.reshape(*shape, -1).cumsum(axis=1), comes.reshape(shape).cumsum(axis=1)
-        before, before_comes = np.zeros_like(beyond), np.zeros(shape)
-        before[:, 1:], before_comes[:, 1:] = beyond[:, :-1], beyond_comes[:, :-1]
-        total_slope = -(beyond + before).reshape(net_slope.shape)  # but for the tension at the wheel
-        for j, at in enumerate(first):
-            total_slope[at : at + shape[1], at] -= 2 * stiff[j]
-        net_slope[np.diag_indices_from(net_slope)] -= self.drag
-        net = forces.tension[:, :-1] - forces.tension[:, 1:] - forces.viscous
+        tangent = self.tangent
+        assert tangent is not None
+        free, taut = self._free_stiffness(forces.tension[:, 0]), np.ones_like(forces.tension, dtype=bool)
+        taut[:, 1:], taut[:, 0] = self.taut, forces.tension[:, 0] >= 0.0
+        tension = forces.tension / parts_of(taut)
+        total = np.maximum(forces.tension[:, :-1], 0.0) + np.maximum(forces.tension[:, 1:], 0.0)
         guides = Guides(
-            net=net.ravel() + comes,
-            net_slope=net_slope,
-            total=-(beyond_comes + before_comes).ravel(),
-            total_slope=total_slope,
+            rings=forces.rings + tangent.paths.T @ forces.tension[:, 1:].ravel(),
+            tension=tension.ravel(),
+            free=free,
             force=forces.bristle.ravel(),
             bristle=self.bristle.ravel(),
-            limit=forces.limit.ravel(),
+            limit=(forces.limit - forces.ratio * total).ravel(),
             ratio=forces.ratio.ravel(),
+            viscous=forces.viscous.ravel(),
+            drag=self.drag,
             open=1e-9 * self.model.segment.ravel(),
         )
+        step = Step(tangent, guides)
         if settles:
-            slides, states = settle(guides, state.ravel(), 2 * self.tolerance)
+            end, states = settle(step, state.ravel(), taut.ravel(), 2 * self.tolerance)
         else:
-            slides, states = guides.step(state.ravel()), state
-        return np.concatenate([ahead + self.follow @ slides, slides]), states.reshape(shape)
+            end, states = step.solve(state.ravel(), taut.ravel()), state
+        return np.concatenate([end.rings, end.slips]), states.reshape(state.shape)
+
+    def _free_stiffness(self, tension: Floats) -> Floats:
+        """Of the tendons between wheel and base, where they are taut, shape (m,)."""
+        free = np.array([one.tendon.EA_N / one.tendon.free_length_mm for one in self.model.rig.tendons])
+        toe, pull = np.array([one.tendon.toe_N for one in self.model.rig.tendons]), np.maximum(tension, 0.0)
+        share = np.divide(pull, pull + toe, out=np.ones_like(pull), where=toe > 0.0)
+        return np.where(self.model.by_force, 0.0, free * share)
 
     def _moved(self, q: Floats, step: Floats) -> Floats:
         """Coordinates after a step of the unknowns, or a part of it, of first order in the strains of the flexures.
@@ -293,7 +297,7 @@ class Equilibrium:
                 return Balance(q, forces, state)
             fresh = self.tangent is None or (largest > STALE * before and not fresh)
             if fresh:
-                self._condense(q, drive)
+                self._take_tangent(q)
             step, state = self._step(forces, q, state, drive, settles=settles)
             q, before = self._moved(q, step), largest
             forces = self.forces(q, drive)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_models.load.stepping import jumped
 from fem_models.multibody.spatial.equilibrium import Attempt, Drive
 
 if TYPE_CHECKING:
@@ -18,7 +17,9 @@ if TYPE_CHECKING:
 FIRST, LARGEST, LEAST = 1e-2, 1e10, 1e-10
 """Lengths of pseudo steps, over that in which a joint relaxes: of the first one, and where they end."""
 LONGER, SHORTER = 2.0, 0.25
-"""Factors on the length of a pseudo step after one that was accepted, and after one that was not."""
+"""Most and least factors on the length of a pseudo step from one to the next."""
+BOLD, AIM = 5.0, 0.8
+"""Most that a pseudo step moves the wrist, over what a step of no length may, and the part of it that is aimed at."""
 MOST_STEPS = 2000
 
 
@@ -36,11 +37,12 @@ def relax(stepper: Stepper, load: Drive) -> bool:
             stepper.counts.iterations += solver.iterations
             if found is not None:
                 turned, slid = stepper.strains(found.q).rotation - rotation, stepper.slips(found.q) - slip
-                far = jumped(
-                    float(np.linalg.norm(turned, axis=1).max()), float(np.abs(slid).max()), 0.0, stepper.control
+                far = max(
+                    float(np.linalg.norm(turned, axis=1).max()) / (BOLD * stepper.control.least_rotation),
+                    float(np.abs(slid).max()) / (BOLD * stepper.control.least_slide),
                 )
-            if found is None or far:
-                length *= SHORTER
+            if found is None or far > 1.0:
+                length *= SHORTER if found is None else max(SHORTER, AIM / far)
                 if length < LEAST:
                     return False
                 continue
@@ -52,7 +54,7 @@ def relax(stepper: Stepper, load: Drive) -> bool:
             largest = max(float(np.abs(now[0]).max()) / solver.arm, float(np.abs(now[1]).max()))
             if largest <= solver.tolerance or length >= LARGEST:
                 return True
-            length *= LONGER
+            length *= min(LONGER, AIM / max(far, AIM / LONGER))
         return False
     finally:
         solver.resist(0.0, rotation, slip)

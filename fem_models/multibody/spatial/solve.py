@@ -9,6 +9,7 @@ docs/theory/three-dimensions.md compares both.
 from __future__ import annotations
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fem_models.multibody.spatial.flexures import rotate
 from fem_models.multibody.spatial.stepper import Stepper
@@ -37,7 +38,11 @@ def solve_spatial_multibody(
         A step that does not converge even after ``max_halvings`` halvings, or a closed notch without contact.
     """
     program = program if isinstance(program, SpatialProgram) else SpatialProgram(program)
-    settings = settings or MULTIBODY_SETTINGS
+    with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
+        return _run(rig, program, settings or MULTIBODY_SETTINGS)
+
+
+def _run(rig: SpatialRig, program: SpatialProgram, settings: SpatialSettings) -> SpatialSolution:
     given, samples = program.drives.shape[1], len(program.drives)
     require(given == len(rig.tendons), "drives", f"{given} columns", f"one for each of {len(rig.tendons)} tendons")
     stepper = Stepper(rig, program, settings)

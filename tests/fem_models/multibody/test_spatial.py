@@ -14,9 +14,9 @@ from fem_models.multibody.spatial.flexures import NODE, Flexures, laws_of
 from fem_models.rig import RigError, preset
 from fem_models.rig.checks import SolverError
 from fem_models.rig.effects import Closure, Gravity, Superelastic, TipStop
-from fem_models.rig.joints import Notch
+from fem_models.rig.joints import MeasuredJoint, Notch
 from fem_models.rig.presets_in_space import any_preset
-from fem_models.rig.rig import Friction, with_notch
+from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel, with_notch
 from fem_models.spatial import (
     SpatialProgram,
     SpatialSettings,
@@ -27,6 +27,7 @@ from fem_models.spatial import (
     wheel_drives,
     with_masses,
 )
+from validation.engines.workshop_rigs import workshop_wrist
 
 RIG = preset("du2018")
 CAPSTAN = replace(RIG, friction=Friction(0.1, 0.05, 0.2))
@@ -234,3 +235,35 @@ def test_a_slack_tendon_is_drawn_taut_again():
     assert chain.tensions_N[2, 1].min() < 1e-3
     np.testing.assert_allclose(multibody.bending_deg, chain.bending_deg, atol=0.02)
     np.testing.assert_allclose(multibody.tensions_N, chain.tensions_N, atol=0.02)
+
+
+def test_a_jump_is_that_of_the_chain_in_space():
+    """A joint that the thrust of its tendons pushes aside."""
+    tendon = Tendon(EA_N=2000.0, moment_arm_mm=2.0, free_length_mm=2000.0)
+    bistable = Rig(
+        name="bistable",
+        joint=MeasuredJoint(1, 20.0, 50.0, rigid_gap_mm=10.0),
+        material=Material(),
+        tendon_a=tendon,
+        tendon_b=tendon,
+        wheel=Wheel(10.0),
+        preload_N=18.0,
+        precurvature_deg=5.0,
+    )
+    wrist, drives = spatial_rig(bistable, turns_deg=37.0), wheel_drives([*np.arange(0.0, 9.0), 7.0, 6.0])
+    chain, multibody = solve_spatial(wrist, drives), solve_spatial_multibody(wrist, drives)
+    assert np.count_nonzero(chain.jump) == 1
+    np.testing.assert_array_equal(multibody.jump, chain.jump)
+    np.testing.assert_allclose(multibody.bending_deg, chain.bending_deg, atol=2e-3)
+    np.testing.assert_allclose(multibody.jump_loss_mJ, chain.jump_loss_mJ, rtol=2e-3)
+
+
+def test_wrists_whose_tendons_are_slack_in_part_follow_the_chain():
+    """Friction of wraps alone, tendons with a toe region: segments beside each other are slack and taut."""
+    for number in (28, 51):
+        rig, wheels = workshop_wrist((71, number))
+        wrist, program = of_rig_in_space(rig), WheelProgram(np.array(wheels)).of_tendons(rig)
+        chain, multibody = solve_spatial(wrist, program), solve_spatial_multibody(wrist, program)
+        np.testing.assert_allclose(
+            multibody.bending_deg, chain.bending_deg, atol=2e-3 * np.abs(chain.bending_deg).max()
+        )
