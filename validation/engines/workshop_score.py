@@ -20,7 +20,10 @@ from fem_models.chain import solve_chain
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import ImpossibleError, SolverError
-from validation.engines.workshop_rigs import QUARTER_SAMPLES, workshop_rig
+from fem_models.spatial import WheelProgram, of_rig_in_space, solve_spatial
+from fem_models.spatial.solve import SpatialSolution
+from hysteresis.arrays import Floats
+from validation.engines.workshop_rigs import QUARTER_SAMPLES, workshop_rig, workshop_wrist
 from validation.separation import loop_program, separate
 
 PROCESSES = 2
@@ -89,6 +92,27 @@ def _multibody(seed: int, number: int) -> Outcome:
     return outcome_of(difference)
 
 
+def _wrist(seed: int, number: int) -> Outcome:
+    return outcome_of(lambda: float(np.ptp(_wrist_bending(seed, number, solve_spatial))))
+
+
+def _wrist_multibody(seed: int, number: int) -> Outcome:
+    from fem_models.multibody.spatial import solve_spatial_multibody
+
+    def difference() -> float:
+        chain = _wrist_bending(seed, number, solve_spatial)
+        bodies = _wrist_bending(seed, number, solve_spatial_multibody)
+        return float(np.abs(bodies - chain).max() / np.abs(chain).max())
+
+    return outcome_of(difference)
+
+
+def _wrist_bending(seed: int, number: int, solve: Callable[..., SpatialSolution]) -> Floats:
+    """Bending of a wrist in both planes, shape (samples, 2)."""
+    wrist, drives = workshop_wrist((seed, number))
+    return solve(of_rig_in_space(wrist), WheelProgram(np.array(drives)).of_tendons(wrist)).bending_deg
+
+
 def score(name: str, case: Callable[[int, int], Outcome], seed: int, count: int) -> list[Outcome]:
     """Run cases and print what became of them."""
     with ProcessPoolExecutor(PROCESSES) as pool:
@@ -102,9 +126,17 @@ def score(name: str, case: Callable[[int, int], Outcome], seed: int, count: int)
     return found
 
 
-def numbers(found: Sequence[Outcome]) -> np.ndarray:
+def numbers(found: Sequence[Outcome]) -> Floats:
     """Numbers of the answers, sorted."""
     return np.sort([outcome.number for outcome in found if outcome.kind == "answer"])
+
+
+def _say_alike(found: Sequence[Outcome]) -> None:
+    off = numbers(found)
+    sys.stdout.write(
+        f"  within {100 * ALIKE:g} % of the full scale of the chain: {(off <= ALIKE).sum()} of {off.size}; "
+    )
+    sys.stdout.write(f"largest {', '.join(f'{100 * value:.2g} %' for value in off[-5:])}\n")
 
 
 def main() -> None:
@@ -113,10 +145,9 @@ def main() -> None:
     gaps = numbers(score("chain", _chain, seed, count))
     sys.stdout.write(f"  energy gap: median {np.median(gaps):.1e}, 99 % below {np.quantile(gaps, 0.99):.1e}\n")
     score("separate", _separated, seed, count // 10)
-    off = numbers(score("multibody", _multibody, seed, count // 10))
-    alike = int((off <= ALIKE).sum())
-    sys.stdout.write(f"  within {100 * ALIKE:g} % of the full scale of the chain: {alike} of {off.size}; ")
-    sys.stdout.write(f"largest {', '.join(f'{100 * value:.2g} %' for value in off[-5:])}\n")
+    _say_alike(score("multibody", _multibody, seed, count // 10))
+    score("wrists, chain", _wrist, seed, count // 20)
+    _say_alike(score("wrists, multibody", _wrist_multibody, seed, count // 20))
 
 
 if __name__ == "__main__":
