@@ -32,6 +32,7 @@ from studies.engines import (
     solver_of,
 )
 from studies.own_rig.choice import OwnRigChoice, design_lines
+from studies.own_rig.jumps import jump_lines
 from studies.own_rig.new_record import without_geometry
 from studies.own_rig.strain import Strain, drive_to_angle_mm, strain_lines, strain_of, strain_of_record
 from studies.own_rig.usual import unusual
@@ -45,8 +46,6 @@ if TYPE_CHECKING:
     from studies.report.page import Written
 
 PRESET = "du2018"
-MOST_JUMPS = 6
-"""Most jumps whose drives are said."""
 
 
 def run(
@@ -185,15 +184,6 @@ def simulate(
         )
         remarks = [*remarks, f"ranges along the drive: {bands}"]
     common.show(summary, shown, *remarks, f"record: {out}")
-
-
-def jump_lines(record: Record) -> list[str]:
-    """Say where the tube jumps to another equilibrium; nothing where it does not."""
-    if record.jump is None:
-        return []
-    at = record.drive[record.jump == 1]
-    places = ", ".join(f"{drive:.4g}" for drive in at[:MOST_JUMPS]) + (", ..." if at.size > MOST_JUMPS else "")
-    return [f"the tube jumps at {places} {record.drive_unit}: there is no equilibrium near the one before"]
 
 
 def _of_file(record: Record, rig: RigChoice, preload_N: float) -> Record:

@@ -33,6 +33,7 @@ from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_records, separate_rig
 from studies.commands.tracing import NEXT, trace_loaded, with_ending
 from studies.ensemble import run_ensemble
+from studies.own_rig.jumps import jump_lines
 from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.new_record import without_geometry
 from studies.own_rig.programs import programs_of_report
@@ -241,6 +242,7 @@ def _loop(design: Design, rig: Rig, out: Path, found: _Found, step: Step) -> Non
     solution, loop = write_loop(rig, program, theory, out, name, plain)
     found.records[name] = solution.record
     found.loops.append(loop)
+    found.notes += [f"{name}: {words}" for words in jump_lines(solution.record)]
     first = len(found.loops) == 1
     left_out = [table for table in EFFECT_TABLES if getattr(rig, table) is not None]
     if left_out and first:

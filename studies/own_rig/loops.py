@@ -126,11 +126,11 @@ def strain_summary(rig: Rig, solution: MultibodySolution) -> Strain:
 
 
 def energy_summary(solution: MultibodySolution) -> Energy:
-    """Sum the work of the wheel and the losses over the last cycle."""
+    """Sum the work of the wheel and the losses over the last cycle; what jumps lose is among the viscous ones."""
     s, cycle = solution, solution.record.cycle
     assert cycle is not None
     return energy_of_cycle(
-        cycle, np.array([s.wheel_work_mJ, s.friction_loss_mJ, s.material_loss_mJ, s.viscous_loss_mJ])
+        cycle, np.array([s.wheel_work_mJ, s.friction_loss_mJ, s.material_loss_mJ, s.viscous_loss_mJ + s.jump_loss_mJ])
     )
 
 
