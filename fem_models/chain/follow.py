@@ -42,6 +42,7 @@ from fem_models.load.stepping import (
 )
 from hysteresis.arrays import Floats, Ints, Mask
 
+MOST_LEAPS = 20_000  # over the number of joints, in a run: so long it takes to give a path up
 JUMP_LENGTH = 2.0**-5  # of the longest step: how far beyond the last equilibrium a jump is sought
 HALVINGS_SINCE = 5  # of a step, once the chain has relaxed on its way: a shorter one seldom ends the trouble
 
@@ -256,6 +257,7 @@ class Place(NamedTuple):
     failed: bool  # no step leads on, even to ``reached``
     reached: float
     halvings: int  # of a step, at most
+    leaps: int  # so far
 
 
 @chain_njit()
@@ -298,7 +300,8 @@ def walk(
         if done == 1.0:
             note(k, path, rig, memory, work, motion, run)
             here, done, k = goal, 0.0, k + 1
-    return Place(k, done, here, at, reach, last_direction, wheel_force, wound, steps, failed, reached, start.halvings)
+    last = reach, last_direction, wheel_force, wound, steps, failed, reached, start.halvings, start.leaps
+    return Place(k, done, here, at, *last)
 
 
 @chain_njit()
@@ -316,7 +319,8 @@ def leap(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, 
     copy(motion.x, before)
     lost = motion.energy[JUMP]
     attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=True, relax=0.0)
-    if not relax(rig, memory, work, motion, attempt, control):
+    many = (stuck.leaps + 1) * run.angles.shape[1] > MOST_LEAPS
+    if many or not relax(rig, memory, work, motion, attempt, control):
         return stuck
     rotation, slide = largest_change(before, motion.x)
     if jumped(rotation, slide, step.length, control):
@@ -333,8 +337,9 @@ def leap(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, 
     if done == 1.0:
         note(k, path, rig, memory, work, motion, run)
         here, done, k = goal, 0.0, k + 1
+    steps, leaps = stuck.steps + 1, stuck.leaps + 1
     return Place(
-        k, done, here, load, step.length, math.nan, now, winding, stuck.steps + 1, False, load.drive, HALVINGS_SINCE
+        k, done, here, load, step.length, math.nan, now, winding, steps, False, load.drive, HALVINGS_SINCE, leaps
     )
 
 
@@ -366,7 +371,7 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) ->
     wheel_force = work.tension[0, 0] - work.tension[1, 0]
     wound = wound_in(motion.x, rig, work) if rig.load_control else 0.0
     halvings = path.control.max_halvings
-    place = Place(0, 0.0, here, here, path.control.max_step, 0.0, wheel_force, wound, 1, False, 0.0, halvings)
+    place = Place(0, 0.0, here, here, path.control.max_step, 0.0, wheel_force, wound, 1, False, 0.0, halvings, 0)
     while place.sample < samples and not place.failed:
         if taped and place.steps == tape.part.size:
             tape = cut(tape, place.steps, 2 * place.steps)

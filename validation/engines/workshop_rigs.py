@@ -22,8 +22,10 @@ from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 
 QUARTER_SAMPLES = 22
 """Samples from rest to the largest drive: the paper's number."""
-OPEN = 0.8
-"""Largest mean angle of a joint over that at which its notch closes, of a rig without closure."""
+OPEN = 0.5
+"""Largest mean angle of a joint over that at which its notch closes, of a rig without closure.
+
+Friction lets the joints at the base bend further than the mean."""
 
 
 def workshop_rig(seed: int | tuple[int, ...]) -> tuple[Rig, LoadProgram]:
@@ -52,13 +54,16 @@ def workshop_rig(seed: int | tuple[int, ...]) -> tuple[Rig, LoadProgram]:
         free_length_mm=rng.uniform(50, 800),
         toe_N=10 ** rng.uniform(-1, 1.3) if rng.random() < 1 / 3 else 0.0,
     )
+    two, closes = rng.random() < 0.7, rng.random() < 0.5
+    if two and shape == "rectangular":  # their preload bends it at rest already
+        closes = True
     plateau = rng.uniform(350, 600)
     rig = Rig(
         name=f"workshop {seed}",
         joint=NotchedTube(Tube(outer, inner), notch),
         material=Material(rng.uniform(30, 75), 0.33, rng.choice([0.0, rng.uniform(0.05, 0.4)]), rng.uniform(1, 3)),
         tendon_a=tendon,
-        tendon_b=tendon if rng.random() < 0.7 else None,
+        tendon_b=tendon if two else None,
         wheel=Wheel(rng.uniform(4, 20)),
         preload_N=preload,
         friction=Friction(
@@ -68,7 +73,7 @@ def workshop_rig(seed: int | tuple[int, ...]) -> tuple[Rig, LoadProgram]:
             rest_wrap_deg=float(rng.choice([0.0, rng.uniform(0, 90)])),
         ),
         superelastic=Superelastic(plateau, rng.uniform(0.3, 0.8) * plateau) if rng.random() < 1 / 3 else None,
-        closure=Closure(10 ** rng.uniform(2, 4)) if rng.random() < 0.5 else None,
+        closure=Closure(10 ** rng.uniform(2, 4)) if closes else None,
         backlash=Backlash(rng.uniform(0.01, 0.1)) if rng.random() < 0.25 else None,
     )
     bend = np.radians(rng.uniform(10, 60))
