@@ -64,10 +64,22 @@ class Work(NamedTuple):
     limit: Floats  # (2, N)
     state: Floats  # (2, N) of the guides: 0 sticks, 1 or -1 slides, the sign being that of the friction
     x_before: Floats  # (3 N + 3,) at the last equilibrium
+    x_last: Floats  # (3 N + 3,) at the last pseudo step of a jump
     guess: Floats  # (2,) tension between wheel and base to start from
     rows: Floats  # (ROWS, N), of every joint and of the guide before it
     swept: Floats  # (N, SWEPT)
     sections: Floats  # (N, ROW), see :func:`fem_models.chain.section.with_section`
+
+
+class Pace(NamedTuple):
+    """How fast a step is, 1/s, 0 without: for drag, for the heat of superelastic sections, in a jump's pseudo-time.
+
+    Drag counts from ``Work.x_before``, the viscous forces of a jump from ``Work.x_last``.
+    """
+
+    drag: float
+    heat: float
+    relax: float
 
 
 class Balance(NamedTuple):
@@ -97,6 +109,7 @@ def work_space(rig: Parameters, joints: int) -> Work:
         limit=np.zeros((2, joints)),
         state=np.zeros((2, joints)),
         x_before=np.zeros(size),
+        x_last=np.zeros(size),
         guess=np.array(rig.preload),
         rows=np.zeros((ROWS, joints)),
         swept=np.zeros((joints, SWEPT)),
@@ -109,6 +122,14 @@ def copy(values: Floats, out: Floats) -> None:
     """Copy a row; an assignment of slices takes many times as long for rows as short as these."""
     for i in range(out.size):
         out[i] = values[i]
+
+
+@chain_njit(forceinline=True)
+def copy_rows(values: Floats, out: Floats) -> None:
+    """Copy an array of two dimensions."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = values[i, j]
 
 
 @chain_njit(forceinline=True)
@@ -256,12 +277,12 @@ def bend_joints(x: Floats, rig: Parameters, memory: Memory, load: Load, rows: Fl
 
 @chain_njit(forceinline=True)
 def guide_balance(
-    side: int, x: Floats, rig: Parameters, memory: Memory, work: Work, guide: Guide, settle: bool
+    side: int, x: Floats, rig: Parameters, memory: Memory, work: Work, guide: Guide, ease: float, settle: bool
 ) -> float:
     """Fill residual and slopes of one guide and tendon: tension before less tension beyond less friction, N.
 
     With ``settle`` the guide sticks or slides first, by its force. A state that contradicts the force even so counts as
-    a residual above the tolerance. Returns the residual's size.
+    a residual above the tolerance. ``ease`` is the viscous coefficient of a jump, N/mm. Returns the residual's size.
     """
     i, near, far, rows = guide.number, guide.near.tension[side], guide.far.tension[side], work.rows
     at = 3 * i + 1 + side
@@ -275,11 +296,11 @@ def guide_balance(
         work.state[side, i] = state
     work.limit[side, i] = limit
     dry = friction(state, force, bristle, total, guide)
-    off = near - far - dry.force - guide.drag * (x[at] - work.x_before[at])
+    off = near - far - dry.force - guide.drag * (x[at] - work.x_before[at]) - ease * (x[at] - work.x_last[at])
     stiffness = rig.segment[side] if rig.segment[side] > 0.0 else rig.segment[0]
     work.residual[at] = off
     rows[SLIDES + side, i] = dry.by_tension
-    rows[HOLDS + side, i] = dry.by_slip + guide.drag + OPEN_STIFFNESS * stiffness
+    rows[HOLDS + side, i] = dry.by_slip + guide.drag + ease + OPEN_STIFFNESS * stiffness
     rows[BY_WRAP + side, i] = dry.by_wrap
     if next_state(state, force, limit, rig.tolerance) != state:
         return max(abs(off), 2.0 * rig.tolerance)
@@ -287,14 +308,11 @@ def guide_balance(
 
 
 @chain_njit(forceinline=True)
-def balance_at(
-    x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, relax: float, settle: bool
-) -> Balance:
+def balance_at(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, pace: Pace, settle: bool) -> Balance:
     """Fill residuals at x, and the slopes of which a tangent is made.
 
     Row by row: the base does not rotate; each guide's balance of tensions; each joint's balance of moments; the tendons
-    are anchored at the tip. ``rate`` is 1/s of the step for drag, 0 without; ``relax`` is as of
-    :class:`fem_models.chain.newton.Attempt`; ``settle`` as in :func:`guide_balance`.
+    are anchored at the tip. ``settle`` as in :func:`guide_balance`.
     """
     b, n, rows, tension = work.residual, memory.guides.shape[1], work.rows, work.tension
     outside = loaded(rig) or rig.stop_stiffness != 0.0
@@ -305,10 +323,10 @@ def balance_at(
     tension[0, 0], tension[1, 0] = near.tension
     alike, drag, largest = (
         crossing(rig.rest, rig).length,
-        rate * rig.drag_joint + relax * viscous_of(0, rig),
+        pace.drag * rig.drag_joint,
         0.0,
     )  # where tendons have their lengths
-    viscous = relax * viscous_of(1, rig)
+    turning, ease = pace.relax * viscous_of(0, rig), pace.relax * viscous_of(1, rig)
     for i in range(n):  # guide i, and the segment and joint i + 1 beyond it
         own, rest = joint_at(rig, i), rest_path(rig, i, alike)
         u = 3 * i + 1  # slips at this guide are at u and u + 1, at the next one at v and v + 1; the joint is at row
@@ -317,7 +335,7 @@ def balance_at(
         path = crossing_at(rows[SINE, i], rows[COSINE, i], own)
         stretch = x[u] - x[v] - path.length[0] + rest[0], x[u + 1] - x[v + 1] - path.length[1] + rest[1]
         if memory.fibre_area.size > 0:
-            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION, rate)
+            bend = Bend(theta - load.rest_angle, stretch, path.lever, BY_TENSION, pace.heat)
             far, bent, stiff = with_section(i, bend, own, memory, work.sections[i])
             moment += bent
             rows[STIFF, i] += stiff
@@ -328,20 +346,22 @@ def balance_at(
         off = moment - ta * path.lever[0] - tb * path.lever[1]
         if drag > 0.0:
             off += drag * (theta - work.x_before[row])
+        if turning > 0.0:
+            off += turning * (theta - work.x_last[row])
         if outside:
             off -= work.external[i]
         b[row] = off
         largest = max(largest, abs(off) * (1.0 / own.arm[0]))
-        rows[STIFF, i] += drag - ta * path.bow[0] - tb * path.bow[1]
+        rows[STIFF, i] += drag + turning - ta * path.bow[0] - tb * path.bow[1]
         rows[STIFF, i] -= path.lever[0] * far.by_angle[0] + path.lever[1] * far.by_angle[1]
         rows[OWN, i], rows[OWN + 1, i] = far.own
         rows[CROSS, i] = far.cross
         rows[TURN, i], rows[TURN + 1, i] = far.by_angle
-        guide = guide_at(i, rows[RATIO, i], near, far, rig, load.friction_scale, rate, viscous)
+        guide = guide_at(i, rows[RATIO, i], near, far, rig, load.friction_scale, pace.drag)
         largest = max(
             largest,
-            guide_balance(0, x, rig, memory, work, guide, settle),
-            guide_balance(1, x, rig, memory, work, guide, settle),
+            guide_balance(0, x, rig, memory, work, guide, ease, settle),
+            guide_balance(1, x, rig, memory, work, guide, ease, settle),
         )
         near = far
     return Balance(largest=largest, stop_stiffness=stop, outside=stop > 0.0 or loaded(rig), free=free.own)
@@ -389,7 +409,7 @@ def fill_tangent(x: Floats, work: Work, balance: Balance) -> None:
 
 @chain_njit()
 def assemble(x: Floats, rig: Parameters, memory: Memory, load: Load, work: Work, rate: float, settle: bool) -> Balance:
-    """Fill residual and tangent at x; arguments as of :func:`balance_at`."""
-    balance = balance_at(x, rig, memory, load, work, rate, 0.0, settle)
+    """Fill residual and tangent at x; ``rate`` is 1/s of the step, 0 without, the rest as of :func:`balance_at`."""
+    balance = balance_at(x, rig, memory, load, work, Pace(rate, rate, 0.0), settle)
     fill_tangent(x, work, balance)
     return balance

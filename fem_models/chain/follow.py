@@ -13,7 +13,7 @@ import numpy as np
 
 from fem_models.chain.compiled import chain_njit
 from fem_models.chain.each import joint_at
-from fem_models.chain.equations import Work, copy, copy_both, work_space
+from fem_models.chain.equations import Pace, Work, copy, copy_both, copy_rows, work_space
 from fem_models.chain.history import (
     DRAG,
     FRICTION,
@@ -275,7 +275,7 @@ def walk(
         load = step.load
         rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
         guess(motion, work, step.length, direction == last_direction)
-        attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=step.fine, relax=0.0)
+        attempt = Attempt(load=load, pace=Pace(rate, rate, 0.0), iterations=path.iterations, fine=step.fine)
         found = newton(motion.trial, rig, memory, work, motion.state, attempt) >= 0
         rotation, slide = largest_change(motion.x, motion.trial)
         bound = step.length + released_mm(rig, work, motion.drag)
@@ -287,6 +287,8 @@ def walk(
             continue
         learn(motion, work, step.length, direction, last_direction)
         accept(rig, memory, work, motion, load, rate)
+        if run.longer.shape[1] > 0:
+            copy_rows(work.sections, motion.sections)
         for i in range(run.coldest.size):
             run.coldest[i] = min(run.coldest[i], memory.fibres[i, -1])
         if room > 0:
@@ -317,13 +319,13 @@ def leap(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, 
     load, at = step.load, stuck.at
     rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
     copy(motion.x, before)
-    lost = motion.energy[JUMP]
-    attempt = Attempt(load=load, rate=rate, iterations=path.iterations, fine=True, relax=0.0)
+    lost, bound = motion.energy[JUMP], step.length + released_mm(rig, work, motion.drag)
+    attempt = Attempt(load=load, pace=Pace(rate, rate, 0.0), iterations=path.iterations, fine=True)
     many = (stuck.leaps + 1) * run.angles.shape[1] > MOST_LEAPS
     if many or not relax(rig, memory, work, motion, attempt, control):
         return stuck
     rotation, slide = largest_change(before, motion.x)
-    if jumped(rotation, slide, step.length, control):
+    if jumped(rotation, slide, bound, control):
         run.jumps[k] = True
     else:
         motion.energy[JUMP] = lost
@@ -352,14 +354,14 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) ->
     joints, samples, taped = run.angles.shape[1], path.drive.size, tape.part.size > 0
     motion, work = motion_at_rest(rig, joints), work_space(rig, joints)
     here = at_rest(rig.rest)
-    start = Attempt(load=here, rate=0.0, iterations=10 * path.iterations, fine=True, relax=0.0)
+    start = Attempt(load=here, pace=Pace(0.0, 0.0, 0.0), iterations=10 * path.iterations, fine=True)
     straight = motion_at_rest(rig, joints)
     if newton(motion.x, rig, memory, work, work.state, start) >= 0:
         motion.limit[:] = work.limit
         motion.state[:] = work.state
         accept(rig, memory, work, motion, here, 0.0)
+        copy_rows(work.sections, motion.sections)
     else:  # it is let go slowly
-        work.sections[:] = 0.0
         copy(straight.x, motion.x)
         if not relax(rig, memory, work, motion, start, path.control):
             return Failure(sample=0, start=0.0, end=0.0), tape

@@ -13,7 +13,7 @@ from fem_models.chain.equations import Work
 from fem_models.chain.fibres import transform
 from fem_models.chain.laws import flag_element, flag_moment
 from fem_models.chain.parameters import Memory, Parameters
-from fem_models.chain.section import BENT, LONGER
+from fem_models.chain.section import BENT, LONGER, ROW
 from fem_models.load.stepping import Load
 from hysteresis.arrays import Floats
 
@@ -32,6 +32,7 @@ class Motion(NamedTuple):
     front_speed: Floats  # (2,)
     drag: Floats  # (3 N + 3,), forces of the dashpots
     lag: Floats  # (3 N + 3,), viscous forces of a jump
+    sections: Floats  # (N, ROW), those of the work
     crept: Floats  # (2,)
     energy: Floats  # (5,), by what took it
 
@@ -53,6 +54,7 @@ def motion_at_rest(rig: Parameters, joints: int) -> Motion:
         front_speed=np.zeros(2),
         drag=np.zeros(size),
         lag=np.zeros(size),
+        sections=np.zeros((joints, ROW)),
         crept=np.zeros(2),
         energy=np.zeros(5),
     )
@@ -68,13 +70,31 @@ def drag_loss(i: int, viscous: float, x: Floats, work: Work, drag: Floats) -> fl
 
 @chain_njit()
 def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Load, rate: float) -> None:
-    """Move the rest points of what has slipped, and book the losses in guides, material and by drag, mJ.
+    """Take up a step: what has slipped, and the losses in guides, material and by drag, mJ; ``rate`` is 1/s of it."""
+    move_on(rig, memory, work, motion, load, rate)
+    book_drag(rig, work, motion, rate)
 
-    The force of a sliding guide changes from its limit at the last equilibrium to the present one, that of a dashpot
-    likewise: their mean is booked. A flag gives back less on unloading than it takes at its plateau.
+
+@chain_njit()
+def book_drag(rig: Parameters, work: Work, motion: Motion, rate: float) -> None:
+    """Note the forces of the dashpots since ``Work.x_before``, and book their losses."""
+    x, drag, viscous = motion.x, motion.drag, 0.0
+    for side in range(2):
+        viscous += drag_loss(1 + side, rate * rig.drag_sheath, x, work, drag)
+    for i in range(3, x.size, 3):
+        viscous += drag_loss(i, rate * rig.drag_joint, x, work, drag)
+    motion.energy[DRAG] += viscous
+
+
+@chain_njit()
+def move_on(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Load, rate: float) -> None:
+    """Move the rest points of what has slipped, and book the losses in guides and material, mJ.
+
+    The force of a sliding guide changes from its limit at the last equilibrium to the present one; the mean is booked.
+    A flag gives back less on unloading than it takes at its plateau. ``rate`` is 1/s, for heat.
     """
-    x, drag, n = motion.x, motion.drag, memory.guides.shape[1]
-    lost = material = viscous = 0.0
+    x, n = motion.x, memory.guides.shape[1]
+    lost = material = 0.0
     for side in range(2):
         stiffness = rig.bristle[side]
         for i in range(n):
@@ -84,10 +104,8 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
                 memory.guides[side, i] += slid
                 lost += 0.5 * (limit + motion.limit[side, i]) * abs(slid)
             motion.limit[side, i] = limit
-        viscous += drag_loss(1 + side, rate * rig.drag_sheath, x, work, drag)
     for i in range(n):
         theta = x[3 * i + 3]
-        viscous += drag_loss(3 * i + 3, rate * rig.drag_joint, x, work, drag)
         for j in range(memory.slip_moment.size):
             stiffness = loop_part(rig, i) * memory.jenkins_stiffness[j]
             limit = loop_part(rig, i) * (load.loop_scale * memory.slip_moment[j])
@@ -106,7 +124,6 @@ def accept(rig: Parameters, memory: Memory, work: Work, motion: Motion, load: Lo
             material += transform(i, work.sections[i, BENT], work.sections[i, LONGER], joint_at(rig, i), memory, rate)
     motion.energy[FRICTION] += lost
     motion.energy[MATERIAL] += material
-    motion.energy[DRAG] += viscous
 
 
 @chain_njit()

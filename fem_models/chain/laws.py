@@ -175,17 +175,12 @@ def wrap(i: int, before: float, theta: float, rig: Parameters) -> float:
 
 
 @chain_njit(forceinline=True)
-def guide_at(
-    i: int, ratio: float, near: Span, far: Span, rig: Parameters, scale: float, rate: float, viscous: float
-) -> Guide:
-    """Guide i; ``scale`` is the factor of its friction, ``rate`` is 1/s of the step, 0 without drag.
-
-    ``viscous`` is the drag of a jump, N/mm.
-    """
-    constant, drag = rig.guide, viscous
+def guide_at(i: int, ratio: float, near: Span, far: Span, rig: Parameters, scale: float, rate: float) -> Guide:
+    """Guide i; ``scale`` is the factor of its friction, ``rate`` is 1/s of the step, 0 without drag."""
+    constant, drag = rig.guide, 0.0
     if i == 0:
         constant += rig.sheath
-        drag += rate * rig.drag_sheath
+        drag = rate * rig.drag_sheath
     return Guide(
         number=i, near=near, far=far, constant=scale * constant, ratio=ratio, capstan=scale * rig.capstan, drag=drag
     )

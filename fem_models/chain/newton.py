@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fem_models.chain.compiled import chain_njit
-from fem_models.chain.equations import BAND, Balance, Work, balance_at, copy, fill_tangent
+from fem_models.chain.equations import BAND, Balance, Pace, Work, balance_at, copy, fill_tangent
 from fem_models.chain.parameters import Memory, Parameters
 from fem_models.chain.sweep import sweep
 from fem_models.load.stepping import Load
@@ -25,10 +25,9 @@ class Attempt(NamedTuple):
     """A step from the last equilibrium to a load, as Newton's method tries it."""
 
     load: Load
-    rate: float  # 1/s of the step, for drag; 0 without
+    pace: Pace
     iterations: int
     fine: bool  # a step that is not may not let a tendon begin to slide at the base
-    relax: float  # over pseudo-time, of a jump: see fem_models.chain.jump
 
 
 @chain_njit(error_model="python")  # a zero pivot raises ZeroDivisionError
@@ -108,7 +107,7 @@ def newton(x: Floats, rig: Parameters, memory: Memory, work: Work, before: Float
     """
     b = work.residual
     for iteration in range(attempt.iterations):
-        balance = balance_at(x, rig, memory, attempt.load, work, attempt.rate, attempt.relax, iteration > 0)
+        balance = balance_at(x, rig, memory, attempt.load, work, attempt.pace, iteration > 0)
         if iteration > 0 and not attempt.fine and base_slides(before, work.state):
             return -1
         if balance.largest <= rig.tolerance:

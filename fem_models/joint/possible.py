@@ -57,7 +57,8 @@ def require_possible(rig: Rig, joints: JointRow) -> None:
     if rig.preload_N == 0.0 or _is_far(rig, joints):
         return
     one_sided = joints.first.one_sided
-    if rig.tendon_b is not None and not one_sided and rig.precurvature_deg == 0.0:  # others bend at rest
+    held = any(getattr(rig, name) is not None for name in ("gravity", "tip_load", "tip_mass", "tip_stop"))
+    if rig.tendon_b is not None and not one_sided and rig.precurvature_deg == 0.0 and not held:  # others bend at rest
         _require_straight(rig, joints)
     bends = rig.tendon_b is None or one_sided
     if bends and rig.closure is None and joints.first.closure_angle_rad < math.inf:

@@ -242,11 +242,15 @@ def _warnings(found: Contributions) -> list[str]:
         words.append(
             f"energy: the parts differ from the losses by {found.closure_percent:+.2f} %: expected at most 1 %"
         )
-    if MOVING < found.moved < math.inf:
-        words.append(
-            f"tendon elasticity cannot be switched off: with tendons ten times as stiff a share still moves by "
-            f"{100 * found.moved:.2g} % of the largest; such tendons jam on one wheel"
+    if not found.whole.is_lossless and (found.moved > MOVING or not found.is_balanced):
+        still = (
+            "" if found.moved == math.inf else f", and with ten times that a share moves by {100 * found.moved:.2g} %"
         )
+        words.append(
+            "tendon elasticity cannot be switched off: the tendons of this rig jam on one wheel if they are stiffer. "
+            f"The shares are those with {found.stiffened:.3g} times their EA{still}: read the loops, not the shares"
+        )
+        return words
     residual = found.residual_percent
     if residual is not None and residual > RIGID_PERCENT:
         words.append(

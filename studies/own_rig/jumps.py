@@ -14,4 +14,4 @@ def jump_lines(record: Record) -> list[str]:
         return []
     at = record.drive[record.jump == 1]
     places = ", ".join(f"{drive:.4g}" for drive in at[:MOST_PLACES]) + (", ..." if at.size > MOST_PLACES else "")
-    return [f"the tube jumps at {places} {record.drive_unit}: there is no equilibrium near the one before"]
+    return [f"the tube jumps at {places} {record.drive_unit}: it snaps to another shape there"]

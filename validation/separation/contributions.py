@@ -143,7 +143,9 @@ class Contributions:
     Parameters
     ----------
     softer
-        How much softer the stiffened tendons are than :data:`RIGID` says.
+        How many times softer the stiffened tendons are than :data:`RIGID` says.
+    stiffened
+        EA of a tendon whose elasticity is off, over its own.
     moved
         Largest change of a share of width or energy from the last tenfold EA, over 1 or the largest share; infinite
         where there was one step only.
@@ -153,6 +155,7 @@ class Contributions:
     has_play: bool = False
     softer: float = 1.0
     moved: float = 0.0
+    stiffened: float = math.inf
 
     @property
     def whole(self) -> Loop:
@@ -161,10 +164,11 @@ class Contributions:
 
     @property
     def is_balanced(self) -> bool:
-        """Whether in every loop the work of the wheel is what was lost; of a rig without losses always."""
+        """Whether in every loop with stiffened tendons the work is what was lost; of a rig without losses always."""
         return self.whole.is_lossless or all(
             abs(loop.dissipated_mJ - loop.lost_mJ) <= UNBALANCED * (self.whole.lost_mJ + loop.lost_mJ)
-            for loop in self.loops.values()
+            for on, loop in self.loops.items()
+            if "tendon_elasticity" not in on
         )
 
     def values(self, name: str) -> dict[frozenset[str], float]:
@@ -334,7 +338,7 @@ def separate(
     def at(level: float) -> Contributions:
         stiffened = {on: _loop_with(rig, on, level, program, solve) for on in SETS if on not in with_own}
         loops = {on: with_own[on] if on in with_own else stiffened[on] for on in SETS}
-        return Contributions(loops, rig.backlash is not None, level, math.inf)
+        return Contributions(loops, rig.backlash is not None, level, math.inf, _stiffened(rig, level))
 
     if softer is not None:
         return at(softer)
@@ -363,8 +367,13 @@ def _followed(at: Callable[[float], Contributions], level: float) -> Contributio
 
 def _levels(rig: Rig) -> list[float]:
     """Values of ``softer`` on the way to inextensible tendons, the first one largest."""
-    grows = max(_rigid(rig, tendon).EA_N / tendon.EA_N for tendon in rig.tendons)
+    grows = _stiffened(rig, 1.0)
     return [10.0**k for k in range(max(1, round(math.log10(grows / FIRST_STIFFENED))), -1, -1)]
+
+
+def _stiffened(rig: Rig, softer: float) -> float:
+    """EA of a tendon whose elasticity is off, over its own."""
+    return max(_rigid(rig, tendon, softer).EA_N / tendon.EA_N for tendon in rig.tendons)
 
 
 def _moved(one: Contributions, other: Contributions) -> float:
@@ -384,8 +393,8 @@ def _loop_with(rig: Rig, on: frozenset[str], softer: float, program: LoadProgram
     try:
         try:
             return closed_loop(one, program, solve)
-        except ClosedNotchError:
-            if on == SETS[-1]:
+        except (ClosedNotchError, RigError):  # before the run, or in it
+            if on == SETS[-1] or one.closure is not None:
                 raise
             return closed_loop(replace(one, closure=OPEN_ENDED), program, solve)
     except SolverError as error:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem_models.chain.equations import BAND, BAND_OF_JOINTS, assemble, work_space
+from fem_models.chain.equations import BAND, BAND_OF_JOINTS, Pace, assemble, work_space
 from fem_models.chain.fibres import transform
 from fem_models.chain.newton import Attempt, newton
 from fem_models.chain.parameters import ChainSettings, chain_parameters, memory_at_rest
@@ -107,7 +107,7 @@ def test_a_residual_without_a_number_has_not_converged():
     parameters, memory = chain_parameters(rig, joint, ChainSettings()), memory_at_rest(rig, joint)
     work = work_space(parameters, n)
     load = Load(drive=0.1, slack=(0.0, 0.0), loop_scale=1.0, friction_scale=1.0, rest_angle=0.0, time=0.0, dead=1.0)
-    attempt = Attempt(load, 0.0, 30, True, 0.0)
+    attempt = Attempt(load, Pace(0.0, 0.0, 0.0), 30, True)
     x = np.zeros(3 * (n + 1))
     assert newton(x.copy(), parameters, memory, work, np.zeros((2, n)), attempt) >= 0
     assert newton(np.full_like(x, np.nan), parameters, memory, work, np.zeros((2, n)), attempt) == -1
