@@ -208,7 +208,6 @@ def followed(rig: Rig, case: ChainCase, *, taped: bool = False) -> tuple[Run, Ta
         hint = snap_hint(rig, load_control=parameters.load_control)
         raise SolverError(f"rig {rig.name}, sample {failed.sample} of {m}: no equilibrium {between}{hint}")
     require_open(rig, joints, run.angles)
-    require_unfolded(rig, run.angles)
     require_warm(rig, joints.first.section, run.coldest[None])
     return run, tape
 
@@ -224,6 +223,7 @@ def _solution(rig: Rig, joints: JointRow, program: LoadProgram | Floats, run: Ru
         tip_mm=tip_mm(rig, joints, run),
         jump=run.jumps,
     )
+    require_unfolded(rig, run.angles)
     strain = peak_strain(joints, run.angles, run.longer if joints.first.section else None)
     wheel, friction, material, drag, jump = run.energies.T
     warming = run.warming if run.warming.size else None

@@ -363,7 +363,7 @@ def _add_segments(
     backbone: _Backbone,
     slip: list[int],
     lead_pitches: float,
-) -> tuple[list[int], list[SegmentLaws]]:
+) -> list[tuple[int, SegmentLaws]]:
     """Tendon from guide to guide: through the ring's hole, across the notch, into the next ring's hole.
 
     Exudyn's connector divides by its present length at rest, which slip changes, so that its force would grow with the
@@ -375,7 +375,7 @@ def _add_segments(
     tendon's slip at each guide towards the wheel, the anchor at the tip last.
     """
     tendon, half_angle = rig.tendons[0 if side > 0 else 1], 0.5 * joints.first.rest_angle_rad
-    out, laws_of, lengths, before = list[int](), list[SegmentLaws](), joints.lengths.segments.tolist(), 0.0
+    out, lengths, before = list[tuple[int, SegmentLaws]](), joints.lengths.segments.tolist(), 0.0
     for i, (near, far) in enumerate(pairwise(backbone.rings)):
         joint, pitch = joints.each[i], lengths[i]
         y_mm, half_gap = side * (joint.arms_mm.a if side > 0 else joint.arms_mm.b), 0.5 * joint.rigid_gap_mm
@@ -403,16 +403,14 @@ def _add_segments(
             sheavesAxes=exu.Vector3DList([[0, 0, 1]] * len(path)),
             sheavesRadii=[0.0] * len(path),
         )
-        out.append(int(mbs.AddObject(segment)))
         stiffness, part = segment.stiffnessPerLength, 1.0 if keeps_tension(rig, tendon) else SLACK
-        laws_of.append(
-            SegmentLaws(
-                pulls={"stiffnessPerLength": stiffness, "regularizationForce": segment.regularizationForce},
-                taut={"stiffnessPerLength": stiffness, "regularizationForce": -1.0},
-                slack={"stiffnessPerLength": part * stiffness, "regularizationForce": -1.0},
-            )
+        law = SegmentLaws(
+            pulls={"stiffnessPerLength": stiffness, "regularizationForce": segment.regularizationForce},
+            taut={"stiffnessPerLength": stiffness, "regularizationForce": -1.0},
+            slack={"stiffnessPerLength": part * stiffness, "regularizationForce": -1.0},
         )
-    return out, laws_of
+        out.append((int(mbs.AddObject(segment)), law))
+    return out
 
 
 def _add_surroundings(mbs: Any, rig: Rig, joints: JointRow, rings: list[Ring]) -> list[DeadLoad]:
@@ -473,23 +471,20 @@ def assemble(
 ) -> Model:
     """Build the system of a rig, straight and preloaded; ``bristle_ratio`` as in :func:`bristle_N_per_mm`.
 
-    ``inertia`` is that of every ring that moves; all other coordinates have no mass. Under load control forces act on
-    the tendons at the base, in place of the wheel. ``lead_pitches`` is that of the settings.
+    ``inertia`` is that of every ring that moves; nothing else has mass. Under load control forces act at the base.
     """
     mbs = exu.SystemContainer().AddSystem()
     ground = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
     backbone = _add_backbone(mbs, rig, joints, ground, inertia)
     wheel, wheel_marker = _add_wheel(mbs, ground)
-    free_spans, forces, segments, segment_laws, guides, slip_nodes, dashpots = [], [], [], [], [], [], []
+    free_spans, forces, segments, guides, slip_nodes, dashpots = [], [], [], [], [], []
     for side, tendon in zip((1, -1), rig.tendons, strict=False):
         nodes, markers = map(list, zip(*(_scalar_node(mbs) for _ in range(rig.joints)), strict=True))
         if load_control:
             forces.append(int(mbs.AddLoad(items.LoadCoordinate(markerNumber=markers[0], load=rig.preload_N))))
         else:
             free_spans.append(_add_free_span(mbs, rig, side, markers[0], wheel_marker))
-        added = _add_segments(mbs, rig, joints, side, backbone, [*markers, ground], lead_pitches)
-        segments += added[0]
-        segment_laws += added[1]
+        segments += _add_segments(mbs, rig, joints, side, backbone, [*markers, ground], lead_pitches)
         guides += _add_guides(mbs, rig, tendon, bristle_ratio, ground, markers)
         slip_nodes += nodes
         dashpots += [_dashpot(mbs, [ground, markers[0]])] if rig.drag else []
@@ -504,8 +499,8 @@ def assemble(
         free_spans=free_spans,
         forces=forces,
         dead=dead,
-        segments=segments,
-        segment_laws=segment_laws,
+        segments=[number for number, _ in segments],
+        segment_laws=[law for _, law in segments],
         guides=guides,
         beams=backbone.beams,
         jenkins=backbone.jenkins,

@@ -44,7 +44,9 @@ sys.exit(cli.call(["effects"]))
 
 
 def started(code, *arguments, **environment):
-    python = [sys.executable, "-c", code, *map(str, arguments)]
+    """Start Python with the signals of a terminal: a shell's background jobs ignore Ctrl-C."""
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    python = [sys.executable, "-c", heard + code, *map(str, arguments)]
     return subprocess.Popen(
         python, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, **environment}
     )
