@@ -26,7 +26,7 @@ from fem_models.chain.follow import Path, Run, Tape, follow, tape_of
 from fem_models.chain.parameters import ChainSettings, Parameters, chain_parameters, memory_at_rest
 from fem_models.chain.turns import tip_reach
 from fem_models.joint import JointRow, joint_row
-from fem_models.joint.contact import require_open, require_unfolded
+from fem_models.joint.contact import require_open
 from fem_models.joint.possible import require_possible, require_strain
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import elongation_under_mm, require_warm
@@ -223,7 +223,6 @@ def _solution(rig: Rig, joints: JointRow, program: LoadProgram | Floats, run: Ru
         tip_mm=tip_mm(rig, joints, run),
         jump=run.jumps,
     )
-    require_unfolded(rig, run.angles)
     strain = peak_strain(joints, run.angles, run.longer if joints.first.section else None)
     wheel, friction, material, drag, jump = run.energies.T
     warming = run.warming if run.warming.size else None

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_models.joint import joint_row
-from fem_models.joint.contact import require_open, require_unfolded
+from fem_models.joint.contact import require_open
 from fem_models.joint.possible import require_possible, require_strain
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.superelastic_section import require_warm
@@ -151,7 +151,6 @@ def _run(
         energy[k] = work, lost.friction, lost.material, lost.drag, lost.jump
     angles = np.diff(rotation, axis=1)
     require_open(rig, stepper.joints, angles)
-    require_unfolded(rig, angles)
     require_warm(rig, stepper.joints.first.section, stepper.material.heat.coldest[None])
     record = simulated_record(
         "multibody",

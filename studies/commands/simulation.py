@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 from rich.table import Table
 
+from fem_models.joint.contact import require_unfolded
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.in_space import RigInSpace
@@ -161,7 +163,7 @@ def simulate(
             record, strain = _simulate(chosen, load, engine, dynamic, count)
         only_times = load.time_s is not None and not _rate_matters(chosen, engine, dynamic)
         remarks = ["quasi-static: the rate sets the times only"] if only_times else []
-    write_record(_of_file(record, rig, chosen.preload_N), out)
+    _write(record, chosen, rig, out)
     remarks = [*jump_lines(record), *remarks]
     summary = to_plain(loop_summary(record), finite=False)
     shown = values_table(summary)
@@ -184,6 +186,13 @@ def simulate(
         )
         remarks = [*remarks, f"ranges along the drive: {bands}"]
     common.show(summary, shown, *remarks, f"record: {out}")
+
+
+def _write(record: Record, chosen: Rig, rig: RigChoice, out: Path) -> None:
+    """Write a record, unless the tube folds over."""
+    if record.notches_deg is not None:
+        require_unfolded(chosen, np.radians(record.notches_deg))
+    write_record(_of_file(record, rig, chosen.preload_N), out)
 
 
 def _of_file(record: Record, rig: RigChoice, preload_N: float) -> Record:
