@@ -54,7 +54,7 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit(130)
     use_one_blas_thread()
-    from studies.stops import StoppedError, end, stoppable, watch
+    from studies.stops import StoppedError, end, leave, stoppable, watch
 
     watch()
     try:
@@ -63,4 +63,4 @@ def main() -> None:
 
             run()
     except StoppedError as stop:
-        sys.exit(end(stop))
+        leave(end(stop))

@@ -11,6 +11,7 @@ written whole or not at all, those of the cache of compiled kernels, too.
 from __future__ import annotations
 
 import _thread
+import atexit
 import os
 import signal
 import socket
@@ -19,9 +20,10 @@ import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from types import FrameType
+from typing import NoReturn
 
 GRACE_S = 1.0
 """Time that a command has to end by itself while kernels are compiled."""
@@ -55,6 +57,7 @@ class _State:
     kind: type[KeyboardInterrupt] | None = None
     arrived: bool = False  # the exception, where it is turned into a line
     told: bool = False
+    code: int | None = None  # of a process that leaves after a stop
 
     @property
     def dropped(self) -> bool:
@@ -91,6 +94,25 @@ def end(stopped: StoppedError) -> int:
     return stopped.code
 
 
+def leave(code: int) -> NoReturn:
+    """Exit the process; after a stop, without destroying what libraries hold.
+
+    A compiler that was left half way may crash when its objects are destroyed.
+    """
+    if _state.told:
+        _state.code = code
+    sys.exit(code)
+
+
+def _skip_destructors() -> None:
+    """End a process that leaves after a stop: the last of Python's exit functions."""
+    if _state.code is not None:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):  # closed, or a pipe that nobody reads
+                stream.flush()
+        os._exit(_state.code)
+
+
 def _tell(stopped: StoppedError) -> None:
     _state.told = _state.arrived = True
     print(f"notchbend: {_one_line(str(stopped))}", file=sys.stderr, flush=True)  # noqa: T201
@@ -114,6 +136,7 @@ def watch() -> None:
     if _state.watched:
         return
     _state.watched = True
+    atexit.register(_skip_destructors)  # the first to be registered runs last
     here, there = socket.socketpair()
     there.setblocking(False)
     signal.set_wakeup_fd(there.fileno(), warn_on_full_buffer=False)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 from typer.core import TyperGroup
 
-from studies.stops import StoppedError, asked_to_stop, end, stoppable, watch
+from studies.stops import StoppedError, asked_to_stop, end, leave, stoppable, watch
 
 if TYPE_CHECKING:  # its name for the base of a command is private
     from typer.core import TyperCommand
@@ -398,4 +398,4 @@ def main() -> None:
             code = call(sys.argv[1:])
     except StoppedError as stop:
         code = end(stop)
-    sys.exit(code)
+    leave(code)

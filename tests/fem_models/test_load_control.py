@@ -210,15 +210,14 @@ def test_both_engines_follow_a_flat_plateau(slope_GPa):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ["chain", "multibody"])
-def test_a_tube_that_snaps_is_one_line_with_a_way_out(engine):
-    """Unloading of a flat plateau: both engines lose the equilibrium, at the same force."""
+def test_a_tube_that_snaps_back_jumps_alike_in_both_engines():
+    """Unloading of a flat plateau: both lose the equilibrium at the same force, and find the same one after it."""
     force = np.concatenate([np.linspace(0.0, 4.2, 43), np.linspace(4.1, 0.0, 42)])
-    with pytest.raises(
-        SolverError, match=r"sample 74 of 85: .* 1\.093.* N: a tube may snap .* a drive in mm"
-    ) as caught:
-        run_load_control(flat(0.0), force, engine)
-    assert "\n" not in str(caught.value)
+    chain, multibody = (run_load_control(flat(0.0), force, engine) for engine in ("chain", "multibody"))
+    for run in (chain, multibody):
+        assert np.flatnonzero(run.record.jump).tolist() == [74]
+    assert chain.angle_deg[73] - chain.angle_deg[74] > 50
+    np.testing.assert_allclose(multibody.angle_deg, chain.angle_deg, atol=0.05)
 
 
 def test_a_tendon_without_tension_finds_its_rest():

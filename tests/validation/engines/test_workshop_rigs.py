@@ -18,16 +18,32 @@ BALANCED = 0.02
 """Work of the wheel less all losses over a closed loop, over the energy exchanged."""
 
 
+CLOSED = 1e-5
+"""Change of the angle from one cycle to the next, over its range: metal transforms and guides shake down before."""
+CYCLES = (4, 8, 16, 32, 64)
+
+
 def energy_gap(found):
-    """Over the last of several cycles: the first ones are not closed where metal transforms or guides shake down."""
+    """Over the last cycle."""
     last = slice(-4 * QUARTER_SAMPLES - 1, None)
     work = found.wheel_work_mJ[last]
     lost = (found.friction_loss_mJ + found.material_loss_mJ + found.jump_loss_mJ)[last]
     return abs(work[-1] - work[0] - lost[-1] + lost[0]) / np.ptp(work)
 
 
-def follows(seed):
-    """Finite, converged, energy closed; where steps of 0.1 mm are too long for its integral, with shorter ones."""
+def shaken_down(rig, high):
+    """Steps short enough for the integrals of the losses, and cycles until one is as that before."""
+    for cycles in CYCLES:
+        program = triangle(high, step_mm=high / QUARTER_SAMPLES, cycles=cycles)
+        found = solve_chain(rig, program, ChainSettings(max_step_mm=0.005))
+        last, before = (found.record.angle_deg[i * 4 * QUARTER_SAMPLES - 1 :][: 4 * QUARTER_SAMPLES] for i in (-1, -2))
+        if np.abs(last - before).max() <= CLOSED * np.ptp(last):
+            break
+    return found
+
+
+def require_followed(seed):
+    """Check that all is finite and the energy of a cycle closed, or that the rig is refused in words."""
     rig, program = workshop_rig(seed)
     high = float(program.drive_mm.max())
     try:
@@ -36,8 +52,7 @@ def follows(seed):
         assert np.isfinite(found.segment_tensions_N).all()
         assert (found.segment_tensions_N >= 0).all()
         if energy_gap(found) > BALANCED:
-            cycles = triangle(high, step_mm=high / QUARTER_SAMPLES, cycles=4)
-            assert energy_gap(solve_chain(rig, cycles, ChainSettings(max_step_mm=0.005))) <= BALANCED
+            assert energy_gap(shaken_down(rig, high)) <= BALANCED
     except (ImpossibleError, RigError) as error:
         assert "expected" in str(error)  # noqa: PT017 - most rigs raise nothing
 
@@ -45,14 +60,14 @@ def follows(seed):
 @settings(max_examples=200)
 @given(SEEDS)
 def test_the_chain_follows_any_rig(seed):
-    follows(seed)
+    require_followed(seed)
 
 
 @pytest.mark.slow
 @settings(max_examples=2000)
 @given(SEEDS)
 def test_the_chain_follows_any_of_many_rigs(seed):
-    follows(seed)
+    require_followed(seed)
 
 
 @pytest.mark.slow
