@@ -215,10 +215,11 @@ def _calibration(loops: list[_Loop], x: Floats, scales: Floats, residual: Floats
     norms = np.maximum(norms, 1e-9 * norms.max())  # a parameter without influence has next to no information
     _, singular, basis = np.linalg.svd(columns / norms, full_matrices=False)
     singular = np.maximum(singular, 1e-9 * singular[0])
-    scaled = variance * (basis.T / singular**2) @ basis / np.outer(norms, norms)
+    unit = (basis.T / singular**2) @ basis / np.outer(norms, norms)
+    scaled = variance * unit
     quantile = float(student.ppf(0.975, max(1, m - p)))
     names, half = list(PARAMETERS), quantile * np.sqrt(np.diag(scaled)) * scales
-    correlation = scaled / np.sqrt(np.outer(np.diag(scaled), np.diag(scaled)))
+    correlation = unit / np.sqrt(np.outer(np.diag(unit), np.diag(unit)))
     pairs = {f"{names[i]} ~ {names[j]}": float(correlation[i, j]) for i, j in combinations(range(p), 2)}
     parameters = {
         name: Parameter(float(v), max(c.low, float(v - h)), min(c.high, float(v + h)), c.unit)
