@@ -12,6 +12,7 @@ from fem_models.chain.parameters import ChainSettings
 from fem_models.joint import joint_row
 from fem_models.load import triangle
 from fem_models.rig import Rig, preset
+from fem_models.rig.effects import Drag
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 
@@ -99,6 +100,18 @@ def test_where_a_jump_ends_does_not_depend_on_the_viscosity(snapped, viscosity):
     other = solve_chain(BISTABLE, PROGRAM, ChainSettings(viscosity=viscosity))
     assert np.abs(other.record.angle_deg - snapped.record.angle_deg).max() < 1e-3
     np.testing.assert_array_equal(other.jump, snapped.jump)
+
+
+@pytest.mark.parametrize(("drag", "step_s", "jumps"), [(1e-3, 100.0, 4), (1e-3, 1.0, 0), (1.0, 1.0, 0)])
+def test_drag_takes_its_part_of_a_jump_once(drag, step_s, jumps):
+    """Where dashpots are too weak to carry the tube over, it jumps; either way the energy closes."""
+    slowed = replace(BISTABLE, drag=Drag(sheath_N_s_per_mm=0.0, joint_Nmm_s_per_rad=drag))
+    found = solve_chain(slowed, replace(PROGRAM, time_s=step_s * np.arange(PROGRAM.drive_mm.size)))
+    assert found.jump.sum() == jumps
+    cycle = slice(-4 * STEPS - 1, None)
+    lost = found.viscous_loss_mJ + found.jump_loss_mJ
+    work = np.ptp(found.wheel_work_mJ[cycle][[0, -1]])
+    assert np.ptp(lost[cycle][[0, -1]]) == pytest.approx(work, rel=0.015)
 
 
 def test_with_friction_either():
