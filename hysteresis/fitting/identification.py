@@ -25,6 +25,7 @@ from hysteresis.records.folds import without_first_stroke
 from hysteresis.records.holdout import Split, hold_out
 from hysteresis.records.path import require_reversal
 from hysteresis.records.record import Record, RecordError
+from hysteresis.sensors.readings import cleaned, sensor_notes
 
 _LONGEST_DELAY = 0.02  # of the shortest record
 _COST = 1.25  # first strokes are left out if, with them, the error in the other samples is larger by this factor
@@ -76,9 +77,12 @@ def identify(
     began, words = time.perf_counter(), list[str]()
     records = [record] if isinstance(record, Record) else list(record)
     _require_usable(records, settings.delay)
+    sensed = [cleaned(one) for one in records]
+    records, spoiled = [one.record for one in sensed], sensor_notes(sensed)
     bases, label = _kinematics(records, base, kinematics)
     longest = _longest_delay(records) if settings.delay else 0.0
     whole = [hold_out(r) for r in records] if splits is None else list(splits)
+    whole = [split.only(one.read) for split, one in zip(whole, sensed, strict=True)]
     shorter = whole if splits is not None else _without_first_strokes(records, whole, words)
     form = Form((), groups=_groups(records, amplitude_by), longest_delay_s=longest, place=_place(records, whole))
     efforts = _efforts(settings, progress, 1 + bool(words) + searches(settings.law))
@@ -86,7 +90,7 @@ def identify(
     if words:
         other = find_model(records, shorter, bases, form, efforts, settings.elements)
         found, used = (other, shorter) if _costs(records, shorter, found, other) else (found, whole)
-    fit = replace(judge(records, used, found, settings, label), notes=tuple(words) if used is shorter else ())
+    fit = replace(judge(records, used, found, settings, label), notes=(*spoiled, *(words if used is shorter else ())))
     if settings.law != "bouc-wen" and found.point.sign:
         fit = _with_law(records, used, bases, (fit, found), efforts)
     return replace(fit, seconds=time.perf_counter() - began)

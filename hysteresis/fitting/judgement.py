@@ -22,6 +22,8 @@ from hysteresis.records.metrics import Errors, errors, noise_floor
 from hysteresis.records.record import Record
 
 _NO_HYSTERESIS = "no hysteresis above the noise in this record"
+_NOT_FOLLOWED = 2.0  # rms of what is left over the noise, from which "no hysteresis" would be no finding
+_UNLIKE = 0.1  # of the range of the angle: f, which is given, is not that of the record
 _OVERSHOOT = -1.1  # of A; -1 is a play operator, and the steps of the drive do not resolve slightly less
 _SATURATED = 0.95  # of the saturation
 _SUSPECT = 2.0  # held-out error in training errors
@@ -59,7 +61,9 @@ def judge(
     hidden = form.backbones[0].names if kinematics == "fitted" else ()
     parameters, of_blocks = (_without(parameters_of(fine, form, point, s), hidden) for s in (spread, by_blocks))
     saturation = parameters.pop("saturation_deg")
-    of_law = _law_warnings(fine, form, point, spread) if point.sign else [_NO_HYSTERESIS]
+    floor = math.sqrt(sum(noise_floor(record) ** 2 for record in records) / len(records))
+    of_law = _law_warnings(fine, form, point, spread) if point.sign else [_no_hysteresis(train, floor)]
+    of_kinematics = () if kinematics == "fitted" else _kinematics_warnings(samples, form, baseline, train)
     of_errors = _error_warnings(fine, point, train, heldout, baseline_heldout)
     return Fit(
         observed=tuple(records),
@@ -73,10 +77,10 @@ def judge(
         baseline_heldout=baseline_heldout,
         heldout_of_records=tuple(_errors_of(samples, predicted, masks[1], part) for part in samples.slices()),
         heldout_by="; ".join(dict.fromkeys(split.by for split in splits)),
-        noise_floor_deg=math.sqrt(sum(noise_floor(record) ** 2 for record in records) / len(records)),
+        noise_floor_deg=floor,
         bootstrap=of_blocks if least_squares and point.sign else {},
         correlations=_correlations(form, spread) if spread is not None and point.sign else {},
-        warnings=(*of_law, *of_errors, *_search_warnings(point, settings.seeds, found.seeds_agreeing)),
+        warnings=(*of_law, *of_kinematics, *of_errors, *_search_warnings(point, settings.seeds, found.seeds_agreeing)),
         layer=response(fine, form, point, spread) if point.sign else {},
         not_fixed=open_parameters(fine, form, point, spread, parameters),
         form=form,
@@ -87,6 +91,28 @@ def judge(
         seeds_agreeing=found.seeds_agreeing,
         seconds=0.0,
     )
+
+
+def _no_hysteresis(train: Errors, floor_deg: float) -> str:
+    """Say that the law finds no loop, and whether that is a finding."""
+    if train.rmse_deg <= _NOT_FOLLOWED * floor_deg:
+        return _NO_HYSTERESIS
+    return (
+        f"no loop that the law can follow: the curve alone leaves {train.rmse_deg:.3g} deg rms, "
+        f"{train.rmse_deg / floor_deg:.2g} times the noise: expected the unit, the sense and the order of the samples"
+    )
+
+
+def _kinematics_warnings(samples: Samples, form: Form, baseline: Point, train: Errors) -> Iterator[str]:
+    """Warn of kinematics that are not those of the record: of another scale or sense, or angles in rad."""
+    span, angle = samples.span_deg(), samples.angle_deg[samples.train]
+    if train.rmse_deg > _UNLIKE * span:
+        yield (
+            f"the kinematics leave {train.rmse_deg:.3g} deg rms of an angle that covers {span:.3g} deg: expected "
+            "degrees and mm, and the rig of the record"
+        )
+    if float(np.corrcoef(form.angle(samples, baseline)[samples.train], angle)[0, 1]) < 0:
+        yield "the angle falls where that of the kinematics rises: expected the same sense of drive and angle"
 
 
 def _without(parameters: dict[str, Parameter], hidden: Sequence[str]) -> dict[str, Parameter]:

@@ -25,6 +25,10 @@ class Split:
     heldout: Mask
     by: str
 
+    def only(self, read: Mask) -> Split:
+        """Leave samples that are no readings of the angle out of both parts, shape (m,)."""
+        return self if read.all() else Split(self.train & read, self.heldout & read, self.by)
+
 
 def hold_out(record: Record) -> Split:
     """Hold out the last third of the complete cycles (at least one) and the samples after them.
@@ -51,10 +55,15 @@ def validate_within(record: Record, outer: Split) -> Split:
     blocks at other drives than those of :func:`hold_out`.
     """
     labels = cycle_index(record)
-    complete = [number for number in complete_cycles(record) if outer.train[labels == number].all()]
+    complete = [number for number in complete_cycles(record) if _is_of_training(outer, labels == number)]
     if len(complete) >= 2:
         return _last_cycles(record, outer.train, complete[-1])
     return _blocks(record, outer.train, rising=(4, 9), falling=(0, 5))
+
+
+def _is_of_training(split: Split, cycle: Mask) -> bool:
+    """Whether no sample of a cycle is held out: some may be no readings."""
+    return bool(split.train[cycle].any() and not split.heldout[cycle].any())
 
 
 def complete_cycles(record: Record) -> list[int]:

@@ -34,7 +34,7 @@ MODULES = [
     "studies.results.separation", "studies.results.fit", "studies.results.trace", "studies.results.study",
     "studies.report.study", "studies.report.parts.wrists", "studies.report.parts.reach", "studies.report.parts.fits",
     "studies.report.parts.followed", "validation.tracing.baseline.in_space", "validation.tracing.prepared",
-    "validation.tracing.trace", "validation.tracing.sensors.readings", "validation.tracing.sensors.lone_steps",
+    "validation.tracing.trace", "hysteresis.sensors.readings", "hysteresis.sensors.lone_steps",
     "validation.tracing.sensors.drive_steps", "validation.tracing.baseline.known_rig", "hysteresis.records.path",
     "validation.tracing.baseline.equivalent_rig", "validation.tracing.baseline.runs", "hysteresis.records.metrics",
     "studies.own_rig.tables.cells", "studies.own_rig.tables.layout", "studies.own_rig.tables.text",

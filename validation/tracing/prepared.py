@@ -14,9 +14,9 @@ import numpy as np
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.path import branches, cycle_index
 from hysteresis.records.record import Record
+from hysteresis.sensors.readings import Readings, filled, kept_readings, readings_of
 from validation.tracing.effect import SampleInputs, Values, cycles_repeat
 from validation.tracing.sensors.drive_steps import drive_step_deg
-from validation.tracing.sensors.readings import Readings, filled, kept_readings, readings_of
 
 
 @dataclass(frozen=True, eq=False)

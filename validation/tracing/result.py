@@ -14,6 +14,7 @@ from scipy.stats import t as student
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.records.metrics import Errors, errors, leap_between_cycles
+from hysteresis.sensors.readings import LEAPT
 from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words, with_channel_fits
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
@@ -22,7 +23,6 @@ from validation.tracing.fitting.noise import NOT_KNOWN
 from validation.tracing.fitting.ranking import RankedModel, ranked_models
 from validation.tracing.fitting.uncertainty import covariance
 from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
-from validation.tracing.sensors.readings import LEAPT
 
 if TYPE_CHECKING:  # a trace makes its own report
     from validation.tracing.next_experiment import Experiment

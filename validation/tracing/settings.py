@@ -211,14 +211,6 @@ PLAY_SAMPLES = 900
 PLAY_CURVE_SCALE = 30.0
 """Scale of the columns of the spline f over half the largest range of the angle: so large that the prior does not pull
 f to nothing."""
-PLAY_RADII = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.22, 0.3)
-"""Radii of the plays over the largest range of the drive: as dense at small strokes as at large ones."""
-LONE_STEP, LEAST_LONE_STEP, LONE_NEIGHBOURS = 3.0, 0.01, 4
-"""Step between two samples over the largest other one from which it stands alone, and least one over the range of the
-values; samples on either side whose median step is that of the motion."""
-LONE_STEP_TAKES, LONE_CURVE_DEGREE = 0.7, 7
-"""Error without a step over that with it, of a polynomial of this degree with play operators, below which the step is
-taken out."""
 STILL_LEAST, STILL_MOST, STILL_WIDTHS = 0.005, 0.25, 40
 """Widths of a still zone over the range of the drive that are tried, in equal ratios: the error has a kink wherever a
 width meets the radius of a play."""
@@ -306,14 +298,6 @@ MOST_CORRELATION = 0.99
 
 # --- sensors ---------------------------------------------------------------------------------------------------------
 
-HELD_SHARE, HELD_STEP = 0.5, 3.0
-"""Part of the values that are equal to the one before, and median change in steps of the sensor, from which a sensor
-counts as slower than its log."""
-SPIKE, SPIKE_APART = 8.0, 0.3
-"""Least distance of a spike from its neighbours over its usual size, and largest distance of these neighbours from
-theirs over that of the spike: of a leap it is 1, of a kink about one half."""
-MOST_SPIKES, LEAST_SPIKE_RECORD = 0.03, 40
-"""Largest part of a record's samples that are spikes, and samples of a record in which they are looked for."""
 STEPS_TOLD = 0.5
 """Error by the steps of the drive over the noise floor from which the words tell it."""
 MOST_WANDER = 3.0

@@ -28,6 +28,7 @@ from fem_models.rig.of_record import bends_in_space, declared_rig_of, rig_of
 from hysteresis.records.path import cycle_index, require_reversal
 from hysteresis.records.planes import Coupling, coupling
 from hysteresis.records.record import Record, RecordError
+from hysteresis.sensors.lone_steps import without_lost_counts
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
 from validation.tracing.baseline.in_space import SpaceProblem, space_problem, with_reference
@@ -55,8 +56,7 @@ from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import Progress
 from validation.tracing.search.stepwise import Selection
-from validation.tracing.sensors.lone_steps import without_lost_counts
-from validation.tracing.sensors.readings import sensor_words
+from validation.tracing.sensors.drive_steps import sensor_words
 from validation.tracing.settings import (
     AS_DECLARED,
     COMPETITOR_NOISE,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from hysteresis.sensors.readings import LEAPT
 from validation.tracing.baseline.known_rig import is_of_measured_joints
 from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
@@ -22,7 +23,6 @@ from validation.tracing.plausibility import implausible, remarks
 from validation.tracing.prepared import PreparedRecord
 from validation.tracing.search.inner_folds import inner_fold_errors
 from validation.tracing.search.stepwise import Selection, Stages
-from validation.tracing.sensors.readings import LEAPT
 from validation.tracing.settings import (
     AT_FLOOR,
     AT_NOISE,

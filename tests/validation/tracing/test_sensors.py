@@ -9,12 +9,12 @@ from fem_models.chain.solve import simulate_chain
 from fem_models.load import sine
 from fem_models.rig import preset
 from hysteresis.records.record import Record
+from hysteresis.sensors.readings import held_updates, isolated_spikes, readings_of
 from validation.practice.spoiled.disturbances import correlated_noise, held, outliers, rounded, slow_wander
 from validation.tracing.effect import catalogue
 from validation.tracing.fitting.noise import correlated_noise_deg, sensor_noise_deg
 from validation.tracing.prepared import prepared
-from validation.tracing.sensors.drive_steps import drive_step_deg
-from validation.tracing.sensors.readings import held_updates, isolated_spikes, readings_of, sensor_words
+from validation.tracing.sensors.drive_steps import drive_step_deg, sensor_words
 from validation.tracing.trace import trace_records
 
 NOISE_DEG = 0.05

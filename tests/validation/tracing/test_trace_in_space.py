@@ -18,6 +18,7 @@ from fem_models.spatial import DeadLoads, SpatialProgram, WheelProgram, first_wh
 from fem_models.spatial.motion.run_record import record_of
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.sidecar import toml
+from hysteresis.sensors.readings import LEAPT
 from validation.tracing import catalogue, trace_records
 from validation.tracing.baseline.in_space import space_problem, with_parameters, with_reference
 from validation.tracing.effect import Scale, acting
@@ -26,7 +27,6 @@ from validation.tracing.fitting.channel_errors import channel_words
 from validation.tracing.next_experiment import next_experiment
 from validation.tracing.result import trace_report
 from validation.tracing.second_opinion import second_opinion
-from validation.tracing.sensors.readings import LEAPT
 
 ZHANG = any_preset("zhang2026")
 NOISE_DEG = 0.03

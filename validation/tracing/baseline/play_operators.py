@@ -24,6 +24,7 @@ from hysteresis.arrays import Floats, Mask
 from hysteresis.laws.prandtl_ishlinskii import plays
 from hysteresis.records.path import first_stroke
 from hysteresis.records.record import Record
+from hysteresis.sensors.lone_steps import PLAY_RADII
 from validation.tracing.baseline.cache import Cache
 from validation.tracing.baseline.curve_scale import CurveScale, PlacedForm
 from validation.tracing.baseline.samples import kept_samples, middle_of
@@ -34,7 +35,6 @@ from validation.tracing.settings import (
     PLAY_COEFFICIENT,
     PLAY_CURVE_SCALE,
     PLAY_PRIOR,
-    PLAY_RADII,
     PLAY_SAMPLES,
     PLAY_START_PART,
 )

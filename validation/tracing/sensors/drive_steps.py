@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from hysteresis.arrays import Floats
 from hysteresis.records.path import branches
 from hysteresis.records.record import Record
-from validation.tracing.settings import MAD_TO_SIGMA, STEP_BRANCH_SAMPLES
+from hysteresis.sensors.readings import reading_words
+from validation.tracing.settings import MAD_TO_SIGMA, STEP_BRANCH_SAMPLES, STEPS_TOLD
 
 _ON_A_STEP, _MOSTLY = 0.05, 0.95  # distance from a multiple of the step, over it; part of the samples
 _TRIED = 10  # smallest distances of neighbouring values
+
+
+def sensor_words(records: Sequence[Record], floor_deg: float) -> tuple[str, ...]:
+    """Say which samples are not taken as readings, and whether the drive's steps make most of a noise floor."""
+    steps = max(drive_step_deg(record) for record in records)
+    words = (f"the steps in which the drive is recorded make an error of {steps:.2g} deg",)
+    return (*reading_words(records), *(words if steps > STEPS_TOLD * floor_deg else ()))
 
 
 def drive_step_deg(record: Record) -> float:

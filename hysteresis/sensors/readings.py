@@ -2,13 +2,14 @@
 
 A logger that is faster than its sensor repeats each value until the next one. Only samples at which the value changes
 tell the angle. A single value far from its neighbours on both sides, which agree without it, is a spike: a lost mark of
-a camera. A leap is none, because it divides its neighbours; a kink is none, because it does, too.
+a camera. A leap is none, because it divides its neighbours; a kink is none, because it does, too. So are values as
+999 or 0 that a logger writes for a few readings that it lost.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,18 +18,27 @@ from hysteresis.arrays import Floats, Ints, Mask
 from hysteresis.records.metrics import leap_between_cycles
 from hysteresis.records.path import branches, cycle_index
 from hysteresis.records.record import Record
-from validation.tracing.sensors.drive_steps import drive_step_deg
-from validation.tracing.sensors.lone_steps import leap_of_angle
-from validation.tracing.settings import (
-    HELD_SHARE,
-    HELD_STEP,
-    LEAST_SPIKE_RECORD,
-    MAD_TO_SIGMA,
-    MOST_SPIKES,
-    SPIKE,
-    SPIKE_APART,
-    STEPS_TOLD,
-)
+from hysteresis.sensors.lone_steps import leap_of_angle, without_lost_counts
+
+HELD_SHARE, HELD_STEP = 0.5, 3.0
+"""Part of the values that are equal to the one before, and median change in steps of the sensor, from which a sensor
+counts as slower than its log."""
+SPIKE, SPIKE_APART = 8.0, 0.3
+"""Least distance of a spike from its neighbours over its usual size, and largest distance of these neighbours from
+theirs over that of the spike: of a leap it is 1, of a kink about one half."""
+MOST_ALONE, ALIKE = 4, 0.5
+"""Samples in a row that may be one spike, and the least of their distances over the largest: those of a kink differ.
+Several are as far off as lost readings are."""
+MOST_SPIKES, LEAST_SPIKE_RECORD = 0.03, 40
+"""Largest part of a record's samples that are spikes, and samples of a record in which they are looked for."""
+FAR, ABOUT, LEAST_FAR, MOST_FAR = 6.0, 8, 0.05, 0.1
+"""Distance of a lost reading from the median of as many samples on either side, over the middle three fifths of their
+range; least one over the range of nine tenths of the record; and the largest part of a record's samples that are lost.
+The widest distance of noise is 10 times its sigma."""
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+SHOWN = 5
+"""Samples that words name."""
 
 LEAPT = "a leap amid a cycle is no property of the rig: look at the sensor, the clamp and the encoder"
 """Reason not to say that nothing is missing."""
@@ -45,14 +55,14 @@ class Readings:
     held
         Samples for which a value is repeated, as a median; 1 where none is.
     spikes
-        Number of spikes.
+        Samples that are spikes or lost.
     leap_deg
         What is taken out of the angle of each sample, shape (m,): a sudden leap; None without one.
     """
 
     read: Mask
     held: int = 1
-    spikes: int = 0
+    spikes: tuple[int, ...] = ()
     leap_deg: Floats | None = None
 
 
@@ -64,12 +74,75 @@ def readings_of(record: Record) -> Readings:
     every = np.ones(record.angle_deg.size, dtype=bool)
     if record.drive_unit == "N":
         return Readings(every)
+    lost = lost_readings(record.drive, record.angle_deg)
+    record = _without(record, lost)
     leap_deg = sudden_leap(record)
     updates = held_updates(record.drive, record.angle_deg)
     if updates is not None:
-        return Readings(updates, round(float(np.median(np.diff(np.flatnonzero(updates))))), leap_deg=leap_deg)
-    spikes = isolated_spikes(record.angle_deg, record.time_s)
-    return Readings(~spikes, spikes=int(spikes.sum()), leap_deg=leap_deg)
+        held = round(float(np.median(np.diff(np.flatnonzero(updates)))))
+        return Readings(updates & ~lost, held, _places(lost), leap_deg)
+    spikes = lost | isolated_spikes(record.angle_deg, record.time_s)
+    return Readings(~spikes, spikes=_places(spikes), leap_deg=leap_deg)
+
+
+def _without(record: Record, lost: Mask) -> Record:
+    """Put samples between those about them; at a turning point of the drive, on from those before it."""
+    if not lost.any():
+        return record
+    angle, drive = filled(record.angle_deg, ~lost), record.drive
+    for k in np.flatnonzero(lost):
+        before = k - 2 >= 0 and drive[k - 1] != drive[k - 2]
+        last = k + 1 == lost.size
+        if before and (last or (drive[k + 1] - drive[k]) * (drive[k] - drive[k - 1]) < 0):
+            slope = (angle[k - 1] - angle[k - 2]) / (drive[k - 1] - drive[k - 2])
+            angle[k] = angle[k - 1] + slope * (drive[k] - drive[k - 1])
+    return replace(record, angle_deg=angle)
+
+
+def _places(samples: Mask) -> tuple[int, ...]:
+    return tuple(int(i) for i in np.flatnonzero(samples))
+
+
+@dataclass(frozen=True, eq=False)
+class Cleaned:
+    """A record without what its sensors added.
+
+    Parameters
+    ----------
+    record
+        Leaps of the angle and lost counts of the drive are taken out; samples that are no readings are filled in.
+    read
+        Which samples are readings, shape (m,).
+    words
+        What was found, one sentence each.
+    """
+
+    record: Record
+    read: Mask
+    words: tuple[str, ...]
+
+
+def cleaned(record: Record) -> Cleaned:
+    """Take out of a record what a sensor added and no rig makes; the record itself where nothing was found."""
+    mended, lost = without_lost_counts(record)
+    readings = readings_of(mended)
+    words = (*([lost] if lost else []), *reading_words([mended]))
+    if not words:
+        return Cleaned(record, readings.read, ())
+    if readings.leap_deg is not None:
+        mended = replace(mended, angle_deg=mended.angle_deg - readings.leap_deg)
+    if readings.held > 1:
+        mended = replace(mended, angle_deg=filled(mended.angle_deg, readings.read))
+    return Cleaned(_without(mended, ~readings.read), readings.read, words)
+
+
+def sensor_notes(found: Sequence[Cleaned]) -> tuple[str, ...]:
+    """Give the words of several records, each with its file where they are more than one."""
+    notes = []
+    for one in found:
+        name = Path(one.record.source).name if len(found) > 1 else ""
+        notes += [words if not name or words.startswith(name) else f"{name}: {words}" for words in one.words]
+    return tuple(notes)
 
 
 def sudden_leap(record: Record) -> Floats | None:
@@ -81,11 +154,11 @@ def sudden_leap(record: Record) -> Floats | None:
     return np.where(np.arange(record.angle_deg.size) >= leap.sample, leap.size_deg, 0.0)
 
 
-def sensor_words(records: Sequence[Record], floor_deg: float) -> tuple[str, ...]:
-    """Say which samples are not taken as readings, and whether the drive's steps make most of a noise floor."""
+def reading_words(records: Sequence[Record]) -> tuple[str, ...]:
+    """Say which samples are not taken as readings, and what is taken out; empty where all are as they should be."""
     found = [readings_of(record) for record in records]
     held = [one.held for one in found if one.held > 1]
-    spikes, samples = sum(one.spikes for one in found), sum(one.read.size for one in found)
+    spikes, samples = sum(len(one.spikes) for one in found), sum(one.read.size for one in found)
     words = []
     if held:
         slow = f"{held[0]}" if min(held) == max(held) else f"{min(held)} to {max(held)}"
@@ -93,14 +166,12 @@ def sensor_words(records: Sequence[Record], floor_deg: float) -> tuple[str, ...]
     if spikes:
         words.append(f"{spikes} of {samples} angles are isolated spikes, which are left out")
     words += [_leap_words(record, i) for i, record in enumerate(records) if record.drive_unit != "N"]
-    steps = max(drive_step_deg(record) for record in records)
-    if steps > STEPS_TOLD * floor_deg:
-        words.append(f"the steps in which the drive is recorded make an error of {steps:.2g} deg")
     return tuple(word for word in words if word)
 
 
 def _leap_words(record: Record, number: int) -> str:
     """Say where a record is off against its own earlier cycles; empty where it is not."""
+    record = _without(record, lost_readings(record.drive, record.angle_deg))
     leap = leap_between_cycles(record)
     name = Path(record.source).name or f"record {number + 1}"
     if leap is None or not leap.sudden:
@@ -138,8 +209,30 @@ def held_updates(drive: Floats, angle_deg: Floats) -> Mask | None:
     return np.concatenate([[False], change > 0])  # the first value may be older than the record
 
 
+def lost_readings(drive: Floats, angle_deg: Floats) -> Mask:
+    """Find the samples that are far from all about them, while the drive is not, shape (m,).
+
+    Nothing is lost where so much is that the samples about it tell nothing.
+    """
+    if angle_deg.size < LEAST_SPIKE_RECORD:
+        return np.zeros(angle_deg.size, dtype=bool)
+    lost = _far(angle_deg) & ~_far(drive)
+    return lost if lost.mean() <= MOST_FAR else np.zeros_like(lost)
+
+
+def _far(values: Floats) -> Mask:
+    count, width = values.size, 2 * ABOUT + 1
+    first = np.clip(np.arange(count) - ABOUT, 0, count - width)
+    about = first[:, None] + np.arange(width)
+    others = np.sort(values[about[about != np.arange(count)[:, None]]].reshape(count, width - 1), axis=1)
+    fifth = round((width - 1) / 5)
+    middle = others[:, -1 - fifth] - others[:, fifth]
+    low, high = np.quantile(values, [0.05, 0.95])
+    return np.asarray(np.abs(values - np.median(others, axis=1)) > np.maximum(FAR * middle, LEAST_FAR * (high - low)))
+
+
 def isolated_spikes(angle_deg: Floats, time_s: Floats | None) -> Mask:
-    """Find the samples that are spikes, shape (m,).
+    """Find the samples that are spikes, shape (m,), up to :data:`MOST_ALONE` in a row that are off alike.
 
     A sample is compared with the cubic through two neighbours on either side (Hampel's rule with a cubic in place of
     the median, Hampel 1974, doi 10.1080/01621459.1974.10482962), and its two nearest neighbours with the cubic through
@@ -151,15 +244,20 @@ def isolated_spikes(angle_deg: Floats, time_s: Floats | None) -> Mask:
     t = np.arange(angle_deg.size, dtype=float) if time_s is None else time_s
     if np.any(np.diff(t) <= 0):
         return spikes
-    k = np.arange(3, angle_deg.size - 3)
-    off = _off_cubic(t, angle_deg, k, (-2, -1, 1, 2), 0)
-    before = _off_cubic(t, angle_deg, k, (-3, -2, 1, 2), -1)
-    after = _off_cubic(t, angle_deg, k, (-2, -1, 2, 3), 1)
     steps = np.diff(np.unique(np.round(angle_deg, 9)))
     least = float(np.quantile(steps, 0.1)) if steps.size else 0.0
-    size = max(MAD_TO_SIGMA * float(np.median(np.abs(off))), least)
-    alone = np.maximum(np.abs(before), np.abs(after)) < SPIKE_APART * np.abs(off)
-    spikes[k] = (np.abs(off) > SPIKE * size) & alone
+    low, high = np.quantile(angle_deg, [0.05, 0.95])
+    for count in range(1, MOST_ALONE + 1):
+        k = np.arange(3, angle_deg.size - count - 2)
+        off = [_off_cubic(t, angle_deg, k, (-2, -1, count, count + 1), j) for j in range(count)]
+        before = _off_cubic(t, angle_deg, k, (-3, -2, count, count + 1), -1)
+        after = _off_cubic(t, angle_deg, k, (-2, -1, count + 1, count + 2), count)
+        nearest, farthest = np.min(np.abs(off), axis=0), np.max(np.abs(off), axis=0)
+        size = max(MAD_TO_SIGMA * float(np.median(nearest)), least, LEAST_FAR * (high - low) / SPIKE * (count > 1))
+        alone = np.maximum(np.abs(before), np.abs(after)) < SPIKE_APART * nearest
+        alike = (nearest > ALIKE * farthest) & (np.abs(np.sum(np.sign(off), axis=0)) == count)
+        for start in k[(nearest > SPIKE * size) & alone & alike]:
+            spikes[start : start + count] = True
     return spikes if 0 < spikes.mean() <= MOST_SPIKES else np.zeros_like(spikes)
 
 

@@ -17,14 +17,15 @@ from hysteresis.arrays import Floats
 from hysteresis.laws.prandtl_ishlinskii import plays
 from hysteresis.records.path import branches, first_stroke
 from hysteresis.records.record import Record
-from validation.tracing.settings import (
-    LEAST_LONE_STEP,
-    LONE_CURVE_DEGREE,
-    LONE_NEIGHBOURS,
-    LONE_STEP,
-    LONE_STEP_TAKES,
-    PLAY_RADII,
-)
+
+PLAY_RADII = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.22, 0.3)
+"""Radii of the plays over the range of the drive: as dense at small strokes as at large ones."""
+LONE_STEP, LEAST_LONE_STEP, LONE_NEIGHBOURS = 3.0, 0.01, 4
+"""Step between two samples over the largest other one from which it stands alone, and least one over the range of the
+values; samples on either side whose median step is that of the motion."""
+LONE_STEP_TAKES, LONE_CURVE_DEGREE = 0.7, 7
+"""Error without a step over that with it, of a polynomial of this degree with play operators, below which the step is
+taken out."""
 
 
 @dataclass(frozen=True)

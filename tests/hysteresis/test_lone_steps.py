@@ -9,14 +9,14 @@ import pytest
 
 from hysteresis.arrays import Floats
 from hysteresis.records.record import Record
-from validation.tracing import trace_records
-from validation.tracing.sensors.lone_steps import (
+from hysteresis.sensors.lone_steps import (
     LoneStep,
     leap_of_angle,
     lone_step,
     lost_counts,
     without_lost_counts,
 )
+from validation.tracing import trace_records
 
 AT, COUNTS_MM, LEAP_DEG = 701, 0.4, -3.0
 
