@@ -98,8 +98,8 @@ def _no_hysteresis(train: Errors, floor_deg: float) -> str:
     if train.rmse_deg <= _NOT_FOLLOWED * floor_deg:
         return _NO_HYSTERESIS
     return (
-        f"no loop that the law can follow: the curve alone leaves {train.rmse_deg:.3g} deg rms, "
-        f"{train.rmse_deg / floor_deg:.2g} times the noise: expected the unit, the sense and the order of the samples"
+        f"no loop that the law can follow: the curve alone leaves {train.rmse_deg:.3g} deg rms beside a noise of "
+        f"{floor_deg:.2g} deg: expected the unit, the sense and the order of the samples"
     )
 
 

@@ -35,6 +35,8 @@ FAR, ABOUT, LEAST_FAR, MOST_FAR = 6.0, 8, 0.05, 0.1
 """Distance of a lost reading from the median of as many samples on either side, over the middle three fifths of their
 range; least one over the range of nine tenths of the record; and the largest part of a record's samples that are lost.
 The widest distance of noise is 10 times its sigma."""
+UNORDERED = 0.15
+"""Median step of the drive over its range from which rows are in no order."""
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 SHOWN = 5
@@ -126,14 +128,24 @@ def cleaned(record: Record) -> Cleaned:
     """Take out of a record what a sensor added and no rig makes; the record itself where nothing was found."""
     mended, lost = without_lost_counts(record)
     readings = readings_of(mended)
-    words = (*([lost] if lost else []), *reading_words([mended]))
-    if not words:
-        return Cleaned(record, readings.read, ())
+    words = (*([lost] if lost else []), *_order_words(record), *reading_words([mended]))
+    if readings.read.all() and readings.leap_deg is None:
+        return Cleaned(mended, readings.read, words)
     if readings.leap_deg is not None:
         mended = replace(mended, angle_deg=mended.angle_deg - readings.leap_deg)
     if readings.held > 1:
         mended = replace(mended, angle_deg=filled(mended.angle_deg, readings.read))
     return Cleaned(_without(mended, ~readings.read), readings.read, words)
+
+
+def _order_words(record: Record) -> tuple[str, ...]:
+    """Warn of rows that are in no order: each of them jumps across the drive's range, by a third on average."""
+    steps = np.abs(np.diff(record.drive))
+    if record.time_s is not None or steps.size < LEAST_SPIKE_RECORD:
+        return ()
+    if float(np.median(steps)) <= UNORDERED * float(np.ptp(record.drive)):
+        return ()
+    return ("the drive jumps across its range from row to row: expected rows in the order of time",)
 
 
 def sensor_notes(found: Sequence[Cleaned]) -> tuple[str, ...]:

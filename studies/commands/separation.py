@@ -43,6 +43,7 @@ CLOSES_PERCENT, RIGID_PERCENT = 1.0, 0.1
 MOVING = 0.02
 """Change of a share from a tenfold EA, over the largest share, of which the result warns."""
 UNLIKE = 0.1  # of the range of the angle: more than that is left by a rig that is not that of the record
+MISFIT = 2.0  # of what the rig leaves over the noise
 SHOWN = 6
 """Constants whose sensitivity a terminal shows, the strongest; ``separate.json`` has all."""
 _STEP = 1e-3  # of finite differences, in units of a parameter's scale
@@ -147,25 +148,31 @@ def separate_records(
     result = _with_sensitivity(result, sensitivities(calibrated.rig, program))
     half = _half_intervals(calibrated, program, found)
     unseparated = tuple(f"not separated by these records: {words}" for words in calibrated.inseparable)
-    unlike = _unlike(calibrated.rmse_deg, max(float(np.ptp(record.angle_deg)) for record in records))
+    unlike = _unlike(calibrated, max(float(np.ptp(record.angle_deg)) for record in records))
     return replace(
         result,
         contributions={name: _with_intervals(part, half[name]) for name, part in result.contributions.items()},
         calibration=_calibration(calibrated),
         measured=_measured(records[0]),
-        warnings=result.warnings + unlike + unseparated,
+        warnings=result.warnings + calibrated.notes + unlike + unseparated,
         records=tuple(record.source for record in records if record.source),
     )
 
 
-def _unlike(rmse_deg: float, range_deg: float) -> tuple[str, ...]:
-    """Warn of a rig that does not follow the records, as one of another scale, or angles in rad."""
-    if rmse_deg <= UNLIKE * range_deg:
-        return ()
-    return (
-        f"the calibrated rig leaves {rmse_deg:.3g} deg rms of an angle that covers {range_deg:.3g} deg: the parts are "
-        "not those of this record; expected degrees and mm, and the rig of the record",
-    )
+def _unlike(found: RigCalibration, range_deg: float) -> tuple[str, ...]:
+    """Warn of a rig that does not follow the records, as one of another scale, or with something that it lacks."""
+    if found.rmse_deg > UNLIKE * range_deg:
+        return (
+            f"the calibrated rig leaves {found.rmse_deg:.3g} deg rms of an angle that covers {range_deg:.3g} deg: the "
+            "parts are not those of this record; expected degrees and mm, and the rig of the record",
+        )
+    if found.misfit > MISFIT:
+        return (
+            f"the calibrated rig leaves {found.rmse_deg:.3g} deg rms, {found.misfit:.2g} times the noise of "
+            f"{found.noise_deg:.2g} deg: something in the records is not in the rig, and intervals are as many times "
+            "wider; notchbend trace says what it may be",
+        )
+    return ()
 
 
 def _with_intervals(part: Contribution, half: Mapping[str, float]) -> Contribution:

@@ -21,10 +21,12 @@ from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import require_the_rigs_sense, rig_of
 from hysteresis import Record
-from hysteresis.arrays import Floats
+from hysteresis.arrays import Floats, Mask
 from hysteresis.fitting.uncertainty import Parameter
+from hysteresis.records.metrics import noise_floor
 from hysteresis.records.path import branches, require_reversal
 from hysteresis.records.record import RecordError
+from hysteresis.sensors.readings import Cleaned, cleaned, sensor_notes
 from validation.separation.contributions import loop_program
 
 SAMPLES = 300
@@ -34,6 +36,7 @@ CORRELATED = 0.95
 _AT_REST = 0.05  # share of the drive's range: a record that begins this close to zero begins from rest
 _STEP = 1e-3  # of finite differences, in scales of the parameters
 _MOST_CALLS = 60
+_LEAST_NOISE = 1e-6  # of the range of the angle: less comes from a simulation
 
 
 @dataclass(frozen=True)
@@ -107,6 +110,11 @@ class RigCalibration:
         Shape (6, 6), in the parameters' units.
     quantile
         Half width of an interval over the standard deviation.
+    noise_deg
+        Of the angle, from cycles that repeat or from neighbouring samples. What the rig leaves beyond it is not of the
+        rig: intervals are as many times wider.
+    notes
+        What was taken out of the records before the fit.
     condition
         Condition number of the Jacobian with columns scaled to length 1.
     correlations
@@ -122,24 +130,32 @@ class RigCalibration:
     covariance: Floats
     quantile: float
     rmse_deg: float
+    noise_deg: float
     condition: float
     correlations: dict[str, float]
     inseparable: tuple[str, ...]
     experiments: tuple[Experiment, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def misfit(self) -> float:
+        """What the rig leaves over the noise."""
+        return self.rmse_deg / self.noise_deg
 
 
 @dataclass(frozen=True)
 class _Loop:
-    """A thinned record with the rig and the load program that reproduce it."""
+    """A thinned record with the rig and the load program that reproduce it; ``read`` are its readings."""
 
     rig: Rig
     program: LoadProgram
     skip: int  # samples of the approach
     angle_deg: Floats
+    read: Mask
 
     def residual(self, values: Floats) -> Floats:
         angle = simulate_chain(with_parameters(self.rig, values), self.program).angle_deg[self.skip :]
-        difference = angle - self.angle_deg
+        difference = (angle - self.angle_deg)[self.read]
         return np.asarray(difference - difference.mean())  # the zero of the angle is free
 
 
@@ -153,7 +169,9 @@ def calibrate_rig(records: Sequence[Record]) -> RigCalibration:
     RigError
         The rig is invalid, cannot follow its record, or needs times or cycles.
     """
-    loops = [_loop(record) for record in records]
+    sensed = [cleaned(record) for record in records]
+    loops = [_loop(one) for one in sensed]
+    noise_deg = _noise_deg([one.record for one in sensed])
     scales = np.array([c.scale for c in PARAMETERS.values()])
     low, high = (np.array([getattr(c, end) for c in PARAMETERS.values()]) / scales for end in ("low", "high"))
 
@@ -161,13 +179,14 @@ def calibrate_rig(records: Sequence[Record]) -> RigCalibration:
         try:
             return np.concatenate([loop.residual(x * scales) for loop in loops])
         except SolverError:  # no equilibrium with these values: the large residual shortens the step
-            return np.full(sum(loop.angle_deg.size for loop in loops), 1e3)
+            return np.full(sum(int(loop.read.sum()) for loop in loops), 1e3)
 
     start = np.array(list(parameters_of(loops[0].rig).values())) / scales
     start = np.clip(start, np.maximum(low, 0.1), 0.9 * high)  # friction of 0 has a vanishing derivative
     fit = least_squares(residual, start, bounds=(low, high), diff_step=_STEP, max_nfev=_MOST_CALLS, x_scale="jac")
     columns = jacobian(residual, fit.x, high)
-    return _calibration(loops, fit.x, scales, fit.fun, columns)
+    found = _calibration(loops, fit.x, scales, (fit.fun, columns), noise_deg)
+    return replace(found, notes=sensor_notes(sensed))
 
 
 def jacobian(residual: Callable[[Floats], Floats], x: Floats, high: Floats) -> Floats:
@@ -179,7 +198,14 @@ def jacobian(residual: Callable[[Floats], Floats], x: Floats, high: Floats) -> F
     return np.column_stack(columns)
 
 
-def _loop(record: Record) -> _Loop:
+def _noise_deg(records: Sequence[Record]) -> float:
+    """Give the noise of all records together, at least what their digits resolve."""
+    floor = math.sqrt(sum(noise_floor(record) ** 2 for record in records) / len(records))
+    return max(floor, _LEAST_NOISE * max(float(np.ptp(record.angle_deg)) for record in records))
+
+
+def _loop(sensed: Cleaned) -> _Loop:
+    record, read = sensed.record, sensed.read
     name = record.source or record.title or "record"
     rig = rig_of(record)
     if rig is None:
@@ -189,24 +215,30 @@ def _loop(record: Record) -> _Loop:
         raise RecordError(f"{name}: drive in {record.drive_unit}: expected mm for a known rig")
     require_reversal(record)
     require_the_rigs_sense(record)
-    every = max(1, math.ceil(record.drive.size / SAMPLES))
+    every = max(1, math.ceil(int(read.sum()) / SAMPLES))
     keep = np.zeros(record.drive.size, dtype=bool)
-    keep[::every] = True
+    keep[np.flatnonzero(read)[::every]] = True
     keep[[0, *(b.stop - 1 for b in branches(record.drive))]] = True
     drive = record.drive[keep]
     # a record that does not begin at rest has a history: assume that the same drive went before it
     from_rest = abs(drive[0]) <= _AT_REST * np.ptp(drive)
     path = drive if from_rest else np.concatenate([drive, drive])
     try:
-        loop = _Loop(rig, LoadProgram(path), path.size - drive.size, record.angle_deg[keep])
+        loop = _Loop(rig, LoadProgram(path), path.size - drive.size, record.angle_deg[keep], read[keep])
         simulate_chain(rig, loop.program)
     except (RigError, SolverError) as error:
         raise RigError(f"{name}: {error}") from None
     return loop
 
 
-def _calibration(loops: list[_Loop], x: Floats, scales: Floats, residual: Floats, columns: Floats) -> RigCalibration:
-    """Covariance, correlations and advice; autocorrelated residuals (first order) count as fewer samples."""
+def _calibration(
+    loops: list[_Loop], x: Floats, scales: Floats, fit: tuple[Floats, Floats], noise_deg: float
+) -> RigCalibration:
+    """Covariance, correlations and advice from the residual and the Jacobian of a fit.
+
+    Autocorrelated residuals (first order) count as fewer samples, and those beyond the noise widen all intervals.
+    """
+    residual, columns = fit
     m, p = columns.shape
     r = max(0.0, float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300))
     effective = max(1.0, m * (1 - r) / (1 + r))
@@ -216,7 +248,8 @@ def _calibration(loops: list[_Loop], x: Floats, scales: Floats, residual: Floats
     _, singular, basis = np.linalg.svd(columns / norms, full_matrices=False)
     singular = np.maximum(singular, 1e-9 * singular[0])
     unit = (basis.T / singular**2) @ basis / np.outer(norms, norms)
-    scaled = variance * unit
+    rmse_deg = float(np.sqrt(np.mean(residual**2)))
+    scaled = variance * unit * max(1.0, rmse_deg / noise_deg) ** 2
     quantile = float(student.ppf(0.975, max(1, m - p)))
     names, half = list(PARAMETERS), quantile * np.sqrt(np.diag(scaled)) * scales
     correlation = unit / np.sqrt(np.outer(np.diag(unit), np.diag(unit)))
@@ -230,7 +263,8 @@ def _calibration(loops: list[_Loop], x: Floats, scales: Floats, residual: Floats
         parameters=parameters,
         covariance=scaled * np.outer(scales, scales),
         quantile=quantile,
-        rmse_deg=float(np.sqrt(np.mean(residual**2))),
+        rmse_deg=rmse_deg,
+        noise_deg=noise_deg,
         condition=float(singular[0] / singular[-1]),
         correlations=pairs,
         inseparable=_inseparable(parameters, pairs),
@@ -265,7 +299,8 @@ def _experiments(loop: _Loop, x: Floats, scales: Floats, columns: Floats, varian
         if preload == 0 and p != 1:
             continue
         rig, program = replace(loop.rig, preload_N=p * preload), loop_program(a * low, a * high, cycles=1)
-        other = _Loop(rig, program, 0, np.zeros(program.drive_mm.size))
+        angles = np.zeros(program.drive_mm.size)
+        other = _Loop(rig, program, 0, angles, angles == 0)
         try:
             more = jacobian(lambda y, other=other: other.residual(y * scales), x, limits)  # type: ignore[misc]
         except (SolverError, RigError):
