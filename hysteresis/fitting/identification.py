@@ -77,11 +77,11 @@ def identify(
     began, words = time.perf_counter(), list[str]()
     records = [record] if isinstance(record, Record) else list(record)
     _require_usable(records, settings.delay)
-    sensed = [cleaned(one) for one in records]
-    records, spoiled = [one.record for one in sensed], sensor_notes(sensed)
     bases, label = _kinematics(records, base, kinematics)
     longest = _longest_delay(records) if settings.delay else 0.0
     whole = [hold_out(r) for r in records] if splits is None else list(splits)
+    sensed = [cleaned(one, _seen(split)) for one, split in zip(records, whole, strict=True)]
+    records, spoiled = [one.record for one in sensed], sensor_notes(sensed)
     whole = [split.only(one.read) for split, one in zip(whole, sensed, strict=True)]
     shorter = whole if splits is not None else _without_first_strokes(records, whole, words)
     form = Form((), groups=_groups(records, amplitude_by), longest_delay_s=longest, place=_place(records, whole))
@@ -117,6 +117,11 @@ def _with_law(
         return replace(fit, choice=choice)
     judged = judge(records, splits, one, fit.settings, fit.kinematics)
     return replace(judged, choice=choice, bouc_wen=fit, notes=fit.notes)
+
+
+def _seen(split: Split) -> int:
+    """Samples before the first one that is held out: nothing behind it may change what is fitted."""
+    return int(split.heldout.argmax()) if split.heldout.any() else split.heldout.size
 
 
 def _place(records: Sequence[Record], splits: Sequence[Split]) -> Place:

@@ -74,7 +74,7 @@ def response(samples: Samples, form: Form, point: Point, spread: Uncertainty | N
 
     found = {}
     for name, log_of, unit in (
-        ("saturation_deg", _log_saturation, "deg"),
+        ("saturation_deg", _log_half_width, "deg"),
         ("slope_after_reversal", _log_slope, "1"),
         ("reach_deg", lambda form, point: _log_way(form, point, _WAY), "deg"),
     ):
@@ -111,6 +111,11 @@ def _symmetric(form: Form, point: Point) -> list[Element]:
     rows[:, 4:-1] = 0.0
     rows[:, -1] = point.sign  # after a long way in which f rose
     return [form.base_law.element(point.sign, row, form.place) for row in rows]
+
+
+def _log_half_width(form: Form, point: Point) -> float:
+    rows = form.values(point.q[np.newaxis], 0)[0]
+    return math.log(sum(form.base_law.half_width_deg(point.sign, row) for row in rows))
 
 
 def _log_saturation(form: Form, point: Point) -> float:

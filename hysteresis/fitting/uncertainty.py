@@ -18,6 +18,7 @@ from hysteresis.laws.elements import BOUC_WEN
 _CONFIDENCE = 0.95
 _GRADIENT_STEP = 1e-5  # of q, for what follows from it
 _STEP = 1e-6  # of finite differences; the kernel of h is exact to about 1e-13
+_CANCELLED = 1e-13  # of the variances that cancel each other: a smaller sum is rounding
 _UNIDENTIFIABLE = 1e-9  # of the largest column of the Jacobian; smaller columns are rounding
 _WIDEST_LOG = 30.0  # half width of a logarithm's interval; a wider one is not reported
 _WIDEST_STATE = 4.0  # saturations: an interval of an initial state that is wider says nothing
@@ -66,11 +67,18 @@ class Uncertainty:
     freedom: Callable[[Floats], float] | None = None
 
     def half_width(self, gradient: Floats) -> float:
-        """Half width of the interval of a function of x with this gradient, shape (s + p,); may be infinite."""
+        """Half width of the interval of a function of x with this gradient, shape (s + p,).
+
+        It is infinite where the samples do not tell, or where the variance is the rounding of large ones that cancel.
+        """
         if (gradient[self.unidentifiable] != 0).any():
             return math.inf
+        variance = float(gradient @ self.covariance @ gradient)
+        terms = float(np.abs(gradient) @ np.abs(self.covariance) @ np.abs(gradient))
+        if variance <= _CANCELLED * terms:
+            return math.inf if terms > 0.0 else 0.0
         quantile = self.quantile if self.freedom is None else _quantile(self.freedom(gradient))
-        return quantile * math.sqrt(max(0.0, float(gradient @ self.covariance @ gradient)))
+        return quantile * math.sqrt(variance)
 
     def correlation(self, i: int, j: int) -> float:
         """Correlation of two entries of x; 0 if the variance of one is 0."""
@@ -309,8 +317,14 @@ def _of_other_law(reader: Reader, form: Form, point: Point) -> dict[str, Paramet
     found = {
         name: _bounded(reader, name, value, unit, gradient(name)) for name, (value, unit) in named(point.q).items()
     }
-    saturation = math.exp(point.q[1]) if point.sign else 0.0
-    return found | {"saturation_deg": reader.positive(saturation, reader.along(1), "deg")}
+    if point.sign == 0:
+        return found | {"saturation_deg": reader.positive(0.0, reader.along(1), "deg")}
+
+    def log_half_width(q: Floats) -> float:
+        return math.log(law.half_width_deg(point.sign, form.values(q[np.newaxis], 0)[0, 0]))
+
+    along = reader.gradient(log_half_width, point.q, range(law.size))
+    return found | {"saturation_deg": reader.positive(math.exp(log_half_width(point.q)), along, "deg")}
 
 
 def _bounded(reader: Reader, name: str, value: float, unit: str, gradient: Floats) -> Parameter:

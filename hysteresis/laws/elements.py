@@ -71,6 +71,7 @@ class Law:
     follow: Callable[[Floats, Floats, Floats, Place], Floats]
     element: Callable[[float, Floats, Place], Element]
     named: Callable[[float, Floats], dict[str, tuple[float, str]]]
+    half_width_deg: Callable[[float, Floats], float] = lambda sign, values: math.exp(values[1])
 
     @property
     def size(self) -> int:
@@ -201,6 +202,11 @@ def _asymmetric_named(sign: float, values: Floats) -> dict[str, tuple[float, str
     }
 
 
+def _asymmetric_half_width(sign: float, values: Floats) -> float:
+    """Mean of the limits with f falling and rising, and of both sides of the centre."""
+    return float(_asymmetric_limits(values[np.newaxis]).mean())
+
+
 # --- Prandtl-Ishlinskii ------------------------------------------------------------------------------------------
 
 
@@ -278,6 +284,7 @@ LAWS: dict[LawName, Law] = {
         _asymmetric,
         _asymmetric_element,
         _asymmetric_named,
+        _asymmetric_half_width,
     ),
     "generalised-prandtl-ishlinskii": Law(
         "generalised-prandtl-ishlinskii",

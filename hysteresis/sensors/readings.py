@@ -39,8 +39,7 @@ UNORDERED = 0.15
 """Median step of the drive over its range from which rows are in no order."""
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
-SHOWN = 5
-"""Samples that words name."""
+TAKEN = "it is taken out"
 
 LEAPT = "a leap amid a cycle is no property of the rig: look at the sensor, the clamp and the encoder"
 """Reason not to say that nothing is missing."""
@@ -68,22 +67,23 @@ class Readings:
     leap_deg: Floats | None = None
 
 
-def readings_of(record: Record) -> Readings:
+def readings_of(record: Record, seen: int | None = None) -> Readings:
     """Find the samples at which a record reads the angle; all of them where no sensor held or lost a value.
 
-    Trials under a tendon force are taken as they are.
+    Trials under a tendon force are taken as they are. A leap is looked for in the first ``seen`` samples only, so that
+    no angle behind them takes part.
     """
     every = np.ones(record.angle_deg.size, dtype=bool)
     if record.drive_unit == "N":
         return Readings(every)
     lost = lost_readings(record.drive, record.angle_deg)
     record = _without(record, lost)
-    leap_deg = sudden_leap(record)
+    leap_deg = sudden_leap(record, seen)
     updates = held_updates(record.drive, record.angle_deg)
     if updates is not None:
         held = round(float(np.median(np.diff(np.flatnonzero(updates)))))
         return Readings(updates & ~lost, held, _places(lost), leap_deg)
-    spikes = lost | isolated_spikes(record.angle_deg, record.time_s)
+    spikes = lost | (isolated_spikes(record.angle_deg, record.time_s) & ~_turns(record.drive))
     return Readings(~spikes, spikes=_places(spikes), leap_deg=leap_deg)
 
 
@@ -99,6 +99,12 @@ def _without(record: Record, lost: Mask) -> Record:
             slope = (angle[k - 1] - angle[k - 2]) / (drive[k - 1] - drive[k - 2])
             angle[k] = angle[k - 1] + slope * (drive[k] - drive[k - 1])
     return replace(record, angle_deg=angle)
+
+
+def _turns(drive: Floats) -> Mask:
+    """Samples at which the drive turns, where the angle has a kink."""
+    steps = np.diff(drive)
+    return np.concatenate([[False], steps[1:] * steps[:-1] < 0, [False]])
 
 
 def _places(samples: Mask) -> tuple[int, ...]:
@@ -124,11 +130,14 @@ class Cleaned:
     words: tuple[str, ...]
 
 
-def cleaned(record: Record) -> Cleaned:
-    """Take out of a record what a sensor added and no rig makes; the record itself where nothing was found."""
+def cleaned(record: Record, seen: int | None = None) -> Cleaned:
+    """Take out of a record what a sensor added and no rig makes; the record itself where nothing was found.
+
+    Of samples behind the first ``seen`` ones nothing but spikes is left out: they are held out of a fit.
+    """
     mended, lost = without_lost_counts(record)
-    readings = readings_of(mended)
-    words = (*([lost] if lost else []), *_order_words(record), *reading_words([mended]))
+    readings = readings_of(mended, seen)
+    words = (*([lost] if lost else []), *_order_words(record), *reading_words([mended], seen))
     if readings.read.all() and readings.leap_deg is None:
         return Cleaned(mended, readings.read, words)
     if readings.leap_deg is not None:
@@ -157,18 +166,34 @@ def sensor_notes(found: Sequence[Cleaned]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def sudden_leap(record: Record) -> Floats | None:
+def sudden_leap(record: Record, seen: int | None = None) -> Floats | None:
     """Leap of the angle amid a cycle or between two samples, which no rig makes, shape (m,), deg; None without one."""
-    leap = leap_between_cycles(record)
+    part = _first(record, seen)
+    leap = leap_between_cycles(part)
     if leap is None or not leap.sudden:
-        lone = leap_of_angle(record)
+        lone = leap_of_angle(part)
         return None if lone is None else lone.of_each(record.angle_deg.size)
     return np.where(np.arange(record.angle_deg.size) >= leap.sample, leap.size_deg, 0.0)
 
 
-def reading_words(records: Sequence[Record]) -> tuple[str, ...]:
+def _first(record: Record, seen: int | None) -> Record:
+    """Drive, angle, time and cycle of the first samples of a record."""
+    if seen is None or seen >= record.drive.size:
+        return record
+    time_s, cycle = (None if column is None else column[:seen] for column in (record.time_s, record.cycle))
+    return Record(
+        record.drive[:seen],
+        record.angle_deg[:seen],
+        record.drive_unit,
+        time_s=time_s,
+        cycle=cycle,
+        source=record.source,
+    )
+
+
+def reading_words(records: Sequence[Record], seen: int | None = None) -> tuple[str, ...]:
     """Say which samples are not taken as readings, and what is taken out; empty where all are as they should be."""
-    found = [readings_of(record) for record in records]
+    found = [readings_of(record, seen) for record in records]
     held = [one.held for one in found if one.held > 1]
     spikes, samples = sum(len(one.spikes) for one in found), sum(one.read.size for one in found)
     words = []
@@ -177,7 +202,10 @@ def reading_words(records: Sequence[Record]) -> tuple[str, ...]:
         words.append(f"the sensor repeats its values for {slow} samples: only samples where they change are used")
     if spikes:
         words.append(f"{spikes} of {samples} angles are isolated spikes, which are left out")
-    words += [_leap_words(record, i) for i, record in enumerate(records) if record.drive_unit != "N"]
+    for i, record in enumerate(records):
+        if record.drive_unit != "N":
+            here = _leap_words(_first(record, seen), i)
+            words.append(here or _leap_words(record, i).replace(TAKEN, "it stays, as held-out samples have it"))
     return tuple(word for word in words if word)
 
 
@@ -192,12 +220,12 @@ def _leap_words(record: Record, number: int) -> str:
             when = f"sample {lone.sample + 1}" if record.time_s is None else f"{record.time_s[lone.sample]:.3g} s"
             return (
                 f"{name}: the angle leaps by {lone.size:.2g} deg at {when}, between two samples, and stays off: a "
-                "sensor or a clamp that moved; it is taken out"
+                f"sensor or a clamp that moved; {TAKEN}"
             )
     if leap is None:
         return ""
     when = f"sample {leap.sample + 1}" if record.time_s is None else f"{record.time_s[leap.sample]:.3g} s"
-    out = "it is taken out" if leap.sudden else "repeatability leaves it out"
+    out = TAKEN if leap.sudden else "repeatability leaves it out"
     return (
         f"{name} is off by {abs(leap.size_deg):.2g} deg from {when} on, against the same drive in its other cycles: a "
         f"leap of the sensor or a clamp, or lost counts; {out}"

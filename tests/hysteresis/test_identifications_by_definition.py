@@ -99,7 +99,10 @@ def test_an_identification_fits_another_law_only_where_there_is_hysteresis(monke
     """With a first stroke that differs, both samples are fitted, and the shorter ones kept where the stroke costs."""
     asked, ticks = [], []
     record = Record(LOOP, 10 * LOOP + 0.1 * np.sign(np.gradient(LOOP)))
-    whole, short = (SimpleNamespace(train=np.arange(LOOP.size) >= first, heldout=None) for first in (0, 5))
+    whole, short = (
+        SimpleNamespace(train=np.arange(LOOP.size) >= first, heldout=np.zeros(LOOP.size, bool)) for first in (0, 5)
+    )
+    whole.only = lambda read: whole
     monkeypatch.setattr(identification, "hold_out", lambda record: whole)
     monkeypatch.setattr(
         identification, "without_first_stroke", lambda *given: (short, "left out") if strokes else (whole, None)

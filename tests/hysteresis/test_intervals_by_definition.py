@@ -237,8 +237,11 @@ def test_the_response_is_that_at_the_centre_without_asymmetry(sign, wide, inner,
     for name, own in ((wide, (*constants, *more)), (inner, constants)):
         form = Form((line(),), base_law=LAWS[name], place=place)
         found.append(response.response(samples, form, Point(sign, values_of(name, *own, state=0.3), np.zeros(1)), None))
-    for name in ("saturation_deg", "slope_after_reversal", "reach_deg"):
+    for name in ("slope_after_reversal", "reach_deg"):
         assert found[0][name].value == pytest.approx(found[1][name].value, rel=1e-9)
+    # half the width at the centre: limits S exp(+-0.6 +-0.7), their mean
+    wider = math.cosh(0.6) * math.cosh(0.7) if wide == "asymmetric-bouc-wen" else 1.0
+    assert found[0]["saturation_deg"].value == pytest.approx(2.0 * wider, rel=1e-9)
     assert ("n" in found[0]) is (wide == "asymmetric-bouc-wen")
     assert found[1]["saturation_deg"].value == pytest.approx(2.0)
 
