@@ -120,7 +120,7 @@ def _with_law(
 
 
 def _seen(split: Split) -> int:
-    """Samples before the first one that is held out: nothing behind it may change what is fitted."""
+    """Count the samples before the first one that is held out: nothing behind it may change what is fitted."""
     return int(split.heldout.argmax()) if split.heldout.any() else split.heldout.size
 
 

@@ -83,7 +83,8 @@ def readings_of(record: Record, seen: int | None = None) -> Readings:
     if updates is not None:
         held = round(float(np.median(np.diff(np.flatnonzero(updates)))))
         return Readings(updates & ~lost, held, _places(lost), leap_deg)
-    spikes = lost | (isolated_spikes(record.angle_deg, record.time_s) & ~_turns(record.drive))
+    spikes = isolated_spikes(record.angle_deg, record.time_s)
+    spikes = lost | (spikes & (~_turns(record.drive) | _is_far_off(record, spikes)))
     return Readings(~spikes, spikes=_places(spikes), leap_deg=leap_deg)
 
 
@@ -102,9 +103,16 @@ def _without(record: Record, lost: Mask) -> Record:
 
 
 def _turns(drive: Floats) -> Mask:
-    """Samples at which the drive turns, where the angle has a kink."""
+    """Find the samples at which the drive turns, where the angle has a kink."""
     steps = np.diff(drive)
     return np.concatenate([[False], steps[1:] * steps[:-1] < 0, [False]])
+
+
+def _is_far_off(record: Record, spikes: Mask) -> Mask:
+    """Whether samples are as far off as lost readings from where they would be without spikes, shape (m,)."""
+    low, high = np.quantile(record.angle_deg, [0.05, 0.95])
+    off = np.abs(record.angle_deg - _without(record, spikes).angle_deg)
+    return np.asarray(off > LEAST_FAR * (high - low))
 
 
 def _places(samples: Mask) -> tuple[int, ...]:
