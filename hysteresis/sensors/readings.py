@@ -188,15 +188,10 @@ def _first(record: Record, seen: int | None) -> Record:
     """Drive, angle, time and cycle of the first samples of a record."""
     if seen is None or seen >= record.drive.size:
         return record
-    time_s, cycle = (None if column is None else column[:seen] for column in (record.time_s, record.cycle))
-    return Record(
-        record.drive[:seen],
-        record.angle_deg[:seen],
-        record.drive_unit,
-        time_s=time_s,
-        cycle=cycle,
-        source=record.source,
-    )
+    time_s = None if record.time_s is None else record.time_s[:seen]
+    cycle = None if record.cycle is None else record.cycle[:seen]
+    drive, angle = record.drive[:seen], record.angle_deg[:seen]
+    return Record(drive, angle, record.drive_unit, time_s=time_s, cycle=cycle, source=record.source)
 
 
 def reading_words(records: Sequence[Record], seen: int | None = None) -> tuple[str, ...]:

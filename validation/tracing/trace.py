@@ -31,6 +31,7 @@ from hysteresis.records.record import Record, RecordError
 from hysteresis.sensors.lone_steps import without_lost_counts
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.equivalent_rig import equivalent_rig_problem
+from validation.tracing.baseline.first_state import with_first_states
 from validation.tracing.baseline.in_space import SpaceProblem, space_problem, with_reference
 from validation.tracing.baseline.known_rig import (
     KnownRigProblem,
@@ -39,11 +40,13 @@ from validation.tracing.baseline.known_rig import (
     with_varied_flexures,
 )
 from validation.tracing.baseline.motor_drive import MotorDriveProblem, motor_drive_problem
+from validation.tracing.baseline.rig_problem import RigProblem
 from validation.tracing.cross_validated import play_baselines, trace_by_folds, trace_change
 from validation.tracing.effect import Effect, acting, catalogue
 from validation.tracing.fitting import Fitted, Model, fit
 from validation.tracing.fitting.evidence import (
     beats_smooth_functions,
+    is_noise,
     is_worth_adding,
     nothing_to_explain,
     rests_early,
@@ -300,9 +303,23 @@ def _trace_as_declared(search: Search) -> Trace:
     search.report("the baseline model")
     baseline = _baseline_of_known_rig(search)
     baseline = best_of_other_loops(search, baseline)
+    search, baseline = _from_first_states(search, baseline)
     if rests_early(baseline) and not isinstance(search.problem, SpaceProblem):  # whose runs take far longer
         search = replace(search, early=_declared(search, baseline))
     return _with_better_baseline(search, find_effects(search, baseline))
+
+
+def _from_first_states(search: Search, baseline: Fitted) -> tuple[Search, Fitted]:
+    """Fit the baseline again where records do not begin at rest (:mod:`validation.tracing.baseline.first_state`)."""
+    if not isinstance(search.problem, RigProblem) or is_noise(baseline):
+        return search, baseline
+    train, values = baseline.holdout.train, baseline.model.values(baseline.x)[0]
+    problem = with_first_states(search.problem, values, train)
+    if problem is search.problem:
+        return search, baseline
+    there = replace(search, problem=problem, _forms={})
+    found = fit(Model(problem), baseline.holdout, baseline.x, threads=search.threads)
+    return (there, found) if found.square < baseline.square else (search, baseline)
 
 
 def _declared(search: Search, baseline: Fitted) -> Fitted | None:
@@ -447,6 +464,10 @@ def _trace_equivalent_rig(
         search = _beside(Search(problem, EQUIVALENT_RIG, effects, threads, report), competitors)
         early = _baseline_of_all_samples(search, EARLY_STEPS)
         baseline = _baseline_of_all_samples(replace(search, early=early))
+        at_rest = search
+        search, baseline = _from_first_states(search, baseline)
+        if search is not at_rest:
+            early = _baseline_of_all_samples(search, EARLY_STEPS)
         if early.square > LEAST_ABSORBED * baseline.square:
             search = replace(search, early=early)
         if baseline.rmse_deg < NOT_ALIKE * search.problem.scale.angle_deg and not search.is_far_behind(baseline):

@@ -25,6 +25,7 @@ from fem_models.rig.rig import Friction, Material, Tendon, Wheel
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.path import cycle_index
 from hysteresis.records.record import Record, RecordError
+from validation.tracing.baseline.first_state import as_started
 from validation.tracing.baseline.known_rig import SOFT_STICK, soft_mm_per_N, stick_compliance
 from validation.tracing.baseline.rig_problem import Added, RigProblem
 from validation.tracing.baseline.runs import Run, drive_runs, run_setup
@@ -261,6 +262,7 @@ def refined_problem(problem: Problem) -> EquivalentRigProblem:
     with_roots = {id(runs[0].rig): _with_roots(runs[0].rig) for runs in problem.runs}  # records share one object
     rigs = [with_roots[id(runs[0].rig)] for runs in problem.runs]
     runs = tuple(drive_runs(rig, inputs) for rig, inputs in zip(rigs, in_mm, strict=True))
+    runs = tuple(tuple(map(as_started, own, before)) for own, before in zip(runs, problem.runs, strict=True))
     return replace(
         problem,
         records=used,

@@ -29,7 +29,8 @@ class Run:
     """A piece of a record as a run of its rig from rest; the first ``skip`` samples of the run are its approach.
 
     Cycles that repeat each other exactly need not be run again by a rig without a memory for time and cycles:
-    ``short`` ends after the second one, and ``where`` gives its sample that stands for each sample of the run.
+    ``short`` ends after the second one, and ``where`` gives its sample that stands for each sample of the run. The
+    drive may have come to the first sample from ``away_mm`` beyond it (:mod:`.first_state`).
     """
 
     rig: Rig
@@ -37,6 +38,7 @@ class Run:
     skip: int
     short: LoadProgram | None = None
     where: Ints | None = None
+    away_mm: float = 0.0
 
     def solve(self, rig: Rig) -> ChainSolution:
         """Run a rig through it."""
