@@ -88,5 +88,9 @@ def _error_rows(report: TraceReport) -> list[ErrorRow]:
 
 
 def _parameter_rows(report: TraceReport) -> list[ParameterRow]:
-    tables = [*((effect.name, effect.parameters) for effect in report.effects), ("baseline model", report.declared)]
+    tables = [
+        *((effect.name, effect.parameters) for effect in report.effects),
+        ("baseline model", report.baseline),
+        ("file of the rig", report.declared),
+    ]
     return [ParameterRow(of, name, parameter) for of, table in tables for name, parameter in table.items()]

@@ -15,6 +15,7 @@ from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.records.metrics import Errors, errors, leap_between_cycles
 from hysteresis.sensors.readings import LEAPT
+from validation.tracing.declared import differing_words, stated_values
 from validation.tracing.fitting.channel_errors import ChannelTable, channel_table, channel_words, with_channel_fits
 from validation.tracing.fitting.dependence import Dependence, dependences
 from validation.tracing.fitting.fitted import Fitted
@@ -156,9 +157,10 @@ class TraceReport:
     ``explained_share`` is the part of the mean square held-out error above the noise floor that the named effects take,
     or that the nearest candidate would take where none is named. ``detection_limits`` has the smallest size of each
     effect that the records would have shown. ``reference`` are the records that were compared with.
-    ``declared`` has the parameters of the baseline as fitted together with the effects. ``alike`` is the difference of
-    the criterion below which candidates are not distinguished. ``words`` are reasons for the verdict. ``samples_file``
-    has the records and models sample by sample; ``held_out`` says which records, then references, are held out.
+    ``declared`` has what the file of the rig states for parameters of the baseline, and ``baseline`` has these as fitted
+    together with the effects. ``alike`` is the difference of the criterion below which candidates are not
+    distinguished. ``words`` are reasons for the verdict. ``samples_file`` has the records and models sample by sample;
+    ``held_out`` says which records, then references, are held out.
     """
 
     schema: int
@@ -194,6 +196,7 @@ class TraceReport:
     samples_file: str | None = None
     held_out: tuple[bool, ...] = ()
     ranking: tuple[RankedModel, ...] = ()
+    baseline: Mapping[str, Parameter] = field(default_factory=dict)
 
     @property
     def named(self) -> str:
@@ -226,7 +229,8 @@ def trace_report(
     seed: int = 0,
 ) -> TraceReport:
     """Make the report of a trace; ``seconds`` and ``seed`` are passed through."""
-    declared, *parameters = fitted_parameters(trace.augmented)
+    baseline, *parameters = fitted_parameters(trace.augmented)
+    stated = stated_values(trace.records[0], baseline) if trace.known else {}
     before = errors_of(trace.baseline)
     own = len(trace.baseline.names)
     count = len(trace.records) - trace.reference
@@ -250,8 +254,8 @@ def trace_report(
         rig_known=trace.known,
         model=trace.model,
         heldout_by=_heldout_by(trace),
-        declared=declared,
-        words=trace.words,
+        declared=stated,
+        words=(*trace.words, *differing_words(baseline, stated)),
         smooth=SmoothReport(trace.smooth.names, math.sqrt(trace.smooth.square)),
         residual=ResidualReport(
             dependences(trace.baseline),
@@ -268,6 +272,7 @@ def trace_report(
         leaps=tuple(_leaps(trace, names[:count])),
         held_out=tuple(trace.baseline.holdout.is_held_out(i) for i in range(len(names))),
         ranking=ranked_models(trace),
+        baseline=baseline,
     )
 
 
