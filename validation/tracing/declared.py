@@ -11,7 +11,7 @@ from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.records.record import Record
 
 WIDER = 2.0
-"""Half an interval times this is the least difference that is told: of six parameters one is often beyond half of it."""
+"""Least difference that is told, over half an interval: of six parameters one is often beyond it by chance."""
 KEYS = {
     "sheath_N": ("friction", "sheath_N"),
     "capstan_coefficient": ("friction", "capstan_coefficient"),
@@ -59,7 +59,7 @@ def _stated_keys(record: Record) -> Mapping[str, Mapping[str, object]] | None:
 
 
 def differing_words(fitted: Mapping[str, Parameter], stated: Mapping[str, Parameter]) -> tuple[str, ...]:
-    """Say which fitted parameters differ from the file by far more than their interval, and what else that looks like."""
+    """Say which fitted parameters differ from the file by far more than their interval, and what that looks like."""
     words = []
     for name, file in stated.items():
         one = fitted[name]

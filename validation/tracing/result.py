@@ -157,8 +157,8 @@ class TraceReport:
     ``explained_share`` is the part of the mean square held-out error above the noise floor that the named effects take,
     or that the nearest candidate would take where none is named. ``detection_limits`` has the smallest size of each
     effect that the records would have shown. ``reference`` are the records that were compared with.
-    ``declared`` has what the file of the rig states for parameters of the baseline, and ``baseline`` has these as fitted
-    together with the effects. ``alike`` is the difference of the criterion below which candidates are not
+    ``declared`` has what the file of the rig states for parameters of the baseline, and ``baseline`` these as
+    fitted together with the effects. ``alike`` is the difference of the criterion below which candidates are not
     distinguished. ``words`` are reasons for the verdict. ``samples_file`` has the records and models sample by sample;
     ``held_out`` says which records, then references, are held out.
     """

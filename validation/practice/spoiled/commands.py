@@ -1,0 +1,238 @@
+"""Score of spoiled records in all commands: ``python -m validation.practice.spoiled.commands 1000 SEED [COMMAND...]``.
+
+Records of a pair-notched tube whose parameters are drawn, each spoiled in one way, or clean. A result is silent where
+it is further from the right one than its interval says, and no word warns of the record. Each row says how many were
+silent, and how many clean records were warned of.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from fem_models.analytic import theory_curve
+from fem_models.chain import simulate_chain
+from fem_models.load import triangle
+from fem_models.rig import Rig, RigError, preset
+from fem_models.rig.checks import SolverError
+from fem_models.rig.rig import Friction
+from hysteresis import Fit, Record, identify
+from hysteresis.arrays import Floats
+from hysteresis.laws.inverse import compensating_drive
+from hysteresis.records.record import RecordError
+
+PROCESSES = 2
+NOISE_DEG = 0.05
+STEP_MM = 0.1
+NO_WARNING = ("not separated by these records", "of the width remains with inextensible tendons")
+"""Words that say what records allow, and nothing of what is wrong with them."""
+TOLERANCE = 0.02
+"""Difference from the right value, over it, that no user would call wrong, whatever the interval is."""
+
+Rng = np.random.Generator
+Loop = tuple[Floats, Floats]
+"""Drive, mm, and angle, deg."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """Records of one rig, how the first one is spoiled, and the same records as they were."""
+
+    kind: str
+    rig: Rig
+    records: tuple[Record, ...]
+    clean: tuple[Record, ...]
+
+
+def _spikes(loop: Loop, rng: Rng) -> Loop:
+    drive, angle = loop[0], loop[1].copy()
+    hit = rng.choice(angle.size, int(rng.integers(1, 6)), replace=False)
+    angle[hit] = rng.choice([180.0, 999.0, -999.0, 0.0, 1e4])
+    return drive, angle
+
+
+def _lost(loop: Loop, rng: Rng) -> Loop:
+    drive, angle = loop[0], loop[1].copy()
+    first, count = int(rng.integers(5, angle.size - 10)), int(rng.integers(2, 5))
+    angle[first : first + count] = rng.choice([0.0, -1.0, 999.0])
+    return drive, angle
+
+
+def _late(loop: Loop, rng: Rng) -> Loop:
+    samples = int(rng.integers(2, 6))
+    return loop[0], np.concatenate([np.full(samples, loop[1][0]), loop[1][:-samples]])
+
+
+def _shuffled(loop: Loop, rng: Rng) -> Loop:
+    order = rng.permutation(loop[0].size)
+    return loop[0][order], loop[1][order]
+
+
+def _radians(loop: Loop, rng: Rng) -> Loop:
+    return loop[0], np.radians(loop[1])
+
+
+def _wrapped(loop: Loop, rng: Rng) -> Loop:
+    return loop[0], loop[1] % 360.0
+
+
+def _leap(loop: Loop, rng: Rng) -> Loop:
+    at = int(rng.integers(loop[0].size // 3, 2 * loop[0].size // 3))
+    return loop[0], loop[1] + rng.choice([-1.0, 1.0]) * rng.uniform(2.0, 8.0) * (np.arange(loop[0].size) >= at)
+
+
+def _held(loop: Loop, rng: Rng) -> Loop:
+    every = int(rng.integers(3, 6))
+    return loop[0], loop[1][np.arange(loop[1].size) // every * every]
+
+
+def _reversed(loop: Loop, rng: Rng) -> Loop:
+    return loop[0], -loop[1]
+
+
+def _as_it_is(loop: Loop, rng: Rng) -> Loop:
+    return loop
+
+
+KINDS: dict[str, Callable[[Loop, Rng], Loop]] = {
+    "clean": _as_it_is,
+    "spikes": _spikes,
+    "lost readings": _lost,
+    "late angle": _late,
+    "order": _shuffled,
+    "radians": _radians,
+    "wrapped": _wrapped,
+    "leap": _leap,
+    "held": _held,
+    "sense": _reversed,
+    "preloads exchanged": _as_it_is,
+}
+
+
+def drawn(seed: int, number: int) -> Case:
+    """Draw the rig and its two records, and spoil the first of them; every fourth case is clean."""
+    rng = np.random.default_rng((seed, number))
+    names = list(KINDS)
+    kind = "clean" if number % 4 == 0 else names[1 + int(rng.integers(len(names) - 1))]
+    declared = preset("du2018")
+    rig = replace(
+        declared,
+        friction=Friction(capstan_coefficient=float(rng.uniform(0.01, 0.08)), sheath_N=float(rng.uniform(0.5, 3.0))),
+        material=replace(declared.material, loop_share=float(rng.uniform(0.2, 0.6))),
+    )
+    reach, preloads = float(rng.uniform(1.2, 2.0)), (float(rng.uniform(14, 30)), float(rng.uniform(5, 11)))
+    loops = []
+    for preload_N in preloads:
+        found = simulate_chain(replace(rig, preload_N=preload_N), triangle(reach, step_mm=STEP_MM, cycles=2))
+        loops.append((found.drive, found.angle_deg + rng.normal(0.0, NOISE_DEG, found.drive.size)))
+    stated = preloads[::-1] if kind == "preloads exchanged" else preloads
+    spoiled = [KINDS[kind](loops[0], rng), loops[1]]
+    return Case(kind, rig, tuple(map(_record, spoiled, stated, "ab")), tuple(map(_record, loops, preloads, "ab")))
+
+
+def _record(loop: Loop, preload_N: float, name: str) -> Record:
+    return Record(*loop, rig={"preset": "du2018", "preload_N": preload_N}, source=f"{name}.csv")
+
+
+def _is_off(value: float, right: float, low: float | None, high: float | None) -> bool:
+    """Whether a value is further from the right one than its interval says, twice over for chance; None is open."""
+    if low is None or high is None or not np.isfinite([low, high]).all():
+        return False
+    return abs(value - right) > max(high - low, TOLERANCE * abs(right))
+
+
+def _warnings(words: Sequence[str]) -> list[str]:
+    return [one for one in words if not one.startswith(NO_WARNING) and not any(part in one for part in NO_WARNING)]
+
+
+def _fit(record: Record) -> Fit:
+    rig = replace(preset("du2018"), preload_N=float(record.rig["preload_N"]))
+    return identify(record, lambda drive: theory_curve(rig, drive).angle_deg)
+
+
+def run_identify(case: Case) -> tuple[bool, list[str]]:
+    """Compare the saturation with that of the clean record."""
+    fit, right = _fit(case.records[0]), _fit(case.clean[0]).saturation_deg.value
+    found = fit.saturation_deg
+    return _is_off(found.value, right, found.low, found.high), [*fit.notes, *fit.warnings]
+
+
+def run_compensate(case: Case) -> tuple[bool, list[str]]:
+    """Compare the drive that makes the angle follow a sine with that of the clean record; off by a twentieth."""
+    reference = 0.3 * float(np.ptp(case.clean[0].angle_deg)) * np.sin(np.linspace(0, 2 * np.pi, 60))
+    fit = _fit(case.records[0])
+    drive, right = (compensating_drive(one, reference, 0.0) for one in (fit, _fit(case.clean[0])))
+    return float(np.abs(drive - right).max()) > 0.05 * float(np.ptp(right)), [*fit.notes, *fit.warnings]
+
+
+def run_separate(case: Case) -> tuple[bool, list[str]]:
+    """Compare the energy of friction with that of the rig that made the records."""
+    from studies.commands.separation import separate_records
+    from validation.separation import loop_program, separate
+
+    found = separate_records(case.records)
+    friction = found.contributions["friction"]
+    drive = case.clean[0].drive
+    rig = replace(case.rig, preload_N=float(case.clean[0].rig["preload_N"]))
+    right = separate(rig, loop_program(float(drive.min()), float(drive.max()))).parts("dissipated_mJ")["friction"]
+    low, high = (friction.intervals or {}).get("dissipated_mJ") or (None, None)
+    assert friction.dissipated_mJ is not None
+    return _is_off(friction.dissipated_mJ, right, low, high), list(found.warnings)
+
+
+def run_trace(case: Case) -> tuple[bool, list[str]]:
+    """Whether an effect is named: the rig has none that is missing."""
+    from validation.tracing import trace_records
+    from validation.tracing.result import trace_report
+
+    report = trace_report(trace_records(case.records))
+    return bool(report.effects), [*report.words, *([] if report.verdict == "none" else [report.verdict])]
+
+
+COMMANDS = {"identify": run_identify, "separate": run_separate, "compensate": run_compensate, "trace": run_trace}
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a command made of a case: whether its result is off, what it warned of, or how it refused."""
+
+    kind: str
+    off: bool
+    words: tuple[str, ...]
+    refused: str = ""
+
+
+def seen(command: str, seed: int, number: int) -> Seen:
+    """Run one case."""
+    case = drawn(seed, number)
+    try:
+        off, words = COMMANDS[command](case)
+    except (RecordError, RigError, SolverError, ValueError) as error:
+        return Seen(case.kind, False, (), str(error))
+    return Seen(case.kind, off, tuple(_warnings(words)))
+
+
+def main() -> None:
+    """Score so many cases of a seed."""
+    count, seed = (int(text) for text in sys.argv[1:3])
+    for command in sys.argv[3:] or COMMANDS:
+        with ProcessPoolExecutor(PROCESSES) as pool:
+            found = list(pool.map(partial(seen, command, seed), range(count), chunksize=4))
+        sys.stdout.write(f"{command}\n")
+        for kind in KINDS:
+            own = [one for one in found if one.kind == kind]
+            off, silent = sum(one.off for one in own), [one for one in own if one.off and not one.words]
+            warned, refused = sum(bool(one.words) for one in own), sum(bool(one.refused) for one in own)
+            sys.stdout.write(
+                f"  {kind}: {len(own)}, off {off}, off without a word {len(silent)}, warned of {warned}, "
+                f"refused {refused}\n"
+            )
+
+
+if __name__ == "__main__":
+    main()
