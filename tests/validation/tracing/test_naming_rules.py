@@ -393,7 +393,7 @@ def test_a_further_effect_is_confused_with_one_other_at_most(monkeypatch, alike,
     fits = SimpleNamespace(folds=(0,), chosen=lambda models: [base], best=lambda models: base,
                            with_fold_errors=lambda one, chosen: one)  # fmt: skip
     effects = [SimpleNamespace(name=name) for name in "abwv"]
-    found = by_folds.find_by_folds([base, base], effects, fits, lambda words: None)
+    found = by_folds.find_by_folds([base, base], effects, fits, lambda *_: None)
     assert len(found.best.names) == named
     assert len(found.alike) == named
     assert asked == [(base, list("abwv")), (first, list("ab"))]  # those that are alike share the size of the first
