@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from numba.core.event import Event, Listener, install_listener
 from rich.console import Console
@@ -119,7 +119,8 @@ def line_of(task: Task, elapsed_s: float, *, compiles: bool) -> str:
     return ", ".join([words, *([count] if count else []), f"{elapsed_s:.0f} s"])
 
 
-class Stages(NamedTuple):
+@dataclass(frozen=True)
+class Stages:
     """``begin`` begins the next stage; ``count`` says what happens within it, how much is done, and of about how much.
 
     Both take words first.

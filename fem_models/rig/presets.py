@@ -49,9 +49,9 @@ _DU2018 = Preset(
         preload_N=20.0,
     ),
     sources={
-        "notch.count": Source("stated", "14 single notched rings, section 3.3"),
+        "notch.count": Source("stated", "14 single notched rings, section 3.3 of the paper"),
         "precurvature_deg": Source("assumed", "the paper's manipulator is straight at rest"),
-        "preload_N": Source("stated", "10 and 20 N, section 3.1; 20 N is the one the paper studies further"),
+        "preload_N": Source("stated", "10 and 20 N, section 3.1 of the paper, which studies 20 N further"),
         "tube.outer_diameter_mm": Source("assumed", "the paper bounds the moment arm only: x/theta <= 2.80 mm"),
         "tube.inner_diameter_mm": Source(
             "assumed", "a tendon of 0.36 mm along the inner wall has the moment arm below"
@@ -77,14 +77,14 @@ _DU2018 = Preset(
                 "free_length_mm": Source("assumed", "experimental set-up of the paper's Fig. 8, no dimension given"),
                 "toe_N": Source(
                     "fitted",
-                    "ratio of loop widths at 10 and 20 N, 3.52 and 2.21 deg; docs/validation/calibration.md",
+                    "ratio of loop widths at 10 and 20 N, 3.52 and 2.21 deg; calibration.md of the documentation",
                 ),
             }.items()
         },
         "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
         "friction.capstan_coefficient": Source("assumed", "small: a larger one widens the loop with preload and bend"),
         "friction.guide_N": Source("assumed", "small compared with the sheath"),
-        "friction.sheath_N": Source("fitted", "loop width at 20 N, 2.21 deg; docs/validation/calibration.md"),
+        "friction.sheath_N": Source("fitted", "loop width at 20 N, 2.21 deg; calibration.md of the documentation"),
         "friction.rest_wrap_deg": Source("assumed", "tendons run straight from wheel to base"),
         "friction.stick_compliance_mm_per_N": Source("assumed", "guides of metal: they do not give way"),
     },

@@ -144,6 +144,28 @@ def rig_and_space_of_file(path: Path) -> tuple[Rig, SpaceKeys | None]:
     return rig_and_space(data, str(path), path.stem)
 
 
+def given_in_file(path: Path | str) -> frozenset[str]:
+    """Names of what a rig file gives, such as ``tube.outer_diameter_mm``; [tendon] gives that of both tendons.
+
+    The other numbers of :func:`fem_models.rig.rig.numeric_fields` are defaults.
+
+    Raises
+    ------
+    RigError
+        A file that cannot be read.
+    """
+    try:
+        data = read_toml(Path(path), "a rig file in TOML")
+    except RecordError as error:
+        raise RigError(str(error)) from None
+    found = set[str]()
+    for name, value in data.items():
+        tables = [one for one in (value if isinstance(value, list) else [value]) if isinstance(one, Mapping)]
+        sides = ("tendon_a", "tendon_b") if name == "tendon" else (name,)
+        found |= {f"{side}.{key}" for side in sides for table in tables for key in table} if tables else {name}
+    return frozenset(found)
+
+
 def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> Rig:
     """Make a rig from the tables of a rig file or from :meth:`fem_models.rig.rig.Rig.to_dict`.
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from fem_models.chain import simulate_chain
 from fem_models.load import LoadProgram
-from fem_models.rig import Rig, RigError
+from fem_models.rig import Rig, RigError, read_rig
 from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS
@@ -36,6 +36,7 @@ from studies.ensemble import run_ensemble
 from studies.own_rig.jumps import jump_lines
 from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.new_record import without_geometry
+from studies.own_rig.numbers import numbers_of_file, with_preloads
 from studies.own_rig.programs import programs_of_report
 from studies.own_rig.strain import drive_to_angle_mm
 from studies.own_rig.usual import unusual
@@ -70,7 +71,8 @@ _REFUSED = (RecordError, RigError, SolverError)
 class Design:
     """A rig at each of its preloads, and how it is named: ``option`` on a command line, ``name`` in files.
 
-    ``members`` are the rigs of the preset's ensemble, at any preload; none without one.
+    ``file`` is the rig file, None of a preset. ``members`` are the rigs of the preset's ensemble, at any preload; none
+    without one.
     """
 
     name: str
@@ -78,6 +80,7 @@ class Design:
     rigs: tuple[Rig, ...]
     amplitude_mm: float
     preset: str | None = None
+    file: Path | None = None
     members: tuple[Rig, ...] = ()
 
 
@@ -200,11 +203,17 @@ def _loop_name(design: Design, rig: Rig) -> str:
 
 
 def _numbers(design: Design) -> tuple[RigNumber, ...]:
-    """Give every number of the rig with its source, those of the preset or the rig file."""
+    """Give every number of the rig with its source: that of the preset, the rig file, or a default.
+
+    The preload is the file's or the preset's, too; a note says where the loops have others.
+    """
     if design.preset in PRESETS and design.preset is not None:
-        return rig_numbers(design.preset)
-    known = numeric_fields(design.rigs[-1])
-    return tuple(RigNumber(name, value, "rig file", "") for name, value in known.items())
+        rows = rig_numbers(design.preset)
+    elif design.file is not None:
+        rows = numbers_of_file(numeric_fields(read_rig(design.file)), design.file)
+    else:
+        rows = tuple(RigNumber(name, value, "given", "") for name, value in numeric_fields(design.rigs[-1]).items())
+    return with_preloads(rows, [rig.preload_N for rig in design.rigs])
 
 
 # --- simulation ---------------------------------------------------------------------------------------------------

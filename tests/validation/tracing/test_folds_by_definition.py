@@ -370,7 +370,10 @@ def test_a_start_without_a_solution_gives_way_to_the_next_one(monkeypatch):
     problem = SimpleNamespace(forms=lambda effect: [2, 1], starts=lambda form: [form])
     best = SimpleNamespace(model=SimpleNamespace(problem=problem, added=("own",)), names=("own",))
     words = []
-    assert by_folds._front_runner(best, SimpleNamespace(name="drag"), words.append) == ("own", 2)
+    assert by_folds._front_runner(best, SimpleNamespace(name="drag"), lambda said, ahead: words.append(said)) == (
+        "own",
+        2,
+    )
     assert words == ["own + drag"] * 2
 
 

@@ -257,7 +257,7 @@ def front_runners(best: Fitted, effects: Sequence[Effect], report: Progress) -> 
     return sorted((one for one in fitted if one is not None), key=lambda one: one.mean_square)[:FOLD_CANDIDATES]
 
 
-def _front_runner(best: Fitted, effect: Effect, report: Progress, ahead: int) -> Fitted | None:
+def _front_runner(best: Fitted, effect: Effect, report: Progress, ahead: int = 0) -> Fitted | None:
     """Fit an effect from its best start; where its constants make no sense, in its other forms, best start first.
 
     A steady drift is also one towards a far limit, whose size makes no sense.
