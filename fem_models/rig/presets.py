@@ -182,11 +182,23 @@ NAMES_IN_SPACE = ("zhang2026",)
 def preset(name: str, *, preload_N: float | None = None) -> Rig:
     """Return the rig of a preset, at another preload if one is given.
 
+    Parameters
+    ----------
+    name
+        One of those that ``notchbend simulate --help`` lists, such as ``"du2018"``.
+    preload_N
+        Tension of the tendons at rest, N; by default that of the preset.
+
     Raises
     ------
     RigError
         Unknown name, or an impossible preload; a rig that bends in space, which
         :func:`fem_models.rig.presets_in_space.any_preset` gives.
+
+    Examples
+    --------
+    >>> nb.preset("du2018", preload_N=10.0).preload_N
+    10.0
     """
     if name in NAMES_IN_SPACE:
         raise RigError(f"preset = {name}: the rig {IN_SPACE}")

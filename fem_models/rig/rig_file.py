@@ -119,11 +119,20 @@ def read_rig(path: Path | str) -> Rig:
     a single tendon, [tendon] or [tendon_a]. Fields of [notch] may be lists, one number a notch; rows [[notch]] are
     another spelling. A turn of 0 and tendons at 0 and 180 degrees are those of any planar rig.
 
+    Parameters
+    ----------
+    path
+        The file. Names of its numbers end in their units: mm, N, GPa, deg, and a ratio has none.
+
     Raises
     ------
     RigError
         One line with file, field, value and what was expected; a rig that bends in space, which
         :func:`fem_models.rig.in_space.read_any_rig` reads.
+
+    Examples
+    --------
+    >>> nb.simulate(nb.read_rig("mine.toml"), nb.triangle(1.5))
     """
     rig, space = rig_and_space_of_file(Path(path))
     return _planar(rig, space, str(path))

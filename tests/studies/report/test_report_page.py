@@ -91,7 +91,7 @@ def own_rig(parts, folder, **changes):
 
 
 def test_the_page_of_an_own_rig_names_only_sections_that_it_has(parts, tmp_path):
-    """It had named the calibrated numbers under Contributions without any, and linked to records that had no section."""
+    """It had named calibrated numbers where it had none, and linked to records that had no section."""
     page = own_rig(parts, tmp_path / "own")
     assert "times the noise: measure friction and stiffness." in page
     assert "records" in sections(page)
