@@ -27,9 +27,9 @@ NEXT_S, NEXT_SHARE = 10.0, 0.1
 
 BAR_WIDTH = 12
 """Of a bar, characters: words, bar, count and time stand in one line of a terminal."""
-COMPILING = "compiling kernels, once, about 60 s"
-"""Said while kernels are compiled that are not in the cache on disk. All that the main run needs take 60 s on two quiet
-cores."""
+COMPILING = "compiling kernels, once, 60 to 120 s"
+"""Said while kernels are compiled that are not in the cache on disk. All that the main run needs take 60 s of a free
+core, and twice as long where other programs run."""
 
 Count = Callable[[int, int], None]
 """Called with how much is done, and of how much."""

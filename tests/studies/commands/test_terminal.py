@@ -179,6 +179,7 @@ from numba import njit
 from studies import progress
 
 progress.FIRST_S = progress.NEXT_S = 0.01
+progress.NEXT_SHARE = 0.0
 
 @njit(cache=True)
 def kernel(x):
@@ -190,7 +191,7 @@ with progress.steps(True, 2) as step:
     step("first")
     kernel(1.0)
     sys.stderr.write("compiled\\n")
-    time.sleep(0.1)
+    time.sleep(0.3)
 """
 
 
