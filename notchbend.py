@@ -6,8 +6,8 @@
 >>> figure = nb.plot(fit)
 
 A record may be given as the path of its CSV or as a DataFrame, a rig as the path of its file or the name of a preset.
-Units are part of the names (mm, N, s, deg). Results print in one line, show a table in a notebook, and convert:
-``to_dict``, ``to_dataframe``, ``to_xarray``.
+Units are part of the names (mm, N, s, deg). Results show one line at a prompt, a screen by ``print`` and a table in a
+notebook, and convert: ``to_dict``, ``to_dataframe``, ``to_xarray``.
 """
 
 from importlib.metadata import version

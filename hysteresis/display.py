@@ -1,9 +1,22 @@
-"""HTML tables with which results display themselves in a notebook (``_repr_html_``)."""
+"""How results show themselves: HTML tables in a notebook (``_repr_html_``), lines on a terminal (``print``)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
+from textwrap import fill
+
+SCREEN = 80
+"""Width of a terminal, columns."""
+
+
+def on_screen(lines: Iterable[str]) -> str:
+    """Return lines that are at most :data:`SCREEN` columns wide; what continues a line is indented further."""
+    return "\n".join(
+        fill(line.lstrip(), SCREEN, initial_indent=indent, subsequent_indent=indent + "  ", break_long_words=False)
+        for line in lines
+        for indent in [" " * (len(line) - len(line.lstrip()))]
+    )
 
 
 def html_table(caption: str, rows: Iterable[Sequence[str]], head: Sequence[str] = (), notes: Iterable[str] = ()) -> str:

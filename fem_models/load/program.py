@@ -89,10 +89,24 @@ def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> L
     The first quarter (cycle 0) leaves the virgin state; the closed loops are cycles 1, 2, ...
     Samples lie on the reversals: the step is the largest one not above ``step_mm`` that divides A.
 
+    Parameters
+    ----------
+    amplitude_mm
+        A, drive of the tendon at the wheel, mm.
+    step_mm
+        Largest step from sample to sample, mm.
+    cycles
+        Closed loops after the first quarter.
+
     Raises
     ------
     RigError
         An argument out of its range, or more than :data:`MAX_SAMPLES` samples.
+
+    Examples
+    --------
+    >>> nb.triangle(2.2, cycles=2).drive_mm.size
+    199
     """
     require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
     require(
@@ -116,10 +130,26 @@ def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> L
 def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cycle: int = 100) -> LoadProgram:
     """Sine of the paper's dynamic test (section 4.3), starting at zero drive.
 
+    Parameters
+    ----------
+    amplitude_mm
+        Drive of the tendon at the wheel, mm.
+    rate_Hz
+        Cycles a second, Hz.
+    cycles
+        Closed loops after the first quarter.
+    samples_per_cycle
+        A multiple of 4.
+
     Raises
     ------
     RigError
         An argument out of its range, or more than :data:`MAX_SAMPLES` samples.
+
+    Examples
+    --------
+    >>> float(nb.sine(1.0, 0.5).time_s[-1])
+    2.5
     """
     require(math.isfinite(amplitude_mm) and amplitude_mm > 0, "amplitude_mm", amplitude_mm, "above 0")
     require(1e-9 <= rate_Hz <= 1e9, "rate_Hz", rate_Hz, "above 0, from 1e-9 to 1e9")

@@ -82,10 +82,22 @@ def ensemble(name: str, *, preload_N: float | None = None) -> tuple[Rig, ...]:
 
     All meet the facts that the preset was calibrated with; what they say about anything else is a range.
 
+    Parameters
+    ----------
+    name
+        A preset that has one: ``"du2018"``.
+    preload_N
+        Tension of the tendons at rest, N; by default that of the preset.
+
     Raises
     ------
     RigError
         A preset without an ensemble, or an impossible preload.
+
+    Examples
+    --------
+    >>> len(nb.ensemble("du2018", preload_N=10.0))
+    200
     """
     rigs = _rigs(name)
     return rigs if preload_N is None else tuple(replace(rig, preload_N=preload_N) for rig in rigs)

@@ -49,9 +49,9 @@ _DU2018 = Preset(
         preload_N=20.0,
     ),
     sources={
-        "notch.count": Source("stated", "14 single notched rings, section 3.3"),
+        "notch.count": Source("stated", "14 single notched rings, section 3.3 of the paper"),
         "precurvature_deg": Source("assumed", "the paper's manipulator is straight at rest"),
-        "preload_N": Source("stated", "10 and 20 N, section 3.1; 20 N is the one the paper studies further"),
+        "preload_N": Source("stated", "10 and 20 N, section 3.1 of the paper, which studies 20 N further"),
         "tube.outer_diameter_mm": Source("assumed", "the paper bounds the moment arm only: x/theta <= 2.80 mm"),
         "tube.inner_diameter_mm": Source(
             "assumed", "a tendon of 0.36 mm along the inner wall has the moment arm below"
@@ -77,14 +77,14 @@ _DU2018 = Preset(
                 "free_length_mm": Source("assumed", "experimental set-up of the paper's Fig. 8, no dimension given"),
                 "toe_N": Source(
                     "fitted",
-                    "ratio of loop widths at 10 and 20 N, 3.52 and 2.21 deg; docs/validation/calibration.md",
+                    "ratio of loop widths at 10 and 20 N, 3.52 and 2.21 deg; calibration.md of the documentation",
                 ),
             }.items()
         },
         "wheel.radius_mm": Source("assumed", "only its product with the wheel's angle matters"),
         "friction.capstan_coefficient": Source("assumed", "small: a larger one widens the loop with preload and bend"),
         "friction.guide_N": Source("assumed", "small compared with the sheath"),
-        "friction.sheath_N": Source("fitted", "loop width at 20 N, 2.21 deg; docs/validation/calibration.md"),
+        "friction.sheath_N": Source("fitted", "loop width at 20 N, 2.21 deg; calibration.md of the documentation"),
         "friction.rest_wrap_deg": Source("assumed", "tendons run straight from wheel to base"),
         "friction.stick_compliance_mm_per_N": Source("assumed", "guides of metal: they do not give way"),
     },
@@ -182,11 +182,23 @@ NAMES_IN_SPACE = ("zhang2026",)
 def preset(name: str, *, preload_N: float | None = None) -> Rig:
     """Return the rig of a preset, at another preload if one is given.
 
+    Parameters
+    ----------
+    name
+        One of those that ``notchbend simulate --help`` lists, such as ``"du2018"``.
+    preload_N
+        Tension of the tendons at rest, N; by default that of the preset.
+
     Raises
     ------
     RigError
         Unknown name, or an impossible preload; a rig that bends in space, which
         :func:`fem_models.rig.presets_in_space.any_preset` gives.
+
+    Examples
+    --------
+    >>> nb.preset("du2018", preload_N=10.0).preload_N
+    10.0
     """
     if name in NAMES_IN_SPACE:
         raise RigError(f"preset = {name}: the rig {IN_SPACE}")

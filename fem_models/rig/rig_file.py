@@ -119,11 +119,20 @@ def read_rig(path: Path | str) -> Rig:
     a single tendon, [tendon] or [tendon_a]. Fields of [notch] may be lists, one number a notch; rows [[notch]] are
     another spelling. A turn of 0 and tendons at 0 and 180 degrees are those of any planar rig.
 
+    Parameters
+    ----------
+    path
+        The file. Names of its numbers end in their units: mm, N, GPa, deg, and a ratio has none.
+
     Raises
     ------
     RigError
         One line with file, field, value and what was expected; a rig that bends in space, which
         :func:`fem_models.rig.in_space.read_any_rig` reads.
+
+    Examples
+    --------
+    >>> nb.simulate(nb.read_rig("mine.toml"), nb.triangle(1.5))
     """
     rig, space = rig_and_space_of_file(Path(path))
     return _planar(rig, space, str(path))
@@ -142,6 +151,28 @@ def rig_and_space_of_file(path: Path) -> tuple[Rig, SpaceKeys | None]:
     except RecordError as error:
         raise RigError(str(error)) from None
     return rig_and_space(data, str(path), path.stem)
+
+
+def given_in_file(path: Path | str) -> frozenset[str]:
+    """Names of what a rig file gives, such as ``tube.outer_diameter_mm``; [tendon] gives that of both tendons.
+
+    The other numbers of :func:`fem_models.rig.rig.numeric_fields` are defaults.
+
+    Raises
+    ------
+    RigError
+        A file that cannot be read.
+    """
+    try:
+        data = read_toml(Path(path), "a rig file in TOML")
+    except RecordError as error:
+        raise RigError(str(error)) from None
+    found = set[str]()
+    for name, value in data.items():
+        tables = [one for one in (value if isinstance(value, list) else [value]) if isinstance(one, Mapping)]
+        sides = ("tendon_a", "tendon_b") if name == "tendon" else (name,)
+        found |= {f"{side}.{key}" for side in sides for table in tables for key in table} if tables else {name}
+    return frozenset(found)
 
 
 def rig_of_tables(tables: Mapping[str, Any], where: str, name: str = "rig") -> Rig:

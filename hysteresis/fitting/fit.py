@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hysteresis.arrays import Floats, Mask
-from hysteresis.display import html_table
+from hysteresis.display import html_table, on_screen
 from hysteresis.extras import require_extra
 from hysteresis.fitting.form import Form, Point
 from hysteresis.fitting.law_choice import LawChoice
@@ -288,9 +287,12 @@ class Fit:
         names = ", ".join(Path(name).name for name in self.records)
         return f"Fit({names}: f {self.kinematics}, {law}, held-out rmse {errors}, {len(self.warnings)} warnings)"
 
-    def _words(self) -> list[str]:
-        """Say what a reader needs beside the numbers: the choice of the law, what is not fixed, notes and warnings."""
-        words = [] if self.choice is None else [f"law: {self.choice.reason}"]
+    def _words(self, *, brief: bool = False) -> list[str]:
+        """Say what a reader needs beside the numbers: the choice of the law, what is not fixed, notes and warnings.
+
+        A brief choice is without the errors of the other laws.
+        """
+        words = [] if self.choice is None else [f"law: {self.choice.why if brief else self.choice.reason}"]
         words += [] if self.not_fixed is None else [f"not fixed: {self.not_fixed.words}"]
         return [*words, *(f"note: {text}" for text in self.notes), *(f"warning: {text}" for text in self.warnings)]
 
@@ -311,18 +313,20 @@ class Fit:
         return html_table(title, rows, ("parameter", "value", "low (95 %)", "high (95 %)", "unit"), notes)
 
     def __str__(self) -> str:
+        """Show a screen of it; ``parameters`` has the intervals of all, ``choice`` and ``bouc_wen`` the other laws."""
         lines = [f"{self.law_title} on {', '.join(self.records)}, kinematics {self.kinematics}"]
         layer = self.layer or {"saturation_deg": self.saturation_deg}
         lines += [f"  {_LAYER_WORDS.get(name, name):<22} {parameter}" for name, parameter in layer.items()]
+        values = (f"{name} = {replace(p, low=None, high=None)}" for name, p in self.parameters.items())
         papers = " of the paper" if self.form.base_law is BOUC_WEN else ""
-        lines += [f"  parameters{papers}"]
-        lines += [f"    {name:<20} {parameter}" for name, parameter in self.parameters.items()]
+        lines.append(f"  parameters{papers}: {', '.join(values)}")
         pairs = (("train", self.train, self.baseline_train), ("held out", self.heldout, self.baseline_heldout))
         for name, mine, plain in pairs:
             lines.append(
-                f"  {name:<12} {mine.rmse_deg:.3g} deg rmse, {mine.max_abs_deg:.3g} deg at most; "
-                f"without hysteresis {plain.rmse_deg:.3g} deg rmse"
+                f"  {name:<8} {mine.rmse_deg:.3g} deg rmse, {mine.max_abs_deg:.3g} deg at most; "
+                f"without hysteresis {plain.rmse_deg:.3g} deg"
             )
-        lines += [f"  held out by  {self.heldout_by}", f"  noise floor  {self.noise_floor_deg:.2g} deg"]
-        lines += [fill(text, 118, initial_indent="  ", subsequent_indent="    ") for text in self._words()]
-        return "\n".join(lines if self.bouc_wen is None else [str(self.bouc_wen), *lines])
+        if self.bouc_wen is not None:
+            lines.append(f"  Bouc-Wen alone: held out {self.bouc_wen.heldout.rmse_deg:.3g} deg rmse")
+        lines += [f"  held out by: {self.heldout_by}", f"  noise floor: {self.noise_floor_deg:.2g} deg"]
+        return on_screen([*lines, *(f"  {text}" for text in self._words(brief=True))])

@@ -47,6 +47,9 @@ class Candidate:
     found: Found
 
 
+_ERRORS = ". rmse in "  # begins the second sentence of a reason
+
+
 @dataclass(frozen=True)
 class LawChoice:
     """The candidates in the order of their constants, the chosen one, how the folds are made, and the reason."""
@@ -55,6 +58,11 @@ class LawChoice:
     chosen: Candidate
     by: str
     reason: str
+
+    @property
+    def why(self) -> str:
+        """The reason without the errors of the candidates."""
+        return self.reason.partition(_ERRORS)[0]
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -205,4 +213,4 @@ def _reason(candidates: Sequence[Candidate], chosen: Candidate, by: str) -> str:
         why = "it has the fewest constants of those within one standard error of the best"
     if alike:
         why += f"; not told apart from it: {', '.join(alike)}"
-    return f"{chosen.title}: {why}. rmse in {by} within the training samples, deg: {rows}"
+    return f"{chosen.title}: {why}{_ERRORS}{by} within the training samples, deg: {rows}"

@@ -42,7 +42,7 @@ class Parameter:
         return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
 
     def __str__(self) -> str:
-        unit = "" if self.unit == "-" else f" {self.unit}"
+        unit = "" if self.unit in ("-", "1") else f" {self.unit}"
         if self.low is None or self.high is None:
             return f"{self.value:.4g}{unit}"
         return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g}){unit}"

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +18,9 @@ from numpy.typing import ArrayLike
 from hysteresis.arrays import Floats
 from hysteresis.records.leaps import Leap, find_leap
 from hysteresis.records.path import branches, cycle_index, cycle_slices, find_cycles, first_stroke
-from hysteresis.records.record import Record
+
+if TYPE_CHECKING:  # records have a loop width, which is measured here
+    from hysteresis.records.record import Record
 
 _CLOSED = 0.05  # of a cycle's drive range: largest gap of a closed cycle, and of turning points that repeat
 _COMPARED = 100  # cycles that all others are compared with: records of a thousand cycles need no pairs of all

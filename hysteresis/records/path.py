@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hysteresis.arrays import Floats, Ints
-from hysteresis.records.record import Record, RecordError
+from hysteresis.files import RecordError
+
+if TYPE_CHECKING:  # records have a loop width, which is measured with this
+    from hysteresis.records.record import Record
 
 _SAME_DRIVE = 0.05  # of the drive's range: two samples count as the same drive
 _TAKES_HOLD = 0.1  # of the drive's range: a shorter stroke at the beginning is a drive that takes hold

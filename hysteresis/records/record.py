@@ -19,6 +19,7 @@ from hysteresis.display import from_to, html_table
 from hysteresis.extras import require_extra
 from hysteresis.files import RecordError as RecordError
 from hysteresis.messages import quoted
+from hysteresis.records.metrics import loop_width
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,7 +74,7 @@ class Record:
     ``drive_unit`` is N for load-controlled data (the drive is then the tendon force). ``rig``, ``tube`` and
     ``notch`` hold the sidecar's tables unchanged; the mechanical model interprets them (``rig["file"]`` is absolute
     in a record that was read). ``kinematics`` is the user's own theory f(x), rows (drive_mm, angle_deg), shape (k, 2),
-    by increasing drive.
+    by increasing drive. ``loop_width_deg`` and ``full_scale_deg`` are measured on the samples.
 
     Arrays are copied and read-only. Two records are equal when all values are equal; ``source``, ``drive_column`` and
     ``plane`` (the origin of the data, see :func:`hysteresis.records.planes.second_plane`) are not compared.
@@ -176,6 +177,25 @@ class Record:
         return all(
             np.array_equal(a, b) if isinstance(a, np.ndarray) else type(a) is type(b) and a == b for a, b in pairs
         )
+
+    @property
+    def full_scale_deg(self) -> float:
+        """Largest magnitude of the angle, deg."""
+        return float(np.abs(self.angle_deg).max())
+
+    @property
+    def loop_width_deg(self) -> float:
+        """Largest width of the loop, deg, at equal drive: :func:`hysteresis.records.metrics.loop_width`.
+
+        Raises
+        ------
+        RecordError
+            A record without a complete cycle.
+        """
+        try:
+            return loop_width(self.drive, self.angle_deg, self.cycle).max_deg
+        except ValueError as error:
+            raise RecordError(f"{self.source or 'record'}: no loop width: {error}") from None
 
     def column_names(self) -> dict[str, str | list[str]]:
         """Return the ``[columns]`` table of the record's file: key -> column, or list of columns, of the CSV."""

@@ -45,12 +45,17 @@ def read_record(path: Path | str) -> Record:
     Parameters
     ----------
     path
-        The CSV. Without a sidecar it needs the columns drive_mm and angle_deg.
+        The CSV. Without a sidecar it needs the columns drive_mm and angle_deg, in mm and deg; a sidecar names others.
 
     Raises
     ------
     RecordError
         One line with file, line or field, value and what was expected.
+
+    Examples
+    --------
+    >>> record = nb.read_record("bench-10N.csv")
+    >>> record.drive, record.angle_deg, record.loop_width_deg
     """
     path = Path(path)
     if path.suffix.lower() == ".toml":

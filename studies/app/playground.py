@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 
 AMPLITUDE = "amplitude_mm"
+SHALLOWEST = 0.25
+"""Least depth of a notch that a slider reaches, over the diameter of the tube."""
 
 
 @dataclass(frozen=True)
@@ -110,10 +112,13 @@ def sliders(rig: Rig, amplitude_mm: float) -> tuple[Slider, ...]:
     ]
     if isinstance(rig.joint, NotchedTube):
         notch = rig.joint.notch.at(0)
-        limit = rig.joint.tube.outer_diameter_mm / (1 if rig.joint.one_sided else 2)
+        tube = rig.joint.tube
+        limit = tube.outer_diameter_mm / (1 if rig.joint.one_sided else 2)
+        wall = (tube.outer_diameter_mm - tube.inner_diameter_mm) / 2
         root = notch.root_width_mm or 0.0
         if not isinstance(rig.joint.notch.depth_mm, tuple):
-            low, high = _around(notch.depth_mm, 0.85 * limit, 0.99 * limit, 0.005)
+            least = max(SHALLOWEST * tube.outer_diameter_mm, wall)  # a cut that stays in the wall is no notch
+            low, high = _around(notch.depth_mm, least, 0.99 * limit, 0.005)
             out.append(Slider("notch.depth_mm", "Notch depth", "mm", low, high, 0.005, notch.depth_mm))
         if not isinstance(rig.joint.notch.width_mm, tuple):
             low, high = _around(notch.width_mm, root + 0.1 * notch.width_mm, 2 * notch.width_mm, 0.02)

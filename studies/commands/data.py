@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from studies.commands.options import Common, Out, Overwrite
+from studies.commands.tables import spaced_table
 from studies.progress import status
 
 
@@ -20,14 +22,27 @@ def list_records(*, common: Common) -> None:
     if common.quiet and not common.json:
         typer.echo("\n".join(CATALOGUE))
         return
-    table = Table("name", "what", "source")
-    for entry in CATALOGUE.values():
-        table.add_row(entry.name, entry.title, entry.citation)
-    for name, citation in SOURCES_ONLY.items():
-        table.add_row(name, "source only", citation)
+    rows = [(e.name, e.title, e.citation) for e in CATALOGUE.values()]
+    rows += [(name, "source only", citation) for name, citation in SOURCES_ONLY.items()]
+    table = spaced_table("name", "what")
+    for name, title, _ in rows:
+        table.add_row(name, title)
+    sources_of = dict[str, list[str]]()
+    for name, _, citation in rows:
+        sources_of.setdefault(citation, []).append(name)
+    cited = [f"{_common(names)}: {citation}" for citation, names in sources_of.items()]
     records = [{"name": e.name, "title": e.title, "source": e.citation} for e in CATALOGUE.values()]
     sources = [{"name": name, "source": citation} for name, citation in SOURCES_ONLY.items()]
-    common.show({"schema": 1, "records": records, "sources_only": sources}, table)
+    result = {"schema": 1, "records": records, "sources_only": sources}
+    if common.json or sys.stdout.isatty():
+        common.show(result, table, *cited)
+    else:  # a line each, for other programs
+        typer.echo("\n".join("\t".join(row) for row in rows))
+
+
+def _common(names: Sequence[str]) -> str:
+    """Name of one record, or the first words of the names of several."""
+    return names[0] if len(names) == 1 else ", ".join(dict.fromkeys(f"{name.split('-')[0]}-*" for name in names))
 
 
 def fetch(

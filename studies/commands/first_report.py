@@ -7,7 +7,7 @@ Everything that the report needs goes into one folder: records (CSV and sidecar)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
@@ -26,10 +26,10 @@ from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_record, write_record
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_rig
-from studies.commands.tracing import PICTURES, trace_loaded, with_ending
+from studies.commands.tracing import FITS, PICTURES, trace_loaded, with_ending
 from studies.own_rig.loops import draw_rig, joints_deg, write_loop
 from studies.own_rig.programs import CYCLES
-from studies.progress import steps
+from studies.progress import Steps, steps
 from studies.results import write_result
 from studies.results.made import Made
 from studies.results.run import (
@@ -52,8 +52,6 @@ PRESET = "du2018"
 PRELOADS_N = (10.0, 20.0)
 AMPLITUDE_MM = 2.2
 PACKAGES = ("notchbend", "exudyn", "numpy", "scipy", "numba", "pygad", "pyvista", "plotly")
-
-Step = Callable[[str], None]
 
 
 def versions_found() -> dict[str, str]:
@@ -102,7 +100,7 @@ def first_report(out: Path, *, seed: int = 0, progress: bool = True, made: Made 
         step(f"separating {PRESET} at {PRELOADS_N[-1]:g} N")
         separation = _separated(out, PRELOADS_N[-1], seed)
         step(f"tracing {SHIPPED.stem}")
-        traced = trace_loaded([shipped], seed=seed)
+        traced = trace_loaded([shipped], seed=seed, stage=step.within(FITS))
         report, files = with_ending(traced, "")
         report = replace(report, next_program=None)  # its file is the trace command's: docs/guide/trace.md
         write_result(out / f"trace-{SHIPPED.stem}.json", report.to_dict())
@@ -142,7 +140,7 @@ def _saying_what_is_stored(out: Path) -> Iterator[None]:
         raise
 
 
-def _simulated(out: Path, step: Step) -> tuple[dict[str, Record], list[RunLoop], list[CrossCheckRow]]:
+def _simulated(out: Path, step: Steps) -> tuple[dict[str, Record], list[RunLoop], list[CrossCheckRow]]:
     """Simulate and cross-check at both preloads: the records by name, their loops, and the comparisons of engines."""
     records, loops, checks = {}, [], []
     for preload in PRELOADS_N:
@@ -157,7 +155,7 @@ def _simulated(out: Path, step: Step) -> tuple[dict[str, Record], list[RunLoop],
     return records, loops, checks
 
 
-def _identified(out: Path, records: dict[str, Record], seed: int, step: Step) -> list[FitEntry]:
+def _identified(out: Path, records: dict[str, Record], seed: int, step: Steps) -> list[FitEntry]:
     """Identify each record; the shipped one twice, with its rig and as if the rig were unknown."""
     jobs = [(name, name, True) for name in records] + [(f"{SHIPPED.stem}-unknown-geometry", SHIPPED.stem, False)]
     fits = []

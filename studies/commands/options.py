@@ -131,7 +131,9 @@ class Output:
             typer.echo(json.dumps(marked_values(to_plain(result, finite=False)), indent=2))
         elif not self.quiet:
             console = Console()
-            for part in parts:
+            for number, part in enumerate(parts):
+                if number and isinstance(part, Table):
+                    console.print()
                 console.print(part, soft_wrap=isinstance(part, str), highlight=False, markup=False)
 
     def show_with_page(self, result: object, written: Written, *parts: str | Table) -> None:

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.table import Table
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
@@ -19,6 +18,7 @@ from hysteresis.files import RecordError, place, present, require_place, write_f
 from hysteresis.own import marked_values
 from hysteresis.plain import to_plain
 from studies.commands.options import Common, Out, Overwrite
+from studies.commands.tables import spaced_table
 from studies.engines import MissingError
 from studies.progress import counted, steps
 
@@ -166,7 +166,7 @@ def score(
     found = score_answers(folder, sealed, answers_of or folder / ANSWERS)
     if out is not None:
         write_files({out: json.dumps(marked_values(to_plain(found)), indent=1) + "\n"})
-    table = Table("", *found.rates)
+    table = spaced_table("", *found.rates)
     for name in next(iter(found.rates.values())):
         cells = [rates[name] for rates in found.rates.values()]
         table.add_row(name, *(f"{rate.hits} of {rate.of}" if rate.of else "" for rate in cells))

@@ -11,7 +11,6 @@ from typing import Annotated, Any, Literal
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import require
@@ -28,7 +27,7 @@ from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import check_target, files_of_record, read_records
 from studies.commands.identification import files_of_fit, identify_records, write_fit
 from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, RigChoice
-from studies.commands.tables import contributions_table, values_table
+from studies.commands.tables import contributions_table, spaced_table, values_table
 from studies.own_rig.new_record import unlike_loops, without_geometry
 from studies.progress import steps
 from studies.results import write_result
@@ -221,9 +220,9 @@ def effects(*, common: Common) -> None:
     if common.quiet and not common.json:
         typer.echo("\n".join(effect.name for effect in catalogue()))
         return
-    table = Table("effect", "physics", "distinguished by", show_lines=True)
+    table = spaced_table("effect", "physics", "distinguished by")
     for effect in catalogue():
-        table.add_row(effect.name, escape(effect.physics), escape(effect.distinguished_by))
+        table.add_row(effect.name, escape(effect.physics), escape(effect.distinguished_by), end_section=True)
     rows = [{"name": e.name, "physics": e.physics, "tell_apart": e.distinguished_by} for e in catalogue()]
     common.show({"schema": 1, "effects": rows}, table)
 

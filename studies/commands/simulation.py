@@ -22,7 +22,14 @@ from hysteresis.plain import to_plain
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import check_target, files_of_record, write_record
 from studies.commands.options import Common, EnsembleChoice, Out, Overwrite, ProgramChoice, RigChoice
-from studies.commands.tables import models_table, notches_table, values_table, verdict_lines
+from studies.commands.tables import (
+    bent_table,
+    engines_table,
+    models_table,
+    notches_table,
+    values_table,
+    verdict_lines,
+)
 from studies.engines import (
     QUASI_STATIC,
     EngineName,
@@ -333,7 +340,8 @@ def validate(
     common.show(
         result,
         models_table(result.models),
+        bent_table(result.models),
         *([notches] if notches is not None else []),
-        values_table({"schema": result.schema, "rigs": result.rigs}),
+        *([engines_table(result.rigs, of_the_paper=chosen.name == PRESET and rig.rig is None)] if result.rigs else []),
         f"wrote {target}; the page of it: notchbend report {shlex.quote(str(out))}",
     )

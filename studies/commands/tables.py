@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich import box
 from rich.markup import escape
 from rich.table import Table
 
@@ -17,12 +18,24 @@ from studies.results.study import StudySummary
 if TYPE_CHECKING:
     from studies.commands.comparison import Models
     from studies.report.summary import Verdict
+    from validation.engines import EngineAgreement
 
 LEFT_OUT = ("rig", "versions", "fits", "sha256")
 """Long texts and tables of sources, which a terminal has no room for."""
 MARKS = {"holds": "ok", "look": "LOOK", "note": ""}
 """Marks of the states of a verdict: plain letters, which every terminal and log has."""
-WIDTH = 100
+WIDTH = 80
+"""Of a terminal, columns."""
+OF_THE_PAPER = "element_error_percent"
+"""Of the cross-checks: the error of the paper's two elements, which says something of the paper's rig alone."""
+
+
+def spaced_table(*columns: str) -> Table:
+    """Make a table whose columns stand apart by spaces; names in the first column stay whole, and no cell is cut."""
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for number, name in enumerate(columns):
+        table.add_column(name, overflow="fold", no_wrap=number == 0)
+    return table
 
 
 def values_table(result: object) -> Table:
@@ -49,21 +62,38 @@ def dotted(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, obj
 
 
 def models_table(models: Models) -> Table:
-    """Make one row for each model, with its difference from the reference model."""
-    reference = next(row for row in models.models if row.name == models.judge)
-    at = [f"deg at {bent.tendon_N:.3g} N" for bent in reference.bent]
-    table = Table("model", "bending, Nmm/rad", "axial, N/mm", "shear, N/mm", *at, "tip at the last, mm", "s")
+    """Make one row for each model: its stiffnesses, and their difference from the reference model."""
+    table = spaced_table("model", "bending, Nmm/rad", "axial, N/mm", "shear, N/mm", "s")
     for row in models.models:
-        x, y = row.bent[-1].tip_mm
         table.add_row(
             row.name,
             _with_difference(row.bending_Nmm_per_rad, row.bending_percent),
             _with_difference(row.axial_N_per_mm, row.axial_percent),
             _with_difference(row.shear_N_per_mm, row.shear_percent),
-            *(_with_difference(bent.angle_deg, bent.angle_percent) for bent in row.bent),
-            f"{x:.2f}, {y:.2f}",
             f"{row.seconds:.2g}",
         )
+    return table
+
+
+def bent_table(models: Models) -> Table:
+    """Make one row for each model: its angles at the tensions of the reference model, and their difference from it."""
+    reference = next(row for row in models.models if row.name == models.judge)
+    at = [f"deg at {bent.tendon_N:.3g} N" for bent in reference.bent]
+    table = spaced_table("model", *at, "tip, mm")
+    for row in models.models:
+        x, y = row.bent[-1].tip_mm
+        angles = (_with_difference(bent.angle_deg, bent.angle_percent) for bent in row.bent)
+        table.add_row(row.name, *angles, f"{x:.2f}, {y:.2f}")
+    return table
+
+
+def engines_table(rigs: Sequence[EngineAgreement], *, of_the_paper: bool) -> Table:
+    """Make one row for each comparison of the engines, one column for each preload."""
+    rows = [to_plain(one, finite=False) for one in rigs]
+    table = spaced_table("engines", *(f"{row['preload_N']:g} N" for row in rows))
+    for name in rows[0] if rows else ():
+        if name not in ("rig", "preload_N") and (of_the_paper or name != OF_THE_PAPER):
+            table.add_row(name, *(f"{row[name]:.6g}" for row in rows))
     return table
 
 
@@ -71,11 +101,12 @@ def notches_table(models: Models) -> Table | None:
     """Make one row for each notch: its bending stiffness in every model; None where all notches are alike."""
     if not models.models[0].notches:
         return None
-    table = Table("notch", "depth, mm", "width, mm", *(f"{row.name}, Nmm/rad" for row in models.models))
+    table = spaced_table("notch", "depth, mm", "width, mm", *(row.name for row in models.models))
     for number, one in enumerate(models.models[0].notches):
         own = [row.notches[number] for row in models.models]
-        values = [_with_difference(notch.bending_Nmm_per_rad, notch.bending_percent) for notch in own]
+        values = [below(notch.bending_Nmm_per_rad, notch.bending_percent) for notch in own]
         table.add_row(str(one.number), f"{one.depth_mm:.4g}", f"{one.width_mm:.4g}", *values)
+    table.caption = "bending of every notch, Nmm/rad; below it the difference from the first model"
     return table
 
 
@@ -90,7 +121,7 @@ def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:
 
 def contributions_table(result: Separation) -> Table:
     """Make one row for each part of the loop, with intervals if the rig is calibrated on records."""
-    table = Table("part", "share of energy", "mJ a cycle", "share of width", "deg")
+    table = spaced_table("part", "share of energy", "mJ a cycle", "share of width", "deg")
     for name, part in result.contributions.items():
         table.add_row(
             name,
@@ -105,7 +136,8 @@ def contributions_table(result: Separation) -> Table:
 def study_table(summary: StudySummary) -> Table:
     """Make one row for each quantity: its minimum and its maximum, and where they are."""
     title = f"{summary.title}: {summary.cases} cases, {summary.computed} computed now, {summary.failures.count} failed"
-    table = Table("quantity", "unit", "minimum", "at", "maximum", "at", title=title)
+    table = spaced_table("quantity", "unit", "minimum", "at", "maximum", "at")
+    table.title = title
     for name, row in summary.quantities.items():
         ends = [(f"{end.value:.4g}", _point(end.at)) for end in (row.min, row.max)]
         table.add_row(name, row.units, *(cell for pair in ends for cell in pair))
@@ -121,6 +153,11 @@ def _share(part: Contribution, quantity: str) -> str:
     if value is None:
         return "-"
     return f"{value:.3f}" + (f" ({limits[0]:.3f} to {limits[1]:.3f})" if limits else "")
+
+
+def below(value: float, percent: float) -> str:
+    """Give a value and below it a difference, for tables of many columns."""
+    return f"{value:.4g}\n{percent:+.1f} %"
 
 
 def _with_difference(value: float | None, percent: float | None) -> str:

@@ -18,7 +18,7 @@ from hysteresis.records.planes import require_one_wheel
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_whole_records
 from studies.commands.identification import STANDSTILL_DEG
-from studies.progress import stages
+from studies.progress import UNSEEN, Stages, stages
 from studies.report.trace_page import trace_page
 from studies.results.made import Made, made_entry
 from studies.results.trace_samples import SAMPLES, TraceSamples, samples_csv, samples_of
@@ -36,6 +36,8 @@ from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
 NEXT = "next-experiment.csv"
 PICTURES = ("trace-residual.png", "trace-loops.png", "trace-candidates.png")
 PAGE = "report.html"
+FITS = "fits"
+"""What the first stage of a trace counts."""
 FILES = ("trace.json", PAGE, NEXT, SAMPLES, *PICTURES)
 """Names that a trace may write."""
 
@@ -85,7 +87,8 @@ def trace_files(
     """
     require_different(paths, reference)
     new, old = read_for_trace(paths), read_for_trace(reference)
-    return trace_loaded(new, reference=old, seed=seed, threads=threads, progress=progress)
+    with stages(progress, "tracing", total=5, unit=FITS) as stage:
+        return trace_loaded(new, reference=old, seed=seed, threads=threads, stage=stage)
 
 
 def require_different(paths: Sequence[Path], reference: Sequence[Path]) -> None:
@@ -123,7 +126,7 @@ def trace_loaded(
     reference: Sequence[Record] = (),
     seed: int = 0,
     threads: int = 2,
-    progress: bool = False,
+    stage: Stages = UNSEEN,
 ) -> Traced:
     """Trace records, propose the next experiment, and run the multibody model for a second opinion.
 
@@ -137,22 +140,21 @@ def trace_loaded(
         Stored with the result; nothing in a trace is random.
     threads
         For runs and derivatives; see :func:`validation.tracing.trace_records`.
-    progress
-        Whether to show on a terminal what is being computed.
+    stage
+        Told what is being computed, in five stages; the first one counts fits (:data:`FITS`).
     """
     for record in (*records, *reference):
         _require_moving(record)
     start, failed = time.perf_counter(), list[str]()
-    with stages(progress, "tracing", total=5) as stage:
-        trace = trace_records(records, reference=reference, threads=threads, progress=stage.say)
-        stage.begin("detection limits")
-        limits = attempt("no detection limits", lambda: limits_of(trace), [], failed)
-        stage.begin("the next experiment")
-        experiment = attempt("no next experiment", lambda: next_experiment(trace), Experiment("not known"), failed)
-        stage.begin("the multibody model")
-        opinion = second_opinion(trace)
-        stage.begin("figures")
-        drawn = figures(trace, failed)
+    trace = trace_records(records, reference=reference, threads=threads, progress=stage.count)
+    stage.begin("detection limits")
+    limits = attempt("no detection limits", lambda: limits_of(trace), [], failed)
+    stage.begin("the next experiment")
+    experiment = attempt("no next experiment", lambda: next_experiment(trace), Experiment("not known"), failed)
+    stage.begin("the multibody model")
+    opinion = second_opinion(trace)
+    stage.begin("figures")
+    drawn = figures(trace, failed)
     seconds = time.perf_counter() - start
     found = trace_report(trace, experiment=experiment, opinion=opinion, limits=limits, seconds=seconds, seed=seed)
     program = experiment.csv()

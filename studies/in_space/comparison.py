@@ -11,6 +11,7 @@ from fem_models.rig.in_space import RigInSpace
 from fem_models.spatial.stiffness import NotchStiffness
 from hysteresis.plain import optional
 from studies.commands.options import Common, Overwrite
+from studies.commands.tables import below, spaced_table
 from studies.own_rig.strain import drive_to_angle_mm
 from studies.progress import steps
 from studies.results import write_result
@@ -59,17 +60,17 @@ def validate_in_space(
 def stiffness_table(found: SixStiffnesses) -> Table:
     """Make one row for each notch: stiffnesses of the solid, and those of the section over them."""
     units = {name: "Nmm/rad" if name in ("weak", "strong", "torsion") else "N/mm" for name in NotchStiffness._fields}
-    table = Table("notch", "depth, mm", *(f"{name.replace('_', ' ')}, {unit}" for name, unit in units.items()))
+    table = spaced_table("notch", "depth, mm", *(f"{name.replace('_', ' ')}, {unit}" for name, unit in units.items()))
     for one in found.notches:
-        values = [f"{one.solid[name]:.4g} ({100 * (one.ratio[name] - 1):+.1f} %)" for name in units]
+        values = [below(one.solid[name], 100 * (one.ratio[name] - 1)) for name in units]
         table.add_row(str(one.number), f"{one.depth_mm:.4g}", *values)
-    table.caption = "of the solid; in brackets the difference of the section from it"
+    table.caption = "of the solid; below it the difference of the section from it"
     return table
 
 
 def bent_table(found: SixStiffnesses) -> Table:
     """Make one row for each motion and model."""
-    table = Table("wheels, mm", "model", "towards y, deg", "towards z, deg", "torsion, deg", "tip, mm")
+    table = spaced_table("wheels, mm", "model", "towards y, deg", "towards z, deg", "torsion, deg", "tip, mm")
     for drives, models in zip(found.drives_mm, found.bent, strict=True):
         for model in models:
             tip = ", ".join(f"{round(place, 3) + 0.0:.3f}" for place in model.tip_mm)

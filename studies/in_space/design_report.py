@@ -15,7 +15,7 @@ import numpy as np
 
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
-from fem_models.rig.in_space import RigInSpace
+from fem_models.rig.in_space import RigInSpace, read_any_rig
 from fem_models.rig.joints import NotchedTube
 from fem_models.rig.presets_in_space import PRESETS_IN_SPACE
 from fem_models.rig.rig import numeric_fields, with_joint
@@ -32,6 +32,7 @@ from studies.commands.first_report import versions_found
 from studies.in_space.loops import motions_of, wheel_loop
 from studies.in_space.picture import draw_wrist
 from studies.in_space.workspace import compliance_of, write_workspace
+from studies.own_rig.numbers import numbers_of_file, with_preloads
 from studies.own_rig.programs import programs_of_report
 from studies.progress import steps
 from studies.results import write_result
@@ -53,12 +54,16 @@ Step = Callable[[str], None]
 
 @dataclass(frozen=True)
 class WristDesign:
-    """A rig in space at each of its preloads, and how it is named: ``option`` on a command line, ``name`` in files."""
+    """A rig in space at each of its preloads, and how it is named: ``option`` on a command line, ``name`` in files.
+
+    ``file`` is the rig file, None of a preset.
+    """
 
     name: str
     option: str
     rigs: tuple[RigInSpace, ...]
     amplitude_mm: float
+    file: Path | None = None
 
 
 @dataclass
@@ -106,7 +111,7 @@ def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress:
             option=design.option,
             amplitude_mm=design.amplitude_mm,
             versions=versions_found(),
-            rig=_numbers(last),
+            rig=_numbers(design),
             notches=_notches(last),
             tendons=_tendons(last),
             loops=tuple(found.loops),
@@ -128,15 +133,25 @@ def wrist_report(design: WristDesign, out: Path, *, made: Made | None, progress:
 # --- geometry -----------------------------------------------------------------------------------------------------
 
 
-def _numbers(rig: RigInSpace) -> tuple[RigNumber, ...]:
-    """Give every number of the rig with its source, that of the preset or the rig file."""
+def _numbers(design: WristDesign) -> tuple[RigNumber, ...]:
+    """Give every number of the rig with its source: that of the preset, the rig file, or a default.
+
+    The preload is the file's or the preset's, too; a note says where the loops have others.
+    """
+    if design.file is not None:
+        rig = read_any_rig(design.file)
+        rows = numbers_of_file(numeric_fields(rig.rig if isinstance(rig, RigInSpace) else rig), design.file)
+    else:
+        rows = _numbers_of_preset(design.rigs[-1])
+    return with_preloads(rows, [rig.preload_N for rig in design.rigs])
+
+
+def _numbers_of_preset(rig: RigInSpace) -> tuple[RigNumber, ...]:
     known = PRESETS_IN_SPACE.get(rig.name)
-    sources = known.sources if known is not None and known.rig.with_preload(rig.preload_N) == rig else {}
-    out = []
-    for name, value in numeric_fields(rig.rig).items():
-        source = sources.get(name)
-        out.append(RigNumber(name, value, *(("rig file", "") if source is None else (source.kind, source.note))))
-    return tuple(out)
+    sources = {} if known is None else known.sources
+    numbers = numeric_fields(rig.rig if known is None else known.rig.rig)
+    found = {name: (source.kind, source.note) for name, source in sources.items()}
+    return tuple(RigNumber(name, value, *found.get(name, ("given", ""))) for name, value in numbers.items())
 
 
 def _notches(rig: RigInSpace) -> tuple[NotchInSpace, ...]:

@@ -27,6 +27,7 @@ from hysteresis.records.frame import RecordLike, as_record, is_frame
 from hysteresis.records.record import RecordError
 from studies.notebook.given import RigLike, as_any_rig, as_records, as_rig, is_rig_name
 from studies.notebook.results import Compensation, StudyResult
+from studies.notebook.script import require_guarded_script
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,14 +46,23 @@ OF_THE_COMMAND = replace(DEFAULTS, law="auto")
 
 
 def simulate(rig: RigLike, program: LoadProgram, engine: EngineName = "multibody") -> Record:
-    """Run a load program on a rig.
+    """Run a load program on a rig; the same as ``notchbend simulate``.
 
     Parameters
     ----------
     rig
-        A rig, the path of its file, or the name of a preset.
+        A rig, the path of its file, or the name of a preset (``"du2018"``), of a manipulator in one plane. Its preload
+        is that of the file or the preset: ``nb.preset("du2018", preload_N=10.0)`` gives another.
+    program
+        Drive of the wheel sample by sample, mm of tendon: ``nb.triangle``, ``nb.sine``, or
+        ``nb.LoadProgram(drive_mm, time_s)``. Times, s, matter to rigs with creep, drag or other effects of the rate.
     engine
         ``"multibody"`` (Exudyn), ``"chain"`` (the same mechanics, compiled) or ``"analytic"`` (without friction).
+
+    Returns
+    -------
+    Record
+        One sample for each of the program: ``drive`` in mm, ``angle_deg`` of the tip, ``notches_deg``, tensions in N.
 
     Raises
     ------
@@ -60,6 +70,12 @@ def simulate(rig: RigLike, program: LoadProgram, engine: EngineName = "multibody
         An unknown engine.
     SolverError, RigError, MissingError
         A rig that cannot follow the program, or an engine that is not installed.
+
+    Examples
+    --------
+    >>> record = nb.simulate("du2018", nb.triangle(2.2, cycles=2), engine="chain")
+    >>> round(record.loop_width_deg, 1)
+    2.2
     """
     from studies.engines import ENGINES
 
@@ -90,10 +106,20 @@ def identify(
     progress
         Whether a terminal shows a progress bar.
 
+    Returns
+    -------
+    Fit
+        Law, parameters with units and 95 % intervals, errors in deg of fitted and of held-out samples.
+
     Raises
     ------
     RecordError, RigError
         A record without a loop, or a rig that is not possible or cannot follow the drive.
+
+    Examples
+    --------
+    >>> fit = nb.identify("bench-10N.csv")
+    >>> fit.parameters["A"].value, fit.heldout.rmse_deg
     """
     from studies.commands.identification import identify_records
 
@@ -117,10 +143,20 @@ def trace(
     threads
         For runs of the records and for derivatives.
 
+    Returns
+    -------
+    Trace
+        The verdict, the effects with their parameters and units, and held-out errors in deg with and without them.
+
     Raises
     ------
     RecordError, RigError, SolverError
         Records that cannot be used, or a rig that is not possible or cannot follow the drive.
+
+    Examples
+    --------
+    >>> found = nb.trace(["bench-10N.csv", "bench-20N.csv"])
+    >>> found.verdict, found.names
     """
     from validation.tracing import trace_records
 
@@ -143,16 +179,30 @@ def separate(
         A rig (or the path of its file, or the name of a preset), whose loop of ``amplitude_mm`` (2.2 by default) the
         ``engine`` simulates (chain or multibody); or records of a known rig (or the paths of their CSV, or DataFrames),
         which is calibrated on all of them, and whose first record's loop is divided.
+    amplitude_mm
+        With a rig: amplitude of the drive, mm.
+    engine
+        With a rig: ``"chain"`` or ``"multibody"``.
     seed
         Of the Bouc-Wen parameters.
     members
         With a rig and the chain: rigs of an ensemble, such as ``nb.ensemble("du2018")``, whose loops give the ranges.
+
+    Returns
+    -------
+    Separation
+        For every part of the loop its energy, mJ a cycle, its width, deg, and its shares.
 
     Raises
     ------
     RecordError, RigError, SolverError, MissingError
         Records without a known rig or a loop, or with what a rig alone takes (amplitude, engine, members); a rig that
         cannot be divided or cannot follow the drive.
+
+    Examples
+    --------
+    >>> parts = nb.separate("du2018", amplitude_mm=2.2)
+    >>> parts.contributions["friction"].share
     """
     from studies.commands.records import SEPARATION_MM
     from studies.commands.separation import separate_records, separate_rig
@@ -183,14 +233,24 @@ def compensate(
     reference_deg
         Angles to follow, shape (m,), deg.
     time_s
-        Their times, shape (m,), which the result repeats.
+        Their times, s, shape (m,), which the result repeats.
     settings
         For a record.
+
+    Returns
+    -------
+    Compensation
+        ``drive``, shape (m,), in the unit of the record, which ``summary.drive_unit`` names.
 
     Raises
     ------
     RecordError
         A record without a loop, or a reference beyond the range of the model.
+
+    Examples
+    --------
+    >>> found = nb.compensate("bench-10N.csv", [0.0, 5.0, 10.0, 5.0])
+    >>> found.drive, found.summary.drive_unit
     """
     from studies.commands.compensation import compensated, layer_of
 
@@ -206,7 +266,9 @@ def study(
 ) -> StudyResult:
     """Run a parametric study and write its report; the same as ``notchbend study``.
 
-    Where the report cannot be made, a warning says why.
+    Where the report cannot be made, a warning says why. Cases run in worker processes, which import the script that
+    starts them: in a script, call it below ``if __name__ == "__main__":``, else every worker would run the script
+    again. A notebook needs no such line.
 
     Parameters
     ----------
@@ -224,9 +286,16 @@ def study(
     Raises
     ------
     StudyError, RigError, MissingError
-        A study that cannot be read or run.
+        A study that cannot be read or run, or a call in a script outside ``if __name__ == "__main__":``.
+
+    Examples
+    --------
+    >>> if __name__ == "__main__":
+    ...     found = nb.study("preload", "results/preload", workers=2)
+    ...     print(found)
     """
     require_extra("study", "studies")
+    require_guarded_script()
     from studies.report.page import PAGE, try_report
     from studies.sweep.run import run_study
     from studies.sweep.study_file import read_study
@@ -249,7 +318,9 @@ def export(rig: RigLike, out: Path | str, *, to: Simulator = "mujoco", amplitude
     out
         The model file, ``.xml``. The table of the tension at every guide is put beside it.
     amplitude_mm
-        Largest drive that the model is meant for.
+        Largest drive that the model is meant for, mm.
+    to
+        The simulator, ``"mujoco"``.
 
     Returns
     -------
@@ -261,6 +332,10 @@ def export(rig: RigLike, out: Path | str, *, to: Simulator = "mujoco", amplitude
         An unknown simulator.
     RecordError, RigError, SolverError
         A file that cannot be written, or a drive that the rig cannot follow.
+
+    Examples
+    --------
+    >>> model, guides = nb.export("du2018", "du2018.xml", amplitude_mm=2.2)
     """
     from studies.export import write_model
 
@@ -283,7 +358,7 @@ def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | No
         by the name of a preset.
     joint_angles_deg
         Of a rig in three dimensions: shape (joints,), base to tip, such as a sample of ``record.notches_deg``. By
-        default all joints bend alike, the tip to 60 deg or to where the notches almost close.
+        default all joints bend alike, the tip to 60 deg or to where the notches almost close. In deg.
 
     Returns
     -------
@@ -301,6 +376,10 @@ def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | No
         drawn; with joint angles this is an error.
     MissingError
         A rig in three dimensions without the extra ``view``; ``view="side"`` needs none.
+
+    Examples
+    --------
+    >>> nb.plot("du2018", view="side").savefig("tube.png")
     """
     from studies.notebook.figures import figure_of
 
@@ -327,5 +406,9 @@ def write_record(record: RecordLike, path: Path | str) -> None:
     ------
     RecordError
         A record that cannot be read, or a file that cannot be written or is not the sidecar of a record.
+
+    Examples
+    --------
+    >>> nb.write_record(nb.simulate("du2018", nb.triangle(1.0), engine="chain"), "loop.csv")
     """
     record_file.write_record(as_record(record), path)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hysteresis.arrays import Floats
-from hysteresis.display import from_to, html_table
+from hysteresis.display import from_to, html_table, on_screen
 from hysteresis.extras import require_extra
 from hysteresis.plain import to_plain
 
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
     from studies.commands.compensation import CompensationSummary
     from studies.results.study import StudySummary
+
+
+MOST_ROWS = 16
+"""Quantities of a study that are printed: a screen holds them."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,6 +57,9 @@ class Compensation:
         drive = from_to(self.drive, s.drive_unit)
         correction = f"largest correction {s.largest_correction:.3g} {s.drive_unit}"
         return f"Compensation({s.samples} samples, drive {drive}, {correction}, {len(s.warnings)} warnings)"
+
+    def __str__(self) -> str:
+        return on_screen([repr(self)])
 
     def _repr_html_(self) -> str:
         s = self.summary
@@ -92,6 +99,17 @@ class StudyResult:
     def __repr__(self) -> str:
         s = self.summary
         return f"StudyResult({s.title!r}, {s.cases} cases, {s.failures.count} failed, {s.state}, in {self.folder})"
+
+    def __str__(self) -> str:
+        """Show a screen of it: how many cases there are, and the range of every quantity."""
+        s = self.summary
+        lines = [f"{s.title}: {s.cases} cases, {s.failures.count} failed, {s.state}"]
+        rows = [
+            f"  {name:<32} {found.min.value:>12.4g} to {found.max.value:>12.4g} {found.units}"
+            for name, found in s.quantities.items()
+        ]
+        more = [f"  and {len(rows) - MOST_ROWS} more: to_xarray"] if len(rows) > MOST_ROWS else []
+        return on_screen([*lines, *rows[:MOST_ROWS], *more, f"  report: {self.report}"])
 
     def _repr_html_(self) -> str:
         rows = [

@@ -100,6 +100,7 @@ class OwnRigChoice:
         return WristDesign(
             name=rig.name,
             option=self.option(),
+            file=self.rig,
             rigs=tuple(possible(rig.with_preload(value)) for value in self.preload or [rig.preload_N]),
             amplitude_mm=self.amplitude or drive_to_angle_mm(rig.rig),
         )
@@ -123,6 +124,7 @@ class OwnRigChoice:
             rigs=tuple(possible(replace(rig, preload_N=value)) for value in preloads),
             amplitude_mm=self.amplitude or amplitude_of(rig, records),
             preset=self.preset,
+            file=self.rig,
             members=ensemble(self.preset) if self.ensemble and self.preset else (),
         )
         return design, records

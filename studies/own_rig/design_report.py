@@ -6,7 +6,7 @@ and the trace of the records, in the same files as the main run (:mod:`studies.c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import numpy as np
 
 from fem_models.chain import simulate_chain
 from fem_models.load import LoadProgram
-from fem_models.rig import Rig, RigError
+from fem_models.rig import Rig, RigError, read_rig
 from fem_models.rig.checks import SolverError
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS
@@ -31,15 +31,16 @@ from hysteresis.records.record_file import write_record
 from studies.commands.first_report import rig_numbers, versions_found
 from studies.commands.identification import identify_records, write_fit
 from studies.commands.separation import separate_records, separate_rig
-from studies.commands.tracing import NEXT, trace_loaded, with_ending
+from studies.commands.tracing import FITS, NEXT, trace_loaded, with_ending
 from studies.ensemble import run_ensemble
 from studies.own_rig.jumps import jump_lines
 from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.new_record import without_geometry
+from studies.own_rig.numbers import numbers_of_file, with_preloads
 from studies.own_rig.programs import programs_of_report
 from studies.own_rig.strain import drive_to_angle_mm
 from studies.own_rig.usual import unusual
-from studies.progress import steps
+from studies.progress import Steps, steps
 from studies.results import write_result
 from studies.results.ensemble import EnsembleRanges
 from studies.results.files import without_folders
@@ -65,14 +66,13 @@ UNKNOWN = "-unknown-geometry"
 _CYCLE_S = 20.0  # of a rig whose loop depends on the rate
 _REFUSED = (RecordError, RigError, SolverError)
 
-Step = Callable[[str], None]
-
 
 @dataclass(frozen=True)
 class Design:
     """A rig at each of its preloads, and how it is named: ``option`` on a command line, ``name`` in files.
 
-    ``members`` are the rigs of the preset's ensemble, at any preload; none without one.
+    ``file`` is the rig file, None of a preset. ``members`` are the rigs of the preset's ensemble, at any preload; none
+    without one.
     """
 
     name: str
@@ -80,6 +80,7 @@ class Design:
     rigs: tuple[Rig, ...]
     amplitude_mm: float
     preset: str | None = None
+    file: Path | None = None
     members: tuple[Rig, ...] = ()
 
 
@@ -202,11 +203,17 @@ def _loop_name(design: Design, rig: Rig) -> str:
 
 
 def _numbers(design: Design) -> tuple[RigNumber, ...]:
-    """Give every number of the rig with its source, those of the preset or the rig file."""
+    """Give every number of the rig with its source: that of the preset, the rig file, or a default.
+
+    The preload is the file's or the preset's, too; a note says where the loops have others.
+    """
     if design.preset in PRESETS and design.preset is not None:
-        return rig_numbers(design.preset)
-    known = numeric_fields(design.rigs[-1])
-    return tuple(RigNumber(name, value, "rig file", "") for name, value in known.items())
+        rows = rig_numbers(design.preset)
+    elif design.file is not None:
+        rows = numbers_of_file(numeric_fields(read_rig(design.file)), design.file)
+    else:
+        rows = tuple(RigNumber(name, value, "given", "") for name, value in numeric_fields(design.rigs[-1]).items())
+    return with_preloads(rows, [rig.preload_N for rig in design.rigs])
 
 
 # --- simulation ---------------------------------------------------------------------------------------------------
@@ -233,7 +240,7 @@ def without_effects(rig: Rig) -> Rig:
     return replace(rig, **none)
 
 
-def _loop(design: Design, rig: Rig, out: Path, found: _Found, step: Step) -> None:
+def _loop(design: Design, rig: Rig, out: Path, found: _Found, step: Steps) -> None:
     """Simulate the loop at one preload, cross-check it, and run the ensemble."""
     name, amplitude = _loop_name(design, rig), design.amplitude_mm
     step(f"simulating {name}")
@@ -309,7 +316,7 @@ def _width(record: Record) -> float | None:
         return None
 
 
-def _separate(design: Design, records: Sequence[Record], out: Path, found: _Found, seed: int, step: Step) -> None:
+def _separate(design: Design, records: Sequence[Record], out: Path, found: _Found, seed: int, step: Steps) -> None:
     """Divide the loop of the rig calibrated on its records, else that of the rig as it is, at each preload."""
     known = [record for record in records if rig_of(record) is not None and record.drive_unit == "mm"]
     if known:
@@ -348,7 +355,7 @@ def _separate(design: Design, records: Sequence[Record], out: Path, found: _Foun
         found.separations.append(SeparationEntry(f"separate-{name}.json", label, command))
 
 
-def _traces(named: dict[str, Record], out: Path, found: _Found, seed: int, step: Step) -> TraceEntry | None:
+def _traces(named: dict[str, Record], out: Path, found: _Found, seed: int, step: Steps) -> TraceEntry | None:
     """Trace the records of known geometry together, and the others together; give the verdict of the first."""
     groups = {
         ending: [record for record in named.values() if (rig_of(record) is None) == unknown]
@@ -360,7 +367,7 @@ def _traces(named: dict[str, Record], out: Path, found: _Found, seed: int, step:
             continue
         step(f"tracing {' + '.join(Path(record.source).stem for record in records)}")
         try:
-            traced = trace_loaded(records, seed=seed)
+            traced = trace_loaded(records, seed=seed, stage=step.within(FITS))
         except _REFUSED as error:
             found.notes.append(f"no trace: {error}")
             continue

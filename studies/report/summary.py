@@ -231,7 +231,7 @@ def words_of_part(name: str) -> str:
 TRACE_WORDS: Mapping[str, str] = {
     "none": "the residual is noise, or too near it for a name",
     "effect": "the residual is traced to an effect",
-    "partial": "the residual is traced to an effect; some structure remains",
+    "partial": "a part of the residual is traced to an effect; structure remains that no effect explains",
     "ambiguous": "several effects explain the residual equally well",
     "unexplained": "the residual has structure that no candidate explains",
 }

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hysteresis.display import html_table
+from hysteresis.display import html_table, on_screen
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.plain import named, optional, to_plain
 from hysteresis.records.metrics import Errors
@@ -172,6 +172,22 @@ class Separation:
     def __repr__(self) -> str:
         shares = ", ".join(f"{name.replace('_', ' ')} {_share(part)}" for name, part in self.contributions.items())
         return f"Separation({self.rig['name']}: {self.total.width_deg:.3g} deg wide; energy: {shares})"
+
+    def __str__(self) -> str:
+        """Show a screen of it: every part of the loop, and the numbers of a calibrated rig."""
+        low, high = self.drive_mm
+        lines = [
+            f"loop of {self.rig['name']}, {low:.4g} to {high:.4g} mm, {self.engine}",
+            f"  {'part':<18} {'of energy':>10} {'mJ a cycle':>12} {'width, deg':>12}",
+        ]
+        for name, part in self.contributions.items():
+            words = name.replace("_", " ")
+            lines.append(f"  {words:<18} {_share(part):>10} {part.dissipated_mJ:>12.4g} {part.width_deg:>12.4g}")
+        total = self.total
+        lines.append(f"  {'whole':<18} {'':>10} {total.dissipated_mJ:>12.4g} {total.width_deg:>12.4g}")
+        if self.calibration is not None:
+            lines += [f"  {name} = {parameter}" for name, parameter in self.calibration.parameters.items()]
+        return on_screen([*lines, *(f"  warning: {text}" for text in self.warnings)])
 
     def _repr_html_(self) -> str:
         rows = [

@@ -33,7 +33,8 @@ def test_text_has_the_layer_or_its_saturation(fit: Fit) -> None:
     for shown in (fit.layer, {}):
         named = shown or {"saturation": fit.saturation_deg}
         text = str(dataclasses.replace(fit, layer=shown)).splitlines()
-        layer = text[1 : text.index("  parameters of the paper")]
+        end = next(i for i, line in enumerate(text) if line.startswith("  parameters of the paper: A = -1"))
+        layer = text[1:end]
         assert len(layer) == len(named) > 0
         for line, value in zip(layer, named.values(), strict=True):
             assert line.endswith(str(value))
@@ -44,11 +45,22 @@ def test_text_has_the_errors_with_hysteresis_and_without(fit: Fit) -> None:
     text = str(fit)
     for name, own, plain in (("train", fit.train, fit.baseline_train), ("held out", fit.heldout, fit.baseline_heldout)):
         words = f"{own.rmse_deg:.3g} deg rmse, {own.max_abs_deg:.3g} deg at most; without hysteresis"
-        assert f"  {name:<12} {words} {plain.rmse_deg:.3g} deg rmse\n" in text
-    assert f"  noise floor  {fit.noise_floor_deg:.2g} deg" in text
+        assert f"  {name:<8} {words} {plain.rmse_deg:.3g} deg\n" in text
+    assert f"  noise floor: {fit.noise_floor_deg:.2g} deg" in text
     noted = dataclasses.replace(fit, notes=("a note",), warnings=("a warning",))
     assert str(noted).endswith("\n  note: a note\n  warning: a warning")
-    assert str(dataclasses.replace(fit, bouc_wen=noted)).startswith(str(noted) + "\n")
+    alone = f"  Bouc-Wen alone: held out {noted.heldout.rmse_deg:.3g} deg rmse\n"
+    assert alone in str(dataclasses.replace(fit, bouc_wen=noted))
+    assert alone not in str(noted)
+
+
+def test_text_fits_a_screen(fit: Fit) -> None:
+    long = dataclasses.replace(
+        fit, notes=(" ".join(["a note of many words"] * 12),), warnings=("no", "yes"), bouc_wen=fit
+    )
+    lines = str(long).splitlines()
+    assert max(map(len, lines)) <= 80
+    assert len(lines) <= 24
 
 
 def test_html_has_parameters_and_warnings(fit: Fit) -> None:

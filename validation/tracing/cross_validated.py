@@ -88,7 +88,7 @@ def trace_by_folds(
     trace = judge_by_folds(found, words, floor=_floor(found.best))
     zone = None
     if still and trace.verdict in ("unexplained", "partial"):
-        report("still zone after reversals")
+        report("still zone after reversals", 0)
         zone = find_still_zone(trace.augmented, effects, baselines.fits)
         trace = trace if zone is None else with_still_zone(trace, zone)
     trace = _reported(trace, AGAINST_OTHER_MODELS + ("" if zone is None else BY_STILL_ZONE))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from hysteresis.display import html_table
+from hysteresis.display import html_table, on_screen
 from hysteresis.records.record import Record
 from validation.tracing.fitting.channel_errors import ChannelFit
 from validation.tracing.fitting.fitted import Fitted
@@ -104,6 +104,12 @@ class Trace:
             errors += f" -> {self.augmented.heldout_rmse_deg:.3g}"
         found = f"{self.verdict}: {names}" if names else self.verdict
         return f"Trace({found}; held-out error {errors} deg, noise {self.floor.deg:.3g} deg; {self.model})"
+
+    def __str__(self) -> str:
+        """Show a screen of it: the verdict in sentences, and the parameters of the effects."""
+        report = trace_report(self)
+        rows = [f"  {effect.name}: {name} = {p}" for effect in report.effects for name, p in effect.parameters.items()]
+        return on_screen([*in_words(report), *rows])
 
     def _repr_html_(self) -> str:
         """Show the verdict in sentences and the parameters of the effects, for a notebook."""

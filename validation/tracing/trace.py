@@ -14,7 +14,7 @@ The curve model is fitted where no equivalent rig explains the records, or only 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -57,7 +57,7 @@ from validation.tracing.fitting.noise import sensor_noise_deg
 from validation.tracing.fitting.smooth import smooth_functions
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
-from validation.tracing.search.search import Progress
+from validation.tracing.search.search import FitCount, Progress
 from validation.tracing.search.stepwise import Selection
 from validation.tracing.sensors.drive_steps import sensor_words
 from validation.tracing.settings import (
@@ -112,7 +112,7 @@ def trace_records(
     *,
     reference: Sequence[Record] = (),
     threads: int = 2,
-    progress: Progress | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
     effects: Sequence[Effect] | None = None,
 ) -> Trace:
     """Trace the residual of the records of one rig.
@@ -126,7 +126,7 @@ def trace_records(
     threads
         For runs of the records and for derivatives.
     progress
-        Called with what is being computed.
+        Called before every fit with what is fitted, and with how many fits are done and expected so far.
     effects
         Effects that are tried; by default the whole catalogue.
 
@@ -137,7 +137,7 @@ def trace_records(
     """
     if not records:
         raise RecordError("no record: expected at least one")
-    report = progress or (lambda words: None)
+    report = FitCount(progress or (lambda words, done, expected: None))
     every = catalogue() if effects is None else effects
     if any(bends_in_space(record) for record in (*records, *reference)):
         return _trace_in_space(records, reference, acting(every, in_space=True), threads, report)
@@ -178,7 +178,7 @@ def _trace_in_space(
     assert problem is not None  # one of the rigs bends in space
     with threadpool_limits(1, user_api="blas"):
         if reference:
-            report("the reference alone")
+            report("the reference alone", 0)
             before = _trace_in_space(reference, (), effects, threads, report)
             own = before.augmented.model.values(before.augmented.x)[1]
             forms = [(one.form, values) for one, values in zip(before.effects, own, strict=True)]
@@ -300,7 +300,7 @@ def _trace_known_rig(search: Search) -> Trace:
 
 def _trace_as_declared(search: Search) -> Trace:
     """Trace records beside one baseline of a known rig."""
-    search.report("the baseline model")
+    search.report("the baseline model", len(search.effects))
     baseline = _baseline_of_known_rig(search)
     baseline = best_of_other_loops(search, baseline)
     search, baseline = _from_first_states(search, baseline)
@@ -390,7 +390,7 @@ def _trace_unknown_geometry(
     explains them without an effect, or if the rig needs several. Where neither comes near the noise, play operators are
     chosen if they predict better; a search that is far behind their held-out error is given up.
     """
-    report("the baseline model (play operators)")
+    report("the baseline model (play operators)", len(effects))
     plays = play_baselines(records)
     by_folds, competitors = None, (math.inf, math.inf, math.inf)
     if plays is not None:
@@ -483,7 +483,7 @@ def _beside(search: Search, competitors: tuple[float, float, float]) -> Search:
 
 def _baseline_of_all_samples(search: Search, most_steps: int = MOST_STEPS) -> Fitted:
     """Fit the baseline of records of unknown geometry to all samples (:mod:`validation.tracing.search.final_fit`)."""
-    search.report(f"the baseline model ({search.policy.name})")
+    search.report(f"the baseline model ({search.policy.name})", len(search.effects))
     model, holdout = Model(search.problem), divide_records(search.problem.records).everything()
     start = model.coordinates(search.problem.start, []) if search.early is None else search.early.x
     return fit(model, holdout, start, threads=search.threads, most_steps=most_steps)

@@ -34,17 +34,18 @@ def what_to_do(folder: Path, feasible: Feasible | None = None) -> tuple[str, ...
 
 def _advice(folder: Path, feasible: Feasible | None) -> Iterator[str]:
     run = read_run(folder) if present(folder / "run.json") else None
+    separations = [read_result(Separation, path, _SEPARATION) for path in sorted(folder.glob("separate*.json"))]
     if run is not None:
         yield from _of_strain(run.loops, run.rig)
         yield from _of_slack(run.loops)
-        yield from _of_predictions(run)
+        yield from _of_predictions(run, calibrated=any(one.calibration is not None for one in separations))
     if present(folder / WRIST):
         wrist = read_wrist(folder)
         yield from _of_strain(wrist.loops, wrist.rig, in_space=True)
         yield from _of_slack(wrist.loops)
         yield from _of_wrist(wrist)
-    for path in sorted(folder.glob("separate*.json")):
-        yield from _of_separation(read_result(Separation, path, _SEPARATION))
+    for separation in separations:
+        yield from _of_separation(separation)
     traces = [read_result(StoredTrace, path, trace.WHAT) for path in sorted(folder.glob("trace*.json"))]
     for path in sorted(folder.glob("identify*.json")):
         yield from _of_fit(read_result(StoredFit, path, fit.WHAT), path.stem, traces)
@@ -99,7 +100,9 @@ def _of_slack(loops: Sequence[RunLoop]) -> Iterator[str]:
             )
 
 
-def _of_predictions(run: RunSummary) -> Iterator[str]:
+def _of_predictions(run: RunSummary, *, calibrated: bool) -> Iterator[str]:
+    """Say how far a record is from the loop of its rig file; ``calibrated`` is whether the page has better numbers."""
+    cure = "take over the calibrated numbers under Contributions, or " if calibrated else ""
     for one in run.own.predictions if run.own is not None else ():
         if one.rmse_deg > OVER_NOISE * one.noise_floor_deg:
             widths = ""
@@ -107,8 +110,8 @@ def _of_predictions(run: RunSummary) -> Iterator[str]:
                 widths = f" (loop {one.width_deg:.3g} deg measured, {one.predicted_width_deg:.3g} deg predicted)"
             yield (
                 f"Rig file: the loop of {one.record} is {one.rmse_deg:.2g} deg rms from what the file predicts"
-                f"{widths}, {one.rmse_deg / max(one.noise_floor_deg, 1e-12):.2g} times the noise: take over the "
-                "calibrated numbers under Contributions, or measure friction and stiffness."
+                f"{widths}, {one.rmse_deg / max(one.noise_floor_deg, 1e-12):.2g} times the noise: {cure}measure "
+                "friction and stiffness."
             )
 
 

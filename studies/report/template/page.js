@@ -18,11 +18,12 @@
       ...own,
       autosize: true,
       uirevision: "keep", // a change of theme leaves zoom and camera as they are
-      margin: solid ? { l: 0, r: 0, t: 0, b: 0 } : { l: 46, r: 10, t: 26, b: 42 },
+      margin: solid ? { l: 0, r: 0, t: 0, b: 0 } : { l: 46, r: 10, t: 30, b: 42 },
       paper_bgcolor: clear,
       plot_bgcolor: clear,
       font: { family: css("sans"), size: 12, color: css("soft") },
-      legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", bgcolor: clear, font: { size: 11 } },
+      // below the chart: the tool bar covers what stands above it
+      legend: { orientation: "h", x: 0, y: 0, yref: "container", yanchor: "bottom", bgcolor: clear, font: { size: 11 } },
       hoverlabel: { bgcolor: css("card"), bordercolor: css("line"), font: { color: css("ink") } },
     };
   }

@@ -428,14 +428,47 @@ def test_validate_puts_models_side_by_side(tmp_path, capsys, monkeypatch):
     printed(
         tmp_path / "validate.json", write_report(tmp_path).read_text(), ["validate", "--out", tmp_path, "--seed", 1]
     )
-    text = capture_table(shown["models"])
-    assert all(name in text for name in names)
+    found = from_plain(comparison.Models, shown["models"])
+    for table in (tables.models_table(found), tables.bent_table(found)):
+        text = on_terminal(table)
+        assert all(re.search(rf"^{name} ", text, re.M) for name in names)
+        assert len(text.splitlines()) == 2 + len(names)  # no cell needs a second line
+    engines = from_plain(comparison.Validation, shown).rigs
+    assert "element_error_percent" in on_terminal(tables.engines_table(engines, of_the_paper=True))
+    assert "element_error_percent" not in on_terminal(tables.engines_table(engines, of_the_paper=False))
 
 
-def capture_table(shown: dict) -> str:
-    console = Console(file=io.StringIO(), width=250)
-    console.print(tables.models_table(from_plain(comparison.Models, shown)))
-    return console.file.getvalue()
+def on_terminal(table) -> str:
+    """A table on a terminal of 80 columns: no cell of it is cut."""
+    console = Console(file=io.StringIO(), width=80)
+    console.print(table)
+    text = console.file.getvalue()
+    assert "…" not in text
+    assert max(map(len, text.splitlines())) <= 80
+    return text
+
+
+def test_no_cell_of_a_table_is_cut():
+    """Names of records and effects had ended in an ellipsis."""
+    table = tables.spaced_table("name", *("value of some quantity" for _ in range(6)))
+    table.add_row("surgical-manipulator-conf0-60deg-b", *("1234.5678" for _ in range(6)))
+    assert "surgical-manipulator-conf0-60deg-b" in on_terminal(table)
+
+
+def test_names_of_records_are_whole_where_they_are_piped(capsys):
+    assert call(["data", "list"]) == 0
+    rows = [line.split("\t") for line in capsys.readouterr().out.splitlines()]
+    assert [row[0] for row in rows][: len(CATALOGUE)] == [*CATALOGUE]
+    assert {len(row) for row in rows} == {3}
+
+
+def test_names_of_records_are_whole_on_a_terminal(capsys, monkeypatch):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "80")
+    assert call(["data", "list"]) == 0
+    shown = capsys.readouterr().out
+    assert all(re.search(rf"^{re.escape(name)}\b", shown, re.M) for name in CATALOGUE)
+    assert all(entry.citation in shown for entry in CATALOGUE.values())
 
 
 def test_a_missing_mesher_is_named(tmp_path, capsys, monkeypatch):

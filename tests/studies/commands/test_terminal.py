@@ -11,6 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from numba.core import event
 from rich.console import Console
 
 from fem_models.load import LoadProgram
@@ -22,6 +23,7 @@ from studies.commands.tables import verdict_lines
 from studies.fetch import CATALOGUE
 from studies.report.summary import Verdict
 from studies.sweep.study_file import ready_studies
+from validation.tracing.search.search import FitCount
 
 ROOT = Path(__file__).parents[3]
 GROUPS = {
@@ -169,6 +171,99 @@ def test_progress_on_a_terminal_has_count_share_and_time(monkeypatch):
     assert "cases [of mine]" in text
     assert "3 of 12 (25 %)" in text
     assert "0:00:0" in text
+
+
+KERNEL = """
+import sys, time
+from numba import njit
+from studies import progress
+
+progress.FIRST_S = progress.NEXT_S = 0.01
+progress.NEXT_SHARE = 0.0
+
+@njit(cache=True)
+def kernel(x):
+    for i in range(3):
+        x = (x, i)[0] + 1.0
+    return x
+
+with progress.steps(True, 2) as step:
+    step("first")
+    kernel(1.0)
+    sys.stderr.write("compiled\\n")
+    time.sleep(0.3)
+"""
+
+
+def test_kernels_that_are_compiled_are_said_once(tmp_path):
+    """A command stood at "cross-checking, 9 %" for two minutes: kernels were compiled, which it did not say."""
+    (tmp_path / "kernel.py").write_text(KERNEL)
+
+    def lines() -> tuple[str, str]:
+        code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import kernel"
+        done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+        before, after = done.stderr.split("compiled\n")
+        return before, after
+
+    before, after = lines()
+    assert f"first ({progress.COMPILING}), 0 of 2 (0 %), " in before
+    assert progress.COMPILING not in after
+    assert "first, 0 of 2 (0 %), " in after
+    assert progress.COMPILING not in "".join(lines())  # read from the cache on disk
+
+
+def test_compiling_stands_in_place_of_the_words_on_a_terminal(monkeypatch):
+    shown = io.StringIO()
+    monkeypatch.setattr(progress, "Console", lambda stderr: Console(force_terminal=True, width=80, file=shown))
+    with progress.steps(True, 4) as step:
+        step("first")
+        event.start_event("numba:compile")
+        time.sleep(0.3)  # a terminal is drawn ten times a second
+        event.end_event("numba:compile")
+    assert progress.COMPILING in shown.getvalue()
+
+
+def test_progress_stays_in_one_line_of_a_terminal(monkeypatch):
+    shown = io.StringIO()
+    monkeypatch.setattr(progress, "Console", lambda stderr: Console(force_terminal=True, width=80, file=shown))
+    with progress.stages(True, "tracing", 5, "fits") as stage:
+        stage.count("superelastic_plateau + tendon_stiffening, from the start of the baseline", 130, 213)
+        time.sleep(0.3)
+    text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.getvalue())
+    assert re.search("tracing, step 1 of 5: sup.*… ━.* 130 of 213 fits \\(61 %\\) 0:00:00", text)
+
+
+def test_stages_count_their_parts_and_what_follows_counts_nothing(monkeypatch, capsys):
+    """A trace had stood at 0 of 5 while it fitted for four minutes."""
+    monkeypatch.setattr(progress, "FIRST_S", 0.05)
+    monkeypatch.setattr(progress, "NEXT_S", 0.1)
+    with progress.stages(True, "tracing", 5, "fits") as stage:
+        stage.count("backlash", 3, 12)
+        time.sleep(0.1)
+        stage.begin("figures")
+        time.sleep(0.1)
+    lines = columns_of(capsys.readouterr().err)
+    assert lines[0] == "tracing, step 1 of 5: backlash, 3 of 12 fits (25 %), 0 s"
+    assert lines[1] == "tracing, step 2 of 5: figures, 0 s"
+
+
+def test_stages_within_a_step_stand_behind_its_words(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "FIRST_S", 0.05)
+    with progress.steps(True, 4) as step:
+        step("first")
+        step("tracing bench")
+        step.within("fits").count("backlash", 3, 12)
+        time.sleep(0.1)
+    said = "tracing bench: backlash, 3 of 12 fits, 1 of 4 (25 %), 0 s\n"
+    assert capsys.readouterr().err == said
+
+
+def test_fits_of_a_trace_are_counted():
+    said = []
+    count = FitCount(lambda *one: said.append(one))
+    for words, ahead in (("baseline", 2), ("backlash", 3), ("gravity", 2), ("gravity, refined", 0), ("slack", 0)):
+        count(words, ahead)
+    assert [one[1:] for one in said] == [(0, 3), (1, 5), (2, 5), (3, 5), (4, 5)]
 
 
 def test_the_multibody_model_counts_its_samples():

@@ -382,9 +382,9 @@ def test_the_page_of_the_catalogue_is_up_to_date():
 def test_progress_is_shown_on_a_terminal_only(monkeypatch):
     lines = []
     monkeypatch.setattr(progress, "Console", lambda stderr: Console(force_terminal=True, file=_Lines(lines)))
-    with progress.stages(True, "tracing", 5) as stage:
-        stage.say("backlash")
-    with progress.stages(False, "tracing", 5) as stage:
+    with progress.stages(True, "tracing", 5, "fits") as stage:
+        stage.count("backlash", 1, 5)
+    with progress.stages(False, "tracing", 5, "fits") as stage:
         stage.begin("gravity")
     assert "tracing" in "".join(lines)
     assert "gravity" not in "".join(lines)

@@ -20,7 +20,7 @@ from studies.report.parts.feasible import feasibility, region_plate
 from studies.report.plots import parts_plate
 from studies.report.still import has_legend_above
 from studies.report.study import read_study
-from studies.report.summary import study_verdicts
+from studies.report.summary import study_verdicts, trace_verdict
 from studies.results import write_result
 from studies.results.compensation import CompensationSummary
 from studies.results.fit import Baseline, NotFixed, StoredFit
@@ -255,3 +255,8 @@ def test_advice_on_a_fit_knows_its_trace(verdict, said, tmp_path):
     assert said in layer
     assert rest[-1] == "Measure next, for the trace of bench-10N.csv, bench 20N.csv: a slow record."
     assert len(rest) == 1 + (verdict == "effect")
+
+
+def test_a_part_of_a_residual_is_not_called_the_residual():
+    words = trace_verdict(StoredTrace("partial", ("a.csv",), effects=(NamedEffect("backlash"),)), "command").words
+    assert words.startswith("a part of the residual is traced to an effect")

@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 import zarr
 from browser import chromium, ink, keep_picture, listen, tints
+from page_links import dead_references
 from results_folder import copy_results
 
 from studies.commands.cli import call
@@ -74,13 +75,42 @@ def test_a_run_without_a_picture_says_why_in_one_line(parts, tmp_path):
     assert "Drag to rotate" not in page
 
 
+def own_rig(parts, folder, **changes):
+    """The run as that of a user's own rig, without its fits and its separation: none of its records was fitted."""
+    shutil.copytree(parts["run"], folder)
+    for path in folder.glob("separate*.json"):
+        path.unlink()
+    stored = json.loads((folder / "run.json").read_text())
+    name, loop = "du2018-20N", stored["loops"][-1]["record"]
+    prediction = {"record": name, "predicted": loop, "rmse_deg": 0.4, "max_abs_deg": 1.0, "noise_floor_deg": 0.05}
+    prediction |= {"width_deg": 2.0, "predicted_width_deg": 1.0}
+    own = {"name": "mine", "option": "--rig mine.toml", "amplitude_mm": 2.2, "predictions": [prediction]}
+    stored |= {"own": own, "fits": [], "separations": []} | changes
+    (folder / "run.json").write_text(json.dumps(stored))
+    return words(write_report(folder).read_text())
+
+
+def test_the_page_of_an_own_rig_names_only_sections_that_it_has(parts, tmp_path):
+    """It had named calibrated numbers where it had none, and linked to records that had no section."""
+    page = own_rig(parts, tmp_path / "own")
+    assert "times the noise: measure friction and stiffness." in page
+    assert "records" in sections(page)
+    assert dead_references(page) == []
+
+
+def test_the_elements_of_the_paper_are_none_of_an_own_rig(parts, tmp_path):
+    own, paper = own_rig(parts, tmp_path / "own"), words(write_report(parts["run"]).read_text())
+    assert "elements an arc" in paper
+    assert "elements an arc" not in own
+    assert "largest difference without friction" in own
+
+
 @pytest.mark.parametrize("name", SECTIONS)
 def test_a_part_is_shown_where_its_results_stand(name, parts, capsys):
     assert call(["report", str(parts[name]), "--quiet"]) == 0, capsys.readouterr().err
     html = (parts[name] / "report.html").read_text()
     assert sections(html) == SECTIONS[name]
-    targets = set(re.findall(r'<a [^>]*href="#(\w+)"', words(html)))
-    assert targets <= sections(html)
+    assert dead_references(html) == []
 
 
 def test_all_parts_stand_in_one_page_in_order(whole):
@@ -228,6 +258,24 @@ def test_charts_are_drawn_without_errors_or_network(opened):
     assert heard.errors == []
     assert heard.hosts == []
     keep_picture(page, "report-light")
+
+
+def test_legends_stand_below_their_charts_clear_of_tool_bar_and_title(opened):
+    """The tool bar had covered the legend of 16 charts of 17."""
+    page, _ = opened
+    boxes = page.evaluate(
+        """() => [...document.querySelectorAll('.chart.drawn:not(.solid)')].map((chart) =>
+        ['.live', 'g.legend', '.modebar', '.xtitle'].map((part) => {
+          const box = chart.querySelector(part)?.getBoundingClientRect();
+          return box ? [box.top, box.bottom] : null;
+        }))"""
+    )
+    legends = [box for box in boxes if box[1] is not None]
+    assert len(legends) > 3
+    for live, legend, tools, title in legends:
+        assert tools[1] <= legend[0]
+        assert title[1] <= legend[0] + 1
+        assert legend[1] <= live[1] + 1
 
 
 def test_tube_is_there_and_turns(opened):

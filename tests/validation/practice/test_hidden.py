@@ -132,7 +132,7 @@ def test_drift_hides_which_baseline_predicts_best_and_is_named_beside_it():
     case = draw_hidden_case(measured_folder(), 9351, "manipulator", "thermal_drift", 19).case
     baselines = play_baselines(case.records)
     assert baselines is not None
-    trace = trace_by_folds(baselines, catalogue(), lambda _: None)
+    trace = trace_by_folds(baselines, catalogue(), lambda *_: None)
     rate = trace.augmented.model.values(trace.augmented.x)[1][0]["deg_per_s"]
     assert trace.names == ("thermal_drift",)
     assert rate == pytest.approx(case.truth.numbers["thermal_drift"]["deg_per_s"], rel=0.25)
@@ -146,5 +146,5 @@ def test_steady_drift_is_not_lost_to_one_towards_a_limit_that_makes_no_sense():
     records = [drifted(read_record(path), 0.184) for path in paths]
     baseline = fit_all(Model(play_problem(records, powers=1, curve=12)))
     effects = [effect for effect in catalogue() if effect.name == "thermal_drift"]
-    (found,) = front_runners(baseline, effects, lambda _: None)
+    (found,) = front_runners(baseline, effects, lambda *_: None)
     assert found.model.values(found.x)[1][0]["deg_per_s"] == pytest.approx(0.184, rel=0.1)

@@ -113,7 +113,7 @@ def test_a_delay_is_named_with_its_size(slow_and_fast: list[Record]) -> None:
     ]
     plays = play_baselines(late)
     assert plays is not None
-    trace = trace_by_folds(plays, some("time_delay", *COMPETITORS), lambda words: None)
+    trace = trace_by_folds(plays, some("time_delay", *COMPETITORS), lambda *_: None)
     assert "time_delay" in {*trace.names, *(name for names in trace.confusable for name in names)}
     report = trace_report(trace)
     assert report.explained_share is not None
@@ -125,7 +125,7 @@ def test_a_delay_is_named_with_its_size(slow_and_fast: list[Record]) -> None:
 
 @pytest.mark.slow
 def test_no_change_is_none(slow_and_fast: list[Record]) -> None:
-    same = trace_change(again(), slow_and_fast, some("time_delay", "backlash", *COMPETITORS), lambda words: None)
+    same = trace_change(again(), slow_and_fast, some("time_delay", "backlash", *COMPETITORS), lambda *_: None)
     assert same.verdict == "none"
     assert in_words(trace_report(same))[0].startswith("Nothing has changed")
 
@@ -150,7 +150,7 @@ def test_what_the_reference_shows_as_well_is_no_change() -> None:
     late = [record("a", 31, delay_s=0.05), record("b", 32, rate_Hz=0.2, delay_s=0.05)]
     fast = [record("c", 33, rate_Hz=0.8, delay_s=0.05)]
     near = some("time_delay", "viscous_drag", "tendon_creep", "backlash", "tendon_slack", "drive_gain")
-    trace = trace_change(fast, late, near, lambda words: None)
+    trace = trace_change(fast, late, near, lambda *_: None)
     assert "time_delay" not in trace.names
     assert trace.verdict == "none"
 
@@ -230,7 +230,7 @@ def test_a_detection_limit_is_where_an_effect_begins_to_be_named(slow_and_fast: 
     plays = play_baselines(slow_and_fast)
     assert plays is not None
     effects = some("time_delay", "viscous_drag", "thermal_drift", "backlash", "tendon_slack")
-    clean = trace_by_folds(plays, effects, lambda words: None)
+    clean = trace_by_folds(plays, effects, lambda *_: None)
     limits = {one.name: one for one in detection_limits(clean.augmented, effects, clean.floor.deg)}
     delay_s = limits["time_delay"].size
     assert limits["time_delay"].parameter == "delay_s"
@@ -239,7 +239,7 @@ def test_a_detection_limit_is_where_an_effect_begins_to_be_named(slow_and_fast: 
         late = [record(f"{i}", 40 + i, rate_Hz=0.1 * 2**i, delay_s=size_s) for i in range(3)]
         baselines = play_baselines(late)
         assert baselines is not None
-        trace = trace_by_folds(baselines, effects, lambda words: None)
+        trace = trace_by_folds(baselines, effects, lambda *_: None)
         return {*trace.names, *(name for near in trace.confusable for name in near)}
 
     assert "time_delay" in names(2.0 * delay_s)
@@ -254,7 +254,7 @@ def test_a_detection_limit_is_where_an_effect_begins_to_be_named(slow_and_fast: 
 def test_a_gain_that_changed_is_found_against_a_reference_alone(name, change, slow_and_fast: list[Record]) -> None:
     again = [change(record("again", 21)), change(record("again fast", 22, rate_Hz=0.4))]
     tried = some("camera_misalignment", "drive_gain", "gravity", "tip_load", "preload_loss")
-    trace = trace_change(again, slow_and_fast, tried, lambda words: None)
+    trace = trace_change(again, slow_and_fast, tried, lambda *_: None)
     assert name in {*trace.names, *(one for names in trace.confusable for one in names)}
     alone = play_problem(again)
     (effect,) = some(name)
@@ -266,7 +266,7 @@ def test_a_gain_that_changed_is_found_against_a_reference_alone(name, change, sl
 def test_constants_without_sense_are_no_candidates(slow_and_fast: list[Record]) -> None:
     """A camera that reads a third more is shown by no fold: a gain of 1.3 is another unit, not a camera."""
     again = [replace(one, angle_deg=1.3 * one.angle_deg) for one in slow_and_fast[:2]]
-    trace = trace_change(again, slow_and_fast, some("camera_misalignment"), lambda words: None)
+    trace = trace_change(again, slow_and_fast, some("camera_misalignment"), lambda *_: None)
     assert trace.names == ()
 
 

@@ -320,7 +320,7 @@ def test_a_further_effect_is_named_with_one_other_at_most(monkeypatch, alike, co
     monkeypatch.setattr(by_folds, "_square", lambda *given: 1.0)
     fits = SimpleNamespace(folds=(0,), chosen=lambda models: ["o"], best=lambda models: base,
                            with_fold_errors=lambda one, chosen: (one, chosen))  # fmt: skip
-    found = by_folds.find_by_folds([base], [SimpleNamespace(name="a")], fits, lambda words: None)
+    found = by_folds.find_by_folds([base], [SimpleNamespace(name="a")], fits, lambda *_: None)
     assert found.baseline == (base, ["o"])
     assert found.best == ((second, ["d"]) if count == 2 else (first, ["c"]))
     assert len(found.alike) == count
@@ -333,7 +333,7 @@ def test_effects_are_tried_beside_the_baseline_that_predicts_best_and_beside_the
     monkeypatch.setattr(by_folds, "front_runners", lambda before, effects, report: asked.append(before) or [])
     fits = SimpleNamespace(folds=(0,), chosen=lambda models: ["o"], best=lambda models: predicts,
                            with_fold_errors=lambda one, chosen: one)  # fmt: skip
-    found = by_folds.find_by_folds([worse, predicts, fits_], [], fits, lambda words: None)
+    found = by_folds.find_by_folds([worse, predicts, fits_], [], fits, lambda *_: None)
     assert asked == [predicts, fits_]
     assert (found.baseline, found.best, found.candidates, found.alike) == (predicts, predicts, (), ())
 
@@ -370,7 +370,10 @@ def test_a_start_without_a_solution_gives_way_to_the_next_one(monkeypatch):
     problem = SimpleNamespace(forms=lambda effect: [2, 1], starts=lambda form: [form])
     best = SimpleNamespace(model=SimpleNamespace(problem=problem, added=("own",)), names=("own",))
     words = []
-    assert by_folds._front_runner(best, SimpleNamespace(name="drag"), words.append) == ("own", 2)
+    assert by_folds._front_runner(best, SimpleNamespace(name="drag"), lambda said, ahead: words.append(said)) == (
+        "own",
+        2,
+    )
     assert words == ["own + drag"] * 2
 
 

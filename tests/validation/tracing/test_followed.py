@@ -36,7 +36,7 @@ def some(*names):
 def test_a_weight_that_is_near_by_its_linearised_gain_is_followed_to_the_noise():
     """It was given up after its first steps, at an error of 0.46 deg; the noise is 0.06."""
     case = draw_case("score-10", "known", "gravity", 1)
-    search = Search(known_rig_problem(case.records), KNOWN_RIG, some("gravity", "tip_load"), 1, lambda words: None)
+    search = Search(known_rig_problem(case.records), KNOWN_RIG, some("gravity", "tip_load"), 1, lambda *_: None)
     model = Model(search.problem)
     holdout = divide_records(search.problem.records)
     baseline = fit(model, holdout, model.coordinates(search.problem.start, []), threads=1)
@@ -89,7 +89,7 @@ def beside_an_early_baseline(case, *names):
     model, holdout = Model(problem), divide_records(problem.records).everything()
     early = fit(model, holdout, model.coordinates(problem.start, []), threads=1, most_steps=EARLY_STEPS)
     baseline = fit(model, holdout, early.x, threads=1, most_steps=MOST_STEPS)
-    return Search(problem, EQUIVALENT_RIG, some(*names), 1, lambda words: None, early=early), baseline
+    return Search(problem, EQUIVALENT_RIG, some(*names), 1, lambda *_: None, early=early), baseline
 
 
 @pytest.mark.slow

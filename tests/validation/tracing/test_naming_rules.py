@@ -292,7 +292,7 @@ def test_errors_of_folds_are_put_where_their_samples_are():
 def test_the_five_effects_of_least_error_are_candidates(monkeypatch):
     rows = {name: SimpleNamespace(mean_square=k) for name, k in zip("gfedcba", range(7), strict=True)}
     rows["d"] = None
-    monkeypatch.setattr(by_folds, "_front_runner", lambda best, effect, report: rows[effect.name])
+    monkeypatch.setattr(by_folds, "_front_runner", lambda best, effect, report, ahead: rows[effect.name])
     effects = [SimpleNamespace(name=name) for name in "abcdefg"]
     found = by_folds.front_runners(SimpleNamespace(names=("g",)), effects, None)
     assert [one.mean_square for one in found] == [1, 2, 4, 5, 6]
@@ -314,7 +314,7 @@ def test_a_start_must_have_a_linearised_gain(monkeypatch, gained, tried):
     monkeypatch.setattr(by_folds, "implausible", lambda one: False)
     problem = SimpleNamespace(forms=lambda effect: [1], starts=lambda form: [1])
     best = SimpleNamespace(model=SimpleNamespace(problem=problem, added=()), names=())
-    found = by_folds._front_runner(best, SimpleNamespace(name="drag"), words.append)
+    found = by_folds._front_runner(best, SimpleNamespace(name="drag"), lambda said, ahead: words.append(said))
     assert (found, words) == ("fit" if tried else None, tried)
 
 
@@ -393,7 +393,7 @@ def test_a_further_effect_is_confused_with_one_other_at_most(monkeypatch, alike,
     fits = SimpleNamespace(folds=(0,), chosen=lambda models: [base], best=lambda models: base,
                            with_fold_errors=lambda one, chosen: one)  # fmt: skip
     effects = [SimpleNamespace(name=name) for name in "abwv"]
-    found = by_folds.find_by_folds([base, base], effects, fits, lambda words: None)
+    found = by_folds.find_by_folds([base, base], effects, fits, lambda *_: None)
     assert len(found.best.names) == named
     assert len(found.alike) == named
     assert asked == [(base, list("abwv")), (first, list("ab"))]  # those that are alike share the size of the first

@@ -34,7 +34,7 @@ def test_a_larger_model_that_ended_in_a_worse_optimum_is_fitted_again():
     """As on the measured wrists: from a closure at a third of the real angle, plateau and closure ended 96 BIC above
     the plateau alone."""
     problem = known_rig_problem([wrist()])
-    search = Search(problem, KNOWN_RIG, catalogue(), 1, lambda words: None)
+    search = Search(problem, KNOWN_RIG, catalogue(), 1, lambda *_: None)
     baseline = baseline_of(problem)
     plateau, closure = effect("superelastic_plateau"), effect("notch_closure")
     (form,), (contact,) = problem.forms(plateau), problem.forms(closure)

@@ -27,7 +27,7 @@ SLACK, PLAY = "tendon_slack", "preloaded_play"
 def search() -> Search:
     """A case of the retired set *score-26* that was called slack, as ``effect``."""
     problem = known_rig_problem(draw_case("score-26", "known", PLAY, 0).records)
-    return Search(problem, KNOWN_RIG, [EFFECTS[SLACK], EFFECTS[PLAY]], 1, lambda words: None)
+    return Search(problem, KNOWN_RIG, [EFFECTS[SLACK], EFFECTS[PLAY]], 1, lambda *_: None)
 
 
 @pytest.fixture(scope="module")

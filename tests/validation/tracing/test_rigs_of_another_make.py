@@ -96,7 +96,7 @@ def test_the_final_baseline_is_fitted_from_the_model_with_effects_too(monkeypatc
     """What a baseline leaves that missed its optimum is no evidence for an effect."""
     monkeypatch.setattr(final_fit._Refit, "prior_mean", np.zeros(2))
     starts = fits(monkeypatch, square)
-    refit = final_fit._Refit(None, None, 1, lambda words: None)
+    refit = final_fit._Refit(None, None, 1, lambda *_: None)
     baseline = SimpleNamespace(model=SimpleNamespace(baseline_size=2), train_square=1.0)
     augmented = SimpleNamespace(names=("guide_friction",), x=np.array([3.0, 4.0, 5.0]))
     found = refit.baseline_beside(baseline, augmented)
@@ -259,15 +259,15 @@ def test_play_operators_answer_where_a_rig_has_no_equilibrium_without_the_held_o
     monkeypatch.setattr(tracing, "refit_without_heldout", no_solution)
     monkeypatch.setattr(tracing, "trace_by_folds", lambda *given: "by folds")
     monkeypatch.setattr(tracing, "play_baselines", lambda records: plays)
-    assert tracing._trace_unknown_geometry([], [], 1, lambda words: None) == "by folds"
+    assert tracing._trace_unknown_geometry([], [], 1, lambda *_: None) == "by folds"
     monkeypatch.setattr(tracing, "play_baselines", lambda records: None)
     with pytest.raises(SolverError):
-        tracing._trace_unknown_geometry([], [], 1, lambda words: None)
+        tracing._trace_unknown_geometry([], [], 1, lambda *_: None)
 
 
 def test_flexures_may_vary_where_an_effect_beside_declared_ones_leaves_more_than_noise(monkeypatch):
     """Such an effect is taken back; it had been returned before flexures that vary were tried."""
-    search = Search(object.__new__(KnownRigProblem), KNOWN_RIG, (), 1, lambda words: None)
+    search = Search(object.__new__(KnownRigProblem), KNOWN_RIG, (), 1, lambda *_: None)
     none = Found("none", fitted(0.1), fitted(0.1), known=True)
     monkeypatch.setattr(tracing, "with_varied_flexures", lambda problem: problem)
     for held, expected in ((1.2, none), (1.1, None)):

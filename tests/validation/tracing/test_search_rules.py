@@ -95,7 +95,7 @@ def test_an_effect_is_fitted_from_the_best_start_of_each_form(monkeypatch, gains
     monkeypatch.setattr(by_folds, "implausible", lambda one: one.start in senseless)
     problem = SimpleNamespace(forms=lambda effect: range(len(gains)), starts=lambda form: gains[form], start=None)
     best = SimpleNamespace(model=SimpleNamespace(problem=problem, added=()), names=())
-    found = by_folds._front_runner(best, SimpleNamespace(name="drag"), lambda words: None)
+    found = by_folds._front_runner(best, SimpleNamespace(name="drag"), lambda *_: None)
     assert (None if found is None else found.start) == expected
 
 
@@ -168,7 +168,7 @@ def test_a_step_must_take_a_hundredth_of_what_the_baseline_leaves(monkeypatch, t
         with_fold_errors=lambda one, chosen: one,
     )  # fmt: skip
     monkeypatch.setattr(by_folds, "_fits_best", lambda baselines: baseline)
-    found = by_folds.find_by_folds([baseline], [SimpleNamespace(name="drag")], fits, lambda words: None)
+    found = by_folds.find_by_folds([baseline], [SimpleNamespace(name="drag")], fits, lambda *_: None)
     assert found.best.names == named
     assert len(found.candidates) == (2 if named else 1)  # of a step that names nothing the search ends
 

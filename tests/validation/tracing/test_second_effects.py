@@ -48,7 +48,7 @@ def test_a_play_is_found_beside_slack_that_had_absorbed_it():
     problem = equivalent_rig_problem(draw_case("score-31", "unknown", "pair", 1).records)
     effects = {e.name: e for e in catalogue() if e.name in (SLACK, PLAY)}
     assert set(effects) == {SLACK, PLAY}
-    search = Search(problem, EQUIVALENT_RIG, list(effects.values()), 1, lambda words: None)
+    search = Search(problem, EQUIVALENT_RIG, list(effects.values()), 1, lambda *_: None)
     holdout, alone = divide_records(problem.records).everything(), Model(problem)
     baseline = fit(alone, holdout, alone.coordinates(problem.start, []), threads=1)
     form = max(problem.forms(effects[SLACK]), key=lambda one: len(one.parameters))
@@ -86,7 +86,7 @@ def tried(monkeypatch) -> list[list[tuple[str, ...]]]:
     return fronts
 
 
-SEARCH = Search(None, EQUIVALENT_RIG, (), 1, lambda words: None)
+SEARCH = Search(None, EQUIVALENT_RIG, (), 1, lambda *_: None)
 DELAY, DRAG = model("time_delay", over=1.02), model("viscous_drag", over=1.12)
 CREEP, WEIGHT = model("tendon_creep", over=5.0), model("gravity", over=1.2)
 

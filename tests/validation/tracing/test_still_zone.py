@@ -110,7 +110,7 @@ def test_a_rig_that_moves_by_a_part_at_once_has_none() -> None:
 @pytest.mark.slow
 def test_records_with_a_still_zone_are_traced_to_play_or_friction() -> None:
     plays, _ = zone_of(records(lambda drive: play(drive, WIDTH_MM)))
-    trace = trace_by_folds(plays, BACKLASH, lambda words: None)
+    trace = trace_by_folds(plays, BACKLASH, lambda *_: None)
     assert (trace.verdict, trace.names, trace.confusable) == ("partial", ("backlash",), (("guide_friction",),))
     report = trace_report(trace)
     assert report.effects[0].parameters["width_mm"].value == pytest.approx(WIDTH_MM, rel=0.25)
@@ -120,7 +120,7 @@ def test_records_with_a_still_zone_are_traced_to_play_or_friction() -> None:
     assert "mm of the drive" in words
     assert next_experiment(trace).words == PLAY_OR_FRICTION
     assert "the still zone is an exception: its width was found on all samples" in report.heldout_by
-    without = trace_by_folds(plays, BACKLASH, lambda words: None, still=False)
+    without = trace_by_folds(plays, BACKLASH, lambda *_: None, still=False)
     assert "still zone" not in trace_report(without).heldout_by
     assert (without.verdict, without.names) == ("unexplained", ())
     assert next_experiment(without).words != PLAY_OR_FRICTION
@@ -138,4 +138,4 @@ def test_records_that_lack_nothing_more_are_not_searched(verdict: str, behind_a_
 
     monkeypatch.setattr(cross_validated, "judge_by_folds", judged)
     monkeypatch.setattr(cross_validated, "find_still_zone", lambda *some: pytest.fail("searched"))
-    assert trace_by_folds(plays, [], lambda words: None).verdict == verdict
+    assert trace_by_folds(plays, [], lambda *_: None).verdict == verdict

@@ -385,3 +385,21 @@ def test_a_record_that_its_declared_rig_does_not_follow_is_named():
     record = Record(far, 40 * drive, rig={"preset": "du2018"}, source="far.csv")
     with pytest.raises(SolverError, match=r"far\.csv: rig du2018, sample 40 of 60: no equilibrium"):
         trace_records([record], effects=[])
+
+
+def test_fits_are_counted_as_they_begin_and_never_beyond_those_expected():
+    """A trace had said one line for four minutes."""
+    run = simulate_chain(preset("du2018"), sine(2.2, 0.1, cycles=2, samples_per_cycle=24))
+    angle = run.angle_deg + np.random.default_rng(0).normal(0, NOISE_DEG, run.angle_deg.size)
+    rig = {"preset": "du2018", "preload_N": 20.0}
+    record = Record(drive=run.drive, angle_deg=1.1 * angle, time_s=run.time_s, rig=rig)
+    said = []
+    tried = [effect for effect in catalogue() if effect.name in ("camera_misalignment", "backlash")]
+    trace_records([record], effects=tried, progress=lambda *one: said.append(one))
+    words, done, expected = zip(*said, strict=True)
+    assert words[0] == "the baseline model"
+    assert {"camera_misalignment", "backlash"} <= set(words)
+    assert done == tuple(range(len(said)))
+    assert all(one < most for one, most in zip(done, expected, strict=True))
+    assert expected[0] == 1 + len(tried)
+    assert list(expected) == sorted(expected)

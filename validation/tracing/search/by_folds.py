@@ -187,7 +187,7 @@ def find_by_folds(
         front = [one for before in beside for one in front_runners(before, further, report)]
         if not front:
             break
-        report("cross-validation")
+        report("cross-validation", 0)
         candidates += [fits.with_fold_errors(one, [one] * len(fits.folds)) for one in front]
         step = _named(fits, best, chosen, [*baselines, *([best] if best is not baseline else [])], front)
         if step is None or _taken(fits, best, chosen, step) < NOT_TOLD * _square(fits, first):
@@ -252,11 +252,12 @@ def _fit(model: Model, holdout: Holdout, start: Floats) -> Fitted:
 
 def front_runners(best: Fitted, effects: Sequence[Effect], report: Progress) -> list[Fitted]:
     """Fit each effect beside a model to all samples; those with the lowest error and constants that make sense."""
-    fitted = [_front_runner(best, effect, report) for effect in effects if effect.name not in best.names]
+    others = [effect for effect in effects if effect.name not in best.names]
+    fitted = [_front_runner(best, effect, report, len(others) - done) for done, effect in enumerate(others)]
     return sorted((one for one in fitted if one is not None), key=lambda one: one.mean_square)[:FOLD_CANDIDATES]
 
 
-def _front_runner(best: Fitted, effect: Effect, report: Progress) -> Fitted | None:
+def _front_runner(best: Fitted, effect: Effect, report: Progress, ahead: int = 0) -> Fitted | None:
     """Fit an effect from its best start; where its constants make no sense, in its other forms, best start first.
 
     A steady drift is also one towards a far limit, whose size makes no sense.
@@ -269,7 +270,7 @@ def _front_runner(best: Fitted, effect: Effect, report: Progress) -> Fitted | No
     for start in sorted(starts, key=lambda one: -one.gain):
         if start.gain < LEAST_GAIN:
             break
-        report(" + ".join([*best.names, effect.name]))
+        report(" + ".join([*best.names, effect.name]), ahead)
         with suppress(SolverError, RigError):
             model = Model(problem, (*best.model.added, start.added))
             fitted = fit_to_all(model, start.x)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,8 @@ from validation.tracing.settings import (
     OTHER_FORM_SQUARE,
     SIGNIFICANT_LOOSE,
 )
+
+Started = TypeVar("Started")
 
 
 class Screened(NamedTuple):
@@ -58,9 +60,10 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
             continue
         found = [starts for e in others if (starts := best_starts(base, e, search.forms(e), search.threads))]
         found.sort(key=lambda starts: -starts[0].gain)
-        for start in [s for starts in found[:most] for s in starts]:
+        chosen = [s for starts in found[:most] for s in starts]
+        for ahead, start in _counted_down(chosen, _finished_at_most(search, fitted)):
             known = base.rows.jacobian if policy.screened and _is_beside(base, start) else None
-            there = search.with_effect(fitted, start.added, start.x, policy.first_steps, known)
+            there = search.with_effect(fitted, start.added, start.x, policy.first_steps, known, ahead)
             if there is not None:
                 screened.append(Screened(number, there, (1.0 - start.gain) * base.square))
     screened.sort(key=lambda one: one.fitted.square)
@@ -68,6 +71,17 @@ def candidates_with_one_more(search: Search, fitted: Fitted, most: int | None) -
         return [one.fitted for one in screened]
     finished = _finish(search, fitted, screened)
     return _lead_on(search, fitted, finished if fitted.names else _with_other_tendons(search, finished))
+
+
+def _finished_at_most(search: Search, fitted: Fitted) -> int:
+    """Fits after the first steps of all starts: the best candidates to convergence, the leading ones further."""
+    policy = search.policy
+    return (policy.later_finished if fitted.names else policy.finished) + policy.leading
+
+
+def _counted_down(starts: Sequence[Started], later: int) -> Iterator[tuple[int, Started]]:
+    """Give each start with the number of fits that follow it: those of the other starts, and ``later`` ones."""
+    return ((len(starts) - done + later, start) for done, start in enumerate(starts, 1))
 
 
 def _with_other_tendons(search: Search, candidates: Sequence[Fitted]) -> list[Fitted]:
@@ -92,13 +106,15 @@ def _first_steps_of_all(search: Search, early: Fitted, effects: Sequence[Effect]
     So far from an optimum the linearised gain says nothing: by it the baseline's own parameters take nearly all.
     """
     out = list[Screened]()
-    for one in (one for effect in effects for one in every_start(early, effect, search.forms(effect))):
+    later = _finished_at_most(search, early)
+    every = [one for effect in effects for one in every_start(early, effect, search.forms(effect))]
+    for ahead, one in _counted_down(every, later):
         each = {(np.round(x, 6) + 0.0).tobytes(): x for x in one.starts}  # from declared parameters they may be alike
-        few = [search.with_effect(early, one.added, x, FEW_STEPS) for x in each.values()]
+        few = [search.with_effect(early, one.added, x, FEW_STEPS, ahead=ahead) for x in each.values()]
         there = [fitted for fitted in few if fitted is not None]
         if there:
             best = min(there, key=lambda fitted: fitted.square)
-            best = search.with_effect(early, one.added, best.x, search.policy.first_steps) or best
+            best = search.with_effect(early, one.added, best.x, search.policy.first_steps, ahead=ahead) or best
             out.append(Screened(number, best, best.square))
     return out
 
@@ -140,7 +156,7 @@ def _finish(search: Search, fitted: Fitted, screened: Sequence[Screened]) -> lis
             out.append(candidate)
             continue
         followed.add((name, number))
-        finished = search.with_effect(fitted, candidate.model.added[-1], candidate.x)
+        finished = search.with_effect(fitted, candidate.model.added[-1], candidate.x, ahead=policy.leading)
         out.append(finished or candidate)
         if finished is not None and finished.square < least:
             least, at_noise = finished.square, is_noise(finished)

@@ -30,7 +30,7 @@ def pruned(search: Search, fitted: Fitted) -> Fitted:
         baseline, effects = fitted.model.values(fitted.x)
         values = [v for added, v in zip(fitted.model.added, effects, strict=True) if added.effect.name != name]
         model = Model(search.problem, kept)
-        search.report(" + ".join(model.names))
+        search.report(" + ".join(model.names), 0)
         try:
             without = fit(model, fitted.holdout, model.coordinates(baseline, values), threads=search.threads)
         except (SolverError, RigError):

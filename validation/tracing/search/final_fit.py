@@ -50,7 +50,7 @@ def refit_without_heldout(trace: Trace, policy: SearchPolicy, threads: int, repo
         final = coarse
         found = final.all_of(named)
     if len(found) < len(named):
-        raise SolverError("no equilibrium without the held-out samples")
+        raise SolverError("no equilibrium without the held-out samples", 0)
     if is_rig:
         found[0] = final.baseline_beside(found[0], found[-1])
     again = {id(fitted): one for fitted, one in zip(named, found, strict=True)}
@@ -92,7 +92,7 @@ class _Refit:
 
     def thoroughly(self, fitted: Fitted, *, from_other_loops: bool = True) -> Fitted | None:
         """Fit a model from its parameters and from other loops, with effects in forms that refine them."""
-        self.report(f"{' + '.join(fitted.names) or 'the baseline model'}, without the held-out samples")
+        self.report(f"{' + '.join(fitted.names) or 'the baseline model'}, without the held-out samples", 0)
         model, found = Model(self.problem, fitted.model.added), list[Fitted]()
         for x in (fitted.x, *(other_loops(fitted) if from_other_loops else ())):
             baseline, effects = fitted.model.values(x)
@@ -140,7 +140,7 @@ class _Refit:
 
     def briefly(self, fitted: Fitted, policy: SearchPolicy) -> Fitted:
         """Fit a candidate that is not named; its errors are NaN where it has no equilibrium."""
-        self.report(f"{' + '.join(fitted.names)}, without the held-out samples")
+        self.report(f"{' + '.join(fitted.names)}, without the held-out samples", 0)
         known = fitted.rows.jacobian if policy.refit_from_jacobian else None
         try:
             return fit(

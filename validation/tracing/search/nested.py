@@ -58,7 +58,7 @@ def _from_contained(search: Search, larger: Fitted, smaller: Fitted) -> Fitted:
     model = Model(search.problem, (*smaller.model.added, own))
     if (start := at_nothing(model, smaller, values, search.threads)) is None:
         return larger
-    search.report(f"{' + '.join(model.names)}, from the model without {own.effect.name}")
+    search.report(f"{' + '.join(model.names)}, from the model without {own.effect.name}", 0)
     holdout, known = smaller.holdout, smaller.rows.jacobian
     errors = holdout.stacked(model.errors(start, search.threads))
     jacobian = differentiate(model, holdout, start, errors, search.threads, known)

@@ -34,7 +34,7 @@ def refined(fitted: Fitted, report: Progress, *, threads: int = 2, prior_mean: F
         names = {p.name for p in added.form.parameters}
         for form in fitted.model.problem.forms(added.effect):
             if isinstance(form, RigForm) and form.refines and names < {p.name for p in form.parameters}:
-                report(f"{' + '.join(fitted.names)}, refined")
+                report(f"{' + '.join(fitted.names)}, refined", 0)
                 fitted = _in_form(fitted, place, form, threads, prior_mean)
     return fitted
 

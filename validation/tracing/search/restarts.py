@@ -37,8 +37,9 @@ def best_of_other_loops(search: Search, fitted: Fitted) -> Fitted:
     if is_noise(fitted):
         return fitted
     found = [fitted]
-    for x in other_loops(fitted, LOOP_FACTORS):
-        search.report(f"{' + '.join(fitted.names) or 'the baseline model'}, from another loop")
+    others = other_loops(fitted, LOOP_FACTORS)
+    for ahead, x in zip(reversed(range(len(others))), others, strict=True):
+        search.report(f"{' + '.join(fitted.names) or 'the baseline model'}, from another loop", ahead)
         with suppress(SolverError, RigError):
             found.append(fit(fitted.model, fitted.holdout, x, threads=search.threads))
     return min(found, key=lambda other: other.square)
@@ -73,7 +74,7 @@ def best_from_start(search: Search, fitted: Fitted) -> Fitted:
     start, effects = dict(search.problem.start), fitted.model.values(fitted.x)[1]
     if TOE_PARAMETER in start:
         start[TOE_PARAMETER] = LEAST_TOE * search.problem.preload_N
-    search.report(f"{' + '.join(fitted.names)}, from the start of the baseline")
+    search.report(f"{' + '.join(fitted.names)}, from the start of the baseline", 0)
     with suppress(SolverError, RigError):
         there = fit(fitted.model, fitted.holdout, fitted.model.coordinates(start, effects), threads=search.threads)
         return min(fitted, there, key=lambda one: one.train_square)
@@ -83,8 +84,8 @@ def best_from_start(search: Search, fitted: Fitted) -> Fitted:
 def _best_from(search: Search, fitted: Fitted, starts: Sequence[Floats]) -> Fitted:
     """Fit a model from other starting points, those to the end that are promising; the best fit, or the one given."""
     found = [fitted]
-    for x in starts:
-        search.report(f"{' + '.join(fitted.names)}, from another start")
+    for ahead, x in zip(reversed(range(len(starts))), starts, strict=True):
+        search.report(f"{' + '.join(fitted.names)}, from another start", ahead)
         with suppress(SolverError, RigError):
             there = fit(fitted.model, fitted.holdout, x, threads=search.threads, most_steps=FEW_STEPS)
             if there.train_square < PROMISING**2 * fitted.train_square:

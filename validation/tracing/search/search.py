@@ -26,8 +26,23 @@ from validation.tracing.settings import (
     SearchPolicy,
 )
 
-Progress = Callable[[str], None]
-"""Called with what is being computed."""
+Progress = Callable[[str, int], None]
+"""Called before a fit with what is fitted, and with how many fits are known to follow it."""
+
+
+@dataclass
+class FitCount:
+    """Count of the fits of a trace: ``said`` is called with what is fitted, and with fits done and expected so far."""
+
+    said: Callable[[str, int, int], None]
+    begun: int = 0
+    expected: int = 0
+
+    def __call__(self, words: str, ahead: int) -> None:
+        """Begin a fit (:data:`Progress`)."""
+        self.expected = max(self.expected, self.begun + 1 + ahead)
+        self.said(words, self.begun, self.expected)
+        self.begun += 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +56,7 @@ class Search:
     threads
         For runs of the records and for derivatives.
     report
-        Called with what is being computed.
+        Called before every fit.
     early
         The baseline after a few steps, before it has absorbed an effect; effects are started beside it, too.
     competitor_deg
@@ -107,17 +122,25 @@ class Search:
         return min(fitted.noise.deg, self.noise_deg)
 
     def with_effect(
-        self, fitted: Fitted, added: AddedEffect, x: Floats, most_steps: int = STEPS, known: Floats | None = None
+        self,
+        fitted: Fitted,
+        added: AddedEffect,
+        x: Floats,
+        most_steps: int = STEPS,
+        known: Floats | None = None,
+        ahead: int = 0,
     ) -> Fitted | None:
         """Fit a model with one more effect from coordinates ``x``; None where it has no solution there.
 
         Parameters
         ----------
+        ahead
+            Fits that are known to follow.
         known
             As in :func:`validation.tracing.fitting.least_squares.fit`.
         """
         model = Model(self.problem, (*fitted.model.added, added))
-        self.report(" + ".join(model.names))
+        self.report(" + ".join(model.names), ahead)
         try:
             return fit(model, fitted.holdout, x, threads=self.threads, most_steps=most_steps, known=known)
         except (SolverError, RigError):

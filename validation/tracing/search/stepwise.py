@@ -127,7 +127,7 @@ def _with_sensible(search: Search, best: Fitted, stages: Stages) -> Stages:
     ]  # fmt: skip
     again = dict[int, Fitted]()
     for g in sorted(near, key=lambda g: g.square)[:MOST_COMPETITORS]:
-        search.report(" + ".join(g.names))
+        search.report(" + ".join(g.names), 0)
         with suppress(SolverError, RigError):
             further = fit(g.model, g.holdout, g.x, threads=search.threads)
             again[id(g)] = further if further.square < g.square else g
