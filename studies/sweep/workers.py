@@ -8,10 +8,12 @@ import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import forkserver, resource_tracker
+from tempfile import TemporaryDirectory
 
 import dask
 from dask.system import CPU_COUNT
 from distributed import Client, LocalCluster
+from distributed.security import Security
 from distributed.utils import get_mp_context
 
 from studies.sweep.code import code_of_worker, code_version
@@ -79,6 +81,9 @@ class WorkerPool:
             "worker.multiprocessing-method": "forkserver",
             "scheduler.allowed-failures": 0,  # run_cases finds the case that ended a worker
             "scheduler.no-workers-timeout": START_S,
+            # each process serves pages of its state, which know no password
+            "scheduler.http.routes": [],
+            "worker.http.routes": [],
         }
         self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
         # one process imports the modules and the workers are forked from it, which makes their start fast
@@ -86,11 +91,13 @@ class WorkerPool:
         resource_tracker.ensure_running()  # which unblocks signals when it starts
         with _interrupts_blocked():
             forkserver.ensure_running()
+        folder = self._open.enter_context(TemporaryDirectory(prefix="notchbend-", ignore_cleanup_errors=True))
         try:
             cluster = LocalCluster(
                 n_workers=self._count, threads_per_worker=1, processes=True, memory_limit=0, death_timeout=START_S,
-                silence_logs=logging.CRITICAL, dashboard_address="127.0.0.1:0",
-                scheduler_kwargs={"dashboard": False},  # not reachable from other machines
+                silence_logs=logging.CRITICAL, dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
+                # any user of this machine reaches its ports: who is answered has the key, which only memory holds
+                security=Security.temporary(), local_directory=folder,
             )  # fmt: skip
         except Exception as error:  # Dask raises a plain one, or fails an assertion where it ends a worker that starts
             raise StudyError(f"workers: {_words(error)}: expected {self._count} that start in {START_S:g} s") from error
