@@ -64,8 +64,36 @@ def test_a_worker_that_is_not_replaced_ends_a_study(tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "START_S", 20)
     monkeypatch.setattr(sweep, "evaluate_all", dies_at_15)
     asked = read_study(study_file(tmp_path, HEAD + PROGRAM + "[vary]\npreload_N = [15, 20]\n"))
-    with pytest.raises(StudyError, match=r"workers: .*: expected answers; stored cases are kept, run the study again"):
+    with pytest.raises(StudyError, match=r"workers: .*: expected answers") as error:
         run_study(asked, tmp_path / "out", workers=1)
+    assert re.search(r"\d of 2 cases are stored in .*, the same command goes on", error.value.__notes__[0])
+
+
+CLUSTER = """
+import time
+from distributed import LocalCluster
+with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None) as one:
+    print(one.scheduler_address, flush=True)
+    time.sleep(600)
+"""
+
+
+def test_a_scheduler_that_dies_is_one_line(tmp_path, capfd, monkeypatch):
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    answer, ends = sweep._answer, {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen([sys.executable, "-c", CLUSTER], env=environment, text=True, **ends) as other:
+
+        def last_answer(future):
+            other.kill()
+            return answer(future)
+
+        monkeypatch.setattr(sweep, "_answer", last_answer)
+        monkeypatch.setattr(sweep, "_BATCH", {})  # one case each, so that more are out
+        given = ["study", str(study_file(tmp_path)), "--out", str(tmp_path / "o"), "--quiet", "--scheduler"]
+        assert call([*given, other.stdout.readline().strip()]) == 2
+    said = capfd.readouterr().err
+    line = "notchbend: workers: no connection .*: expected answers; \\d+ of 12 cases are stored in .*, the same command goes on\n"
+    assert re.fullmatch(line, said), said
 
 
 def test_no_scheduler_there(tmp_path, capsys, monkeypatch):
