@@ -23,7 +23,7 @@ from studies.results.study import AxisRange, Failures, StudySummary
 from studies.sweep.cases import Outcome, evaluate_all
 from studies.sweep.code import code_version, versions
 from studies.sweep.dataset import PENDING, ZARR, Overview, write_dataset
-from studies.sweep.errors import DiskFullError, LostError, StudyError
+from studies.sweep.errors import DiskFullError, LostError
 from studies.sweep.plan import Case, Plan, cases, plan_of
 from studies.sweep.quantities import OPTIONAL_GROUPS, quantity_names
 from studies.sweep.store import Store, open_store
@@ -174,8 +174,8 @@ def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler:
               retry: bool = False, progress: bool = False, made: Made | None = None) -> StudySummary:  # fmt: skip
     """Run a study and write its folder: store, dataset, summary, and its sensitivities and Pareto front.
 
-    On Ctrl-C, a full disk or lost workers, the dataset and the summary of what is there are written first. ``made`` says how the
-    summary came about.
+    On Ctrl-C, a full disk or lost workers, the dataset and the summary of what is there are written first. ``made``
+    says how the summary came about.
 
     Raises
     ------
