@@ -92,7 +92,7 @@ def test_a_scheduler_that_dies_is_one_line(tmp_path, capfd, monkeypatch):
         given = ["study", str(study_file(tmp_path)), "--out", str(tmp_path / "o"), "--quiet", "--scheduler"]
         assert call([*given, other.stdout.readline().strip()]) == 2
     said = capfd.readouterr().err
-    line = "notchbend: workers: no connection .*: expected answers; \\d+ of 12 cases are stored in .*, the same command .*\n"
+    line = "notchbend: workers: no connection .*: expected answers; \\d+ of 12 cases are stored in .*, the same .*\n"
     assert re.fullmatch(line, said), said
 
 
