@@ -7,7 +7,7 @@ from importlib.util import find_spec
 EXTRAS = {
     "view": ("pyvista", "vtk"),
     "solid": ("gmsh", "skfem", "cholespy"),
-    "study": ("dask", "distributed", "pandas", "xarray", "zarr", "SALib", "pymoo"),
+    "study": ("dask", "distributed", "cryptography", "pandas", "xarray", "zarr", "SALib", "pymoo"),
     "app": ("trame", "trame_vtk"),
     "data": ("pooch", "requests", "platformdirs"),
     "tables": ("openpyxl", "pyarrow"),

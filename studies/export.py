@@ -11,6 +11,7 @@ from fem_models.export import guide_table, mujoco_model
 from fem_models.export.loop import guide_loop
 from fem_models.rig import Rig
 from hysteresis.files import RecordError, write_files
+from hysteresis.messages import quoted
 from studies.commands.options import Common, Overwrite, RigChoice
 from studies.progress import status
 
@@ -53,8 +54,8 @@ def write_model(rig: Rig, out: Path, *, to: Simulator, amplitude_mm: float) -> t
     RigError, SolverError
         An amplitude that is not above 0, or that the rig cannot follow.
     """
-    if to != "mujoco":
-        raise ValueError(f"to = {to!r}: expected 'mujoco'")
+    if not isinstance(to, str) or to != "mujoco":
+        raise ValueError(f"to = {quoted(to)}: expected 'mujoco'")
     if out.suffix.lower() != ".xml":
         raise RecordError(f"{out}: expected a name that ends in .xml")
     loop = guide_loop(rig, amplitude_mm)

@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from dataclasses import replace
 from datetime import datetime
 
 import numpy as np
@@ -63,7 +64,8 @@ def test_trace_and_separate_get_the_records(function, way, record, path, monkeyp
     monkeypatch.setattr("studies.commands.separation.separate_records", lambda *a, **k: seen.append((a, k)))
     one = given(record, path)[way]
     if function == "trace":
-        nb.trace([one, record], reference=one)
+        new = replace(record, title="new")
+        nb.trace([new, new], reference=one)
         assert [found.angle_deg.tolist() for found in seen[0][1]["reference"]] == [record.angle_deg.tolist()]
     else:
         nb.separate([one, record])

@@ -269,7 +269,7 @@ def test_a_figure_shows_itself_once_and_other_things_are_refused(fit: nb.Fit) ->
 
     assert nb.plot(fit)._repr_png_().startswith(b"\x89PNG")
     assert plt.get_fignums() == []  # pyplot would show it a second time
-    with pytest.raises(TypeError, match="int: expected a record, records, a rig"):
+    with pytest.raises(TypeError, match="what = 3: expected a record, records, a rig"):
         nb.plot(3)
 
 

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_models.rig.checks import require
+from fem_models.rig.checks import RigError, require
+from hysteresis.arguments import checked, checked_class
 from hysteresis.display import from_to, html_table
+from hysteresis.messages import quoted
 from hysteresis.records.record import MAX_MAGNITUDE
 
 MAX_SAMPLES = 2_000_000
 """Most samples of a program made here: more is a typing error, and would fill the memory."""
 
 
+@checked_class(RigError)
 @dataclass(frozen=True, repr=False)
 class LoadProgram:
     """Motion of the wheel: tendon displacement sample by sample, with times where the rate matters.
@@ -36,7 +40,7 @@ class LoadProgram:
     cycle: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
-        drive = np.array(self.drive_mm, dtype=float)
+        drive = _numbers("drive_mm", self.drive_mm, float)
         require(
             drive.ndim == 1 and drive.size >= 2,
             "drive_mm",
@@ -52,7 +56,7 @@ class LoadProgram:
             value = getattr(self, name)
             if value is None:
                 continue
-            value = np.array(value, dtype=float if name == "time_s" else np.int64)
+            value = _numbers(name, value, float if name == "time_s" else np.int64)
             require(
                 value.shape == drive.shape,
                 name,
@@ -83,6 +87,14 @@ class LoadProgram:
         return facts if self.cycle is None else [*facts, ("cycles", f"{self.cycle.min()} to {self.cycle.max()}")]
 
 
+def _numbers(name: str, given: object, kind: type) -> NDArray[Any]:
+    try:
+        return np.array(given, dtype=kind)
+    except (TypeError, ValueError, OverflowError):
+        raise RigError(f"{name} = {quoted(given, 40)}: expected numbers") from None
+
+
+@checked
 def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> LoadProgram:
     """Point-by-point program of the paper (section 4.2): 0 to +A, then ``cycles`` times +A to -A to +A.
 
@@ -127,6 +139,7 @@ def triangle(amplitude_mm: float, *, step_mm: float = 0.1, cycles: int = 1) -> L
     return LoadProgram(drive, cycle=cycle)
 
 
+@checked
 def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cycle: int = 100) -> LoadProgram:
     """Sine of the paper's dynamic test (section 4.3), starting at zero drive.
 
@@ -155,10 +168,10 @@ def sine(amplitude_mm: float, rate_Hz: float, *, cycles: int = 1, samples_per_cy
     require(1e-9 <= rate_Hz <= 1e9, "rate_Hz", rate_Hz, "above 0, from 1e-9 to 1e9")
     require(cycles >= 1, "cycles", cycles, "at least 1")
     require(
-        samples_per_cycle >= 8 and samples_per_cycle % 4 == 0,
+        8 <= samples_per_cycle <= MAX_SAMPLES and samples_per_cycle % 4 == 0,
         "samples_per_cycle",
         samples_per_cycle,
-        "a multiple of 4, at least 8",
+        f"a multiple of 4, from 8 to {MAX_SAMPLES:,}",
     )
     require_few(samples_per_cycle / 4, cycles, "cycles, samples_per_cycle", f"{cycles}, {samples_per_cycle}")
     quarter = samples_per_cycle // 4

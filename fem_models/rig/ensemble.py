@@ -17,6 +17,7 @@ from fem_models.rig.checks import RigError
 from fem_models.rig.presets import PRESETS, preset
 from fem_models.rig.rig import Rig
 from fem_models.rig.rig_file import rig_of_tables
+from hysteresis.arguments import checked
 
 MODEL = "model"
 """Column with the laws of a row; all others are constants."""
@@ -77,6 +78,7 @@ def _rigs(name: str) -> tuple[Rig, ...]:
     return tuple(with_constants(base, one) for one in constants)
 
 
+@checked
 def ensemble(name: str, *, preload_N: float | None = None) -> tuple[Rig, ...]:
     """Return the rigs of a preset's ensemble, at another preload if one is given.
 

@@ -11,6 +11,7 @@ from fem_models.rig.effects import Closure, Superelastic
 from fem_models.rig.joints import Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from fem_models.rig.space_tables import IN_SPACE
+from hysteresis.arguments import checked
 from hysteresis.messages import as_given
 
 DU2018 = "Hysteresis analysis of a notched continuum manipulator driven by tendon, Mech. Sci. 9, 2018"
@@ -179,6 +180,7 @@ NAMES_IN_SPACE = ("zhang2026",)
 """Presets of rigs that bend in space: :mod:`fem_models.rig.presets_in_space`."""
 
 
+@checked
 def preset(name: str, *, preload_N: float | None = None) -> Rig:
     """Return the rig of a preset, at another preload if one is given.
 

@@ -27,6 +27,7 @@ from fem_models.rig.effects import (
     TipStop,
 )
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
+from hysteresis.arguments import checked_class
 from hysteresis.display import html_table
 from hysteresis.messages import quoted
 
@@ -159,6 +160,7 @@ EFFECT_TABLES = (
 """Names of the optional effects of a rig, off by default."""
 
 
+@checked_class(RigError)
 @dataclass(frozen=True, repr=False)
 class Rig:
     """A manipulator with two antagonistic tendons on one wheel, or with a single tendon.

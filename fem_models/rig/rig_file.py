@@ -30,6 +30,7 @@ from fem_models.rig.effects import (
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Rig, Tendon, Wheel
 from fem_models.rig.space_tables import IN_SPACE, SpaceKeys, split_tables
+from hysteresis.arguments import checked
 from hysteresis.files import RecordError, read_toml
 from hysteresis.messages import as_given, listed, quoted
 from hysteresis.records.rows import Value, table_of_rows
@@ -112,6 +113,7 @@ def notch_of_rows(rows: Sequence[object], where: str) -> Mapping[str, Value]:
         raise RigError(str(error)) from None
 
 
+@checked
 def read_rig(path: Path | str) -> Rig:
     """Read a rig file (TOML): ``name``, ``preload_N`` and the tables of :class:`Rig`.
 

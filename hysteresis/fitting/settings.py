@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from hysteresis.arguments import checked_class
 from hysteresis.fitting.optimizers import METHODS, Method
 from hysteresis.laws.elements import LAW_NAMES, LawName
 
 Fitness = Literal["rmse", "paper-signed-mean"]
 
 
+@checked_class()
 @dataclass(frozen=True)
 class IdentifySettings:
     """How :func:`hysteresis.fitting.identification.identify` searches, and what the model may contain.
@@ -63,7 +65,7 @@ class IdentifySettings:
             raise ValueError(f"elements = {self.elements}: expected 1 for law = {self.law!r}")
         if self.elements not in (None, 1, 2) or (self.elements != 1 and self.fitness != "rmse"):
             raise ValueError(f"elements = {self.elements}: expected 1, 2 or None; 1 for the paper's fitness")
-        for name, least in (("population", 8), ("generations", 3), ("seeds", 1)):
+        for name, least in (("population", 8), ("generations", 3), ("seeds", 1), ("seed", 0)):
             if (value := getattr(self, name)) < least:
                 raise ValueError(f"{name} = {value}: expected at least {least}")
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hysteresis.arguments import checked_class
 from hysteresis.arrays import Floats, Ints, Mask
 from hysteresis.display import from_to, html_table
 from hysteresis.extras import require_extra
@@ -67,6 +68,7 @@ MEASURED_KEYS = (
 """Measured quantities of ``[rig]`` that replace a preset or a rig file; all of them are given, or none."""
 
 
+@checked_class(RecordError)
 @dataclass(frozen=True, eq=False, repr=False)
 class Record:
     """One test of one rig, sample by sample. All arrays have the same length m.
@@ -82,8 +84,8 @@ class Record:
     Raises
     ------
     RecordError
-        An array of another shape, a value that is not finite or beyond 1e9 (times may be larger), time that does not
-        increase, a cycle that is not a whole number or decreases, an unknown kind or unit.
+        A field of another type, an array of another shape, a value that is not finite or beyond 1e9 (times may be
+        larger), time that does not increase, a cycle that is not a whole number or decreases, an unknown kind or unit.
     """
 
     drive: Floats
@@ -119,13 +121,13 @@ class Record:
     def __post_init__(self) -> None:
         self._require(self.drive_unit in DRIVE_UNITS, "drive_unit", repr(self.drive_unit), "one of mm, deg, step, N")
         self._require(self.kind in KINDS, "kind", repr(self.kind), "measured or simulated")
-        self._require(np.ndim(self.drive) == 1 and np.size(self.drive) > 0, "drive", "no samples", "a row of numbers")
+        self._require(len(_shape(self.drive)) == 1 and len(self.drive) > 0, "drive", "no samples", "a row of numbers")
         m = len(self.drive)
         # None stands for any number of columns or rows.
         shapes: dict[str, tuple[int | None, ...]] = {
             **dict.fromkeys(FIELDS.values(), (m,)),
             "notches_deg": (m, None),
-            "tip_mm": (m, 3 if self.tip_mm is not None and np.shape(self.tip_mm)[1:] == (3,) else 2),
+            "tip_mm": (m, 3 if _shape(self.tip_mm)[1:] == (3,) else 2),
             "kinematics": (None, 2),
         }
         for name, shape in shapes.items():
@@ -137,11 +139,13 @@ class Record:
     def _checked(self, name: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
         """Return a read-only copy of an array; raise if it violates the contract of the class."""
         given = getattr(self, name)
-        self._require(not np.ma.getmaskarray(given).any(), name, "masked values", "a number in every row")
-        self._require(np.asarray(given).dtype.kind not in "mM", name, "dates", "numbers, such as seconds")
         try:
+            self._require(not np.ma.getmaskarray(given).any(), name, "masked values", "a number in every row")
+            self._require(np.asarray(given).dtype.kind not in "mM", name, "dates", "numbers, such as seconds")
             array = np.array(given, dtype=float)
-        except (TypeError, ValueError):
+        except RecordError:
+            raise
+        except (TypeError, ValueError, OverflowError):
             raise RecordError(f"{self.source or 'record'}: {name}: {quoted(given, 40)}: expected numbers") from None
         fits = array.shape == shape or (
             array.ndim == len(shape) and all(want in (None, n) for want, n in zip(shape, array.shape, strict=True))
@@ -291,6 +295,13 @@ class Record:
         if self.source:
             rows.append(("file", self.source))
         return html_table(self.title or "record", rows)
+
+
+def _shape(given: Any) -> tuple[int, ...]:
+    try:
+        return np.shape(given)
+    except ValueError:  # rows of different lengths
+        return ()
 
 
 def bad_cycles(cycle: Floats) -> Mask:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hysteresis.arguments import checked
 from hysteresis.arrays import Floats
 from hysteresis.files import MOST_TOML_BYTES, RecordError, inside, place, present, read_bytes, read_text, write_files
 from hysteresis.messages import as_given, listed, quoted
@@ -37,6 +38,7 @@ MOST_DIGITS = 100
 # --- reading -----------------------------------------------------------------------------------------------------
 
 
+@checked
 def read_record(path: Path | str) -> Record:
     """Read a CSV and, if there is one, the TOML sidecar of the same stem.
 
@@ -307,6 +309,7 @@ def _read_kinematics(path: Path) -> Floats:
 # --- writing -----------------------------------------------------------------------------------------------------
 
 
+@checked
 def write_record(record: Record, path: Path | str) -> None:
     """Write a record as CSV, with its sidecar and, if it has one, its theory ``<stem>.kinematics.csv``.
 

@@ -4,7 +4,8 @@ The server listens on 127.0.0.1, which every program and every web page of this 
 
 - Host must be this address, so that a foreign name that resolves to 127.0.0.1 (DNS rebinding) is refused;
 - Origin, where a browser sends one, must be this page's;
-- the page, its session and its connection need the token of the printed address, which differs from run to run;
+- the page, its session and its connection need the token of the printed address, which differs from run to run, and
+  which a browser that is opened gets from a file of this user;
 - at most :data:`PAGES` pages are connected at a time.
 """
 
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -47,6 +49,13 @@ class Guard:
     def address(self, port: int) -> str:
         """Give the address to open."""
         return f"http://{HOST}:{port}/?token={self.token}"
+
+    def redirect(self, port: int, folder: Path) -> Path:
+        """Write a file that leads a browser to the address: all users can read its command line, but not the file."""
+        path = folder / "open.html"
+        path.touch(mode=0o600)
+        path.write_text(f'<meta http-equiv="refresh" content="0;url={self.address(port)}">\n', encoding="utf-8")
+        return path
 
     def knows(self, token: object) -> bool:
         """Whether this is the token, in a time that does not depend on where it differs."""

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import threading
 import webbrowser
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from fem_models.rig import Rig, RigError
@@ -79,14 +81,18 @@ def serve(
     page.put_beside(measured)
     page.build()
     server.controller.on_server_bind.add(lambda bound: guard.protect(bound.app))
+    with TemporaryDirectory(prefix="notchbend-", ignore_cleanup_errors=True) as folder:  # of this user alone
 
-    def announce(**_: Any) -> None:
-        ready(guard.address(server.port))
-        if browser:
-            asyncio.get_running_loop().run_in_executor(None, webbrowser.open, guard.address(server.port))
+        def announce(**_: Any) -> None:
+            ready(guard.address(server.port))
+            if browser:
+                opened = guard.redirect(server.port, Path(folder)).as_uri()
+                # some browsers stay in the foreground: a thread that the end of the process does not wait for
+                threading.Thread(target=webbrowser.open, args=(opened,), daemon=True).start()
 
-    server.controller.on_server_ready.add(announce)
-    server.start(port=port, host=HOST, open_browser=False, show_connection_info=False, disable_logging=True, timeout=0)
+        server.controller.on_server_ready.add(announce)
+        quiet = {"open_browser": False, "show_connection_info": False, "disable_logging": True}
+        server.start(port=port, host=HOST, timeout=0, **quiet)
 
 
 def sliders_of(rig: Rig | RigInSpace, amplitude_mm: float) -> tuple[Slider, ...]:

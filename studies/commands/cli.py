@@ -315,7 +315,7 @@ def call(arguments: Sequence[str]) -> int:
             file = error.filename or _unnamed_file(error)
             return _complain(f"{file}: {error.strerror}" if file else error.strerror)
         if isinstance(error, _errors_of_input()):
-            return _complain(str(error))
+            return _complain("; ".join([str(error), *getattr(error, "__notes__", ())]))
         raise
     if found == StoppedError(KeyboardInterrupt()).code and (stopped := asked_to_stop()):
         return end(stopped)  # between commands the library gives this code, without a word

@@ -20,11 +20,14 @@ from numpy.typing import ArrayLike
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig
 from hysteresis import Fit, Record
+from hysteresis.arguments import checked
 from hysteresis.extras import require_extra
 from hysteresis.fitting.settings import DEFAULTS, IdentifySettings
+from hysteresis.messages import quoted
 from hysteresis.records import record_file
 from hysteresis.records.frame import RecordLike, as_record, is_frame
 from hysteresis.records.record import RecordError
+from studies.engines import ENGINES, EngineName
 from studies.notebook.given import RigLike, as_any_rig, as_records, as_rig, is_rig_name
 from studies.notebook.results import Compensation, StudyResult
 from studies.notebook.script import require_guarded_script
@@ -32,7 +35,6 @@ from studies.notebook.script import require_guarded_script
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from studies.engines import EngineName
     from studies.export import Simulator
     from studies.notebook.figures import View
     from studies.results.separation import Separation
@@ -45,6 +47,7 @@ OF_THE_COMMAND = replace(DEFAULTS, law="auto")
 """Settings that ``notchbend identify`` has by default."""
 
 
+@checked
 def simulate(rig: RigLike, program: LoadProgram, engine: EngineName = "multibody") -> Record:
     """Run a load program on a rig; the same as ``notchbend simulate``.
 
@@ -77,13 +80,12 @@ def simulate(rig: RigLike, program: LoadProgram, engine: EngineName = "multibody
     >>> round(record.loop_width_deg, 1)
     2.2
     """
-    from studies.engines import ENGINES
-
     if engine not in ENGINES:
-        raise ValueError(f"engine = {engine!r}: expected one of {', '.join(ENGINES)}")
+        raise ValueError(f"engine = {quoted(engine)}: expected one of {', '.join(ENGINES)}")
     return ENGINES[engine](as_rig(rig), program)
 
 
+@checked
 def identify(
     records: RecordLike | Sequence[RecordLike],
     *,
@@ -126,6 +128,7 @@ def identify(
     return identify_records(as_records(records), settings=settings, use_rig=use_rig, progress=progress)
 
 
+@checked
 def trace(
     records: RecordLike | Sequence[RecordLike],
     *,
@@ -160,9 +163,13 @@ def trace(
     """
     from validation.tracing import trace_records
 
-    return trace_records(as_records(records), reference=as_records(reference, "reference"), threads=threads)
+    new, old = as_records(records), as_records(reference, "reference")
+    if any(one in old for one in new):
+        raise RecordError("reference: a record is its own reference: expected different records")
+    return trace_records(new, reference=old, threads=threads)
 
 
+@checked
 def separate(
     what: RigLike | RecordLike | Sequence[RecordLike],
     *,
@@ -195,6 +202,8 @@ def separate(
 
     Raises
     ------
+    ValueError
+        A seed below 0.
     RecordError, RigError, SolverError, MissingError
         Records without a known rig or a loop, or with what a rig alone takes (amplitude, engine, members); a rig that
         cannot be divided or cannot follow the drive.
@@ -207,6 +216,8 @@ def separate(
     from studies.commands.records import SEPARATION_MM
     from studies.commands.separation import separate_records, separate_rig
 
+    if seed < 0:
+        raise ValueError(f"seed = {seed}: expected at least 0")
     if isinstance(what, Rig) or is_rig_name(what):
         size = SEPARATION_MM if amplitude_mm is None else amplitude_mm
         rigs = [as_rig(one, f"members[{i}]") for i, one in enumerate(members)]
@@ -216,6 +227,7 @@ def separate(
     return separate_records(as_records(what), seed=seed)
 
 
+@checked
 def compensate(
     model: RecordLike | Fit,
     reference_deg: ArrayLike,
@@ -245,7 +257,7 @@ def compensate(
     Raises
     ------
     RecordError
-        A record without a loop, or a reference beyond the range of the model.
+        A record without a loop, a reference beyond the range of the model, or times of another shape.
 
     Examples
     --------
@@ -255,12 +267,15 @@ def compensate(
     from studies.commands.compensation import compensated, layer_of
 
     fit = model if isinstance(model, Fit) else identify(as_record(model, "model"), settings=settings, use_rig=False)
-    reference = {"angle_deg": np.asarray(reference_deg, dtype=float)}
-    if time_s is not None:
-        reference["time_s"] = np.asarray(time_s, dtype=float)
+    given = {"reference_deg": reference_deg} if time_s is None else {"reference_deg": reference_deg, "time_s": time_s}
+    reference = {name.replace("reference", "angle"): np.asarray(row, dtype=float) for name, row in given.items()}
+    for name, row in zip(given, reference.values(), strict=True):
+        if row.ndim != 1 or row.shape != reference["angle_deg"].shape or not row.size or not np.isfinite(row).all():
+            raise RecordError(f"{name} = {quoted(given[name], 40)}: expected a finite number for each sample")
     return Compensation(*compensated(layer_of(fit), reference, "reference"))
 
 
+@checked
 def study(
     file: Path | str, out: Path | str, *, workers: int | None = None, retry: bool = False, progress: bool = False
 ) -> StudyResult:
@@ -308,6 +323,7 @@ def study(
     return StudyResult(summary, folder, folder / PAGE)
 
 
+@checked
 def export(rig: RigLike, out: Path | str, *, to: Simulator = "mujoco", amplitude_mm: float = 2.2) -> tuple[Path, Path]:
     """Write a rig as a model of another simulator; the same as ``notchbend export``.
 
@@ -342,6 +358,7 @@ def export(rig: RigLike, out: Path | str, *, to: Simulator = "mujoco", amplitude
     return write_model(as_rig(rig), Path(out), to=to, amplitude_mm=amplitude_mm)
 
 
+@checked
 def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | None = None) -> Figure:
     """Draw a record, a list of records, a rig, or a result.
 
@@ -392,6 +409,7 @@ def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | No
     return figure_of(what, view, joint_angles_deg)
 
 
+@checked
 def write_record(record: RecordLike, path: Path | str) -> None:
     """Write a record as CSV, with its sidecar and, if it has one, its theory ``<stem>.kinematics.csv``.
 

@@ -20,6 +20,7 @@ from fem_models.rig.joints import MeasuredJoint, NotchedTube
 from fem_models.view import SceneError
 from hysteresis import Fit, Record
 from hysteresis.arrays import Floats
+from hysteresis.messages import quoted
 from hysteresis.records.backbone import backbone_of, is_thin
 from studies.notebook.in_space import wrist_figure
 from studies.notebook.results import Compensation, StudyResult
@@ -47,8 +48,8 @@ def figure_of(what: object, view: View = "solid", joint_angles_deg: ArrayLike | 
     SceneError
         Joint angles that do not fit the rig.
     """
-    if view not in get_args(View):
-        raise ValueError(f"view = {view!r}: expected one of {', '.join(get_args(View))}")
+    if not isinstance(view, str) or view not in get_args(View):
+        raise ValueError(f"view = {quoted(view)}: expected one of {', '.join(get_args(View))}")
     match what:
         case RigInSpace():
             return wrist_figure(what, joint_angles_deg)
@@ -76,7 +77,7 @@ def figure_of(what: object, view: View = "solid", joint_angles_deg: ArrayLike | 
         case StudyResult():
             return _drawn(_study(what))
     expected = "a record, records, a rig, a load program, or a result of identify, trace, separate, compensate or study"
-    raise TypeError(f"{type(what).__name__}: expected {expected}")
+    raise TypeError(f"what = {quoted(what, 40)}: expected {expected}")
 
 
 def _record(what: object) -> Record:

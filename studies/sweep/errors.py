@@ -9,3 +9,7 @@ class StudyError(ValueError):
 
 class DiskFullError(StudyError):
     """No room on the disk for a result; everything stored before is kept."""
+
+
+class LostError(StudyError):
+    """Workers or a scheduler that no longer answer; everything stored before is kept."""

@@ -23,12 +23,12 @@ from studies.results.study import AxisRange, Failures, StudySummary
 from studies.sweep.cases import Outcome, evaluate_all
 from studies.sweep.code import code_version, versions
 from studies.sweep.dataset import PENDING, ZARR, Overview, write_dataset
-from studies.sweep.errors import DiskFullError, StudyError
+from studies.sweep.errors import DiskFullError, LostError
 from studies.sweep.plan import Case, Plan, cases, plan_of
 from studies.sweep.quantities import OPTIONAL_GROUPS, quantity_names
 from studies.sweep.store import Store, open_store
 from studies.sweep.study_file import Pareto, Study
-from studies.sweep.workers import WorkerPool, interrupts_wait
+from studies.sweep.workers import LOST, WorkerPool, answers_expected, interrupts_wait
 
 SUMMARY = "study.json"
 SENSITIVITY, PARETO = "sensitivity.json", "pareto.json"
@@ -103,7 +103,8 @@ def _flow(
 
     def submit(new: Sequence[list[Case]]) -> None:
         for batch in new:
-            future = client.submit(evaluate_all, [(c.key, c.inputs) for c in batch], pure=False)
+            with answers_expected():
+                future = client.submit(evaluate_all, [(c.key, c.inputs) for c in batch], pure=False)
             held[future] = batch
             answers.add(future)
 
@@ -155,12 +156,13 @@ def _batches(rest: Iterator[Case], size: int, first: Case) -> Iterator[list[Case
 
 def _answer(future: Future) -> list[Outcome]:
     """Give the outcomes of a batch; none if it ended its worker process, as compiled code can."""
-    if future.status == "finished":
-        return list(future.result())
-    error = future.exception() if future.status == "error" else None
+    with answers_expected():
+        if future.status == "finished":
+            return list(future.result())
+        error = future.exception()
     if isinstance(error, KilledWorker):
         return []
-    raise StudyError(f"workers: {error or future.status}: expected answers; stored cases are kept, run the study again")
+    raise LostError(f"workers: {error or LOST}: expected answers")
 
 
 def _died(case: Case) -> Outcome:
@@ -172,8 +174,8 @@ def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler:
               retry: bool = False, progress: bool = False, made: Made | None = None) -> StudySummary:  # fmt: skip
     """Run a study and write its folder: store, dataset, summary, and its sensitivities and Pareto front.
 
-    On Ctrl-C or a full disk, the dataset and the summary of what is there are written first. ``made`` says how the
-    summary came about.
+    On Ctrl-C, a full disk or lost workers, the dataset and the summary of what is there are written first. ``made``
+    says how the summary came about.
 
     Raises
     ------
@@ -194,7 +196,7 @@ def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler:
             _keep_inputs(study, out)
             _run_plan(session, plan, "cases", tally, retry=retry, progress=progress)
             summary = write()
-        except (KeyboardInterrupt, DiskFullError) as stop:
+        except (KeyboardInterrupt, DiskFullError, LostError) as stop:
             with suppress(DiskFullError, RecordError):  # the error to report is the one that stopped the study
                 stop.add_note(stored_so_far(write(), out))
             raise
@@ -205,7 +207,7 @@ def run_study(study: Study, out: Path, *, workers: int | None = None, scheduler:
             if study.pareto is not None:
                 _write_front(session, study.pareto, out, progress=progress)
                 summary = replace(summary, pareto=PARETO)
-        except KeyboardInterrupt as stop:
+        except (KeyboardInterrupt, LostError) as stop:
             stop.add_note(stored_so_far(summary, out))
             raise
         return _write_summary(out, replace(summary, state="finished"), start)

@@ -6,16 +6,20 @@ import logging
 import signal
 import threading
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import forkserver, resource_tracker
+from tempfile import TemporaryDirectory
 
 import dask
 from dask.system import CPU_COUNT
 from distributed import Client, LocalCluster
+from distributed.client import ClosedClientError
+from distributed.security import Security
 from distributed.utils import get_mp_context
 
 from studies.sweep.code import code_of_worker, code_version
-from studies.sweep.errors import StudyError
+from studies.sweep.errors import LostError, StudyError
 
 CONNECT_S = 10
 CLOSE_S = 20
@@ -24,6 +28,7 @@ START_S = 120
 
 By default Dask waits for a worker without end, at the start of a study and where a new one replaces one that died.
 """
+LOST = "no connection to their scheduler any more"
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), 1)
 
 _SHORT_LOGS = {
@@ -51,13 +56,12 @@ class WorkerPool:
         return self
 
     def __exit__(self, *_: object) -> None:
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
         self._open.close()
 
     def client(self) -> Client:
         """Give the connected client."""
         if self._client is None:
-            logging.getLogger("distributed").setLevel(logging.CRITICAL)
+            _silence()
             self._open.enter_context(dask.config.set(_SHORT_LOGS))
             with interrupts_wait():
                 self._client = self._checked(
@@ -70,7 +74,8 @@ class WorkerPool:
         """Number of threads that run cases."""
         if self._scheduler is None:
             return self._count
-        return max(1, sum(self.client().nthreads().values()))
+        with answers_expected():
+            return max(1, sum(self.client().nthreads().values()))
 
     def _local(self) -> Client:
         # one thread runs a case: threads that a library starts besides would only compete
@@ -79,6 +84,9 @@ class WorkerPool:
             "worker.multiprocessing-method": "forkserver",
             "scheduler.allowed-failures": 0,  # run_cases finds the case that ended a worker
             "scheduler.no-workers-timeout": START_S,
+            # each process serves pages of its state, which know no password
+            "scheduler.http.routes": [],
+            "worker.http.routes": [],
         }
         self._open.enter_context(dask.config.set({f"distributed.{name}": value for name, value in settings.items()}))
         # one process imports the modules and the workers are forked from it, which makes their start fast
@@ -86,11 +94,13 @@ class WorkerPool:
         resource_tracker.ensure_running()  # which unblocks signals when it starts
         with _interrupts_blocked():
             forkserver.ensure_running()
+        folder = self._open.enter_context(TemporaryDirectory(prefix="notchbend-", ignore_cleanup_errors=True))
         try:
             cluster = LocalCluster(
                 n_workers=self._count, threads_per_worker=1, processes=True, memory_limit=0, death_timeout=START_S,
-                silence_logs=logging.CRITICAL, dashboard_address="127.0.0.1:0",
-                scheduler_kwargs={"dashboard": False},  # not reachable from other machines
+                silence_logs=logging.CRITICAL, dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
+                # any user of this machine reaches its ports: who is answered has the key, which only memory holds
+                security=Security.temporary(), local_directory=folder,
             )  # fmt: skip
         except Exception as error:  # Dask raises a plain one, or fails an assertion where it ends a worker that starts
             raise StudyError(f"workers: {_words(error)}: expected {self._count} that start in {START_S:g} s") from error
@@ -119,6 +129,22 @@ class WorkerPool:
             if code != code_version(self._engine):
                 raise StudyError(f"{where}: {worker} runs other code: {expected}")
         return client
+
+
+@contextmanager
+def answers_expected() -> Iterator[None]:
+    """Turn what Dask raises where a scheduler or a worker is gone into :class:`LostError`."""
+    try:
+        yield
+    except (OSError, CancelledError, ClosedClientError):
+        raise LostError(f"workers: {LOST}: expected answers") from None
+
+
+def _silence() -> None:
+    """Keep messages of Dask off standard error: what ends a study is raised. Its loggers have levels of their own."""
+    for name in logging.root.manager.loggerDict:
+        if name.startswith("distributed"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def _words(error: Exception) -> str:

@@ -3,9 +3,17 @@
 import asyncio
 import http.client
 import json
+import os
 import re
+import signal
+import stat
+import subprocess
+import sys
+import time
 from dataclasses import replace
+from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
+from urllib.request import url2pathname
 
 import pytest
 from browser import chromium, keep_picture, listen, require_browser, serving
@@ -147,3 +155,45 @@ def test_no_more_pages_than_the_limit(served):
                 return refused, answer.status
 
     assert asyncio.run(crowd()) == ([503, 503], 200)
+
+
+@pytest.fixture
+def opening(tmp_path):
+    """An app whose browser is a command that writes its arguments and stays; its address, and the arguments."""
+    script, said = tmp_path / "browser", tmp_path / "said"
+    lines = ["#!/bin/sh", "exec >/dev/null 2>&1", f'echo "$@" > {said}.new', f"mv {said}.new {said}"]
+    script.write_text("\n".join([*lines, f"while [ -e {said} ]; do sleep 0.1; done\n"]))
+    script.chmod(0o700)
+    command = [sys.executable, "-c", "from studies.commands import main; main()", "app", "--port", "0"]
+    environment = {**os.environ, "BROWSER": str(script)}
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as app:
+        address = app.stdout.readline().split()[-1]
+        for _ in range(100):
+            if said.exists():
+                break
+            time.sleep(0.1)
+        yield app, address, said.read_text().strip()
+        app.kill()
+    said.unlink()
+
+
+def test_the_token_is_on_no_command_line(opening):
+    """Every user of the machine can read the command lines of all: only the file that the browser opens has it."""
+    app, address, given = opening
+    shown = [line.read_bytes() for line in Path("/proc").glob("[0-9]*/cmdline") if line.exists()]
+    assert any(given.encode() in line for line in shown)
+    assert not any(token_of(address).encode() in line for line in shown)
+    page = Path(url2pathname(urlsplit(given).path))
+    assert f'content="0;url={address}"' in page.read_text()
+    assert [stat.S_IMODE(one.stat().st_mode) for one in (page, page.parent)] == [0o600, 0o700]
+    app.terminate()
+    app.wait(timeout=10)
+    assert not page.parent.exists()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_browser_that_stays_does_not_keep_the_app(opening, number):
+    app, *_ = opening
+    app.send_signal(number)
+    _, error = app.communicate(timeout=10)
+    assert (app.returncode, error) == (0, "")

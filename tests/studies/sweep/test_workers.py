@@ -2,12 +2,16 @@
 
 import gc
 import os
+import re
 import signal
+import stat
 import subprocess
 import sys
 from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
+from urllib.error import HTTPError
+from urllib.request import urlopen
 
 import pytest
 from dask._task_spec import Task
@@ -60,8 +64,36 @@ def test_a_worker_that_is_not_replaced_ends_a_study(tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "START_S", 20)
     monkeypatch.setattr(sweep, "evaluate_all", dies_at_15)
     asked = read_study(study_file(tmp_path, HEAD + PROGRAM + "[vary]\npreload_N = [15, 20]\n"))
-    with pytest.raises(StudyError, match=r"workers: .*: expected answers; stored cases are kept, run the study again"):
+    with pytest.raises(StudyError, match=r"workers: .*: expected answers") as error:
         run_study(asked, tmp_path / "out", workers=1)
+    assert re.search(r"\d of 2 cases are stored in .*, the same command goes on", error.value.__notes__[0])
+
+
+CLUSTER = """
+import time
+from distributed import LocalCluster
+with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None) as one:
+    print(one.scheduler_address, flush=True)
+    time.sleep(600)
+"""
+
+
+def test_a_scheduler_that_dies_is_one_line(tmp_path, capfd, monkeypatch):
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    answer, ends = sweep._answer, {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen([sys.executable, "-c", CLUSTER], env=environment, text=True, **ends) as other:
+
+        def last_answer(future):
+            other.kill()
+            return answer(future)
+
+        monkeypatch.setattr(sweep, "_answer", last_answer)
+        monkeypatch.setattr(sweep, "_BATCH", {})  # one case each, so that more are out
+        given = ["study", str(study_file(tmp_path)), "--out", str(tmp_path / "o"), "--quiet", "--scheduler"]
+        assert call([*given, other.stdout.readline().strip()]) == 2
+    said = capfd.readouterr().err
+    line = "notchbend: workers: no connection .*: expected answers; \\d+ of 12 cases are stored in .*, the same .*\n"
+    assert re.fullmatch(line, said), said
 
 
 def test_no_scheduler_there(tmp_path, capsys, monkeypatch):
@@ -176,3 +208,49 @@ def test_a_cluster_that_does_not_close_does_not_keep_a_study(tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
     done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, timeout=120)
     assert done.stdout.split() == ["1", "left"]
+
+
+STRANGER = """
+import asyncio, os, sys
+from distributed.core import connect
+from distributed.protocol.pickle import dumps
+from distributed.security import Security
+
+RUNS = {"function": dumps(os.getpid), "args": dumps(()), "kwargs": dumps({}), "wait": True}
+
+async def ask(address, arguments):
+    try:
+        comm = await connect(address, timeout=5, **arguments)
+        await comm.write({"op": "run" if address == sys.argv[-1] else "identity", "reply": True} | RUNS)
+        return f"answered: {await asyncio.wait_for(comm.read(), 5)}"
+    except Exception as error:
+        return f"refused: {type(error).__name__}"
+
+async def main():
+    own = Security.temporary().get_connection_args("client")
+    for address in sys.argv[1:]:
+        place = address.partition("://")[2]
+        print(await ask(f"tcp://{place}", {}), await ask(f"tls://{place}", own), sep="\\n")
+
+asyncio.run(main())
+"""
+
+
+def test_workers_of_this_machine_answer_nobody_else(tmp_path):
+    """Any user of the machine reaches the ports of 127.0.0.1, and who is answered there runs code as this user."""
+    with WorkerPool("chain", 1) as pool:
+        client = pool.client()
+        known = client.scheduler_info()
+        (worker,) = known["workers"].values()
+        addresses = [known["address"], worker["nanny"], *known["workers"]]
+        script = tmp_path / "stranger.py"
+        script.write_text(STRANGER)
+        done = subprocess.run([sys.executable, script, *addresses], capture_output=True, text=True, check=True)
+        assert re.fullmatch(r"(refused: \w+\n){6}", done.stdout)
+        for place in (f"127.0.0.1:{known['services']['dashboard']}", f"127.0.0.1:{worker['services']['dashboard']}"):
+            for page in ("info/main/workers.html", "json/identity.json", "metrics", "health", "status"):
+                with pytest.raises(HTTPError, match="404"):
+                    urlopen(f"http://{place}/{page}", timeout=10)
+        folder = Path(worker["local_directory"]).parent
+        assert stat.S_IMODE(folder.parent.stat().st_mode) == 0o700
+    assert not folder.parent.exists()
