@@ -75,7 +75,7 @@ def short(monkeypatch):
     monkeypatch.setattr("studies.sweep.run.run_study", lambda *_, **__: None)
 
 
-@pytest.mark.parametrize(("name", "parameter"), public())
+@pytest.mark.parametrize(("name", "parameter"), list(public()))
 def test_a_wrong_value_is_taken_or_refused_in_one_line(name, parameter, good, short, tmp_path, monkeypatch):
     """Wrong calls gave errors of what they met inside, such as ``'str' object has no attribute 'rig'``."""
     monkeypatch.chdir(tmp_path)  # a text is a path

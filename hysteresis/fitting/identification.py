@@ -79,10 +79,7 @@ def identify(
     _require_usable(records, settings.delay)
     bases, label = _kinematics(records, base, kinematics)
     longest = _longest_delay(records) if settings.delay else 0.0
-    whole = [hold_out(r) for r in records] if splits is None else list(splits)
-    sensed = [cleaned(one, _seen(split)) for one, split in zip(records, whole, strict=True)]
-    records, spoiled = [one.record for one in sensed], sensor_notes(sensed)
-    whole = [split.only(one.read) for split, one in zip(whole, sensed, strict=True)]
+    records, whole, spoiled = _readings(records, splits or [hold_out(one) for one in records])
     shorter = whole if splits is not None else _without_first_strokes(records, whole, words)
     form = Form((), groups=_groups(records, amplitude_by), longest_delay_s=longest, place=_place(records, whole))
     efforts = _efforts(settings, progress, 1 + bool(words) + searches(settings.law))
@@ -117,6 +114,15 @@ def _with_law(
         return replace(fit, choice=choice)
     judged = judge(records, splits, one, fit.settings, fit.kinematics)
     return replace(judged, choice=choice, bouc_wen=fit, notes=fit.notes)
+
+
+def _readings(
+    records: Sequence[Record], splits: Sequence[Split]
+) -> tuple[list[Record], list[Split], tuple[str, ...]]:  # fmt: skip
+    """Take what sensors added out of records, and samples that are no readings out of their splits; with words."""
+    sensed = [cleaned(one, _seen(split)) for one, split in zip(records, splits, strict=True)]
+    read = [split.only(one.read) for split, one in zip(splits, sensed, strict=True)]
+    return [one.record for one in sensed], read, sensor_notes(sensed)
 
 
 def _seen(split: Split) -> int:

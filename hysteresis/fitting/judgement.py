@@ -57,14 +57,13 @@ def judge(
     train, heldout, baseline_train, baseline_heldout = (
         errors(samples.angle_deg[mask], angle[mask]) for angle in (predicted, without) for mask in masks
     )
-    # The coefficients of a fitted f mean nothing by themselves: f is tabulated.
-    hidden = form.backbones[0].names if kinematics == "fitted" else ()
+    hidden = form.backbones[0].names if kinematics == "fitted" else ()  # f is tabulated
     parameters, of_blocks = (_without(parameters_of(fine, form, point, s), hidden) for s in (spread, by_blocks))
     saturation = parameters.pop("saturation_deg")
-    floor = math.sqrt(sum(noise_floor(record) ** 2 for record in records) / len(records))
+    floor = float(np.sqrt(np.mean([noise_floor(record) ** 2 for record in records])))
     of_law = _law_warnings(fine, form, point, spread) if point.sign else [_no_hysteresis(train, floor)]
-    of_kinematics = () if kinematics == "fitted" else _kinematics_warnings(samples, form, baseline, train)
-    of_errors = _error_warnings(fine, point, train, heldout, baseline_heldout)
+    of_errors = [*_error_warnings(fine, point, train, heldout, baseline_heldout)]
+    of_errors += _kinematics_warnings(samples, form, baseline, train) if kinematics != "fitted" else []
     return Fit(
         observed=tuple(records),
         kinematics=kinematics,
@@ -80,7 +79,7 @@ def judge(
         noise_floor_deg=floor,
         bootstrap=of_blocks if least_squares and point.sign else {},
         correlations=_correlations(form, spread) if spread is not None and point.sign else {},
-        warnings=(*of_law, *of_kinematics, *of_errors, *_search_warnings(point, settings.seeds, found.seeds_agreeing)),
+        warnings=(*of_law, *of_errors, *_search_warnings(point, settings.seeds, found.seeds_agreeing)),
         layer=response(fine, form, point, spread) if point.sign else {},
         not_fixed=open_parameters(fine, form, point, spread, parameters),
         form=form,

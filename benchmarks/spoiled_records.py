@@ -1,4 +1,4 @@
-"""Score of spoiled records in all commands: ``python -m validation.practice.spoiled.commands 1000 SEED [COMMAND...]``.
+"""Score of spoiled records in all commands: ``python -m benchmarks.spoiled_records 1000 SEED [COMMAND...]``.
 
 Records of a pair-notched tube whose parameters are drawn, each spoiled in one way, or clean. A result is silent where
 it is further from the right one than its interval says, and no word warns of the record. Each row says how many were
