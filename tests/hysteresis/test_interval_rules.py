@@ -452,3 +452,13 @@ def test_a_theory_covers_the_drives_up_to_rounding(side, over, good):
     steps = Record(10 * drive, np.array([0.0, 5.0, 0.0]), drive_unit="step", kinematics=theory)
     assert identification._theory(steps)(np.array([30.0])) == pytest.approx([10.0])  # constant beyond its ends
     assert identification._kinematics([record, Record(drive, drive)], None, "analytic") == (None, "fitted")
+
+
+def test_variances_that_cancel_to_rounding_give_no_interval():
+    """Two elements share a saturation: each alone is open, and the sum is known only above the rounding."""
+    huge = 1e12 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    known = Uncertainty(huge + 4e-4 * np.eye(2), 2.0, 1.0, np.zeros(2, bool), 50.0)
+    assert known.half_width(np.array([1.0, 1.0])) == math.inf
+    less = Uncertainty(1e-10 * huge + 4e-4 * np.eye(2), 2.0, 1.0, np.zeros(2, bool), 50.0)
+    assert less.half_width(np.array([1.0, 1.0])) == pytest.approx(2 * math.sqrt(8e-4))
+    assert less.half_width(np.zeros(2)) == 0.0

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import t as student
 
 from fem_models.chain import simulate_chain
@@ -36,6 +36,7 @@ CORRELATED = 0.95
 _AT_REST = 0.05  # share of the drive's range: a record that begins this close to zero begins from rest
 _STEP = 1e-3  # of finite differences, in scales of the parameters
 _MOST_CALLS = 60
+_OTHER_LOOPS = (0.5, 1.0, 2.0)  # slip angles over that of the rig, from which the fit starts again
 _LEAST_NOISE = 1e-6  # of the range of the angle: less comes from a simulation
 
 
@@ -183,7 +184,16 @@ def calibrate_rig(records: Sequence[Record]) -> RigCalibration:
 
     start = np.array(list(parameters_of(loops[0].rig).values())) / scales
     start = np.clip(start, np.maximum(low, 0.1), 0.9 * high)  # friction of 0 has a vanishing derivative
-    fit = least_squares(residual, start, bounds=(low, high), diff_step=_STEP, max_nfev=_MOST_CALLS, x_scale="jac")
+
+    def fitted(x: Floats) -> OptimizeResult:
+        return least_squares(residual, x, bounds=(low, high), diff_step=_STEP, max_nfev=_MOST_CALLS, x_scale="jac")
+
+    fit = fitted(start)
+    loop = [list(PARAMETERS).index(name) for name in ("loop_share", "loop_angle_deg")]
+    for factor in _OTHER_LOOPS:  # a loop of the material may be several optima away
+        other = fit.x.copy()
+        other[loop] = np.clip([start[loop[0]], factor * start[loop[1]]], low[loop], high[loop])
+        fit = min(fit, fitted(other), key=lambda one: float(one.cost))
     columns = jacobian(residual, fit.x, high)
     found = _calibration(loops, fit.x, scales, (fit.fun, columns), noise_deg)
     return replace(found, notes=sensor_notes(sensed))
