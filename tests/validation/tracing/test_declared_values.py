@@ -33,7 +33,8 @@ def test_a_value_is_told_beyond_twice_the_interval(sheath_N, told):
 def test_only_what_a_file_states_is_compared(tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text(
-        "preload_N = 10.0\n[tube]\nouter_diameter_mm = 5.0\ninner_diameter_mm = 4.4\n[notch]\nshape = 'v_pair'\ncount = 12\n"
+        "preload_N = 10.0\n"
+        "[tube]\nouter_diameter_mm = 5.0\ninner_diameter_mm = 4.4\n[notch]\nshape = 'v_pair'\ncount = 12\n"
         "depth_mm = 2.0\nwidth_mm = 1.0\nroot_width_mm = 0.4\nspacing_mm = 1.5\n[material]\nyoungs_modulus_GPa = 50.0\n"
         "[friction]\nsheath_N = 0.5\n[tendon]\nEA_N = 9000.0\nmoment_arm_mm = 2.2\nfree_length_mm = 200.0\n"
         "[wheel]\nradius_mm = 10.0\n"
