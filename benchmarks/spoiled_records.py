@@ -172,8 +172,8 @@ def run_identify(case: Case) -> tuple[bool, list[str]]:
 def run_compensate(case: Case) -> tuple[bool, list[str]]:
     """Compare the drive that makes the angle follow a sine with that of the clean record; off by a twentieth."""
     reference = 0.3 * float(np.ptp(case.clean[0].angle_deg)) * np.sin(np.linspace(0, 2 * np.pi, 60))
-    fit = _fit(case.records[0])
-    drive, right = (compensating_drive(one, reference, 0.0) for one in (fit, _fit(case.clean[0])))
+    fit = identify(case.records[0])
+    drive, right = (compensating_drive(one, reference, 0.0) for one in (fit, identify(case.clean[0])))
     return float(np.abs(drive - right).max()) > 0.05 * float(np.ptp(right)), [*fit.notes, *fit.warnings]
 
 

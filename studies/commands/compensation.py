@@ -88,7 +88,7 @@ def layer_of(fit: Fit) -> Layer:
         delay_s=fit.delay_s,
         heldout_rmse_deg=fit.heldout.rmse_deg,
         without_hysteresis_rmse_deg=fit.baseline_heldout.rmse_deg,
-        warnings=fit.warnings,
+        warnings=(*fit.notes, *fit.warnings),
     )
 
 

@@ -24,6 +24,7 @@ from hysteresis.records.path import cycle_index, cycle_slices, moved_while_held,
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import check_target, read_record, write_record
 from hysteresis.records.sidecar import toml
+from hysteresis.sensors.readings import cleaned
 from studies.own_rig.columns import BenchColumns, Reading, unused
 from studies.own_rig.samples import Samples, samples_of, with_stamps
 from studies.own_rig.tables import BenchTable, read_table
@@ -191,8 +192,10 @@ def _write_copy(record: Record, target: Path) -> None:
         raise
 
 
-def _understood(record: Record, table: BenchTable, samples: Samples, rig: RecordRig) -> NewRecord:
-    cycle = cycle_index(record)
+def _understood(as_read: Record, table: BenchTable, samples: Samples, rig: RecordRig) -> NewRecord:
+    """Say what a table was taken as; numbers of the angle without what its sensor added."""
+    sensed = cleaned(as_read)
+    record, cycle = sensed.record, cycle_index(as_read)
     whole = np.ptp(record.drive)
     parts = [part for number, part in cycle_slices(record.drive, cycle) if number > 0]
     steps = np.abs(np.diff(record.drive))
@@ -223,7 +226,7 @@ def _understood(record: Record, table: BenchTable, samples: Samples, rig: Record
         understood=samples.notes,
     )
     about_rig = () if rig.rig is None else tuple(unusual(rig.rig))
-    return replace(found, remarks=(*_remarks(found, record), *about_rig))
+    return replace(found, remarks=(*sensed.words, *_remarks(found, record), *about_rig))
 
 
 def _ends(values: Floats) -> tuple[float, float]:
