@@ -22,7 +22,11 @@ from hysteresis.records.metrics import Errors, errors, noise_floor
 from hysteresis.records.record import Record
 
 _NO_HYSTERESIS = "no hysteresis above the noise in this record"
-_NOT_FOLLOWED = 2.0  # rms of what is left over the noise, from which "no hysteresis" would be no finding
+_NOT_FOLLOWED, _FOLLOWED = (
+    2.0,
+    1e-3,
+)  # rms of what is left, over the noise and over the range of the angle: what is more
+# than both is no finding of "no hysteresis"
 _UNLIKE = 0.1  # of the range of the angle: f, which is given, is not that of the record
 _OVERSHOOT = -1.1  # of A; -1 is a play operator, and the steps of the drive do not resolve slightly less
 _SATURATED = 0.95  # of the saturation
@@ -61,7 +65,7 @@ def judge(
     parameters, of_blocks = (_without(parameters_of(fine, form, point, s), hidden) for s in (spread, by_blocks))
     saturation = parameters.pop("saturation_deg")
     floor = float(np.sqrt(np.mean([noise_floor(record) ** 2 for record in records])))
-    of_law = _law_warnings(fine, form, point, spread) if point.sign else [_no_hysteresis(train, floor)]
+    of_law = _law_warnings(fine, form, point, spread) if point.sign else [_no_hysteresis(train, floor, fine.span_deg())]
     of_errors = [*_error_warnings(fine, point, train, heldout, baseline_heldout)]
     of_errors += _kinematics_warnings(samples, form, baseline, train) if kinematics != "fitted" else []
     return Fit(
@@ -92,9 +96,9 @@ def judge(
     )
 
 
-def _no_hysteresis(train: Errors, floor_deg: float) -> str:
+def _no_hysteresis(train: Errors, floor_deg: float, span_deg: float) -> str:
     """Say that the law finds no loop, and whether that is a finding."""
-    if train.rmse_deg <= _NOT_FOLLOWED * floor_deg:
+    if train.rmse_deg <= max(_NOT_FOLLOWED * floor_deg, _FOLLOWED * span_deg):
         return _NO_HYSTERESIS
     return (
         f"no loop that the law can follow: the curve alone leaves {train.rmse_deg:.3g} deg rms beside a noise of "

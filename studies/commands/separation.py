@@ -292,6 +292,7 @@ def _calibration(found: RigCalibration) -> Calibration:
     return Calibration(
         parameters=found.parameters,
         rmse_deg=found.rmse_deg,
+        noise_deg=found.noise_deg,
         condition=found.condition,
         correlations=found.correlations,
         not_separated=found.inseparable,

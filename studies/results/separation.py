@@ -103,6 +103,7 @@ class Calibration:
     correlations: Mapping[str, float]
     not_separated: tuple[str, ...]
     next_experiments: tuple[NextExperiment, ...]
+    noise_deg: float | None = None
 
 
 @dataclass(frozen=True)
