@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
@@ -458,7 +458,10 @@ class Stepper:
             q[self.model.slip] = -np.cumsum(stretch[::-1])[::-1]
             start = FrictionState(np.sign(q[self.model.slip]), 0.0 * start.limit)
         self._start_from(q)
-        found = self._equilibrium(self.load, start)
+        found = self._drawn(start) if self._is_drawn() else None
+        if found is None:
+            self._start_from(q)
+            found = self._equilibrium(self.load, start)
         if found is None:
             self._start_from(q)
             newton.maxIterations = AT_REST * self.settings.newton_iterations
@@ -477,18 +480,32 @@ class Stepper:
         q = self.coordinates()
         self.accept(q, 0.0 * q, found.limit)
 
+    def _is_drawn(self) -> bool:
+        """Whether one tendon bends metal with plateaus: friction holds it in many places, and one step goes too far."""
+        return self.rig.superelastic is not None and self.rig.tendon_b is None and not self.load_control
+
+    def _drawn(self, state: FrictionState) -> FrictionState | None:
+        """Find the equilibrium at rest while the wheel draws a single tendon from no tension to its preload."""
+        length = float(self.joints.lengths.segments.sum())
+        slack = float(tendon_stretch_mm(self.rig.tendon_a, 0.0, self.rig.preload_N, length))  # less than nothing
+        return self._in_steps(state, lambda done: self.load._replace(drive=(1.0 - done) * slack))
+
     def _released(self, state: FrictionState) -> FrictionState | None:
         """Find the equilibrium at rest from the shape at rest under preload, where joints bent the other way hold it.
 
-        They are let go step by step, with all tendons taut. Friction acts as in a single step: nothing is accepted.
+        They are let go step by step, with all tendons taut.
         """
-        rest, done, part = self.load.rest_angle, 0.0, 0.25
-        soft = self.joints.softest
+        soft, rest = self.joints.softest, self.load.rest_angle
         moment = self.rig.preload_N * (soft.arms_mm.a - (soft.arms_mm.b if self.rig.tendon_b else 0.0))
         held = moment / soft.flexure.bending_Nmm_per_rad
+        return self._in_steps(state, lambda done: self.load._replace(rest_angle=rest - (1.0 - done) * held))
+
+    def _in_steps(self, state: FrictionState, load_at: Callable[[float], Load]) -> FrictionState | None:
+        """Go through loads from 0 to 1; friction acts as in a single step: nothing is accepted."""
+        done, part = 0.0, 0.0625
         while done < 1.0:
             q, goal = self.coordinates(), min(done + part, 1.0)
-            found = self._equilibrium(self.load._replace(rest_angle=rest - (1.0 - goal) * held), state)
+            found = self._equilibrium(load_at(goal), state)
             if found is not None:
                 state, done, part = found, goal, 2.0 * part
                 continue

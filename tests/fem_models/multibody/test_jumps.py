@@ -11,6 +11,7 @@ from fem_models.rig import Rig
 from fem_models.rig.effects import TipLoad
 from fem_models.rig.joints import MeasuredJoint, Notch, NotchedTube, Tube
 from fem_models.rig.rig import Friction, Material, Tendon, Wheel
+from validation.engines.workshop_rigs import workshop_rig
 
 STIFFNESS, PITCH, ARM, FORCE = 100.0, 10.0, 2.0, 24.0
 TENDON = Tendon(EA_N=5000.0, moment_arm_mm=ARM, free_length_mm=10_990.0)  # so soft by its length: rings are rigid
@@ -153,3 +154,11 @@ def test_tendons_that_hardly_stretch_leave_an_answer(EA_N):
     np.testing.assert_allclose(
         simulate_multibody(rig, program).angle_deg, simulate_chain(rig, program).angle_deg, atol=2e-3
     )
+
+
+def test_one_tendon_draws_metal_with_a_flat_plateau_to_the_rest_of_the_chain():
+    """Friction holds it in many places: Newton's method from the straight tube had gone to 82 deg in place of 50."""
+    rig, program = workshop_rig((228097, 80))
+    first = LoadProgram(program.drive_mm[:2])
+    bodies, chain = (solve(rig, first).angle_deg for solve in (simulate_multibody, simulate_chain))
+    np.testing.assert_allclose(bodies, chain, rtol=1e-3)
