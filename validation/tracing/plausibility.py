@@ -93,6 +93,7 @@ def remarks(fitted: Fitted) -> list[str]:
         if bound is not None:
             out.append(f"{_called(one)} is at its bound of {_shown(p, bound)}: its size is not determined")
     problem = fitted.model.problem
+    out += [*_remarks_on_baseline(fitted), *_remarks_on_zero(fitted)]
     for added in fitted.model.added:
         units = dict.fromkeys(p.unit for p in added.form.parameters if has_no_scale(problem, p))
         if units:
@@ -107,6 +108,33 @@ def remarks(fitted: Fitted) -> list[str]:
                 told = f"a wheel radius of {values['radius_mm']:.3g} mm, {declared:.3g} mm is declared"
                 out.append(f"{added.effect.name} needs {told}: look for another wheel in the drive")
     return out
+
+
+def _remarks_on_baseline(fitted: Fitted) -> list[str]:
+    """Words on what a known rig's own parameters end at, and on a delay that is none."""
+    out, model = [], fitted.model
+    if isinstance(model.problem, KnownRigProblem):
+        for p, x in zip(model.problem.parameters, fitted.x.tolist(), strict=False):
+            ends = [bound for bound in (p.low, p.high) if _finite_in_units(p, bound)]
+            if any(abs(p.to_unit(bound) - x) < NEAR_BOUND for bound in ends):
+                out.append(f"{p.name} of the rig is at its bound of {_shown(p, p.from_unit(x))}")
+    late = [values["delay_s"] for values in model.values(fitted.x)[1] if "delay_s" in values]
+    if late and late[0] < 0.0:
+        out.append("the delay is negative: the drive follows the angle in these records, as of clocks that differ")
+    return out
+
+
+def _remarks_on_zero(fitted: Fitted) -> list[str]:
+    """Words on effects of which every amount has an interval that holds zero, as beside parameters alike."""
+    known, amounts = covariance(fitted), dict[str, list[EstimatedParameter]]()
+    for one in _estimates(fitted, known.matrix, known.freedom):
+        if one.parameter.acts_from_zero:
+            amounts.setdefault(one.effect, []).append(one)
+    return [
+        f"the interval of {name} holds zero: that it acts is known by the fit without it, its size is not"
+        for name, own in amounts.items()
+        if all(one.low <= 0.0 <= one.high for one in own)
+    ]
 
 
 def _estimates(fitted: Fitted, matrix: Floats, freedom: float) -> Iterator[EstimatedParameter]:

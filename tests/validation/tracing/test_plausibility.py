@@ -12,6 +12,7 @@ from fem_models.load import sine
 from fem_models.rig import preset
 from fem_models.rig.effects import Fatigue
 from hysteresis.records.record import Record
+from validation.tracing import plausibility
 from validation.tracing.baseline.curve import curve_problem
 from validation.tracing.baseline.known_rig import known_rig_problem
 from validation.tracing.effect import catalogue
@@ -205,3 +206,24 @@ def test_every_effect_has_a_range_of_sense_with_a_reason():
                 assert math.isfinite(p.sensible.low)
                 assert math.isfinite(p.sensible.high)
     assert without <= {"notch_closure", "superelastic_plateau"}
+
+
+def test_a_negative_delay_is_told():
+    def words(delay_s):
+        model = SimpleNamespace(problem=None, values=lambda x: ({}, [{"delay_s": delay_s}]))
+        return plausibility._remarks_on_baseline(SimpleNamespace(model=model, x=None))
+
+    assert words(0.01) == []
+    assert words(-0.01)[0].startswith("the delay is negative: the drive follows the angle")
+
+
+@pytest.mark.parametrize(("lows", "told"), [((-0.1, -0.2), True), ((-0.1, 0.2), False), ((0.1, 0.2), False)])
+def test_an_effect_whose_every_amount_may_be_zero_is_told(monkeypatch, lows, told):
+    amount = SimpleNamespace(acts_from_zero=True)
+    given = [SimpleNamespace(effect="wheel", parameter=amount, low=low, high=1.0) for low in lows]
+    monkeypatch.setattr(plausibility, "covariance", lambda fitted: SimpleNamespace(matrix=None, freedom=9.0))
+    monkeypatch.setattr(plausibility, "_estimates", lambda *more: given)
+    words = plausibility._remarks_on_zero(SimpleNamespace())
+    assert words == (
+        ["the interval of wheel holds zero: that it acts is known by the fit without it, its size is not"] * told
+    )
