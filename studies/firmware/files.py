@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -72,7 +73,7 @@ def _filled(template: str, values: dict[str, str]) -> str:
     """Fill a template of the folder ``c``, and put the name in place of ``notchbend_``."""
     text = (files("studies.firmware") / "c" / template).read_text(encoding="utf-8")
     name = values["name"]
-    own = text.replace("notchbend_", f"{name}_").replace("NOTCHBEND_", f"{name.upper()}_")
+    own = re.sub("notchbend_|NOTCHBEND_", lambda found: f"{name if found[0].islower() else name.upper()}_", text)
     return Template(own).substitute(values)
 
 

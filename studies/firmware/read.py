@@ -74,6 +74,8 @@ def read_compensator(fit: Path, name: str) -> Compensator:
     stored, layer = read_result(StoredFit, path, WHAT), read_layer(path)
     model = read_result(StoredModel, path, WHAT)
     places = model.f if model.law is None else model.law.f
+    if not layer.elements:
+        raise RecordError(f"{path}: law: values = []: expected a row for each element")
     if layer.delay_s > 0:
         found = f"{path}: delay_s = {layer.delay_s:g}"
         raise RecordError(f"{found}: expected a fit without delay, because a drive cannot act before its time")

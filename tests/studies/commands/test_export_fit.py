@@ -37,6 +37,8 @@ def test_name_is_that_of_files_and_functions(fit):
     assert "Wrist_2_step(Wrist_2_state *state, Wrist_2_real reference_deg)" in text
     assert "#ifdef WRIST_2_MAIN" in text
     assert "notchbend_" not in text
+    assert call([*C, "made", "fit", "--name", "NOTCHBEND_x"]) == 0  # one that holds the name in the templates
+    assert "NOTCHBEND_x_step(NOTCHBEND_x_state *state," in (made / "NOTCHBEND_x.c").read_text()
 
 
 def test_writes_a_table(fit):

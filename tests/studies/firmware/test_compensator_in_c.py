@@ -3,6 +3,7 @@
 import ctypes
 import re
 import subprocess
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -96,7 +97,7 @@ def test_branch_is_the_hypergeometric_one(exported, case):
     one = exported(case)
     law, f = one.layer.elements[0], one.layer.f(np.array([one.layer.first_drive, 0.6, -1.4, 1.1]))
     h, angles = law.h0_deg, []
-    for a, b in zip(f, f[1:], strict=False):
+    for a, b in pairwise(f):
         h = branch_closed_form(h, a, b, law)
         angles.append(b + h)
     np.testing.assert_allclose(replayed(one.programs["double"], [0.6, -1.4, 1.1], "observe"), angles, atol=1e-9)
