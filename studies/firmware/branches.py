@@ -11,7 +11,7 @@ from studies.commands.compensation import Layer
 
 ROWS = 129
 _FINE = 4001
-_LOOPS = 4  # until the state at a turning point no longer depends on the first one
+_LOOPS = 20  # until the state at a turning point no longer depends on the first one, also far from saturation
 
 
 @dataclass(frozen=True, eq=False)

@@ -92,6 +92,15 @@ def test_drive_is_that_of_python_and_gives_the_reference(exported, case, kind):
     np.testing.assert_allclose(predicted(one.layer, found), one.angle_deg, rtol=0, atol=WITHIN_DEG[kind])
 
 
+@pytest.mark.parametrize("kind", ["double", "float"])
+def test_a_limit_that_drops_at_the_centre_overflows_nothing(exported, monkeypatch, kind):
+    """h comes from the wide side with 20 times the limit of the narrow one, to the power of n = 10."""
+    monkeypatch.setitem(CASES, "asymmetric-bouc-wen", (-1.0, [[1.5, 0.5, np.log(10.0), 1.0, 0.0, 1.5, 0.0]], 20.0))
+    one = Exported("asymmetric-bouc-wen", exported("no hysteresis").folder / "steep")
+    found = replayed(one.programs[kind], one.drive, "observe")
+    np.testing.assert_allclose(found, one.angle_deg, rtol=0, atol=WITHIN_DEG[kind])
+
+
 @pytest.mark.parametrize("case", ["bouc-wen", "leading"])
 def test_branch_is_the_hypergeometric_one(exported, case):
     one = exported(case)
