@@ -24,9 +24,9 @@ AT_LOWEST, AT_HIGHEST, AT_RATE, NOT_FINITE = 1, 2, 4, 8
 class Exported:
     """A fit with its files in C, its programs in double and float, and a random path of drives with its angles."""
 
-    def __init__(self, case, folder):
+    def __init__(self, case, folder, **changed):
         self.folder, self.source = folder, folder / "cmp.c"
-        self.compensator = read_compensator(stored_fit(folder / "identify.json", case), "cmp")
+        self.compensator = read_compensator(stored_fit(folder / "identify.json", case, **changed), "cmp")
         self.layer = self.compensator.layer
         write_files(compensator_files(self.compensator, folder))
         self.programs = {
@@ -99,6 +99,17 @@ def test_a_limit_that_drops_at_the_centre_overflows_nothing(exported, monkeypatc
     one = Exported("asymmetric-bouc-wen", exported("no hysteresis").folder / "steep")
     found = replayed(one.programs[kind], one.drive, "observe")
     np.testing.assert_allclose(found, one.angle_deg, rtol=0, atol=WITHIN_DEG[kind])
+
+
+@pytest.mark.parametrize("kind", ["double", "float"])
+def test_a_curve_that_is_almost_flat_in_places_is_inverted(exported, kind):
+    """Stairs: Newton's method leaves its bracket where the cubic of an interval bends from flat to steep."""
+    drive = np.linspace(-2.0, 2.0, 9)
+    stairs = {"drive": drive.tolist(), "angle_deg": [-40.0, -39.999, -39.998, -10.0, 0.0, 0.001, 0.002, 30.0, 50.0]}
+    one = Exported("no hysteresis", exported("no hysteresis").folder / "stairs", f=stairs)
+    wanted = np.random.default_rng(2).uniform(-40.0, 50.0, 2000)
+    found = replayed(one.programs[kind], wanted)
+    np.testing.assert_allclose(one.layer.f(found), wanted, rtol=0, atol=WITHIN_DEG[kind])
 
 
 @pytest.mark.parametrize("case", ["bouc-wen", "leading"])
