@@ -20,11 +20,13 @@ _PNG_START = b"\x89PNG\r\n\x1a\n"
 _PNG_TEXT = b"tEXtSoftware\0" + MAKER.encode()
 _PDF_END = f"\n% {MAKER}\n".encode()
 _HEADERS = re.compile(
-    rb"(?:drive,angle_deg,f_alone_deg,predicted_deg,|drive_mm,branch,angle_deg,tendon,guide,|(?:[\w.]+,)*[\w.]+_low(?:_deg)?,[\w.]+_median(?:_deg)?,[\w.]+_high)"
+    rb"(?:drive,angle_deg,f_alone_deg,predicted_deg,|drive_mm,branch,angle_deg,tendon,guide,|(?:[\w.]+,)*[\w.]+_low(?:_deg)?,[\w.]+_median(?:_deg)?,[\w.]+_high|reference_deg,drive_\w+\s|angle_deg,rising_\w+,falling_\w+,angle_mdeg,)"
 )
-"""Headers of the tables of a fit, of guides and of the ranges over an ensemble, which no measurement has."""
+"""Headers of the tables of a fit, of guides, of ranges over an ensemble, of a compensator; no measurement has them."""
 _MODEL = re.compile(rf"<mujoco[^>]*>\s*<!-- [^>]*made by {MAKER}".encode())
 """Head of a model for another simulator."""
+_SOURCE = re.compile(rf"/\* [\w.]+: made by {MAKER} ".encode())
+"""Head of a compensator in C."""
 
 
 def marked_values(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -76,6 +78,8 @@ def is_own(path: Path) -> bool:
         ".pdf": end == _PDF_END,
         ".zarr": f'"maker": "{MAKER}"'.encode() in head,
         ".csv": _HEADERS.match(head) is not None,
+        ".c": _SOURCE.match(head) is not None,
+        ".h": _SOURCE.match(head) is not None,
         ".xml": _MODEL.search(head) is not None,
     }
     return marks.get(suffix, False)

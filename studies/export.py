@@ -1,7 +1,8 @@
-"""Command ``export``: a rig for other simulators."""
+"""Command ``export``: a rig for other simulators, a fit for firmware."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -14,28 +15,80 @@ from hysteresis.files import RecordError, write_files
 from hysteresis.messages import quoted
 from studies.commands.options import Common, Overwrite, RigChoice
 from studies.progress import status
+from studies.results.fit import WHAT
 
 Simulator = Literal["mujoco"]
+Target = Literal["mujoco", "c", "table"]
 AMPLITUDE_MM = 2.2
+NAME = "compensator"
 
 
 def export_rig(
     *,
-    to: Annotated[Simulator, typer.Option("--to", help="Simulator that the model is for.")],
-    out: Annotated[Path, typer.Option("--out", help="The model file, .xml; the table of tensions is put beside it.")],
+    fit: Annotated[
+        Path | None, typer.Argument(help="For c and table: an identify.json of notchbend, or a folder with one.")
+    ] = None,
+    to: Annotated[
+        Target, typer.Option("--to", help="mujoco: a rig as a model; c, table: a fit as a compensator for firmware.")
+    ],
+    out: Annotated[
+        Path,
+        typer.Option("--out", help="The model file, .xml, with the table of tensions beside it; for a fit a folder."),
+    ],
     rig: RigChoice,
     amplitude: Annotated[
-        float, typer.Option("--amplitude", help="Largest drive that the model is meant for, mm.")
-    ] = AMPLITUDE_MM,
+        float | None,
+        typer.Option("--amplitude", help=f"Largest drive that the model is meant for, mm; by default {AMPLITUDE_MM}."),
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", help=f"Name of the files and functions of a fit; by default {NAME}.")
+    ] = None,
     replacing: Overwrite,
     common: Common,
 ) -> None:
-    """Write a rig as a model of another simulator, and a table of the tension at every guide."""
+    """Write a rig as a model of another simulator, or a fit as a compensator in C or as branch tables."""
+    if to != "mujoco":
+        given = {"--amplitude": amplitude, "--preset": rig.preset, "--rig": rig.rig, "--preload": rig.preload}
+        _refuse(given, f"--to {to}: of a rig: expected a fit alone, {WHAT}")
+        if fit is None:
+            raise RecordError(f"--to {to}: fit missing: expected {WHAT}, or its folder")
+        _export_fit(fit, out, to, NAME if name is None else name, replacing, common)
+        return
+    _refuse({"FIT": fit, "--name": name}, "--to mujoco: of a fit: expected --rig or --preset alone")
     chosen = rig.read()
     replacing.allow([out, out.with_name(f"{out.stem}-guides.csv")])
     with status(common.shows_progress, f"exporting {chosen.name}"):
-        model, table = write_model(chosen, out, to=to, amplitude_mm=amplitude)
+        largest = AMPLITUDE_MM if amplitude is None else amplitude
+        model, table = write_model(chosen, out, to=to, amplitude_mm=largest)
     common.show({"model": str(model), "table": str(table)}, f"model: {model}", f"tension at every guide: {table}")
+
+
+def _refuse(given: Mapping[str, object], expected: str) -> None:
+    """Refuse options that belong to what is not exported.
+
+    Raises
+    ------
+    RecordError
+        One of them was given.
+    """
+    for option, value in given.items():
+        if value is not None:
+            raise RecordError(f"{option} {value}: with {expected}")
+
+
+def _export_fit(
+    fit: Path, out: Path, to: Literal["c", "table"], name: str, replacing: Overwrite, common: Common
+) -> None:
+    from studies.firmware import compensator_files, read_compensator, table_files
+
+    compensator = read_compensator(fit, name)
+    if out.exists() and not out.is_dir():
+        raise RecordError(f"{out}: is a file: expected a folder")
+    with status(common.shows_progress, f"exporting {compensator.layer.source}"):
+        made = compensator_files(compensator, out, seed=common.seed) if to == "c" else table_files(compensator, out)
+    replacing.allow(made)
+    write_files(made)
+    common.show({"files": [str(path) for path in made]}, *(f"{path.suffix[1:]}: {path}" for path in made))
 
 
 def write_model(rig: Rig, out: Path, *, to: Simulator, amplitude_mm: float) -> tuple[Path, Path]:

@@ -18,6 +18,8 @@ EXAMPLE = re.search(r"```python\n(import notchbend as nb.*?)```", (ROOT / "READM
 DATA = (
     "hysteresis/py.typed",
     "studies/app/app.css",
+    "studies/firmware/c/compensator.h",
+    "studies/firmware/c/flow.c",
     "studies/report/template/page.html",
     "studies/report/template/page.js",
     "studies/report/template/style.css",

@@ -309,4 +309,5 @@ def elements_of(name: LawName, sign: float, values: Sequence[Sequence[float]], p
     law = LAWS[name]
     if len(place) != 2 or any(len(row) != law.size + 1 for row in values):
         raise ValueError(f"values of {law.title}: expected rows of {law.size + 1} numbers and a place of 2")
-    return [law.element(sign, np.array(row, dtype=float), Place(*place)) for row in values]
+    with np.errstate(over="ignore"):  # a law that is not finite is refused where it is used
+        return [law.element(sign, np.array(row, dtype=float), Place(*place)) for row in values]

@@ -20,7 +20,8 @@ from numba import njit
 from hysteresis.arrays import Floats
 
 THRESHOLDS = 20  # that represent the density; one more is R
-_FARTHEST = 1.2  # |x| beyond which b stays constant
+FARTHEST = 1.2
+"""|x| beyond which b stays constant."""
 
 
 @njit(cache=True)
@@ -45,16 +46,16 @@ def thresholds(mean: float, power: float, share: float) -> Floats:
 @njit(cache=True)
 def width_factor(f: float, skew: float, bow: float, centre: float, half: float) -> float:
     """Evaluate b at an angle f, deg."""
-    x = min(_FARTHEST, max(-_FARTHEST, (f - centre) / half))
+    x = min(FARTHEST, max(-FARTHEST, (f - centre) / half))
     return math.exp((skew + bow * x) * x)
 
 
 @njit(cache=True)
 def largest_factor(skew: float, bow: float) -> float:
     """Give the largest b."""
-    ends = abs(skew) * _FARTHEST + bow * _FARTHEST**2
+    ends = abs(skew) * FARTHEST + bow * FARTHEST**2
     top = -0.5 * skew / bow if bow < 0.0 else 0.0
-    return math.exp(max(ends, (skew + bow * top) * top) if abs(top) < _FARTHEST else ends)
+    return math.exp(max(ends, (skew + bow * top) * top) if abs(top) < FARTHEST else ends)
 
 
 @njit(cache=True)

@@ -112,9 +112,12 @@ COMMANDS: dict[str, Entry] = {
         ("notchbend workspace --preset zhang2026 --amplitude 1.2 --out results/workspace",),
     ),
     "export": Entry(
-        "Write a rig for another simulator.",
+        "Write a rig for another simulator, a compensator for firmware.",
         "export:export_rig",
-        ("notchbend export --preset du2018 --preload 20 --to mujoco --out du2018.xml",),
+        (
+            "notchbend export --preset du2018 --preload 20 --to mujoco --out du2018.xml",
+            "notchbend export results/fit --to c --out firmware",
+        ),
     ),
     "study": Entry(
         "Run a parametric study; it can be stopped and resumed.",

@@ -120,7 +120,7 @@ def read_layer(path: Path) -> Layer:
         )
     except KeyError as error:
         raise RecordError(f"{path}: parameters: {error.args[0]}: missing: expected {WHAT}") from None
-    except (ValueError, IndexError) as error:
+    except (ValueError, IndexError, OverflowError) as error:
         raise RecordError(f"{path}: {error}: expected {WHAT}") from None
 
 

@@ -1,0 +1,101 @@
+
+/* --- the calls of the header ------------------------------------------------------------------------------------------ */
+
+static const real START[${memory}] = {
+${start}
+};
+
+static int is_finite(real x)
+{
+    return x >= -LARGEST && x <= LARGEST;
+}
+
+/* Hold a drive within those of the records. */
+static real within(notchbend_state *state, real drive)
+{
+    if (drive < DRIVE[0]) {
+        state->limited |= NOTCHBEND_AT_LOWEST;
+        return DRIVE[0];
+    }
+    if (drive > DRIVE[PLACES_OF_F - 1]) {
+        state->limited |= NOTCHBEND_AT_HIGHEST;
+        return DRIVE[PLACES_OF_F - 1];
+    }
+    return drive;
+}
+
+/* Give the drive of an f; one beyond the ends of f is held there. */
+static real held_drive_at(notchbend_state *state, real f)
+{
+    const int last = PLACES_OF_F - 1;
+    const int sign = ANGLE[last] > ANGLE[0] ? 1 : -1;
+    const real slack = R(1e-9) * magnitude(ANGLE[last] - ANGLE[0]);
+    if (sign * f <= sign * ANGLE[0]) {
+        state->limited |= sign * (ANGLE[0] - f) > slack ? NOTCHBEND_AT_LOWEST : 0u;
+        return DRIVE[0];
+    }
+    if (sign * f >= sign * ANGLE[last]) {
+        state->limited |= sign * (f - ANGLE[last]) > slack ? NOTCHBEND_AT_HIGHEST : 0u;
+        return DRIVE[last];
+    }
+    return drive_at(f);
+}
+
+static real moved(notchbend_state *state, real drive, real f)
+{
+    real h = hysteresis(state->memory, state->f_deg, f, state->memory);
+    state->f_deg = f;
+    state->drive = drive;
+    return f + h;
+}
+
+void notchbend_reset(notchbend_state *state)
+{
+    int i;
+    for (i = 0; i < ${memory}; i++)
+        state->memory[i] = START[i];
+    state->drive = R(${first_drive});
+    state->f_deg = curve(state->drive);
+    state->limited = 0;
+}
+
+void notchbend_init(notchbend_state *state)
+{
+    state->largest_step = R(NOTCHBEND_LARGEST_STEP);
+    notchbend_reset(state);
+}
+
+notchbend_real notchbend_step(notchbend_state *state, notchbend_real reference_deg)
+{
+    real f, drive, most = state->largest_step;
+    state->limited = 0;
+    if (!is_finite(reference_deg)) {
+        state->limited = NOTCHBEND_NOT_FINITE;
+        return state->drive;
+    }
+    f = path_to(state, reference_deg);
+    if (!(f < state->f_deg) && !(f > state->f_deg))
+        return state->drive;
+    drive = held_drive_at(state, f);
+    if (most > 0 && magnitude(drive - state->drive) > most) {
+        state->limited |= NOTCHBEND_AT_RATE;
+        drive = drive < state->drive ? state->drive - most : state->drive + most;
+    }
+    if (state->limited)         /* the model stays where the motor is */
+        f = curve(drive);
+    moved(state, drive, f);
+    return drive;
+}
+
+notchbend_real notchbend_observe(notchbend_state *state, notchbend_real drive)
+{
+    state->limited = 0;
+    if (!is_finite(drive)) {
+        state->limited = NOTCHBEND_NOT_FINITE;
+        drive = state->drive;
+    }
+    drive = within(state, drive);
+    if (!(drive < state->drive) && !(drive > state->drive))
+        return moved(state, state->drive, state->f_deg);
+    return moved(state, drive, curve(drive));
+}

@@ -1,0 +1,62 @@
+/* ${name}: made by notchbend ${version}. The drive that makes an angle follow a reference, on a microcontroller.
+${about}
+   How to use it: once notchbend_init(&state); at every tick drive = notchbend_step(&state, reference_deg) and move the
+   motor to the drive. Where the motor was moved by something else, or did not arrive, tell where it stands:
+   notchbend_observe(&state, drive) moves the model there and gives its angle. The state is plain: save it with memcpy
+   before power goes off, and the history is kept.
+
+   C99, no allocation, no recursion, no static state, ${libm}.
+   Memory: the state has ${reals} reals and one unsigned integer, ${state_double} bytes in double and ${state_float} in float on
+   targets that align doubles to 8 bytes. Constants: about ${constants} reals. Stack of all calls together:
+   at most ${stack} bytes (gcc 12, -O2, x86-64, beside that of the library's functions).
+   Define NOTCHBEND_FLOAT for every file that includes this one, and reals are float in place of double.
+   Do not compile with -ffast-math: references that are not finite would not be refused. */
+#ifndef NOTCHBEND_H
+#define NOTCHBEND_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#ifdef NOTCHBEND_FLOAT
+typedef float notchbend_real;
+#else
+typedef double notchbend_real;
+#endif
+
+/* Largest change of the drive in one call of notchbend_step, ${unit}; 0 for none. It is copied into the state. */
+#ifndef NOTCHBEND_LARGEST_STEP
+#define NOTCHBEND_LARGEST_STEP 0
+#endif
+
+/* Bits of notchbend_state.limited: why the last call did not do what was asked; 0 where it did. */
+#define NOTCHBEND_AT_LOWEST 1u      /* the drive is held at the lowest one of the records */
+#define NOTCHBEND_AT_HIGHEST 2u     /* the drive is held at the highest one of the records */
+#define NOTCHBEND_AT_RATE 4u        /* the drive moves by largest_step only */
+#define NOTCHBEND_NOT_FINITE 8u     /* the number that was given is NaN or infinite: nothing has moved */
+
+typedef struct {
+    notchbend_real f_deg;           /* single-valued part of the angle, deg */
+    notchbend_real drive;           /* the last drive, ${unit} */
+    notchbend_real largest_step;    /* largest change of the drive in one step, ${unit}; 0 for none */
+    notchbend_real memory[${memory}];       /* ${memory_words}, deg */
+    unsigned limited;               /* bits, see above */
+} notchbend_state;
+
+/* Put the model at the first sample of the record, with its history, and set the largest step to the macro. */
+void notchbend_init(notchbend_state *state);
+
+/* Put the model at the first sample of the record again; the largest step stays. */
+void notchbend_reset(notchbend_state *state);
+
+/* Give the drive, ${unit}, at which the angle is the reference, and move the model there. */
+notchbend_real notchbend_step(notchbend_state *state, notchbend_real reference_deg);
+
+/* Move the model to a drive, ${unit}, that was reached by other means, and give its angle, deg. */
+notchbend_real notchbend_observe(notchbend_state *state, notchbend_real drive);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,20 @@
+#ifdef NOTCHBEND_FLOAT
+#define EXP expf
+#else
+#define EXP exp
+#endif
+
+struct place {
+    real skew, bow, centre, half;       /* of the width exp(skew x + bow x^2), x = (f - centre) / half */
+};
+
+static const struct place PLACES[ELEMENTS] = {
+${places}
+};
+
+static real width_at(real f, const struct place *p)
+{
+    real x = (f - p->centre) / p->half;
+    x = x < -R(${farthest}) ? -R(${farthest}) : smaller(x, R(${farthest}));
+    return EXP((p->skew + p->bow * x) * x);
+}
