@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
-from fem_models.rig.of_record import declared_rig_of
+from fem_models.rig.of_record import bends_in_space, declared_rig_of
 from hysteresis.fitting.uncertainty import Parameter
 from hysteresis.records.record import Record
 
@@ -35,7 +35,9 @@ LIKE = {
 
 def stated_values(record: Record, fitted: Mapping[str, Parameter]) -> dict[str, Parameter]:
     """Values that the rig file, the preset or the sidecar of a record states for fitted parameters."""
-    rig = None if record.drive_unit not in ("mm", "N") else declared_rig_of(record)
+    if record.drive_unit not in ("mm", "N") or bends_in_space(record):
+        return {}
+    rig = declared_rig_of(record)
     if rig is None:
         return {}
     stated = _stated_keys(record)

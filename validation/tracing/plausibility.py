@@ -93,7 +93,7 @@ def remarks(fitted: Fitted) -> list[str]:
         if bound is not None:
             out.append(f"{_called(one)} is at its bound of {_shown(p, bound)}: its size is not determined")
     problem = fitted.model.problem
-    out += [*_remarks_on_baseline(fitted), *_remarks_on_zero(fitted)]
+    out += _remarks_on_baseline(fitted)
     for added in fitted.model.added:
         units = dict.fromkeys(p.unit for p in added.form.parameters if has_no_scale(problem, p))
         if units:
@@ -124,17 +124,17 @@ def _remarks_on_baseline(fitted: Fitted) -> list[str]:
     return out
 
 
-def _remarks_on_zero(fitted: Fitted) -> list[str]:
+def zero_words(fitted: Fitted) -> tuple[str, ...]:
     """Words on effects of which every amount has an interval that holds zero, as beside parameters alike."""
     known, amounts = covariance(fitted), dict[str, list[EstimatedParameter]]()
     for one in _estimates(fitted, known.matrix, known.freedom):
         if one.parameter.acts_from_zero:
             amounts.setdefault(one.effect, []).append(one)
-    return [
+    return tuple(
         f"the interval of {name} holds zero: that it acts is known by the fit without it, its size is not"
         for name, own in amounts.items()
         if all(one.low <= 0.0 <= one.high for one in own)
-    ]
+    )
 
 
 def _estimates(fitted: Fitted, matrix: Floats, freedom: float) -> Iterator[EstimatedParameter]:

@@ -23,6 +23,7 @@ from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.fitting.noise import NOT_KNOWN
 from validation.tracing.fitting.ranking import RankedModel, ranked_models
 from validation.tracing.fitting.uncertainty import covariance
+from validation.tracing.plausibility import zero_words
 from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
 
 if TYPE_CHECKING:  # a trace makes its own report
@@ -255,7 +256,7 @@ def trace_report(
         model=trace.model,
         heldout_by=_heldout_by(trace),
         declared=stated,
-        words=(*trace.words, *differing_words(baseline, stated)),
+        words=(*trace.words, *(zero_words(trace.augmented) if named else ()), *differing_words(baseline, stated)),
         smooth=SmoothReport(trace.smooth.names, math.sqrt(trace.smooth.square)),
         residual=ResidualReport(
             dependences(trace.baseline),

@@ -317,9 +317,11 @@ def _from_first_states(search: Search, baseline: Fitted) -> tuple[Search, Fitted
     problem = with_first_states(search.problem, values, train)
     if problem is search.problem:
         return search, baseline
-    there = replace(search, problem=problem, _forms={})
-    found = fit(Model(problem), baseline.holdout, baseline.x, threads=search.threads)
-    return (there, found) if found.square < baseline.square else (search, baseline)
+    with suppress(SolverError, RigError):
+        found = fit(Model(problem), baseline.holdout, baseline.x, threads=search.threads)
+        if found.square < baseline.square:
+            return replace(search, problem=problem, _forms={}), found
+    return search, baseline
 
 
 def _declared(search: Search, baseline: Fitted) -> Fitted | None:

@@ -223,7 +223,7 @@ def test_an_effect_whose_every_amount_may_be_zero_is_told(monkeypatch, lows, tol
     given = [SimpleNamespace(effect="wheel", parameter=amount, low=low, high=1.0) for low in lows]
     monkeypatch.setattr(plausibility, "covariance", lambda fitted: SimpleNamespace(matrix=None, freedom=9.0))
     monkeypatch.setattr(plausibility, "_estimates", lambda *more: given)
-    words = plausibility._remarks_on_zero(SimpleNamespace())
+    words = plausibility.zero_words(SimpleNamespace())
     assert words == (
         ["the interval of wheel holds zero: that it acts is known by the fit without it, its size is not"] * told
     )

@@ -1,8 +1,8 @@
 """State of a rig at the first sample of a record, which the record does not tell: where its drive came from.
 
 Friction and material remember the last reversals. A log that starts in motion, or after one, does not begin at rest.
-Of the ways on which the drive may have come to its first sample, a stroke beyond it and back on either side, the one
-is taken with which the rig leaves least of the training samples; from rest, unless another is clearly better.
+Where the first stroke alone is far off, the drive may have come to its first sample from a stroke beyond it, on either
+side. The one is taken with which the rig leaves least of the training samples.
 """
 
 from __future__ import annotations
@@ -18,13 +18,17 @@ from fem_models.load import LoadProgram
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats, Mask
+from hysteresis.records.path import branches
 from validation.tracing.baseline.rig_problem import RigProblem
 from validation.tracing.baseline.runs import Run
 from validation.tracing.effect import Values
-from validation.tracing.settings import APPROACH_SAMPLES, VERY_STRONG_EVIDENCE
+from validation.tracing.settings import APPROACH_SAMPLES
 
 STROKES = (1 / 32, 1 / 8, 1 / 2)
 """Lengths of the stroke before the first sample, over the drive's range."""
+FAR_OFF = 2.0
+"""Rms residual in the first stroke over that behind it from which the state at its begin is in doubt, and by how much
+another state lowers it at least. An effect that is missing is missing in all strokes."""
 
 SomeRig = TypeVar("SomeRig", bound=RigProblem)
 
@@ -47,27 +51,36 @@ def with_first_states(problem: SomeRig, values: Values, train: tuple[Mask, ...])
 
 
 def _best_way(problem: RigProblem, values: Values, run: Run, angle_deg: Floats, train: Mask) -> Run:
-    """Give the run itself, or one that comes from elsewhere if that leaves far less of the training samples."""
-    best, least = run, _square(problem, values, run, angle_deg, train)
-    enough = math.exp(-VERY_STRONG_EVIDENCE / max(1, int(train.sum())))
+    """Give the run itself, or one that comes from elsewhere, where the first stroke alone is far off without it."""
     assert isinstance(run.program, LoadProgram)
     drive = run.program.drive_mm
-    span, first = float(np.ptp(drive)), float(drive[run.skip])
+    first_stroke = branches(drive[run.skip :])[0]
+    early = np.zeros(train.size, dtype=bool)
+    early[first_stroke] = True
+
+    def left(way: Run) -> tuple[float, float, float]:
+        """Squares of all training samples, and their rms in the first stroke and behind it; the zero is free."""
+        error = problem.driven(way, values).angle_deg(problem.rig(way, values, [])) - angle_deg
+        error = error - error[train].mean()
+        first, rest = (float(np.sqrt(np.mean(error[train & part] ** 2))) for part in (early, ~early))
+        return float(np.sum(error[train] ** 2)), first, rest
+
+    if not (train & early).any() or not (train & ~early).any():
+        return run
+    least, first, rest = left(run)
+    best, most = run, first / FAR_OFF
+    if first < FAR_OFF * rest:
+        return run
+    span, begin = float(np.ptp(drive)), float(drive[run.skip])
     for away in (sign * part * span for part in STROKES for sign in (1.0, -1.0)):
-        if not drive.min() <= first + away <= drive.max():
+        if not drive.min() <= begin + away <= drive.max():
             continue
         other = coming_from(run, away)
         with suppress(SolverError, RigError):
-            square = _square(problem, values, other, angle_deg, train)
-            if square < enough * least:
+            square, there, _ = left(other)
+            if square < least and there < most:
                 best, least = other, square
     return best
-
-
-def _square(problem: RigProblem, values: Values, run: Run, angle_deg: Floats, train: Mask) -> float:
-    """Sum of squares that a run leaves of the training samples of its record, whose zero is free."""
-    left = problem.driven(run, values).angle_deg(problem.rig(run, values, [])) - angle_deg
-    return float(np.sum((left[train] - left[train].mean()) ** 2))
 
 
 def as_started(run: Run, other: Run) -> Run:
