@@ -26,7 +26,7 @@ def require_guarded_script() -> None:
         raise StudyError(_message(file or "the script"))
     if file is None:  # a notebook, or a prompt
         return
-    line = _line_in(vars(main))
+    line = _line_in(vars(main), file)
     if line is not None and not _is_guarded(Path(file), line):
         raise StudyError(_message(f"{file}:{line}"))
 
@@ -35,11 +35,12 @@ def _message(where: str) -> str:
     return f"{where}: nb.study starts processes that run this script again: expected the call below `{GUARD}`"
 
 
-def _line_in(names: dict[str, object]) -> int | None:
-    """Line of the main module that is being run; None where another thread runs it, or nothing."""
+def _line_in(names: dict[str, object], file: str) -> int | None:
+    """Line of the main module's file that is being run; None where another thread runs it, or nothing."""
     frame = sys._getframe()
     while frame is not None:
-        if frame.f_globals is names and frame.f_code.co_name == "<module>":
+        code = frame.f_code
+        if frame.f_globals is names and code.co_name == "<module>" and code.co_filename == file:  # text may run text
             return frame.f_lineno
         frame = frame.f_back  # type: ignore[assignment]
     return None

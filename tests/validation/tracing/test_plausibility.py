@@ -224,6 +224,4 @@ def test_an_effect_whose_every_amount_may_be_zero_is_told(monkeypatch, lows, tol
     monkeypatch.setattr(plausibility, "covariance", lambda fitted: SimpleNamespace(matrix=None, freedom=9.0))
     monkeypatch.setattr(plausibility, "_estimates", lambda *more: given)
     words = plausibility.zero_words(SimpleNamespace())
-    assert words == (
-        ["the interval of wheel holds zero: that it acts is known by the fit without it, its size is not"] * told
-    )
+    assert [one.startswith("the interval of wheel holds zero") for one in words] == [True] * told

@@ -26,7 +26,7 @@ from validation.tracing.settings import APPROACH_SAMPLES
 
 STROKES = (1 / 32, 1 / 8, 1 / 2)
 """Lengths of the stroke before the first sample, over the drive's range."""
-FAR_OFF = 2.0
+FAR_OFF = 5.0
 """Rms residual in the first stroke over that behind it from which the state at its begin is in doubt, and by how much
 another state lowers it at least. An effect that is missing is missing in all strokes."""
 
@@ -44,7 +44,8 @@ def with_first_states(problem: SomeRig, values: Values, train: tuple[Mask, ...])
     runs = list(problem.setup.runs)
     for i, of_record in enumerate(runs):
         if len(of_record) == 1 and isinstance(of_record[0].program, LoadProgram) and train[i].any():
-            runs[i] = (_best_way(problem, values, of_record[0], problem.observed[i], train[i]),)
+            way = _best_way(problem, values, of_record[0], problem.observed[i], train[i])
+            runs[i] = of_record if way is of_record[0] else (way,)
     if all(one is other for one, other in zip(runs, problem.setup.runs, strict=True)):
         return problem
     return replace(problem, setup=replace(problem.setup, runs=tuple(runs)))
