@@ -9,6 +9,8 @@ from hypothesis import settings
 from notchbend_start import use_one_blas_thread
 
 use_one_blas_thread()  # as the command does, and before any test imports numpy
+# numba compiles only with the number of threads that it was started with; workers of a study are started with one
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 settings.register_profile("machine", deadline=None)  # the first call compiles, and a loaded machine takes its time
 settings.load_profile("machine")
 
