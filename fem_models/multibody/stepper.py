@@ -452,6 +452,7 @@ class Stepper:
         takes more iterations than a step may is tried again with more, and then on a way of small steps.
         """
         newton, start = self.solver.staticSolver.newton, FrictionState(self.guides.sliding, self.guides.limit)
+        rest = self.load  # other loads are tried on the way
         q = self.model.bent_to(self.joints.first.rest_angle_rad)
         if self.load_control:  # no force at rest: what preload has stretched has slid towards the tip
             stretch = self.rig.preload_N * self.joints.lengths.segments / self.rig.tendon_a.EA_N
@@ -461,20 +462,20 @@ class Stepper:
         found = self._drawn(start) if self._is_drawn() else None
         if found is None:
             self._start_from(q)
-            found = self._equilibrium(self.load, start)
+            found = self._equilibrium(rest, start)
         if found is None:
             self._start_from(q)
             newton.maxIterations = AT_REST * self.settings.newton_iterations
-            found = self._equilibrium(self.load, start)
+            found = self._equilibrium(rest, start)
             newton.maxIterations = self.settings.newton_iterations
         if found is None:
             self._start_from(q)
             found = self._released(start)
         if found is None:
-            found = self._carefully(self.load, q)
+            found = self._carefully(rest, q)
         if found is None:
             self._start_from(q)
-            found = self.relax(self.load, q, books=False)
+            found = self.relax(rest, q, books=False)
         if found is None:
             raise SolverError("no equilibrium at rest")
         q = self.coordinates()

@@ -13,6 +13,7 @@ from hysteresis.laws.bouc_wen import BoucWen, hysteresis
 from hysteresis.records.holdout import Split, hold_out
 from hysteresis.records.record import Record, RecordError
 from hysteresis.records.record_file import read_record
+from hysteresis.sensors.readings import cleaned
 from validation.layer.comparators import fit_operator
 from validation.layer.identification import largest_amplitudes
 from validation.layer.interpolation import between_fits, within_fit
@@ -218,10 +219,10 @@ def test_smaller_amplitudes_of_the_catheter(measured):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["surgical-manipulator-0-80", "tee-probe-antero-posterior"])
 def test_measured_loops_are_predicted_better_than_by_play_operators(name, measured):
-    """Same training samples and form of f: less than half the error of a play operator on held-out samples."""
+    """The law that `identify` chooses, same training samples: less than half the error of a play operator on others."""
     record = read_record(measured / f"{name}.csv")
-    split = hold_out(record)
-    fit = identify(record)
+    split = hold_out(record).only(cleaned(record).read)  # the sensor of one repeats its values
+    fit = identify(record, settings=IdentifySettings(law="auto"), splits=[split])
     for kind, share in (("play", 0.5), ("pi", 0.5)):
         miss = (fit_operator(kind, [record], [split]).predict(record) - record.angle_deg)[split.heldout]
         assert fit.heldout.rmse_deg < share * np.sqrt(np.mean(miss**2))
