@@ -198,7 +198,7 @@ def run_trace(case: Case) -> tuple[bool, list[str]]:
     from validation.tracing.result import trace_report
 
     report = trace_report(trace_records(case.records))
-    return bool(report.effects), [*report.words, *([] if report.verdict == "none" else [report.verdict])]
+    return bool(report.effects), list(report.words)
 
 
 COMMANDS = {"identify": run_identify, "separate": run_separate, "compensate": run_compensate, "trace": run_trace}
@@ -215,7 +215,7 @@ class Seen:
 
 
 def seen(command: str, seed: int, number: int) -> Seen:
-    """Run one case."""
+    """Draw a case and give it to a command."""
     case = drawn(seed, number)
     try:
         off, words = COMMANDS[command](case)

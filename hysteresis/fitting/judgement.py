@@ -22,11 +22,8 @@ from hysteresis.records.metrics import Errors, errors, noise_floor
 from hysteresis.records.record import Record
 
 _NO_HYSTERESIS = "no hysteresis above the noise in this record"
-_NOT_FOLLOWED, _FOLLOWED = (
-    2.0,
-    1e-3,
-)  # rms of what is left, over the noise and over the range of the angle: what is more
-# than both is no finding of "no hysteresis"
+_NOT_FOLLOWED, _FOLLOWED = 2.0, 1e-3
+"""Rms of the residual over the noise, and over the range of the angle: a larger one is no sign of "no hysteresis"."""
 _UNLIKE = 0.1  # of the range of the angle: f, which is given, is not that of the record
 _OVERSHOOT = -1.1  # of A; -1 is a play operator, and the steps of the drive do not resolve slightly less
 _SATURATED = 0.95  # of the saturation

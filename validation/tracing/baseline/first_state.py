@@ -1,8 +1,8 @@
 """State of a rig at the first sample of a record, which the record does not tell: where its drive came from.
 
 Friction and material remember the last reversals. A log that starts in motion, or after one, does not begin at rest.
-Where the first stroke alone is far off, the drive may have come to its first sample from a stroke beyond it, on either
-side. The one is taken with which the rig leaves least of the training samples.
+Where the residual is large in the first stroke alone, the drive may have come to its first sample from a stroke beyond
+it, on either side. The one is taken with which the residual of the training samples is smallest.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def with_first_states(problem: SomeRig, values: Values, train: tuple[Mask, ...])
 
 
 def _best_way(problem: RigProblem, values: Values, run: Run, angle_deg: Floats, train: Mask) -> Run:
-    """Give the run itself, or one that comes from elsewhere, where the first stroke alone is far off without it."""
+    """Give the run itself, or one that comes from elsewhere, where only the residual of the first stroke is large."""
     assert isinstance(run.program, LoadProgram)
     drive = run.program.drive_mm
     first_stroke = branches(drive[run.skip :])[0]
