@@ -157,14 +157,19 @@ def _warnings(words: Sequence[str]) -> list[str]:
     return [one for one in words if not one.startswith(NO_WARNING) and not any(part in one for part in NO_WARNING)]
 
 
-def _fit(record: Record) -> Fit:
-    rig = replace(preset("du2018"), preload_N=float(record.rig["preload_N"]))
-    return identify(record, lambda drive: theory_curve(rig, drive).angle_deg)
+def _fit(records: Sequence[Record]) -> Fit:
+    rigs = [replace(preset("du2018"), preload_N=float(record.rig["preload_N"])) for record in records]
+    return identify(records, [partial(_angle_of, rig) for rig in rigs])
+
+
+def _angle_of(rig: Rig, drive: Floats) -> Floats:
+    return theory_curve(rig, drive).angle_deg
 
 
 def run_identify(case: Case) -> tuple[bool, list[str]]:
-    """Compare the saturation with that of the clean record."""
-    fit, right = _fit(case.records[0]), _fit(case.clean[0]).saturation_deg.value
+    """Compare the saturation with that of the clean record; one record alone does not tell its preload."""
+    taken = slice(None) if case.kind == "preloads exchanged" else slice(1)
+    fit, right = _fit(case.records[taken]), _fit(case.clean[taken]).saturation_deg.value
     found = fit.saturation_deg
     return _is_off(found.value, right, found.low, found.high), [*fit.notes, *fit.warnings]
 
