@@ -13,6 +13,7 @@ from itertools import combinations
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
+from scipy.stats import chi2
 from scipy.stats import t as student
 
 from fem_models.chain import simulate_chain
@@ -188,15 +189,21 @@ def calibrate_rig(records: Sequence[Record]) -> RigCalibration:
     def fitted(x: Floats) -> OptimizeResult:
         return least_squares(residual, x, bounds=(low, high), diff_step=_STEP, max_nfev=_MOST_CALLS, x_scale="jac")
 
-    fit = fitted(start)
+    fits = [fitted(start)]
     loop = [list(PARAMETERS).index(name) for name in ("loop_share", "loop_angle_deg")]
     for factor in _OTHER_LOOPS:  # a loop of the material may be several optima away
-        other = fit.x.copy()
+        other = min(fits, key=_cost).x.copy()
         other[loop] = np.clip([start[loop[0]], factor * start[loop[1]]], low[loop], high[loop])
-        fit = min(fit, fitted(other), key=lambda one: float(one.cost))
+        fits.append(fitted(other))
+    fit, *others = sorted(fits, key=_cost)
+    optima = [(one.x - fit.x, 2 * _cost(one) - 2 * _cost(fit)) for one in others]
     columns = jacobian(residual, fit.x, high)
-    found = _calibration(loops, fit.x, scales, (fit.fun, columns), noise_deg)
+    found = _calibration(loops, fit.x, scales, (fit.fun, columns), noise_deg, optima)
     return replace(found, notes=sensor_notes(sensed))
+
+
+def _cost(fit: OptimizeResult) -> float:
+    return float(fit.cost)
 
 
 def jacobian(residual: Callable[[Floats], Floats], x: Floats, high: Floats) -> Floats:
@@ -242,11 +249,18 @@ def _loop(sensed: Cleaned) -> _Loop:
 
 
 def _calibration(
-    loops: list[_Loop], x: Floats, scales: Floats, fit: tuple[Floats, Floats], noise_deg: float
+    loops: list[_Loop],
+    x: Floats,
+    scales: Floats,
+    fit: tuple[Floats, Floats],
+    noise_deg: float,
+    optima: Sequence[tuple[Floats, float]],
 ) -> RigCalibration:
     """Covariance, correlations and advice from the residual and the Jacobian of a fit.
 
-    Autocorrelated residuals (first order) count as fewer samples, and those beyond the noise widen all intervals.
+    Autocorrelated residuals (first order) count as fewer samples, and those beyond the noise widen all intervals. So
+    does another optimum, given by its distance and its sum of squares above the best one's, that lies in the joint
+    95 % region of a likelihood ratio (Seber and Wild 1989, section 5.3): intervals reach it.
     """
     residual, columns = fit
     m, p = columns.shape
@@ -259,8 +273,10 @@ def _calibration(
     singular = np.maximum(singular, 1e-9 * singular[0])
     unit = (basis.T / singular**2) @ basis / np.outer(norms, norms)
     rmse_deg = float(np.sqrt(np.mean(residual**2)))
-    scaled = variance * unit * max(1.0, rmse_deg / noise_deg) ** 2
+    widened = variance * max(1.0, rmse_deg / noise_deg) ** 2
     quantile = float(student.ppf(0.975, max(1, m - p)))
+    alike = [step for step, above in optima if above <= widened * float(chi2.ppf(0.95, p))]
+    scaled = widened * unit + sum((np.outer(step, step) / quantile**2 for step in alike), np.zeros((p, p)))
     names, half = list(PARAMETERS), quantile * np.sqrt(np.diag(scaled)) * scales
     correlation = unit / np.sqrt(np.outer(np.diag(unit), np.diag(unit)))
     pairs = {f"{names[i]} ~ {names[j]}": float(correlation[i, j]) for i, j in combinations(range(p), 2)}
