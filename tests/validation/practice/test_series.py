@@ -7,6 +7,7 @@ import pytest
 
 from fem_models.rig.of_record import rig_of
 from hysteresis import read_record
+from validation.practice.benchmark.sources import LEARNT, SOURCES, draw_simulated
 from validation.practice.beyond import beyond, size_for
 from validation.practice.cases import write_case
 from validation.practice.draw import CLEAN
@@ -294,3 +295,18 @@ def test_exact_interval():
     assert exact_interval(0, 59) == pytest.approx((0.0, 1 - 0.025 ** (1 / 59)))
     assert exact_interval(59, 59) == pytest.approx((0.025 ** (1 / 59), 1.0))
     assert exact_interval(8, 10) == pytest.approx((0.4439, 0.9748), abs=1e-4)
+
+
+def test_a_twin_is_the_same_rig_without_the_effect():
+    hidden, _ = draw_series_noiseless(5, "known", "camera_misalignment", 0)
+    twin, _ = draw_series_noiseless(5, "known", "camera_misalignment", 0, twin=True)
+    assert (twin.truth.effects, twin.truth.noise_deg) == ((), hidden.truth.noise_deg)
+    for one, other in zip(hidden.records, twin.records, strict=True):
+        assert (one.rig, one.drive.tolist()) == (other.rig, other.drive.tolist())
+        assert 0.01 < float(np.abs(one.angle_deg - other.angle_deg).max()) < 20.0
+
+
+def test_nothing_learns_from_rigs_in_series():
+    assert set(SOURCES) - set(LEARNT) == {"series", "real"}
+    drawn = draw_simulated("series", 3, 0)
+    assert (drawn.source, drawn.effects, drawn.describes) == ("series", (), UNDECLARED)

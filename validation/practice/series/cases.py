@@ -23,7 +23,7 @@ from hysteresis.arrays import Floats, Ints
 from hysteresis.records.record import Record
 from validation.practice.beyond import beyond, size_for
 from validation.practice.cases import write_case
-from validation.practice.draw import Case, Noiseless, Truth, with_white_noise
+from validation.practice.draw import CLEAN, Case, Noiseless, Truth, with_white_noise
 from validation.practice.protocols import KINDS
 from validation.practice.series.effects import (
     DOMINANT,
@@ -89,7 +89,9 @@ def draw_series_case(seed: int, kind: str, label: str, number: int) -> Case:
     return with_white_noise(noiseless, rng)
 
 
-def draw_series_noiseless(seed: int, kind: str, label: str, number: int) -> tuple[Noiseless, Rng]:
+def draw_series_noiseless(
+    seed: int, kind: str, label: str, number: int, *, twin: bool = False
+) -> tuple[Noiseless, Rng]:
     """Draw a case without noise, and the generator of random numbers that its noise comes from.
 
     Parameters
@@ -102,6 +104,8 @@ def draw_series_noiseless(seed: int, kind: str, label: str, number: int) -> tupl
         One of :func:`validation.practice.series.effects.labels_of`.
     number
         From 0.
+    twin
+        The same rig, sidecar and noise without the effect: what a baseline leaves of it is no share of the effect.
 
     Raises
     ------
@@ -128,6 +132,8 @@ def draw_series_noiseless(seed: int, kind: str, label: str, number: int) -> tupl
                 continue
             size, ratio = found
             changed = effect(rig, size)
+        if twin:
+            changed, ratio, label = rig, 0.0, CLEAN
         angles, _ = _records(changed, protocol)
         return _case(angles, (rig, changed), protocol, (label, number, kind), ratio, rng), rng
     raise ValueError(f"{label}: no draw has a size between {sizes[0]:g} and {sizes[1]:g} times the noise")
