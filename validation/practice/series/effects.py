@@ -17,7 +17,7 @@ Change = Callable[[SeriesRig, float], SeriesRig]
 """From a rig without the effect and a size from 0 to 1, which is large, to one that has it."""
 
 DOMINANT = "dominant_run_out"
-"""A wheel's run-out that is most of the error: :data:`DOMINANT_SIZES` in place of the usual sizes."""
+"""A wheel's run-out of :data:`DOMINANT_SIZES`. Its share of the error is that beyond the twin without it."""
 SIZES = (3.0, 8.0)
 """Times the noise, root mean square over all records, beyond the constants of the rig."""
 DOMINANT_SIZES = (10.0, 16.0)
