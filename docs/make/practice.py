@@ -23,6 +23,7 @@ HEADINGS = {"known": "## Known rig", "unknown": "## Unknown geometry"}
 SOURCE_HEADINGS = {
     "own": "",
     "lumped": ", records from another generator",
+    "series": ", rigs in series",
     "sensors": ", spoiled sensors",
     "protocols": ", spoiled protocols",
 }

@@ -41,7 +41,9 @@ def export(
     ] = None,
     sources: Annotated[
         str | None,
-        typer.Option("--sources", help="Some of own, other, sensors, protocols, real, with commas; by default all."),
+        typer.Option(
+            "--sources", help="Some of own, other, series, sensors, protocols, real, with commas; by default all."
+        ),
     ] = None,
     answers: Annotated[
         Path | None, typer.Option("--answers", help="File of the sealed answers; by default DIR-ANSWERS.json.")

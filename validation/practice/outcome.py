@@ -33,7 +33,8 @@ class Outcome:
     """A case with the tracer's answer, in the order of the stored file.
 
     The fields are those of :class:`validation.practice.draw.Truth` and of :class:`Answer`; ``truth`` has the injected
-    effects, ``describes`` the effects that count neither way because they describe what a sensor does.
+    effects, ``describes`` the effects that count neither way because they describe what a sensor does, or what
+    every rig of a make has undeclared.
     """
 
     label: str
@@ -66,14 +67,20 @@ class Outcome:
         return self.named[0] if self.verdict in CLAIMS and self.named else self.verdict
 
     @property
+    def counted(self) -> tuple[str, ...]:
+        """Claimed effects without those that count neither way."""
+        return tuple(name for name in self.named if name not in self.describes) if self.verdict in CLAIMS else ()
+
+    @property
     def reported(self) -> tuple[str, ...]:
-        """The first claimed effect and those it may be confused with, at most three in all."""
-        return (self.column, *self.confusable)[:MOST_REPORTED] if self.verdict in CLAIMS else ()
+        """The first claimed effect that counts and those it may be confused with, at most three in all."""
+        confusable = (name for name in self.confusable if name not in self.describes)
+        return (*self.counted[:1], *confusable)[:MOST_REPORTED] if self.verdict in CLAIMS else ()
 
     @property
     def first_right(self) -> bool:
-        """Whether an injected effect was named first."""
-        return self.column in self.truth
+        """Whether an injected effect was named first, of those that count."""
+        return self.counted[:1] != () and self.counted[0] in self.truth
 
     @property
     def within_set(self) -> bool:

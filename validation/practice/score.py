@@ -3,8 +3,8 @@
 ``python -m validation.practice.score --set score --kind known --count 10 --workers 2 --out DIR`` traces every case,
 writes one JSON file per case, and ``DIR/score.json``. Cases with a stored outcome are not traced again, except for
 those on which the tracer stopped with an error: after a change of the tracer, use another DIR.
-``docs.make.practice`` puts the score into the documentation. ``--source`` takes other cases: of the lumped rig, or
-clean ones whose sensors or protocols are spoiled.
+``docs.make.practice`` puts the score into the documentation. ``--source`` takes other cases: of the lumped rig, of
+rigs in series, or clean ones whose sensors or protocols are spoiled. Printed intervals are exact (Clopper-Pearson).
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ from validation.practice.draw import CLEAN, PAIR, SETS, Case, SetName, drawn_lab
 from validation.practice.outcome import Answer, Outcome
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 from validation.practice.protocols import KINDS, Kind
+from validation.practice.series.effects import labels_of
 from validation.practice.spoiled.draw import SOURCES, Source, draw_labelled
-from validation.practice.summary import summary
+from validation.practice.summary import exact_interval, summary
 
 Tracer = Callable[[Sequence[Record], int], Answer]
 """From records and a seed to an answer."""
@@ -112,6 +113,12 @@ def jobs(
         for label in labels
         for number in range(count_of(label))
     ]
+
+
+def source_labels(source: Source, kind: Kind) -> list[str]:
+    """Labels of a source that are drawn: a rig of unknown geometry takes some effects whole."""
+    drawn = {"own": drawn_labels(kind), "series": labels_of(kind)}.get(source, SOURCES[source])
+    return [label for label in SOURCES[source] if label in drawn]
 
 
 def run_job(job: Job, tracer: Tracer = trace) -> None:
@@ -203,8 +210,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Trace, summarise and write."""
     options = parse(arguments)
-    drawn = drawn_labels(options.kind)
-    known = [label for label in SOURCES[options.source] if options.source != "own" or label in drawn]
+    known = source_labels(options.source, options.kind)
     chosen = [*known] if options.effects is None else options.effects.split(",")
     for label in chosen:
         if label not in known:
@@ -226,7 +232,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if not options.quiet:
         for name, rate in found.rates.items():
             if rate.of:
-                print(f"{name}: {rate.hits} of {rate.of} ({100 * rate.low:.0f} to {100 * rate.high:.0f} %)")  # noqa: T201
+                low, high = exact_interval(rate.hits, rate.of)
+                print(f"{name}: {rate.hits} of {rate.of} ({100 * low:.0f} to {100 * high:.0f} %)")  # noqa: T201
 
 
 if __name__ == "__main__":

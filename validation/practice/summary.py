@@ -7,11 +7,14 @@ import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from scipy.stats import beta
+
 from validation.practice.catalogue import ANGLE_ALONE, CATALOGUE
 from validation.practice.draw import CLEAN, PAIR
 from validation.practice.lumped.outside import LUMPED_OUTSIDE
 from validation.practice.outcome import Outcome
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
+from validation.practice.series.effects import DOMINANT
 from validation.tracing.result import UNNAMED
 
 LUMPED = "lumped"
@@ -81,6 +84,13 @@ def wilson_interval(hits: int, of: int) -> tuple[float, float]:
     return max((middle - half) / (1 + z**2 / n), 0.0), min((middle + half) / (1 + z**2 / n), 1.0)
 
 
+def exact_interval(hits: int, of: int) -> tuple[float, float]:
+    """95 % interval of a rate by Clopper and Pearson (Biometrika 26, 1934, doi 10.1093/biomet/26.4.404)."""
+    low = 0.0 if hits == 0 else float(beta.ppf(0.025, hits, of - hits + 1))
+    high = 1.0 if hits == of else float(beta.ppf(0.975, hits + 1, of - hits))
+    return low, high
+
+
 def rate_of_hits(hits: Iterable[bool]) -> Rate:
     """Share of hits with its interval."""
     each = list(hits)
@@ -146,7 +156,7 @@ def _single_rates(single: Sequence[Outcome]) -> dict[str, Rate]:
         "within set": rate_of(single, lambda one: one.within_set),
         "first, not of the angle alone": rate_of(beyond_angle, lambda one: one.first_right),
         "within set, not of the angle alone": rate_of(beyond_angle, lambda one: one.within_set),
-        "nothing else named": rate_of(single, lambda one: one.first_right and set(one.named) == set(one.truth)),
+        "nothing else named": rate_of(single, lambda one: one.first_right and set(one.counted) == set(one.truth)),
         "missed: none": rate_of(single, lambda one: one.verdict == "none"),
     }
 
@@ -161,6 +171,11 @@ def _other_rates(outcomes: Sequence[Outcome]) -> dict[str, Rate]:
     return {
         "clean: no effect claimed": rate_of(clean, lambda one: one.verdict in UNNAMED),
         "clean: none": rate_of(clean, lambda one: one.verdict == "none"),
+        "clean: an effect named falsely": rate_of(clean, lambda one: one.names_falsely),
+        "dominant run-out: named, partial or effect": rate_of(
+            [one for one in outcomes if one.label == DOMINANT],
+            lambda one: one.verdict != "ambiguous" and one.first_right,
+        ),
         "pairs: both named": rate_of(pairs, lambda one: one.both_named),
         "pairs, neither of the angle alone: both named": rate_of(
             [one for one in pairs if not ANGLE_ALONE & set(one.truth)], lambda one: one.both_named

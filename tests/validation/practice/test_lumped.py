@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fem_models.rig.of_record import rig_of
+from validation.practice.beyond import beyond
 from validation.practice.lumped import LumpedRig, cases, simulate_lumped
 from validation.practice.lumped.cases import CLEAN, SIZES, draw_lumped_case, draw_lumped_noiseless, effects
 from validation.tracing import catalogue
@@ -84,7 +85,7 @@ def test_the_size_of_an_effect_is_beyond_the_constants_of_the_rig():
     for changed, most in ((softer, 0.02), (played, 0.6)):
         angles = cases._records(changed, protocol)
         whole = np.sqrt(np.mean((np.concatenate(angles) - np.concatenate(plain)) ** 2))
-        assert cases._beyond(tangent, plain, angles) < most * whole
+        assert beyond(tangent, plain, angles) < most * whole
     assert cases._own_tangent(rig, protocol, plain, "unknown").shape[1] == tangent.shape[1] + 1  # the arm
 
 

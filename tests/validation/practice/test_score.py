@@ -56,6 +56,8 @@ def test_summary_of_a_table_made_by_hand() -> None:
         "missed: none": (1, 5),
         "clean: no effect claimed": (2, 3),
         "clean: none": (1, 3),
+        "clean: an effect named falsely": (1, 3),
+        "dominant run-out: named, partial or effect": (0, 0),
         "pairs: both named": (2, 3),
         "pairs, neither of the angle alone: both named": (1, 1),
         "outside: unexplained": (1, 2),

@@ -1,7 +1,8 @@
-"""Where the cases of the benchmark come from: five sources, each case with its truth.
+"""Where the cases of the benchmark come from: six sources, each case with its truth.
 
-``own`` is the generator whose engines the tracer fits, ``other`` the lumped rig. ``sensors`` and ``protocols`` spoil
-cases of either. ``real`` hides a change in measured records; its controls are the same records untouched.
+``own`` is the generator whose engines the tracer fits, ``other`` the lumped rig, ``series`` the rigs in series.
+``sensors`` and ``protocols`` spoil cases of the first two. ``real`` hides a change in measured records; its controls
+are the same records untouched.
 """
 
 from __future__ import annotations
@@ -23,13 +24,17 @@ from validation.practice.hidden.draw import CONTROL, nth
 from validation.practice.lumped.cases import LABELS, draw_lumped_noiseless
 from validation.practice.outside_catalogue import OUTSIDE_CATALOGUE
 from validation.practice.protocols import KINDS, Kind
+from validation.practice.series.cases import draw_series_case
+from validation.practice.series.effects import DOMINANT, UNDECLARED, labels_of
 from validation.practice.spoiled.draw import GENERATORS, Asked, draw_spoiled_protocol, draw_spoiled_sensor
 from validation.practice.spoiled.plans import PLANS
 from validation.practice.spoiled.sensors import SENSORS
 
 Rng = np.random.Generator
 
-SIMULATED = ("own", "other", "sensors", "protocols")
+LEARNT = ("own", "other", "sensors", "protocols")
+"""Sources that other ways may learn from."""
+SIMULATED = (*LEARNT, "series")
 REAL = "real"
 SOURCES = (*SIMULATED, REAL)
 
@@ -148,6 +153,12 @@ def _other(rng: Rng, number: int) -> Drawn:
     return _simulated(with_white_noise(noiseless, noise), "other", kind, label)
 
 
+def _series(rng: Rng, number: int) -> Drawn:
+    kind = KINDS[int(rng.integers(2))]
+    label = _label(rng, number, kind, [name for name in labels_of(kind) if name not in (CLEAN, DOMINANT)])
+    return _simulated(draw_series_case(_seed(rng), kind, label, 0), "series", kind, label, UNDECLARED)
+
+
 def _asked(rng: Rng, *, clean: bool) -> Asked:
     kind, generator = KINDS[int(rng.integers(2))], GENERATORS[int(rng.integers(2))]
     label = CLEAN if clean else str(rng.choice(SPOILED_EFFECTS))
@@ -174,6 +185,7 @@ _DRAW: Mapping[str, Callable[[Rng, int], Drawn]] = {
     "other": _other,
     "sensors": _sensor,
     "protocols": _protocol,
+    "series": _series,
 }
 
 

@@ -2,8 +2,8 @@
 
     python -m validation.practice.benchmark.training --seed 5 --count 200 --out training.json
 
-The command draws cases of the simulated sources, stores the features of each with its truth, and what sparse regression
-answers with several thresholds. It can be interrupted and started again.
+The command draws cases of the sources that may be learnt from, stores the features of each with its truth, and
+what sparse regression answers with several thresholds. It can be interrupted and started again.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from hysteresis.files import read_json, write_files
 from hysteresis.plain import from_plain, to_plain
 from hysteresis.records.record import RecordError
 from validation.practice.benchmark.features import NAMES, features
-from validation.practice.benchmark.sources import SIMULATED, Drawn, draw_simulated
+from validation.practice.benchmark.sources import LEARNT, Drawn, draw_simulated
 from validation.practice.benchmark.sparse_regression import Thresholds, judge_terms, named_set
 from validation.practice.benchmark.terms import residual_terms
 
@@ -123,7 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     there = {one.key for one in examples}
     # every fifth case is simulated with the multibody model, which takes a hundred times as long as the chain
     numbers = [number for number in range(2 * options.count) if number % 5 != 4][: options.count]
-    todo = [(source, n) for n in numbers for source in SIMULATED if f"{source} {n}" not in there]
+    todo = [(source, n) for n in numbers for source in LEARNT if f"{source} {n}" not in there]
     for k, (source, number) in enumerate(track(todo, description="cases"), start=1):
         examples.append(example_of(f"{source} {number}", draw_simulated(source, options.seed, number)))
         if k % STORED_EVERY == 0 or k == len(todo):

@@ -21,6 +21,7 @@ from rich.progress import track
 
 from hysteresis.arrays import Floats, Ints
 from hysteresis.records.record import Record
+from validation.practice.beyond import beyond, size_for
 from validation.practice.cases import write_case
 from validation.practice.draw import Case, Noiseless, Truth, with_white_noise
 from validation.practice.lumped.rig import LumpedRig, simulate_lumped
@@ -34,7 +35,6 @@ SIZES = (3.0, 8.0)
 """Times the noise, root mean square over all records."""
 CLEAN = "clean"
 SAMPLES_PER_CYCLE = (60, 160)
-LEAST_SIZE = 1e-4
 _STEP = 0.02  # relative, for the derivatives by the rig's own constants
 
 
@@ -233,7 +233,7 @@ def _sized(
 ) -> tuple[float, float] | None:
     """Size of an effect that is ``target`` times the noise, and the ratio that it has; None out of reach.
 
-    By the false position of the logarithms, in a bracket: sizes are nearly powers of each other.
+    A change that is too small as a whole is not differentiated.
     """
     largest = _records(change(rig, 1.0), protocol)
     whole = np.concatenate(largest) - np.concatenate(plain)
@@ -242,25 +242,9 @@ def _sized(
     tangent = _own_tangent(rig, protocol, plain, kind)
 
     def ratio(size: float) -> float:
-        return _beyond(tangent, plain, _records(change(rig, size), protocol)) / protocol.noise_deg
+        return beyond(tangent, plain, _records(change(rig, size), protocol)) / protocol.noise_deg
 
-    if not (at_high := _beyond(tangent, plain, largest) / protocol.noise_deg) >= target:
-        return None
-    low, high = np.log(LEAST_SIZE), 0.0
-    at_low = ratio(LEAST_SIZE)
-    for trial in range(24):
-        part = 0.5
-        if trial % 3 < 2 and 0.0 < at_low < target:
-            part = float(np.clip(np.log(target / at_low) / np.log(at_high / at_low), 0.02, 0.98))
-        middle = low + part * (high - low)
-        now = ratio(float(np.exp(middle)))
-        if abs(now / target - 1) < 0.05:
-            return float(np.exp(middle)), now
-        if now < target:
-            low, at_low = middle, now
-        else:
-            high, at_high = middle, now
-    return None
+    return size_for(ratio, beyond(tangent, plain, largest) / protocol.noise_deg, target)
 
 
 def _own_constants(rig: LumpedRig, kind: str) -> list[LumpedRig]:
@@ -285,14 +269,6 @@ def _own_tangent(rig: LumpedRig, protocol: LumpedProtocol, plain: Sequence[Float
     columns = [np.concatenate(_records(one, protocol)) - angle for one in _own_constants(rig, kind)]
     zeros = np.repeat(np.eye(len(plain)), [one.size for one in plain], axis=0)
     return np.column_stack([*columns, zeros])
-
-
-def _beyond(tangent: Floats, plain: Sequence[Floats], changed: Sequence[Floats]) -> float:
-    """Root mean square of a change beyond a tangent, deg."""
-    change = np.concatenate(changed) - np.concatenate(plain)
-    scaled = tangent / np.maximum(np.linalg.norm(tangent, axis=0), 1e-300)
-    left = change - scaled @ np.linalg.lstsq(scaled, change, rcond=1e-8)[0]
-    return float(np.sqrt(np.mean(left**2)))
 
 
 def _case(

@@ -28,15 +28,18 @@ from validation.practice.lumped.cases import draw_lumped_case, draw_lumped_noise
 from validation.practice.lumped.outside import LUMPED_OUTSIDE, draw_lumped_outside
 from validation.practice.planned import PlanChange
 from validation.practice.protocols import KINDS, Kind
+from validation.practice.series.cases import draw_series_case
+from validation.practice.series.effects import SERIES_LABELS, UNDECLARED
 from validation.practice.spoiled.plans import PLANS
 from validation.practice.spoiled.sensors import SENSORS, Sensor
 
 Generator = Literal["own", "lumped"]
 GENERATORS: tuple[Generator, ...] = ("own", "lumped")
-Source = Literal["own", "lumped", "sensors", "protocols"]
+Source = Literal["own", "lumped", "series", "sensors", "protocols"]
 SOURCES: Mapping[Source, tuple[str, ...]] = {
     "own": OWN_LABELS,
     "lumped": (*LUMPED_LABELS, *LUMPED_OUTSIDE),
+    "series": SERIES_LABELS,
     "sensors": tuple(SENSORS),
     "protocols": tuple(PLANS),
 }
@@ -92,7 +95,7 @@ def _noiseless(asked: Asked, change: PlanChange | None) -> tuple[Noiseless, np.r
 
 
 def draw_labelled(source: Source, seed: int, kind: Kind, label: str, number: int) -> tuple[Case, tuple[str, ...]]:
-    """Draw a case of a source, and the effects that describe what its sensor does: they count neither way.
+    """Draw a case of a source, and the effects that count neither way: they describe its sensor, or what is undeclared.
 
     Spoiled cases are clean; their generators take turns.
 
@@ -107,6 +110,8 @@ def draw_labelled(source: Source, seed: int, kind: Kind, label: str, number: int
     if source == "lumped":
         draw = draw_lumped_outside if label in LUMPED_OUTSIDE else draw_lumped_case
         return draw(seed, kind, label, number), ()
+    if source == "series":
+        return draw_series_case(seed, kind, label, number), UNDECLARED
     asked = Asked(seed, kind, number, GENERATORS[number % 2])
     if source == "protocols":
         return draw_spoiled_protocol(asked, label), ()
