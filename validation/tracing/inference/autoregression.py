@@ -1,8 +1,8 @@
 """Noise of a sensor as a first-order autoregression along each record: whitening, its determinant, and draws.
 
-Noise e of samples that are k apart is correlated by rho^k, with one variance: e_t = rho^k e_(t-k) + (1 - rho^2k)^(1/2) w
-with white w (Box, Jenkins, Reinsel, Ljung, Time series analysis, 2015, section 3.2). Samples that are held out leave a
-gap; a series that begins is correlated with none before.
+Noise e of samples that are k apart is correlated by rho^k, with one variance:
+e_t = rho^k e_(t-k) + (1 - rho^2k)^(1/2) w with white w (Box, Jenkins, Reinsel, Ljung, Time series analysis, 2015,
+section 3.2). Samples that are held out leave a gap; a series that begins is correlated with none before.
 """
 
 from __future__ import annotations

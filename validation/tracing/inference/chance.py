@@ -7,17 +7,17 @@ and starts of the effect. Draws are delta + eps at the covariance that is most l
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
 from hysteresis.arrays import Floats
 from validation.tracing.inference.autoregression import coloured
 from validation.tracing.inference.discrepancy import Linearised
-from validation.tracing.inference.priors import DiscrepancyPrior
-from validation.tracing.inference.relevance import relevant_grid
-from validation.tracing.inference.score import Covariance, Reduced, noise_deg, scored
+from validation.tracing.inference.relevance import Grid
+from validation.tracing.inference.score import Covariance, log_likelihood, noise_deg, plain_square, scored
 
 SIMULATIONS = 999
 
@@ -45,16 +45,12 @@ class Chance:
     noise_deg: float
 
 
-def chance_of(
-    linear: Linearised, prior: DiscrepancyPrior, *, seed: int = 0, simulations: int = SIMULATIONS
-) -> Chance:
+def chance_of(grid: Grid, *, seed: int = 0, simulations: int = SIMULATIONS) -> Chance:
     """Test whether a record shows any effect that it has a shape of."""
-    covariances, spaces = relevant_grid(linear, prior)
-    plain = {one: float(_scores(linear, spaces, [one], linear.residual[:, None], prior)[0][0]) for one in covariances}
-    best = max(plain, key=lambda one: plain[one])
-    noise = _noise_at(spaces[best.rho], best, linear.residual)
-    draws = drawn(linear, best, noise, np.random.default_rng(seed), simulations)
-    without, with_each = _scores(linear, spaces, covariances, np.column_stack([linear.residual, draws]), prior)
+    linear = grid.linear
+    best, noise = most_likely(grid)
+    draws = noise * drawn(linear, best, np.random.default_rng(seed), simulations)
+    without, with_each = _largest_scores(grid, np.column_stack([linear.residual, draws]))
     statistics = 2 * (with_each - without)
     largest = statistics.max(axis=0, initial=0.0)
     return Chance(
@@ -66,41 +62,35 @@ def chance_of(
     )
 
 
-def drawn(
-    linear: Linearised, covariance: Covariance, noise: float, rng: np.random.Generator, count: int
-) -> Floats:
-    """Draw residuals, discrepancy and noise together, shape (m, count), deg."""
+def most_likely(grid: Grid) -> tuple[Covariance, float]:
+    """Give the covariance that is most likely without an effect, and the noise that is most likely there, deg."""
+    linear, prior = grid.linear, grid.prior
+    rows = {rho: one.rows(linear.residual[:, None]) for rho, one in grid.spaces.items()}
+    squares = {g: float(plain_square(grid.spaces[g.rho], rows[g.rho], g)[0]) for g in grid.covariances}
+    best = max(squares, key=lambda g: float(log_likelihood(grid.spaces[g.rho], np.array(squares[g]), g, prior)))
+    return best, noise_deg(linear, squares[best])
+
+
+def drawn(linear: Linearised, covariance: Covariance, rng: np.random.Generator, count: int) -> Floats:
+    """Draw residuals, discrepancy and noise together, over the noise, shape (m, count)."""
     out = coloured(rng.standard_normal((linear.gap.size, count)), linear.gap, covariance.rho)
     shapes = rng.standard_normal((linear.shapes.shape[1], count)) * np.sqrt(linear.shares)[:, None]
     out += covariance.tau * linear.shapes @ shapes
     for name, scale in covariance.pattern:
         columns = linear.smooth[name]
         out += scale * columns @ rng.standard_normal((columns.shape[1], count))
-    return noise * out
+    return out
 
 
-def _scores(
-    linear: Linearised,
-    spaces: Mapping[float, Reduced],
-    covariances: Sequence[Covariance],
-    rows: Floats,
-    prior: DiscrepancyPrior,
-) -> tuple[Floats, Floats]:
-    """Largest scores of rows over covariances: without an effect, shape (N,), and with each, shape (e, N)."""
+def _largest_scores(grid: Grid, rows: Floats) -> tuple[Floats, Floats]:
+    """Largest scores of rows over the grid: without an effect, shape (N,), and with each, shape (e, N)."""
     plain = np.full(rows.shape[1], -np.inf)
-    with_effect = np.full((len(linear.names), rows.shape[1]), -np.inf)
-    for rho in dict.fromkeys(one.rho for one in covariances):
-        own = spaces[rho].rows(rows)
+    with_effect = np.full((len(grid.linear.names), rows.shape[1]), -np.inf)
+    for rho, covariances in groupby(grid.covariances, key=lambda g: g.rho):
+        space = grid.spaces[rho]
+        own = space.rows(rows)
         for covariance in covariances:
-            if covariance.rho == rho:
-                found = scored(spaces[rho], own, covariance, prior)
-                np.maximum(plain, found.plain, out=plain)
-                np.maximum(with_effect, found.with_effect, out=with_effect)
+            found = scored(space, own, covariance, grid.prior)
+            np.maximum(plain, found.plain, out=plain)
+            np.maximum(with_effect, found.with_effect, out=with_effect)
     return plain, with_effect
-
-
-def _noise_at(one: Reduced, covariance: Covariance, residual: Floats) -> float:
-    """Noise that is most likely at a covariance, deg."""
-    rows, modes = one.rows(residual[:, None]), one.modes(covariance.pattern)
-    square = rows.outside + modes.weights(covariance.tau) @ (modes.turn @ rows.inside) ** 2
-    return noise_deg(one.of, float(square[0]))

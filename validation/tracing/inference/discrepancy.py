@@ -86,7 +86,9 @@ def linearised(fitted: Fitted, shapes: Sequence[Shape]) -> Linearised:
     rows, records = fitted.rows, fitted.model.problem.records
     masks = fitted.holdout.series_masks(len(fitted.model.problem.channels))
     tangent = tangent_of(fitted)
-    smooth = {name: _padded(basis, rows.errors.size)[rows.train] for name, basis in bases_of(fitted.model.problem).items()}
+    smooth = {
+        name: _padded(basis, rows.errors.size)[rows.train] for name, basis in bases_of(fitted.model.problem).items()
+    }
     kept = [(one, columns) for one in shapes if (columns := _beyond(one.columns, tangent)) is not None]
     kept = [pair for _, own in groupby(kept, key=lambda pair: pair[0].effect) for pair in _distinct([*own])]
     owners = [one.effect for one, _ in kept]

@@ -6,11 +6,11 @@ each with the scale that raises the score most, as long as it rises.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hysteresis.arrays import Floats
 from validation.tracing.inference.discrepancy import Linearised
 from validation.tracing.inference.priors import DiscrepancyPrior
 from validation.tracing.inference.score import (
@@ -22,6 +22,7 @@ from validation.tracing.inference.score import (
     Reduced,
     Rows,
     log_likelihood,
+    plain_square,
     reduced,
     squares_by_shape,
 )
@@ -32,8 +33,18 @@ REACH = 12.0
 """Logarithm of the likelihood ratio beyond which a point of the grid is left out."""
 
 
-def relevant_grid(linear: Linearised, prior: DiscrepancyPrior) -> tuple[list[Covariance], dict[float, Reduced]]:
-    """Covariances that a record asks for, those of one correlation together, and the record reduced for each.
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Covariances that a record asks for, those of one correlation together, and the record reduced for each."""
+
+    linear: Linearised
+    prior: DiscrepancyPrior
+    covariances: Sequence[Covariance]
+    spaces: Mapping[float, Reduced]
+
+
+def relevant_grid(linear: Linearised, prior: DiscrepancyPrior) -> Grid:
+    """Find the covariances that a record asks for.
 
     Patterns are those of the residual, and those that are left beside the effect that takes most of it.
     """
@@ -57,17 +68,13 @@ def relevant_grid(linear: Linearised, prior: DiscrepancyPrior) -> tuple[list[Cov
             patterns[wider] = None
         kept |= dict.fromkeys(_rhos_within(spaces, rows, at.pattern, prior))
         kept |= dict.fromkeys(_rhos_within(spaces, rows, (), prior))
-    covariances = [
-        Covariance(rho, pattern, tau) for rho in RHOS if rho in kept for pattern in patterns for tau in TAUS
-    ]
-    return covariances, spaces
+    covariances = [Covariance(rho, pattern, tau) for rho in RHOS if rho in kept for pattern in patterns for tau in TAUS]
+    return Grid(linear, prior, covariances, spaces)
 
 
-def plain_score(one: Reduced, rows: Rows, covariance: Covariance, prior: DiscrepancyPrior) -> Floats:
-    """Score of rows without an effect, shape (N,)."""
-    modes = one.modes(covariance.pattern)
-    square = rows.outside + modes.weights(covariance.tau) @ (modes.turn @ rows.inside) ** 2
-    return log_likelihood(one, square, covariance, prior)
+def _score(one: Reduced, rows: Rows, covariance: Covariance, prior: DiscrepancyPrior) -> float:
+    """Score of a row without an effect."""
+    return float(log_likelihood(one, plain_square(one, rows, covariance), covariance, prior)[0])
 
 
 def _best(
@@ -75,7 +82,7 @@ def _best(
 ) -> tuple[Covariance, float]:
     """Best correlation and scale of the effects' shapes for one pattern, and its score."""
     every = [Covariance(rho, pattern, tau) for rho in RHOS for tau in TAUS]
-    scores = [float(plain_score(spaces[one.rho], rows[one.rho], one, prior)[0]) for one in every]
+    scores = [_score(spaces[one.rho], rows[one.rho], one, prior) for one in every]
     best = int(np.argmax(scores))
     return every[best], scores[best]
 
@@ -85,8 +92,7 @@ def _rhos_within(
 ) -> list[float]:
     """Correlations that are within reach of the best one."""
     scores = {
-        rho: max(float(plain_score(spaces[rho], rows[rho], Covariance(rho, pattern, tau), prior)[0]) for tau in TAUS)
-        for rho in RHOS
+        rho: max(_score(spaces[rho], rows[rho], Covariance(rho, pattern, tau), prior) for tau in TAUS) for rho in RHOS
     }
     return [rho for rho, score in scores.items() if score > max(scores.values()) - REACH]
 

@@ -13,7 +13,6 @@ from y'P y, in the same contrasts, so that nothing depends on the size of its st
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -33,7 +32,7 @@ TAUS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 """Standard deviations of the discrepancy in the shapes of the effects that are tried, over that of the noise."""
 SCALES = (0.3, 1.0, 3.0, 10.0)
 """The same of a group of smooth functions."""
-LEAST_DIRECTION = 1e-6
+LEAST_DIRECTION = 1e-5
 """Smallest singular value of what the score works in, over the largest."""
 
 Pattern = tuple[tuple[str, float], ...]
@@ -120,16 +119,17 @@ class Modes:
         return np.asarray(1.0 / (1.0 + tau**2 * self.sizes))
 
 
-def reduced(linear: Linearised, rho: float) -> Reduced:
-    """Reduce a record for one correlation of the noise."""
+def reduced(linear: Linearised, rho: float, directions: Floats | None = None) -> Reduced:
+    """Reduce a record for one correlation of the noise; ``directions`` are spanned, too, shape (m, k)."""
     tangent, triangle = np.linalg.qr(whitened(linear.tangent, linear.gap, rho))
-    columns = whitened(np.column_stack([linear.shapes, *linear.smooth.values()]), linear.gap, rho)
+    others = () if directions is None else (directions,)
+    columns = whitened(np.column_stack([linear.shapes, *linear.smooth.values(), *others]), linear.gap, rho)
     columns -= tangent @ (tangent.T @ columns)
     columns -= tangent @ (tangent.T @ columns)
     size, turn = np.linalg.eigh(columns.T @ columns)
     kept = size > LEAST_DIRECTION**2 * size[-1:].max(initial=0.0)
     basis = columns @ (turn[:, kept] / np.sqrt(size[kept]))
-    basis = np.linalg.qr(basis)[0]
+    basis = solve_triangular(np.linalg.cholesky(basis.T @ basis), basis.T, lower=True).T
     determinant = log_determinant(linear.gap, rho) + 2 * float(np.log(np.abs(np.diag(triangle))).sum())
     return Reduced(linear, rho, basis, tangent, determinant)
 
@@ -166,6 +166,12 @@ def scored(one: Reduced, rows: Rows, covariance: Covariance, prior: DiscrepancyP
     return Scored(*(log_likelihood(one, values, covariance, prior) for values in (square, least)))
 
 
+def plain_square(one: Reduced, rows: Rows, covariance: Covariance) -> Floats:
+    """Give y'P y of rows without an effect, shape (N,)."""
+    modes = one.modes(covariance.pattern)
+    return np.asarray(rows.outside + modes.weights(covariance.tau) @ (modes.turn @ rows.inside) ** 2)
+
+
 def gains(linear: Linearised, shapes: Floats, weights: Floats, turned: Floats) -> Floats:
     """Part of y'P y that the best start of each effect takes, shape (e, N)."""
     if not linear.names:
@@ -198,11 +204,11 @@ def log_likelihood(one: Reduced, square: Floats, covariance: Covariance, prior: 
     likely = np.maximum(variance, linear.floor_deg**2)
     fit = -0.5 * linear.freedom * (np.log(likely) + variance / likely)
     scale = covariance.tau * np.sqrt(likely) / linear.half_range_deg
-    return np.asarray(fit + prior.log_density(scale) + _constant(one, covariance))
+    return np.asarray(fit + prior.log_density(scale) + constant(one, covariance))
 
 
-def _constant(one: Reduced, covariance: Covariance) -> float:
-    """Determinants, and the priors of correlation and pattern."""
+def constant(one: Reduced, covariance: Covariance) -> float:
+    """Give the determinants, and the priors of correlation and pattern."""
     modes = one.modes(covariance.pattern)
     shapes = -0.5 * float(np.log1p(covariance.tau**2 * modes.sizes).sum())
     chosen = -len(covariance.pattern) * math.log(max(len(one.of.smooth), 1) * len(SCALES))
@@ -211,10 +217,5 @@ def _constant(one: Reduced, covariance: Covariance) -> float:
 
 
 def noise_deg(linear: Linearised, square: float) -> float:
-    """Standard deviation of the noise that is most likely, deg, from y'P y."""
+    """Give the standard deviation of the noise that is most likely, deg, from y'P y."""
     return math.sqrt(max(square / linear.freedom, linear.floor_deg**2))
-
-
-def grid(patterns: Sequence[Pattern]) -> list[Covariance]:
-    """All covariances of some patterns, those of one correlation and pattern together."""
-    return [Covariance(rho, pattern, tau) for rho in RHOS for pattern in patterns for tau in TAUS]
