@@ -45,6 +45,15 @@ class Rival:
 
 
 @dataclass(frozen=True, eq=False)
+class _Space:
+    """Space of all fits for one correlation of the noise: coordinates of residuals, (q, f), and tangents, (q, p)."""
+
+    reduced: Reduced
+    residuals: Floats
+    tangents: Sequence[Floats]
+
+
+@dataclass(frozen=True, eq=False)
 class _Fits:
     """Fits at one covariance, in coordinates in which the discrepancy with its noise is white.
 
@@ -65,7 +74,7 @@ def rivals_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simulations:
     residuals = np.column_stack([-one.rows.errors[one.rows.train] for one in fits])
     tangents = [tangent_of(one) for one in fits]
     spaces = {rho: _space(grid, rho, residuals, tangents) for rho in dict.fromkeys(g.rho for g in grid.covariances)}
-    at = {g: _fits_at(grid, g, spaces[g.rho], residuals, tangents) for g in grid.covariances}
+    at = {g: _fits_at(grid, g, spaces[g.rho]) for g in grid.covariances}
     squares = {g: np.array([_square(own, i) for i in range(len(fits))]) for g, own in at.items()}
     scores = {g: log_likelihood(at[g].contrasts, row, g, grid.prior) for g, row in squares.items()}
     best = [grid.covariances[int(np.argmax([scores[g][i] for g in grid.covariances]))] for i in range(len(fits))]
@@ -88,17 +97,17 @@ def _part_as_far(behind: Floats, least: float) -> float:
     return float(1 + (behind >= least).sum()) / (1 + behind.size)
 
 
-def _space(grid: Grid, rho: float, residuals: Floats, tangents: Sequence[Floats]) -> Reduced:
-    """Space of all fits and of the discrepancy, for one correlation of the noise."""
+def _space(grid: Grid, rho: float, residuals: Floats, tangents: Sequence[Floats]) -> _Space:
     free = replace(grid.linear, tangent=np.empty((len(residuals), 0)))
-    return reduced(free, rho, np.column_stack([residuals, *tangents]))
+    space = reduced(free, rho, np.column_stack([residuals, *tangents]))
+    return _Space(space, space.rows(residuals).inside, [space.rows(one).inside for one in tangents])
 
 
-def _fits_at(grid: Grid, g: Covariance, space: Reduced, residuals: Floats, tangents: Sequence[Floats]) -> _Fits:
-    modes = space.modes(g.pattern)
+def _fits_at(grid: Grid, g: Covariance, space: _Space) -> _Fits:
+    modes = space.reduced.modes(g.pattern)
     turn = np.sqrt(modes.weights(g.tau))[:, None] * modes.turn
-    bases = [np.linalg.qr(turn @ space.rows(one).inside)[0] for one in tangents]
-    return _Fits(space, grid.spaces[g.rho], turn, turn @ space.rows(residuals).inside, bases)
+    bases = [np.linalg.qr(turn @ one)[0] for one in space.tangents]
+    return _Fits(space.reduced, grid.spaces[g.rho], turn, turn @ space.residuals, bases)
 
 
 def _square(fits: _Fits, i: int) -> float:
