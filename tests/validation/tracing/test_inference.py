@@ -1,6 +1,7 @@
 """The score against a dense Gaussian likelihood, the test on draws without an effect, and what it claims of cases."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from validation.tracing.inference.chance import chance_of, drawn
 from validation.tracing.inference.discrepancy import Linearised, orthonormal
 from validation.tracing.inference.priors import DiscrepancyPrior, discrepancy_priors
 from validation.tracing.inference.relevance import Grid, relevant_grid
+from validation.tracing.inference.rivals import rivals_of
 from validation.tracing.inference.score import (
     RHO_POWER,
     Covariance,
@@ -194,6 +196,50 @@ def test_the_same_seed_gives_the_same_p():
     assert first.p == again.p
     assert first.critical == again.critical
     assert first.critical != other.critical
+
+
+def fit_of(linear, columns):
+    """What the comparison reads of a fit: least squares of the tangent and of an effect's columns."""
+    jacobian = np.column_stack([linear.tangent, columns])
+    left = linear.residual - jacobian @ np.linalg.lstsq(jacobian, linear.residual, rcond=None)[0]
+    count = linear.gap.size
+    masks = [np.ones(own, dtype=bool) for own in np.diff([*np.flatnonzero(linear.gap == 0), count])]
+    bounds = np.full(jacobian.shape[1], -9.0), np.full(jacobian.shape[1], 9.0)
+    return SimpleNamespace(
+        rows=SimpleNamespace(errors=-left, jacobian=jacobian, train=np.ones(count, dtype=bool)),
+        holdout=SimpleNamespace(series_masks=lambda channels: masks),
+        model=SimpleNamespace(bounds=lambda: bounds, problem=SimpleNamespace(channels=())),
+        x=np.zeros(jacobian.shape[1]),
+    )
+
+
+def rivals(seed, amount, alike):
+    """Compare an effect that made a residual with one whose shape differs by ``alike``, and with an unlike one."""
+    linear, rng = problem(seed, groups=()), np.random.default_rng(seed + 500)
+    shape, other = linear.shapes[:, 1], linear.shapes[:, 4]
+    near = shape + alike * other
+    noise = 0.05 * rng.standard_normal(linear.gap.size)
+    linear = replace(linear, residual=amount * shape + noise)
+    grid = Grid(linear, PRIOR, [Covariance(0.0, (), 0.1)], {0.0: reduced(linear, 0.0)})
+    fits = [fit_of(linear, own) for own in (shape, near, other)]
+    found = rivals_of(grid, fits, seed=seed, simulations=199)
+    return [next(one for one in found if one.fitted is fit) for fit in fits]
+
+
+def test_the_effect_that_made_a_record_stays_in_the_set():
+    """In about 95 of 100 records; 60 draws, of which 3 are expected to fall out, and 9 have a chance of 0.4 %."""
+    out = [rivals(seed, 0.3, 0.05)[0].p <= 0.05 for seed in range(60)]
+    assert sum(out) <= 8
+
+
+def test_rivals_are_told_apart_as_far_as_their_shapes_differ():
+    true, near, unlike = rivals(3, 0.5, 1e-3)
+    assert near.p > 0.05
+    assert unlike.p <= 0.01
+    assert min(true.behind, near.behind) == 0.0
+    assert unlike.behind > 20
+    _, far, _ = rivals(3, 0.5, 0.5)
+    assert far.p <= 0.05
 
 
 def test_smooth_functions_that_are_there_are_found_relevant():
