@@ -1,13 +1,17 @@
 """The score against a dense Gaussian likelihood, the test on draws without an effect, and what it claims of cases."""
 
+import json
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.stats import kstest, multivariate_normal
+from scipy.stats import kstest, kurtosis, multivariate_normal
 
 from validation.practice.clean_makes.learn import SCALES, learnt_prior, pooled_scale
+from validation.practice.draw import draw_case
+from validation.tracing import trace_records
+from validation.tracing.inference import decide
 from validation.tracing.inference.autoregression import coloured, gaps, log_determinant, whitened
 from validation.tracing.inference.chance import chance_of, drawn
 from validation.tracing.inference.discrepancy import Linearised, orthonormal
@@ -26,8 +30,9 @@ from validation.tracing.inference.score import (
 from validation.tracing.inference.score import (
     SCALES as GROUP_SCALES,
 )
+from validation.tracing.result import TraceReport, trace_report
 
-PRIOR = DiscrepancyPrior(median=2e-3, spread=1.0, leftover=0.01)
+PRIOR = DiscrepancyPrior(median=2e-3, spread=1.0, spread_of_effects=0.0, leftover=0.01)
 
 
 def correlation(gap, rho):
@@ -164,7 +169,7 @@ def test_p_is_uniform_on_draws_without_an_effect():
         noise = 0.05 * drawn(linear, Covariance(0.0, (), 0.3), rng, 1)[:, 0]
         one = replace(linear, residual=noise)
         spaces = {0.0: reduced(one, 0.0)}
-        prior = DiscrepancyPrior(0.3 * 0.05 / 20.0, 0.5, 0.01)
+        prior = DiscrepancyPrior(0.3 * 0.05 / 20.0, 0.5, 0.0, 0.01)
         grid = Grid(one, prior, [Covariance(0.0, (), tau) for tau in (0.1, 0.3, 1.0)], spaces)
         found.append(chance_of(grid, seed=seed, simulations=99).p)
     assert kstest(found, "uniform").pvalue > 0.01
@@ -257,7 +262,7 @@ def test_the_prior_over_rigs_is_learnt_back():
     rng, logs = np.random.default_rng(0), np.log(SCALES)
     true = np.log(4e-4) + 0.8 * rng.standard_normal(200)
     rows = [-0.5 * ((logs - own) / 0.15) ** 2 for own in true]
-    median, spread = learnt_prior(rows)
+    median, spread, _ = learnt_prior(rows)
     assert median == pytest.approx(4e-4, rel=0.2)
     assert spread == pytest.approx(0.8, rel=0.15)
     assert pooled_scale(rows) == pytest.approx(np.exp(true.mean()), rel=0.15)
@@ -267,3 +272,51 @@ def test_priors_are_stored_with_how_they_were_learnt():
     priors = discrepancy_priors()
     assert "rig" in priors
     assert all(0 < one.median < 1e-2 and one.spread > 0 for one in priors.values())
+
+
+def test_effects_that_differ_in_scale_have_the_same_mean_square():
+    linear, g = problem(2, groups=()), Covariance(0.0, (), 3.0)
+    alike, apart = (drawn(linear, g, np.random.default_rng(5), 60_000, spread) for spread in (0.0, 0.6))
+    assert np.mean(apart**2) == pytest.approx(np.mean(alike**2), rel=0.03)
+    assert kurtosis(apart, axis=None) > 0.5 > kurtosis(alike, axis=None)
+
+
+def decided(label, number, **options):
+    return decide(trace_records(draw_case("work", "known", label, number).records), **options)
+
+
+@pytest.mark.slow
+def test_a_delay_is_claimed_and_named_and_a_clean_rig_is_not():
+    """Cases of the set for development; the delay is 4.8 times the noise."""
+    late, clean = decided("time_delay", 0), decided("clean", 0)
+    assert late.p_none == 1 / (1 + late.simulations)
+    assert late.rivals[0].name == "time_delay"
+    assert "time_delay" in late.not_distinguished
+    assert late.p_of("time_delay") > late.alpha
+    assert clean.p_none > clean.alpha
+    assert clean.verdict == "none"
+    assert clean.not_distinguished == ()
+
+
+@pytest.mark.slow
+def test_a_decision_repeats_by_its_seed():
+    trace = trace_records(draw_case("work", "known", "clean", 1).records)
+    first, again, other = (decide(trace, seed=seed) for seed in (3, 3, 4))
+    assert first == again
+    assert first.critical != other.critical
+    assert abs(first.p_none - other.p_none) < 0.1
+
+
+@pytest.mark.slow
+def test_the_report_has_the_test_beside_the_verdict():
+    trace = trace_records(draw_case("work", "known", "clean", 1).records)
+    plain, tested = trace_report(trace), trace_report(trace, decision=decide(trace, alpha=0.2))
+    stored = TraceReport.from_dict(json.loads(json.dumps(tested.to_dict())))
+    assert (stored.alpha, stored.simulations) == (0.2, 999)
+    assert 0 < stored.p_none <= 1
+    assert stored.discrepancy_deg >= 0
+    assert stored.by_test.verdict == "none"
+    assert (plain.alpha, plain.p_none, plain.by_test) == (None, None, None)
+    assert replace(stored, alpha=None, simulations=None, p_none=None, discrepancy_deg=None, by_test=None) == (
+        TraceReport.from_dict(json.loads(json.dumps(plain.to_dict())))
+    )

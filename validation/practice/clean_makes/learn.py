@@ -30,23 +30,27 @@ from validation.practice.lumped.cases import draw_lumped_case
 from validation.practice.protocols import KINDS, Kind
 from validation.tracing import Trace, catalogue, trace_records
 from validation.tracing.effect import acting
-from validation.tracing.inference.chance import most_likely
+from validation.tracing.inference.chance import likelihoods
 from validation.tracing.inference.discrepancy import linearised
 from validation.tracing.inference.leftover import leftover_deg
 from validation.tracing.inference.priors import LEARNT, DiscrepancyPrior
 from validation.tracing.inference.relevance import Grid, relevant_grid
-from validation.tracing.inference.score import Covariance, log_likelihood, noise_deg, plain_square
+from validation.tracing.inference.score import Covariance, Reduced, log_likelihood, noise_deg
 from validation.tracing.inference.shapes import shapes_beside
 
 SEED = 20_270_301
 """Of the rigs that are learnt from."""
 SCALES = np.geomspace(1e-6, 3e-2, 91)
 """Scales of the discrepancy over half the range of the angle."""
-TAUS = np.geomspace(1e-3, 30.0, 61)
+TAUS = np.geomspace(1e-3, 10.0, 25)
 """Scales over the noise, at which likelihoods are computed."""
+SPREADS_OF_EFFECTS = (0.0, 0.5, 1.0, 1.5)
+"""Standard deviations of the logarithm of one effect's scale in a rig that are tried."""
+DRAWS = 100
+"""Of the scales of all effects, over which a likelihood is averaged."""
 SPREADS = np.geomspace(0.2, 3.0, 28)
 """Standard deviations of log s that are tried."""
-ANY_SCALE = DiscrepancyPrior(median=1e-3, spread=np.inf, leftover=np.inf)
+ANY_SCALE = DiscrepancyPrior(median=1e-3, spread=np.inf, spread_of_effects=0.0, leftover=np.inf)
 LEFTOVER_LEVEL = 0.95
 """Part of the clean rigs that leave no more than is stored."""
 
@@ -59,7 +63,10 @@ MAKES: Mapping[str, Callable[[Kind, int], Case]] = {
 
 @dataclass(frozen=True, eq=False)
 class CleanRig:
-    """What a clean rig tells: log-likelihoods of :data:`SCALES`, shape (k,), by its grid, and its sensor's noise."""
+    """What a clean rig tells: its grid, its sensor's noise, and log-likelihoods of the scales of its discrepancy.
+
+    ``log_likelihoods`` has a row for each of :data:`SPREADS_OF_EFFECTS`, shape (j, k).
+    """
 
     make: str
     kind: str
@@ -78,33 +85,50 @@ def clean_rig(make: str, trace: Trace) -> CleanRig:
 
 
 def _log_likelihoods(grid: Grid) -> Floats:
-    """Log-likelihood of each scale, the largest over correlations and patterns, shape (k,)."""
-    linear, best = grid.linear, np.full(SCALES.size, -np.inf)
-    for rho, pattern in dict.fromkeys((g.rho, g.pattern) for g in grid.covariances):
-        space = grid.spaces[rho]
-        rows = space.rows(linear.residual[:, None])
-        at = [Covariance(rho, pattern, float(tau)) for tau in TAUS]
-        squares = [plain_square(space, rows, g) for g in at]
-        scores = [float(log_likelihood(space, s, g, ANY_SCALE)[0]) for g, s in zip(at, squares, strict=True)]
-        noises = [noise_deg(linear, float(square[0])) for square in squares]
-        scales = TAUS * np.array(noises) / linear.half_range_deg
-        order = np.argsort(scales)
-        best = np.maximum(best, np.interp(np.log(SCALES), np.log(scales[order]), np.array(scores)[order]))
-    return best
+    """Log-likelihood of each scale for each spread of the effects, at the most likely noise and pattern, (j, k)."""
+    best = likelihoods(grid)[0].covariance
+    rows = [_row(grid, best, spread) for spread in SPREADS_OF_EFFECTS]
+    return np.array(rows)
 
 
-def learnt_prior(rows: Sequence[Floats]) -> tuple[float, float]:
-    """Median scale over rigs and standard deviation of its logarithm, from the log-likelihoods of each rig."""
+def _row(grid: Grid, best: Covariance, spread: float) -> Floats:
+    """Log-likelihood of each scale, averaged over draws of the scales of the effects, shape (k,)."""
+    linear, rng = grid.linear, np.random.default_rng(SEED)
+    space = grid.spaces[best.rho]
+    found = []
+    for _ in range(DRAWS if spread else 1):
+        scales = np.exp(spread * rng.standard_normal(len(linear.names)) - spread**2)
+        own = replace(linear, shapes=linear.shapes * np.repeat(scales, linear.counts))
+        found.append(_of_scales(Reduced(own, best.rho, space.basis, space.tangent, space.log_determinant), best))
+    rows = np.array(found)
+    return np.asarray(np.log(np.exp(rows - rows.max()).mean(axis=0) + 1e-300) + rows.max())
+
+
+def _of_scales(space: Reduced, best: Covariance) -> Floats:
+    """Log-likelihood of each scale at a correlation and pattern, shape (k,)."""
+    linear = space.of
+    rows = space.rows(linear.residual[:, None])
+    modes = space.modes(best.pattern)
+    turned = (modes.turn @ rows.inside)[:, 0] ** 2
+    squares = [float(rows.outside[0] + modes.weights(float(tau)) @ turned) for tau in TAUS]
+    at = [replace(best, tau=float(tau)) for tau in TAUS]
+    scores = [float(log_likelihood(space, np.array(s), g, ANY_SCALE)) for g, s in zip(at, squares, strict=True)]
+    scales = TAUS * np.array([noise_deg(linear, square) for square in squares]) / linear.half_range_deg
+    return np.interp(np.log(SCALES), np.log(np.maximum.accumulate(scales)), scores)
+
+
+def learnt_prior(rows: Sequence[Floats]) -> tuple[float, float, float]:
+    """Median scale over rigs, standard deviation of its logarithm, and the log-likelihood of all rigs with them."""
     logs = np.log(SCALES)
     likely = np.array([np.exp(row - row.max()) for row in rows])
-    best, found = -np.inf, (0.0, 0.0)
+    best, found, most = -np.inf, (0.0, 0.0), sum(float(row.max()) for row in rows)
     for mean in logs:
         for spread in SPREADS:
             density = np.exp(-0.5 * ((logs - mean) / spread) ** 2)
             score = float(np.log(likely @ (density / density.sum()) + 1e-300).sum())
             if score > best:
                 best, found = score, (float(np.exp(mean)), float(spread))
-    return found
+    return *found, best + most
 
 
 def pooled_scale(rows: Sequence[Floats]) -> float:
@@ -115,8 +139,8 @@ def pooled_scale(rows: Sequence[Floats]) -> float:
 def leftover_of(rig: CleanRig, prior: DiscrepancyPrior) -> float:
     """Give what a clean rig leaves above its sensor's noise, over half the range of the angle."""
     grid = Grid(rig.grid.linear, prior, rig.grid.covariances, rig.grid.spaces)
-    covariance, noise = most_likely(grid)
-    return leftover_deg(grid.linear, covariance, noise, rig.sensor_deg) / grid.linear.half_range_deg
+    best = likelihoods(grid)[0]
+    return leftover_deg(grid.linear, best.covariance, best.noise_deg, rig.sensor_deg) / grid.linear.half_range_deg
 
 
 def traces(geometry: Kind, count: int) -> Iterator[tuple[str, Trace]]:
@@ -149,17 +173,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _learnt(rigs: Sequence[CleanRig], options: str) -> dict[str, float | str]:
     """Learn the prior of one kind of baseline, and print what each rig says."""
-    median, spread = learnt_prior([rig.log_likelihoods for rig in rigs])
-    prior = DiscrepancyPrior(median, spread, np.inf)
+    tried = [learnt_prior([rig.log_likelihoods[j] for rig in rigs]) for j in range(len(SPREADS_OF_EFFECTS))]
+    for spread, (_, _, score) in zip(SPREADS_OF_EFFECTS, tried, strict=True):
+        print(f"spread of effects {spread:g}: log-likelihood {score - tried[0][2]:+.1f}")  # noqa: T201
+    best = int(np.argmax([score for _, _, score in tried]))
+    median, spread, _ = tried[best]
+    prior = DiscrepancyPrior(median, spread, SPREADS_OF_EFFECTS[best], np.inf)
     left = [leftover_of(rig, prior) for rig in rigs]
     for rig, own in zip(rigs, left, strict=True):
-        alone = pooled_scale([rig.log_likelihoods])
+        alone = pooled_scale([rig.log_likelihoods[best]])
         print(f"{rig.kind}, {rig.make}: most likely scale {alone:.2g}, leftover {own:.2g}")  # noqa: T201
     makes = [f"{sum(rig.make == make for rig in rigs)} {make}" for make in MAKES]
-    together = pooled_scale([rig.log_likelihoods for rig in rigs])
+    together = pooled_scale([rig.log_likelihoods[best] for rig in rigs])
     return {
         "median": float(f"{median:.3g}"),
         "spread": float(f"{spread:.3g}"),
+        "spread_of_effects": SPREADS_OF_EFFECTS[best],
         "leftover": float(f"{np.quantile(left, LEFTOVER_LEVEL):.3g}"),
         "one_scale": float(f"{together:.3g}"),
         "learnt": f"{len(rigs)} clean rigs ({', '.join(makes)}) by clean_makes.learn {options}, seed {SEED}",

@@ -1,8 +1,9 @@
 """How often chance makes a residual look as much like an effect: a parametric bootstrap of the fit without effects.
 
 The statistic of an effect is T = 2 [max l with it - max l without], both over the same covariances and over all forms
-and starts of the effect. Draws are delta + eps at the covariance that is most likely without an effect. p is
-(1 + draws whose largest T is at least that of the record) / (1 + draws) (Davison, Hinkley 1997, section 4.2.3).
+and starts of the effect. Draws are delta + eps at covariances without an effect, as often as each is likely. The scale
+of each effect's shape in delta is drawn as it is spread in clean rigs. p is (1 + draws whose largest T is at least that
+of the record) / (1 + draws) (Davison, Hinkley 1997, section 4.2.3).
 """
 
 from __future__ import annotations
@@ -47,35 +48,58 @@ class Chance:
 
 def chance_of(grid: Grid, *, seed: int = 0, simulations: int = SIMULATIONS) -> Chance:
     """Test whether a record shows any effect that it has a shape of."""
-    linear = grid.linear
-    best, noise = most_likely(grid)
-    draws = noise * drawn(linear, best, np.random.default_rng(seed), simulations)
-    without, with_each = _largest_scores(grid, np.column_stack([linear.residual, draws]))
+    linear, rng = grid.linear, np.random.default_rng(seed)
+    likely = likelihoods(grid)
+    weights = np.exp([one.score - likely[0].score for one in likely])
+    counts = rng.multinomial(simulations, weights / weights.sum())
+    draws = [
+        one.noise_deg * drawn(linear, one.covariance, rng, int(count), grid.prior.spread_of_effects)
+        for one, count in zip(likely, counts, strict=True)
+        if count
+    ]
+    without, with_each = _largest_scores(grid, np.column_stack([linear.residual, *draws]))
     statistics = 2 * (with_each - without)
     largest = statistics.max(axis=0, initial=0.0)
     return Chance(
         p=float(1 + (largest[1:] >= largest[0]).sum()) / (1 + simulations),
         statistics=dict(zip(linear.names, statistics[:, 0].tolist(), strict=True)),
         critical={alpha: float(np.quantile(largest[1:], 1 - alpha)) for alpha in (0.01, 0.05, 0.2)},
-        covariance=best,
-        noise_deg=noise,
+        covariance=likely[0].covariance,
+        noise_deg=likely[0].noise_deg,
     )
 
 
-def most_likely(grid: Grid) -> tuple[Covariance, float]:
-    """Give the covariance that is most likely without an effect, and the noise that is most likely there, deg."""
-    linear, prior = grid.linear, grid.prior
+@dataclass(frozen=True)
+class Likely:
+    """A covariance with its score without an effect, and the noise that is most likely there, deg."""
+
+    covariance: Covariance
+    score: float
+    noise_deg: float
+
+
+def likelihoods(grid: Grid) -> list[Likely]:
+    """Covariances without an effect, the most likely first."""
+    linear, found = grid.linear, list[Likely]()
     rows = {rho: one.rows(linear.residual[:, None]) for rho, one in grid.spaces.items()}
-    squares = {g: float(plain_square(grid.spaces[g.rho], rows[g.rho], g)[0]) for g in grid.covariances}
-    best = max(squares, key=lambda g: float(log_likelihood(grid.spaces[g.rho], np.array(squares[g]), g, prior)))
-    return best, noise_deg(linear, squares[best])
+    for g in grid.covariances:
+        square = float(plain_square(grid.spaces[g.rho], rows[g.rho], g)[0])
+        score = float(log_likelihood(grid.spaces[g.rho], np.array(square), g, grid.prior))
+        found.append(Likely(g, score, noise_deg(linear, square)))
+    return sorted(found, key=lambda one: -one.score)
 
 
-def drawn(linear: Linearised, covariance: Covariance, rng: np.random.Generator, count: int) -> Floats:
-    """Draw residuals, discrepancy and noise together, over the noise, shape (m, count)."""
+def drawn(
+    linear: Linearised, covariance: Covariance, rng: np.random.Generator, count: int, spread: float = 0.0
+) -> Floats:
+    """Draw residuals, discrepancy and noise together, over the noise, shape (m, count).
+
+    The scale of each effect is log-normal with a ``spread``, its mean square that of the covariance.
+    """
     out = coloured(rng.standard_normal((linear.gap.size, count)), linear.gap, covariance.rho)
+    scales = np.exp(spread * rng.standard_normal((len(linear.names), count)) - spread**2)
     shapes = rng.standard_normal((linear.shapes.shape[1], count)) * np.sqrt(linear.shares)[:, None]
-    out += covariance.tau * linear.shapes @ shapes
+    out += covariance.tau * linear.shapes @ (shapes * np.repeat(scales, linear.counts, axis=0))
     for name, scale in covariance.pattern:
         columns = linear.smooth[name]
         out += scale * columns @ rng.standard_normal((columns.shape[1], count))

@@ -76,9 +76,13 @@ class Linearised:
     @property
     def shares(self) -> Floats:
         """Part of the discrepancy of its effect that each column of the shapes has, shape (s,)."""
-        ends = [*self.blocks[self.effects], self.shapes.shape[1]]
-        counts = np.diff(ends)
+        counts = self.counts
         return np.repeat(1.0 / counts, counts) if counts.size else np.empty(0)
+
+    @property
+    def counts(self) -> Ints:
+        """Columns of each effect."""
+        return np.diff([*self.blocks[self.effects], self.shapes.shape[1]])
 
 
 def linearised(fitted: Fitted, shapes: Sequence[Shape]) -> Linearised:

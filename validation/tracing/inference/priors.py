@@ -26,13 +26,16 @@ class DiscrepancyPrior:
     median
         Of the rigs it was learnt on.
     spread
-        Standard deviation of its natural logarithm.
+        Standard deviation of its natural logarithm over rigs.
+    spread_of_effects
+        The same over the effects of one rig: a clean rig mimics some effects far more than others.
     leftover
         What 95 % of the clean rigs leave at most: discrepancy and noise above the sensor's, rms, over half the range.
     """
 
     median: float
     spread: float
+    spread_of_effects: float
     leftover: float
 
     def log_density(self, scale: Floats) -> Floats:
@@ -45,5 +48,6 @@ def discrepancy_priors() -> dict[BaselineName, DiscrepancyPrior]:
     """Priors by kind of baseline; a kind without one has not been learnt."""
     stored = tomllib.loads(LEARNT.read_text(encoding="utf-8"))
     return {
-        name: DiscrepancyPrior(one["median"], one["spread"], one["leftover"]) for name, one in stored["kinds"].items()
+        name: DiscrepancyPrior(one["median"], one["spread"], one["spread_of_effects"], one["leftover"])
+        for name, one in stored["kinds"].items()
     }

@@ -127,7 +127,7 @@ def _drawn_scores(
     out = [np.full((len(rivals), count), -np.inf) for _ in rivals]
     covariances = tuple(dict.fromkeys(rival.covariance for rival in rivals))
     for own in covariances:
-        draws = drawn(grid.linear, own, np.random.default_rng(seed), count)
+        draws = drawn(grid.linear, own, np.random.default_rng(seed), count, grid.prior.spread_of_effects)
         for g in covariances:
             fits = at[g]
             rows = fits.space.rows(draws)
