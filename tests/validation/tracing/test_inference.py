@@ -6,14 +6,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.stats import kstest, kurtosis, multivariate_normal
+from scipy.stats import kstest, multivariate_normal
 
 from validation.practice.clean_makes.learn import SCALES, learnt_prior, pooled_scale
 from validation.practice.draw import draw_case
 from validation.tracing import trace_records
 from validation.tracing.inference import decide
 from validation.tracing.inference.autoregression import coloured, gaps, log_determinant, whitened
-from validation.tracing.inference.chance import chance_of, drawn
+from validation.tracing.inference.chance import chance_of, drawn, scales_of_rigs
 from validation.tracing.inference.discrepancy import Linearised, orthonormal
 from validation.tracing.inference.priors import DiscrepancyPrior, discrepancy_priors
 from validation.tracing.inference.relevance import Grid, relevant_grid
@@ -155,7 +155,7 @@ def test_the_noise_is_no_less_than_the_floor_of_the_sensor():
 
 def test_draws_have_the_covariance_that_they_are_drawn_from():
     linear, g = problem(2), Covariance(0.8, (("b", 1.0),), 1.0)
-    rows = drawn(linear, g, np.random.default_rng(4), 40_000)
+    rows = drawn(linear, g, np.full((3, 40_000), g.tau), np.random.default_rng(4))
     expected = dense(linear, g, 1.0)
     assert rows @ rows.T / rows.shape[1] == pytest.approx(expected, abs=0.05 * expected.max())
 
@@ -166,10 +166,10 @@ def test_p_is_uniform_on_draws_without_an_effect():
     for seed in range(200):
         linear = problem(seed, samples=40, groups=())
         rng = np.random.default_rng(seed + 1000)
-        noise = 0.05 * drawn(linear, Covariance(0.0, (), 0.3), rng, 1)[:, 0]
-        one = replace(linear, residual=noise)
-        spaces = {0.0: reduced(one, 0.0)}
-        prior = DiscrepancyPrior(0.3 * 0.05 / 20.0, 0.5, 0.0, 0.01)
+        prior = DiscrepancyPrior(0.3 * 0.05 / 20.0, 0.5, 0.5, 0.01)
+        spaces = {0.0: reduced(linear, 0.0)}
+        scales = scales_of_rigs(Grid(linear, prior, [], spaces), 0.05, rng, 1)
+        one = replace(linear, residual=0.05 * drawn(linear, Covariance(0.0, (), 0.3), scales, rng)[:, 0])
         grid = Grid(one, prior, [Covariance(0.0, (), tau) for tau in (0.1, 0.3, 1.0)], spaces)
         found.append(chance_of(grid, seed=seed, simulations=99).p)
     assert kstest(found, "uniform").pvalue > 0.01
@@ -274,11 +274,13 @@ def test_priors_are_stored_with_how_they_were_learnt():
     assert all(0 < one.median < 1e-2 and one.spread > 0 for one in priors.values())
 
 
-def test_effects_that_differ_in_scale_have_the_same_mean_square():
-    linear, g = problem(2, groups=()), Covariance(0.0, (), 3.0)
-    alike, apart = (drawn(linear, g, np.random.default_rng(5), 60_000, spread) for spread in (0.0, 0.6))
-    assert np.mean(apart**2) == pytest.approx(np.mean(alike**2), rel=0.03)
-    assert kurtosis(apart, axis=1).mean() > 0.5 > kurtosis(alike, axis=1).mean()
+def test_scales_of_effects_are_as_large_as_in_clean_rigs():
+    """Their logarithms have the sum of both variances; the spread of the effects leaves the mean square of a rig."""
+    prior = DiscrepancyPrior(1e-3, 0.7, 0.5, 0.01)
+    linear = problem()
+    found = scales_of_rigs(Grid(linear, prior, [], {}), 0.05, np.random.default_rng(0), 100_000) * 0.05 / 20.0
+    assert np.std(np.log(found)) == pytest.approx(np.hypot(0.7, 0.5), rel=0.01)
+    assert np.mean(found**2) == pytest.approx(1e-6 * np.exp(2 * 0.7**2), rel=0.05)
 
 
 def decided(label, number, **options):

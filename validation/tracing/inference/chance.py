@@ -1,9 +1,9 @@
 """How often chance makes a residual look as much like an effect: a parametric bootstrap of the fit without effects.
 
 The statistic of an effect is T = 2 [max l with it - max l without], both over the same covariances and over all forms
-and starts of the effect. Draws are delta + eps at covariances without an effect, as often as each is likely. The scale
-of each effect's shape in delta is drawn as it is spread in clean rigs. p is (1 + draws whose largest T is at least that
-of the record) / (1 + draws) (Davison, Hinkley 1997, section 4.2.3).
+and starts of the effect. Draws are delta + eps: noise and smooth functions as often as each is likely without an
+effect, the shapes of the effects as large as clean rigs have them. p is (1 + draws whose largest T is at least that of
+the record) / (1 + draws) (Davison, Hinkley 1997, section 4.2.3).
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def chance_of(grid: Grid, *, seed: int = 0, simulations: int = SIMULATIONS) -> C
     weights = np.exp([one.score - likely[0].score for one in likely])
     counts = rng.multinomial(simulations, weights / weights.sum())
     draws = [
-        one.noise_deg * drawn(linear, one.covariance, rng, int(count), grid.prior.spread_of_effects)
+        one.noise_deg * drawn(linear, one.covariance, scales_of_rigs(grid, one.noise_deg, rng, int(count)), rng)
         for one, count in zip(likely, counts, strict=True)
         if count
     ]
@@ -89,17 +89,27 @@ def likelihoods(grid: Grid) -> list[Likely]:
     return sorted(found, key=lambda one: -one.score)
 
 
-def drawn(
-    linear: Linearised, covariance: Covariance, rng: np.random.Generator, count: int, spread: float = 0.0
-) -> Floats:
-    """Draw residuals, discrepancy and noise together, over the noise, shape (m, count).
+def scales_of_rigs(grid: Grid, noise: float, rng: np.random.Generator, count: int) -> Floats:
+    """Draw how much clean rigs mimic each effect, over the noise, shape (e, count): never fitted to the record itself.
 
-    The scale of each effect is log-normal with a ``spread``, its mean square that of the covariance.
+    A rig has a scale that is log-normal over rigs, and each of its effects another about it, log-normal with the same
+    mean square.
     """
+    prior = grid.prior
+    rigs = prior.median * np.exp(prior.spread * rng.standard_normal(count))
+    own = np.exp(prior.spread_of_effects * rng.standard_normal((len(grid.linear.names), count)))
+    return own * np.exp(-(prior.spread_of_effects**2)) * rigs * grid.linear.half_range_deg / noise
+
+
+def drawn(linear: Linearised, covariance: Covariance, scales: Floats, rng: np.random.Generator) -> Floats:
+    """Draw residuals, discrepancy and noise together, over the noise, shape (m, N).
+
+    The shapes of each effect have ``scales``, shape (e, N); noise and smooth functions are those of the covariance.
+    """
+    count = scales.shape[1]
     out = coloured(rng.standard_normal((linear.gap.size, count)), linear.gap, covariance.rho)
-    scales = np.exp(spread * rng.standard_normal((len(linear.names), count)) - spread**2)
     shapes = rng.standard_normal((linear.shapes.shape[1], count)) * np.sqrt(linear.shares)[:, None]
-    out += covariance.tau * linear.shapes @ (shapes * np.repeat(scales, linear.counts, axis=0))
+    out += linear.shapes @ (shapes * np.repeat(scales, linear.counts, axis=0))
     for name, scale in covariance.pattern:
         columns = linear.smooth[name]
         out += scale * columns @ rng.standard_normal((columns.shape[1], count))

@@ -14,7 +14,7 @@ import numpy as np
 
 from hysteresis.arrays import Floats
 from validation.tracing.fitting.fitted import Fitted
-from validation.tracing.inference.chance import drawn
+from validation.tracing.inference.chance import drawn, scales_of_rigs
 from validation.tracing.inference.discrepancy import tangent_of
 from validation.tracing.inference.relevance import Grid
 from validation.tracing.inference.score import Covariance, Reduced, log_likelihood, noise_deg, reduced
@@ -127,7 +127,8 @@ def _drawn_scores(
     out = [np.full((len(rivals), count), -np.inf) for _ in rivals]
     covariances = tuple(dict.fromkeys(rival.covariance for rival in rivals))
     for own in covariances:
-        draws = drawn(grid.linear, own, np.random.default_rng(seed), count, grid.prior.spread_of_effects)
+        rng, noise = np.random.default_rng(seed), min(one.noise_deg for one in rivals if one.covariance == own)
+        draws = drawn(grid.linear, own, scales_of_rigs(grid, noise, rng, count), rng)
         for g in covariances:
             fits = at[g]
             rows = fits.space.rows(draws)

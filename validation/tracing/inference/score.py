@@ -28,8 +28,10 @@ RHOS = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95)
 """Correlations of neighbouring samples that are tried."""
 RHO_POWER = 4.0
 """Prior density of rho in proportion to (1 - rho)^4: the noise of most sensors is nearly white."""
-TAUS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
-"""Standard deviations of the discrepancy in the shapes of the effects that are tried, over that of the noise."""
+TAUS = (0.01, 0.03, 0.1, 0.3)
+"""Standard deviations of the discrepancy in the shapes of the effects that are tried, over that of the noise.
+
+Clean rigs have no larger ones: with these the discrepancy would take what an effect makes."""
 SCALES = (0.3, 1.0, 3.0, 10.0)
 """The same of a group of smooth functions."""
 LEAST_DIRECTION = 1e-5
