@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -269,7 +269,7 @@ def trace_report(
     count = len(trace.records) - trace.reference
     names = tuple(record_name(record.source, i) for i, record in enumerate(trace.records))
     named = trace.verdict not in UNNAMED
-    return TraceReport(
+    report = TraceReport(
         schema=1,
         records=names[:count],
         noise_floor_deg=trace.floor.deg,
@@ -306,19 +306,20 @@ def trace_report(
         held_out=tuple(trace.baseline.holdout.is_held_out(i) for i in range(len(names))),
         ranking=ranked_models(trace),
         baseline=baseline,
-        alpha=None if decision is None else decision.alpha,
-        p_none=None if decision is None else decision.p_none,
-        discrepancy_deg=None if decision is None else decision.discrepancy_deg,
-        simulations=None if decision is None else decision.simulations,
-        by_test=_by_test(decision),
     )
+    return report if decision is None else _with_test(report, decision)
 
 
-def _by_test(decision: Decision | None) -> DecisionReport | None:
-    if decision is None:
-        return None
+def _with_test(report: TraceReport, decision: Decision) -> TraceReport:
     rivals = tuple(RivalReport(one.name, one.p, one.explained) for one in decision.rivals)
-    return DecisionReport(decision.verdict, decision.not_distinguished, rivals)
+    return replace(
+        report,
+        alpha=decision.alpha,
+        p_none=decision.p_none,
+        discrepancy_deg=decision.discrepancy_deg,
+        simulations=decision.simulations,
+        by_test=DecisionReport(decision.verdict, decision.not_distinguished, rivals),
+    )
 
 
 def _leaps(trace: Trace, names: Sequence[str]) -> Iterator[LeapReport]:
