@@ -120,7 +120,8 @@ def test_backlash_is_traced_and_the_file_has_the_documented_fields(folder):
 
 def test_the_file_has_the_test_beside_the_verdict(folder):
     result = stored(folder)
-    assert (result["alpha"], result["simulations"], result["p_none"]) == (0.05, 999, 0.001)
+    assert (result["alpha"], result["simulations"]) == (0.05, 999)
+    assert 0.001 <= result["p_none"] <= 0.05
     assert "backlash" in result["by_test"]["not_distinguished"]
     assert result["effects"][0]["p"] > 0.05
     assert result["discrepancy_deg"] < NOISE_DEG

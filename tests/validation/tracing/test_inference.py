@@ -291,7 +291,7 @@ def decided(label, number, **options):
 def test_a_delay_is_claimed_and_named_and_a_clean_rig_is_not():
     """Cases of the set for development; the delay is 4.8 times the noise."""
     late, clean = decided("time_delay", 0), decided("clean", 0)
-    assert late.p_none == 1 / (1 + late.simulations)
+    assert late.p_none <= late.alpha
     assert late.rivals[0].name == "time_delay"
     assert "time_delay" in late.not_distinguished
     assert late.p_of("time_delay") > late.alpha

@@ -4,8 +4,9 @@
 
 Each rig gives the likelihood of the scale s of its discrepancy, the most likely noise and smooth functions with it.
 Over rigs log s is normal; its mean and standard deviation have the largest product of the rigs' likelihoods, each
-integrated over s (empirical Bayes: Robbins 1956; Efron, Morris 1973, doi 10.1080/01621459.1973.10481350). Rigs are of
-makes that share no law with the tracer's models, or are not as their sidecar tells; their seeds are of no other set.
+integrated over s (empirical Bayes: Robbins 1956; Efron, Morris 1973, doi 10.1080/01621459.1973.10481350). So has the
+spread of the effects within a rig, over draws of which each likelihood is averaged. Rigs are of makes that share no law
+with the tracer's models, or are not as their sidecar tells; their seeds are of no other set.
 """
 
 from __future__ import annotations
