@@ -9,14 +9,14 @@ from typing import Literal
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from validation.tracing.baseline.in_space import SpaceProblem
+from validation.tracing.baseline.known_rig import KnownRigProblem
 from validation.tracing.effect import acting, catalogue
 from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.inference.chance import SIMULATIONS, chance_of
 from validation.tracing.inference.discrepancy import linearised, tangent_of
 from validation.tracing.inference.leftover import leftover_deg
-from validation.tracing.inference.priors import discrepancy_priors
+from validation.tracing.inference.priors import DiscrepancyPrior, discrepancy_priors
 from validation.tracing.inference.relevance import relevant_grid
 from validation.tracing.inference.rivals import MOST_RIVALS, Rival, rivals_of
 from validation.tracing.inference.shapes import shapes_beside
@@ -89,11 +89,10 @@ def decide(
     None where the discrepancy of clean rigs has not been learnt for the kind of baseline, where records are compared
     with a reference, or where folds hold out every sample in turn.
     """
-    prior = discrepancy_priors().get(trace.model)
-    baseline = trace.baseline
+    prior, baseline = learnt_prior(trace), trace.baseline
     if prior is None or trace.reference or baseline.fold_errors is not None:
         return None
-    effects = acting(catalogue(), in_space=isinstance(baseline.model.problem, SpaceProblem))
+    effects = acting(catalogue(), in_space=False)
     with threadpool_limits(1, user_api="blas"):
         linear = linearised(baseline, shapes_beside(baseline, effects, threads))
         grid = relevant_grid(linear, prior)
@@ -119,6 +118,13 @@ def decide(
         statistics=chance.statistics,
         critical=chance.critical,
     )
+
+
+def learnt_prior(trace: Trace) -> DiscrepancyPrior | None:
+    """Give the prior of the kind of baseline; that of known rigs is learnt of one plane and a drive in mm alone."""
+    problem = trace.baseline.model.problem
+    in_mm = isinstance(problem, KnownRigProblem) and "drive in mm" in problem.setup.needs
+    return discrepancy_priors().get(trace.model) if in_mm or not trace.known else None
 
 
 def front_runners(trace: Trace) -> list[Fitted]:
