@@ -191,6 +191,10 @@ def trace(
         typer.Option("--reference", help="Records before a change, CSV: traces what changed since; by default all."),
     ] = None,
     threads: Annotated[int, typer.Option("--threads", min=1, help="Threads for runs and derivatives.")] = 2,
+    alpha: Annotated[
+        float,
+        typer.Option("--alpha", min=0.001, max=0.5, help="How often the test may claim an effect that is not there."),
+    ] = 0.05,
     replacing: Overwrite,
     common: Common,
 ) -> None:
@@ -204,7 +208,9 @@ def trace(
     require_kept(out, [*records, *old])
     replacing.allow(out / name for name in FILES)
     made, loaded = made_now(common.command), read_for_trace(records)
-    found = trace_files(records, reference=old, seed=common.seed, threads=threads, progress=common.shows_progress)
+    found = trace_files(
+        records, reference=old, seed=common.seed, threads=threads, alpha=alpha, progress=common.shows_progress
+    )
     report = write_trace(found, out, made=made)
     if not found.in_space:
         _warn_of_geometry(loaded, common)

@@ -26,6 +26,7 @@ from validation.tracing import catalogue, trace_records
 from validation.tracing.baseline.in_space import SpaceProblem
 from validation.tracing.effect import acting
 from validation.tracing.figures import figures
+from validation.tracing.inference import ALPHA, decide
 from validation.tracing.next_experiment import Experiment, next_experiment
 from validation.tracing.outcome import Trace
 from validation.tracing.result import DetectionLimit, FigureFile, NextProgram, TraceReport, in_words, trace_report
@@ -76,6 +77,7 @@ def trace_files(
     reference: Sequence[Path] = (),
     seed: int = 0,
     threads: int = 2,
+    alpha: float = ALPHA,
     progress: bool = False,
 ) -> Traced:
     """Read records and trace them (:func:`trace_loaded`).
@@ -88,7 +90,7 @@ def trace_files(
     require_different(paths, reference)
     new, old = read_for_trace(paths), read_for_trace(reference)
     with stages(progress, "tracing", total=5, unit=FITS) as stage:
-        return trace_loaded(new, reference=old, seed=seed, threads=threads, stage=stage)
+        return trace_loaded(new, reference=old, seed=seed, threads=threads, alpha=alpha, stage=stage)
 
 
 def require_different(paths: Sequence[Path], reference: Sequence[Path]) -> None:
@@ -126,6 +128,7 @@ def trace_loaded(
     reference: Sequence[Record] = (),
     seed: int = 0,
     threads: int = 2,
+    alpha: float = ALPHA,
     stage: Stages = UNSEEN,
 ) -> Traced:
     """Trace records, propose the next experiment, and run the multibody model for a second opinion.
@@ -137,9 +140,11 @@ def trace_loaded(
     reference
         Records before a change; see :func:`validation.tracing.trace_records`.
     seed
-        Stored with the result; nothing in a trace is random.
+        Of the draws of the test, and stored with the result; the trace itself has nothing random.
     threads
         For runs and derivatives; see :func:`validation.tracing.trace_records`.
+    alpha
+        Probability with which the test may claim an effect that is not there.
     stage
         Told what is being computed, in five stages; the first one counts fits (:data:`FITS`).
     """
@@ -147,6 +152,7 @@ def trace_loaded(
         _require_moving(record)
     start, failed = time.perf_counter(), list[str]()
     trace = trace_records(records, reference=reference, threads=threads, progress=stage.count)
+    decision = attempt("no test", lambda: decide(trace, alpha=alpha, seed=seed, threads=threads), None, failed)
     stage.begin("detection limits")
     limits = attempt("no detection limits", lambda: limits_of(trace), [], failed)
     stage.begin("the next experiment")
@@ -156,7 +162,15 @@ def trace_loaded(
     stage.begin("figures")
     drawn = figures(trace, failed)
     seconds = time.perf_counter() - start
-    found = trace_report(trace, experiment=experiment, opinion=opinion, limits=limits, seconds=seconds, seed=seed)
+    found = trace_report(
+        trace,
+        experiment=experiment,
+        opinion=opinion,
+        limits=limits,
+        decision=decision,
+        seconds=seconds,
+        seed=seed,
+    )
     program = experiment.csv()
     found = replace(
         found,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,7 @@ from validation.tracing.plausibility import zero_words
 from validation.tracing.sensors.protocol import OTHER_AMPLITUDE, OTHER_RATE
 
 if TYPE_CHECKING:  # a trace makes its own report
+    from validation.tracing.inference.decision import Decision
     from validation.tracing.next_experiment import Experiment
     from validation.tracing.outcome import Candidate, Trace
     from validation.tracing.second_opinion import SecondOpinion
@@ -57,7 +58,8 @@ class EffectReport:
     """An effect that is named: its parameters with 95 % intervals, and what it brought when it was added.
 
     ``delta_bic`` is how much lower the criterion is than before the effect was added; ``confusable_with`` has the
-    effects that explain the records as well in its place.
+    effects that explain the records as well in its place. ``p`` is its own test against the other fits with one
+    effect (:mod:`validation.tracing.inference.rivals`); None where it was not compared.
     """
 
     name: str
@@ -65,6 +67,28 @@ class EffectReport:
     confusable_with: tuple[str, ...]
     delta_bic: float
     heldout_rmse_deg: float | None
+    p: float | None = None
+
+
+@dataclass(frozen=True)
+class RivalReport:
+    """A fit with one effect: how often a record of it would be as far behind the best fit, and what it explains."""
+
+    name: str
+    p: float
+    explained_share: Estimate
+
+
+@dataclass(frozen=True)
+class DecisionReport:
+    """What the test of :mod:`validation.tracing.inference` says by itself; it does not decide the verdict yet.
+
+    ``not_distinguished`` are the effects that the records do not tell apart, the best first.
+    """
+
+    verdict: str
+    not_distinguished: tuple[str, ...]
+    rivals: tuple[RivalReport, ...]
 
 
 @dataclass(frozen=True)
@@ -161,7 +185,9 @@ class TraceReport:
     ``declared`` has what the file of the rig states for parameters of the baseline, and ``baseline`` these as
     fitted together with the effects. ``alike`` is the difference of the criterion below which candidates are not
     distinguished. ``words`` are reasons for the verdict. ``samples_file`` has the records and models sample by sample;
-    ``held_out`` says which records, then references, are held out.
+    ``held_out`` says which records, then references, are held out. ``p_none`` is how often the baseline with its
+    discrepancy and noise would look as much like an effect by chance, of so many ``simulations``; at ``alpha`` or below
+    there is an effect. ``discrepancy_deg`` is what no effect explains, rms. They are None where ``by_test`` is.
     """
 
     schema: int
@@ -198,6 +224,11 @@ class TraceReport:
     held_out: tuple[bool, ...] = ()
     ranking: tuple[RankedModel, ...] = ()
     baseline: Mapping[str, Parameter] = field(default_factory=dict)
+    alpha: float | None = None
+    p_none: float | None = None
+    discrepancy_deg: float | None = None
+    simulations: int | None = None
+    by_test: DecisionReport | None = None
 
     @property
     def named(self) -> str:
@@ -226,6 +257,7 @@ def trace_report(
     experiment: Experiment | None = None,
     opinion: SecondOpinion | None = None,
     limits: Sequence[DetectionLimit] = (),
+    decision: Decision | None = None,
     seconds: float | None = None,
     seed: int = 0,
 ) -> TraceReport:
@@ -237,7 +269,7 @@ def trace_report(
     count = len(trace.records) - trace.reference
     names = tuple(record_name(record.source, i) for i, record in enumerate(trace.records))
     named = trace.verdict not in UNNAMED
-    return TraceReport(
+    report = TraceReport(
         schema=1,
         records=names[:count],
         noise_floor_deg=trace.floor.deg,
@@ -246,7 +278,7 @@ def trace_report(
         explained_share=_explained_share(trace),
         noise=NoiseReport(trace.floor.repeats_deg, trace.floor.sensor_deg, trace.floor.how),
         reference=names[count:],
-        effects=_effects(trace, parameters) if named else (),
+        effects=_effects(trace, parameters, decision) if named else (),
         after=errors_of(trace.augmented) if named else before,
         detection_limits=tuple(limits),
         multibody=_multibody(opinion),
@@ -274,6 +306,19 @@ def trace_report(
         held_out=tuple(trace.baseline.holdout.is_held_out(i) for i in range(len(names))),
         ranking=ranked_models(trace),
         baseline=baseline,
+    )
+    return report if decision is None else _with_test(report, decision)
+
+
+def _with_test(report: TraceReport, decision: Decision) -> TraceReport:
+    rivals = tuple(RivalReport(one.name, one.p, one.explained) for one in decision.rivals)
+    return replace(
+        report,
+        alpha=decision.alpha,
+        p_none=decision.p_none,
+        discrepancy_deg=decision.discrepancy_deg,
+        simulations=decision.simulations,
+        by_test=DecisionReport(decision.verdict, decision.not_distinguished, rivals),
     )
 
 
@@ -431,7 +476,9 @@ def nearest_candidate(candidates: Sequence[Candidate]) -> Candidate | None:
     return min(there, key=lambda c: c.fitted.heldout_rmse_deg, default=None)
 
 
-def _effects(trace: Trace, parameters: Sequence[Mapping[str, Parameter]]) -> tuple[EffectReport, ...]:
+def _effects(
+    trace: Trace, parameters: Sequence[Mapping[str, Parameter]], decision: Decision | None
+) -> tuple[EffectReport, ...]:
     """Effects that are named in the order in which they were added."""
     own = len(trace.baseline.names)
     parameters = parameters[own:]
@@ -443,6 +490,7 @@ def _effects(trace: Trace, parameters: Sequence[Mapping[str, Parameter]]) -> tup
             confusable_with=confusable,
             delta_bic=stages[k + 1][1] - stages[k][1],
             heldout_rmse_deg=_finite(stages[k + 1][0].heldout_rmse_deg),
+            p=None if decision is None else decision.p_of(added.effect.name),
         )
         for k, (added, values, confusable) in enumerate(zip(trace.effects, parameters, trace.confusable, strict=True))
     )

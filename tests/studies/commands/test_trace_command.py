@@ -118,6 +118,15 @@ def test_backlash_is_traced_and_the_file_has_the_documented_fields(folder):
     assert "whose protocol differs" in result["heldout_by"]
 
 
+def test_the_file_has_the_test_beside_the_verdict(folder):
+    result = stored(folder)
+    assert (result["alpha"], result["simulations"]) == (0.05, 999)
+    assert 0.001 <= result["p_none"] <= 0.05
+    assert "backlash" in result["by_test"]["not_distinguished"]
+    assert result["effects"][0]["p"] > 0.05
+    assert result["discrepancy_deg"] < NOISE_DEG
+
+
 def test_the_page_draws_its_charts_and_the_pictures_are_files(folder):
     html = (folder / "out" / "report.html").read_text()
     result = stored(folder)

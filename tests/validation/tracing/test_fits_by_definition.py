@@ -395,7 +395,7 @@ def test_records_that_only_load_have_no_functions_of_direction_and_compete_witho
     own, other = {"an odd function of the drive", "an even function of the drive", "the drive"}, {"time", "the cycle"}
     turned = {"the drive and its direction", "the distance since the last reversal"}
     monkeypatch.setattr(smooth, "_selected", selected)
-    monkeypatch.setattr(smooth, "_bases", lambda problem: dict.fromkeys([*own, *other, *turned]))
+    monkeypatch.setattr(smooth, "bases_of", lambda problem: dict.fromkeys([*own, *other, *turned]))
 
     def one(*loads):
         records = [SimpleNamespace(only_loads=each) for each in loads]
@@ -412,7 +412,7 @@ def test_functions_of_five_cycles_are_splines_from_the_first_to_the_last_and_the
     """Five cubics with one knot amid: at the ends the outer one is 1, in the middle (1, 2, 1)/4."""
     drive = np.array([0.0, 1.0, 0.0, 1.0, 0.0])
     one = SampleInputs(drive, np.arange(5.0), np.arange(5), False)
-    found = smooth._bases(SimpleNamespace(inputs=[one], preloads_N=[]))
+    found = smooth.bases_of(SimpleNamespace(inputs=[one], preloads_N=[]))
     expected = np.array([[1, 0, 0, 0, 0], [0] * 5, [0, 0.25, 0.5, 0.25, 0], [0] * 5, [0, 0, 0, 0, 1]])
     expected[1] = [0.125, 0.59375, 0.25, 0.03125, 0]  # at 1/4, between the knots 0 and 1/2
     expected[3] = expected[1][::-1]
@@ -427,15 +427,15 @@ def test_functions_of_five_cycles_are_splines_from_the_first_to_the_last_and_the
 def test_functions_by_preload_are_there_for_preloads_of_any_size():
     drive = np.linspace(-1.0, 1.0, 9)
     rows = [SampleInputs(drive, np.arange(9.0), np.ones(9, dtype=int), False)] * 2
-    found = smooth._bases(SimpleNamespace(inputs=rows, preloads_N=[0.25, 0.75]))
+    found = smooth.bases_of(SimpleNamespace(inputs=rows, preloads_N=[0.25, 0.75]))
     by_preload = found["the direction of the drive, by preload"].sum(axis=1)
     assert by_preload == pytest.approx(0.0)  # the direction is 1 in all of either record, and centred
     line = found["the drive, by preload"] @ np.ones(8)
     assert line == pytest.approx(0.0)  # splines add up to 1
     assert np.abs(found["the drive, by preload"]).max() > 0.2
-    equal = smooth._bases(SimpleNamespace(inputs=rows, preloads_N=[0.95, 1.0]))
+    equal = smooth.bases_of(SimpleNamespace(inputs=rows, preloads_N=[0.95, 1.0]))
     assert "the drive, by preload" in equal
-    assert "the drive, by preload" not in smooth._bases(SimpleNamespace(inputs=rows, preloads_N=[0.0, 0.0]))
+    assert "the drive, by preload" not in smooth.bases_of(SimpleNamespace(inputs=rows, preloads_N=[0.0, 0.0]))
 
 
 @pytest.mark.parametrize(("over", "names"), [(1e-9, ()), (-1e-9, ("a",))])

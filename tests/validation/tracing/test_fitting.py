@@ -20,7 +20,7 @@ from validation.tracing.fitting.evidence import ranked_models
 from validation.tracing.fitting.holdout import Protocol, _most_covered
 from validation.tracing.fitting.least_squares import differentiate
 from validation.tracing.fitting.noise import estimate_noise_floor
-from validation.tracing.fitting.smooth import _bases, smooth_functions
+from validation.tracing.fitting.smooth import bases_of, smooth_functions
 from validation.tracing.prepared import prepared
 from validation.tracing.settings import CURVE, EQUIVALENT_RIG, KNOWN_RIG, POLICIES
 
@@ -93,7 +93,7 @@ def test_noise_floor_and_smooth_functions_of_a_known_residual():
     even = tuple(e - (0.3 * (s.drive / 2.2) ** 2 - 0.1) for e, s in zip(white, problem.inputs, strict=True))
     smooth = smooth_functions(replace(fitted(), errors=even), 400.0)
     assert smooth.names[0] == "an even function of the drive"
-    columns = {name: basis.shape[1] for name, basis in _bases(problem).items()}
+    columns = {name: basis.shape[1] for name, basis in bases_of(problem).items()}
     assert smooth.parameters == fitted().x.size + sum(columns[name] for name in smooth.names)
 
 

@@ -158,7 +158,7 @@ def test_bases_of_smooth_functions_and_when_they_are_there():
     three = np.repeat([0, 1, 2], 27)
 
     def names(*inputs, preloads=()):
-        return set(smooth._bases(SimpleNamespace(inputs=inputs, preloads_N=list(preloads))))
+        return set(smooth.bases_of(SimpleNamespace(inputs=inputs, preloads_N=list(preloads))))
 
     always = {"an odd function of the drive", "an even function of the drive", "the drive",
               "the drive and its direction", "the distance since the last reversal", "time"}  # fmt: skip
@@ -169,7 +169,7 @@ def test_bases_of_smooth_functions_and_when_they_are_there():
     for second, there in ((1.06, True), (1.04, False)):  # 5 % of the mean
         found = names(*[inputs_of(drive, timed=False)] * 2, preloads=(1.0, second))
         assert bool(found - always) is there
-    both = smooth._bases(SimpleNamespace(inputs=[inputs_of(drive), inputs_of(0.5 * drive)], preloads_N=[1.0, 3.0]))
+    both = smooth.bases_of(SimpleNamespace(inputs=[inputs_of(drive), inputs_of(0.5 * drive)], preloads_N=[1.0, 3.0]))
     sizes = {name: basis.shape[1] for name, basis in both.items()}
     assert list(sizes.values()) == [3, 2, 10, 8, 8, 6, 5, 8, 6]
     x = drive / 2  # over the largest drive of all records

@@ -17,7 +17,7 @@ from validation.tracing.fitting.folds import folds_of
 from validation.tracing.fitting.holdout import protocol
 from validation.tracing.fitting.noise import estimate_noise_floor
 from validation.tracing.fitting.ranking import best_candidates
-from validation.tracing.fitting.smooth import _bases, smooth_functions
+from validation.tracing.fitting.smooth import bases_of, smooth_functions
 from validation.tracing.prepared import prepared
 
 STEPS = 12
@@ -65,7 +65,7 @@ def stacked(parts: list[np.ndarray]) -> np.ndarray:
 def test_columns_of_every_smooth_function():
     """Two records at preloads of 20 and 10 N, whose mean is 15 N, one with half the stroke of the other."""
     rows, weights = (inputs(3), inputs(3, size=1.0)), (20 / 15 - 1, 10 / 15 - 1)
-    found = _bases(problem(*rows))
+    found = bases_of(problem(*rows))
     x = [one.drive / 2.0 for one in rows]
     signs = [rising(one.drive)[:, None] for one in rows]
     way = [np.minimum(since(one.drive) / 2.0, 2.0) for one in rows]
@@ -103,7 +103,7 @@ def test_columns_of_every_smooth_function():
 
 @pytest.mark.parametrize(("cycles", "count"), [(1, None), (2, 3), (3, 4), (4, 5), (7, 5)])
 def test_functions_of_the_cycle_need_two_cycles_and_have_five_columns_at_most(cycles: int, count: int | None):
-    found = _bases(problem(inputs(cycles), preloads=()))
+    found = bases_of(problem(inputs(cycles), preloads=()))
     names = ("the cycle", "the cycle and the direction of the drive")
     assert [found[name].shape[1] if name in found else None for name in names] == [count, count]
     assert not any("preload" in name for name in found)
@@ -111,9 +111,9 @@ def test_functions_of_the_cycle_need_two_cycles_and_have_five_columns_at_most(cy
 
 @pytest.mark.parametrize(("low", "there"), [(19.0, False), (18.5, True)])
 def test_functions_by_preload_need_preloads_that_differ_by_a_twentieth(low: float, there: bool):
-    found = _bases(problem(inputs(), inputs(), preloads=(19.5, low)))
+    found = bases_of(problem(inputs(), inputs(), preloads=(19.5, low)))
     assert ("the drive, by preload" in found) is there
-    assert "the rate" not in _bases(problem(inputs(timed=False), preloads=()))
+    assert "the rate" not in bases_of(problem(inputs(timed=False), preloads=()))
 
 
 def residual_of(rows, errors) -> SimpleNamespace:
@@ -223,7 +223,7 @@ def test_gains_are_parts_of_the_mean_square_that_each_function_takes_away():
     )  # fmt: skip
     found = smooth_functions(fit)
     squares, columns_of = [fit.mean_square], np.zeros((x.size, 0))
-    bases = _bases(given)
+    bases = bases_of(given)
     for name in found.names:
         columns_of = np.column_stack([columns_of, bases[name]])
         rest = error - columns_of @ np.linalg.lstsq(columns_of, error, rcond=None)[0]

@@ -65,7 +65,7 @@ def smooth_functions(fitted: Fitted, samples: float | None = None) -> Smooth:
         Number of independent samples; by default that of the model.
     """
     samples = fitted.angle_samples if samples is None else samples
-    bases = _bases(fitted.model.problem)
+    bases = bases_of(fitted.model.problem)
     if not all(one.only_loads for one in fitted.model.problem.records):
         return _selected(fitted, samples, bases)
     others = {name: basis for name, basis in bases.items() if "direction" not in name}
@@ -103,7 +103,7 @@ def _mean_square(error_deg: Floats, columns: Floats, train: Mask) -> float:
     return float(residual @ residual) / residual.size
 
 
-def _bases(problem: Problem) -> dict[str, Floats]:
+def bases_of(problem: Problem) -> dict[str, Floats]:
     """Columns of the smooth functions, shapes (m, k), centred in every record, by what they are functions of."""
     inputs = problem.inputs
     reach = max(float(np.abs(s.drive).max()) for s in inputs)

@@ -1,0 +1,150 @@
+"""Which of several fitted effects a record does not tell apart: each is tested against the best of the others.
+
+If effect e made the record, the fit o of another effect would leave r_o - r_e and noise (Cox's test of separate
+families, 1962, by simulation: Williams 1970, doi 10.2307/2528927). Scores are l of the residual beyond the tangent
+of each fit, at the covariances and in the contrasts of the fit without effects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hysteresis.arrays import Floats
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.inference.chance import drawn, scales_of_rigs
+from validation.tracing.inference.discrepancy import tangent_of
+from validation.tracing.inference.relevance import Grid
+from validation.tracing.inference.score import Covariance, Reduced, log_likelihood, noise_deg, reduced
+
+MOST_RIVALS = 8
+"""Fits that are compared: those that leave least."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """A fitted effect.
+
+    Parameters
+    ----------
+    behind
+        Score of the best fit less its own.
+    p
+        Probability that a record of this effect would leave it as far behind.
+    covariance, noise_deg
+        Most likely beside it.
+    """
+
+    fitted: Fitted
+    behind: float
+    p: float
+    covariance: Covariance
+    noise_deg: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Space:
+    """Space of all fits for one correlation of the noise: coordinates of residuals, (q, f), and tangents, (q, p)."""
+
+    reduced: Reduced
+    residuals: Floats
+    tangents: Sequence[Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class _Fits:
+    """Fits at one covariance, in coordinates in which the discrepancy with its noise is white.
+
+    ``residuals`` has shape (q, f), ``tangents`` are orthonormal bases, shapes (q, p).
+    """
+
+    space: Reduced
+    contrasts: Reduced
+    turn: Floats
+    residuals: Floats
+    tangents: Sequence[Floats]
+
+
+def rivals_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simulations: int) -> list[Rival]:
+    """Compare fits with one effect each, the best first; empty without any."""
+    if not fits:
+        return []
+    residuals = np.column_stack([-one.rows.errors[one.rows.train] for one in fits])
+    tangents = [tangent_of(one) for one in fits]
+    spaces = {rho: _space(grid, rho, residuals, tangents) for rho in dict.fromkeys(g.rho for g in grid.covariances)}
+    at = {g: _fits_at(grid, g, spaces[g.rho]) for g in grid.covariances}
+    squares = {g: np.array([_square(own, i) for i in range(len(fits))]) for g, own in at.items()}
+    scores = {g: log_likelihood(at[g].contrasts, row, g, grid.prior) for g, row in squares.items()}
+    best = [grid.covariances[int(np.argmax([scores[g][i] for g in grid.covariances]))] for i in range(len(fits))]
+    own = [float(scores[g][i]) for i, g in enumerate(best)]
+    noises = [noise_deg(grid.linear, float(squares[g][i])) for i, g in enumerate(best)]
+    found = [
+        Rival(one, max(own) - score, 1.0, g, noise)
+        for one, score, g, noise in zip(fits, own, best, noises, strict=True)
+    ]
+    drawn_scores = _drawn_scores(grid, at, found, seed, simulations)
+    found = [
+        replace(one, p=_part_as_far(own_scores.max(axis=0) - own_scores[i], one.behind))
+        for i, (one, own_scores) in enumerate(zip(found, drawn_scores, strict=True))
+    ]
+    return sorted(found, key=lambda rival: rival.behind)
+
+
+def _part_as_far(behind: Floats, least: float) -> float:
+    """Part of the draws that are as far behind, the record counted as one."""
+    return float(1 + (behind >= least).sum()) / (1 + behind.size)
+
+
+def _space(grid: Grid, rho: float, residuals: Floats, tangents: Sequence[Floats]) -> _Space:
+    free = replace(grid.linear, tangent=np.empty((len(residuals), 0)))
+    space = reduced(free, rho, np.column_stack([residuals, *tangents]))
+    return _Space(space, space.rows(residuals).inside, [space.rows(one).inside for one in tangents])
+
+
+def _fits_at(grid: Grid, g: Covariance, space: _Space) -> _Fits:
+    modes = space.reduced.modes(g.pattern)
+    turn = np.sqrt(modes.weights(g.tau))[:, None] * modes.turn
+    bases = [np.linalg.qr(turn @ one)[0] for one in space.tangents]
+    return _Fits(space.reduced, grid.spaces[g.rho], turn, turn @ space.residuals, bases)
+
+
+def _square(fits: _Fits, i: int) -> float:
+    """Give y'P y of the residual of a fit beyond its own tangent."""
+    row = fits.residuals[:, i]
+    along = fits.tangents[i].T @ row
+    return float(row @ row - along @ along)
+
+
+def _drawn_scores(
+    grid: Grid, at: Mapping[Covariance, _Fits], rivals: Sequence[Rival], seed: int, count: int
+) -> list[Floats]:
+    """For each fit, if its effect made the record: largest scores of all fits, shape (f, count).
+
+    The covariances are those that are most likely beside one of the fits.
+    """
+    out = [np.full((len(rivals), count), -np.inf) for _ in rivals]
+    covariances = tuple(dict.fromkeys(rival.covariance for rival in rivals))
+    for own in covariances:
+        rng, noise = np.random.default_rng(seed), min(one.noise_deg for one in rivals if one.covariance == own)
+        draws = drawn(grid.linear, own, scales_of_rigs(grid, noise, rng, count), rng)
+        for g in covariances:
+            fits = at[g]
+            rows = fits.space.rows(draws)
+            unit = fits.turn @ rows.inside
+            whole = rows.outside + np.einsum("ij,ij->j", unit, unit)
+            along = [basis.T @ unit for basis in fits.tangents]
+            for e, rival in enumerate(rivals):
+                if rival.covariance != own:
+                    continue
+                size = rival.noise_deg
+                left = fits.residuals - fits.residuals[:, [e]]
+                for o, basis in enumerate(fits.tangents):
+                    shift = basis.T @ left[:, o]
+                    cross = left[:, o] @ unit - shift @ along[o]
+                    plain = whole - np.einsum("ij,ij->j", along[o], along[o])
+                    square = size**2 * plain + 2 * size * cross + left[:, o] @ left[:, o] - shift @ shift
+                    score = log_likelihood(fits.contrasts, square, g, grid.prior)
+                    np.maximum(out[e][o], score, out=out[e][o])
+    return out

@@ -1,0 +1,99 @@
+"""Shapes of the effects: how each start of each form of an effect changes the angle beside a fitted model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from fem_models.rig import RigError
+from fem_models.rig.checks import SolverError
+from hysteresis.arrays import Floats
+from validation.tracing.effect import Effect, FreeParameter, Values
+from validation.tracing.fitting.fitted import Fitted
+from validation.tracing.fitting.model import Model
+from validation.tracing.problem import AddedEffect
+from validation.tracing.settings import INSIDE_BOUNDS, NO_CHANGE_DEG
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Change of all that is fitted by one start of an effect, or by several amounts that act together.
+
+    Parameters
+    ----------
+    effect
+        Name.
+    columns
+        Predicted change, shape (m, k), deg.
+    one_sided
+        Whether the amount cannot be negative; of k > 1 columns all amounts have either sign.
+    """
+
+    effect: str
+    columns: Floats
+    one_sided: bool
+
+
+def shapes_beside(fitted: Fitted, effects: Sequence[Effect], threads: int = 1) -> list[Shape]:
+    """Shapes of all effects that a fitted model lacks, by one run of the model for each start.
+
+    Amounts of a form that have either sign, such as the sine and the cosine of a run-out, make one shape together for
+    each choice of its other parameters. A start that has no solution, or changes nothing, has no shape.
+    """
+    found = list[Shape]()
+    for effect in effects:
+        if effect.name in fitted.names:
+            continue
+        for form in fitted.model.problem.forms(effect):
+            starts = fitted.model.problem.starts(form)
+            changes = [(values, _change(fitted, AddedEffect(effect, form), values, threads)) for values in starts]
+            there = [(values, change) for values, change in changes if change is not None]
+            found += _of_form(effect.name, form, there)
+    return found
+
+
+def _of_form(name: str, form: Any, changes: Sequence[tuple[Values, Floats]]) -> Iterator[Shape]:
+    """Shapes of one form from the changes of its starts."""
+    amounts = [p for p in form.parameters if p.acts_from_zero and not p.log]
+    if len(amounts) > 1 and all(p.low < 0 for p in amounts):
+        others = {p.name for p in form.parameters} - {p.name for p in amounts}
+
+        def rest(one: tuple[Values, Floats]) -> list[tuple[str, float]]:
+            return sorted((key, value) for key, value in one[0].items() if key in others)
+
+        for _, group in groupby(sorted(changes, key=rest), key=rest):
+            yield Shape(name, _spanned([change for _, change in group], len(amounts)), one_sided=False)
+    else:
+        for values, change in changes:
+            yield Shape(name, change[:, None], one_sided=not _has_either_sign(amounts, values))
+
+
+def _has_either_sign(amounts: Sequence[FreeParameter], values: Values) -> bool:
+    """Whether a start has amounts, and all of them may be negative."""
+    own = [p for p in amounts if values[p.name] != 0.0]
+    return bool(own) and all(p.low < 0 for p in own)
+
+
+def _spanned(changes: Sequence[Floats], most: int) -> Floats:
+    """Span changes by as many columns as there are amounts, the strongest ones: shape (m, k)."""
+    rows = np.column_stack([change / np.linalg.norm(change) for change in changes])
+    left, size, _ = np.linalg.svd(rows, full_matrices=False)
+    return np.asarray((left * size)[:, : min(most, int((size > 1e-3 * size[0]).sum()))])
+
+
+def _change(fitted: Fitted, added: AddedEffect, values: Values, threads: int) -> Floats | None:
+    """Change of what is fitted, training samples alone, shape (m,); None without a solution or without a change."""
+    model = Model(fitted.model.problem, (*fitted.model.added, added))
+    baseline, effects = fitted.model.values(fitted.x)
+    baseline = {name: values.get(name, value) for name, value in baseline.items()}
+    low, high = model.bounds()
+    x = np.clip(model.coordinates(baseline, [*effects, values]), low + INSIDE_BOUNDS, high - INSIDE_BOUNDS)
+    try:
+        change = (fitted.holdout.stacked(model.errors(x, threads)) - fitted.rows.errors)[fitted.rows.train]
+    except (SolverError, RigError):
+        return None
+    return change if np.isfinite(change).all() and np.abs(change).max() >= NO_CHANGE_DEG else None
