@@ -61,6 +61,11 @@ class BoucWen:
         total = self.beta + self.gamma
         return (abs(self.A) / total) ** (1 / self.n) if total > 0 else math.inf
 
+    @property
+    def corner_deg(self) -> None:
+        """None: nothing changes at once along a straight way of f."""
+        return None
+
     def is_bounded(self) -> bool:
         """Tell whether h stays within the saturation on every path: beta + gamma > 0.
 

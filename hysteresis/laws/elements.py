@@ -40,6 +40,10 @@ class Element(Protocol):
     def saturation_deg(self) -> float:
         """Largest |h| on any path."""
 
+    @property
+    def corner_deg(self) -> float | None:
+        """Place of f at which the slope of h changes at once on a straight way; None for a law without one."""
+
     def along(self, f_deg: Floats, /) -> Floats:
         """Compute h along a path that starts in the present state, shape (m,) -> (m,), deg."""
 
@@ -132,6 +136,11 @@ class AsymmetricElement:
         """Largest |h| on any path."""
         return max(max(side) for side in self.limits_deg) if self.A else 0.0
 
+    @property
+    def corner_deg(self) -> float:
+        """The centre: the limit of h changes there."""
+        return self.centre_deg
+
     def along(self, f_deg: Floats) -> Floats:
         """Compute h along a path, shape (m,) -> (m,), deg."""
         if self.A == 0.0:
@@ -223,6 +232,11 @@ class StopsElement:
         """Largest |h| on any path."""
         A, saturation, _, _, skew, bow = self.constants.tolist()
         return saturation * largest_factor(skew, bow) if A else 0.0
+
+    @property
+    def corner_deg(self) -> None:
+        """None: the limits change gradually."""
+        return None
 
     def along(self, f_deg: Floats) -> Floats:
         """Compute h along a path, shape (m,) -> (m,), deg."""

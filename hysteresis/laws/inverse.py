@@ -106,7 +106,13 @@ def _step(at: float, elements: list[Element], target: float, reach: float) -> tu
     def excess(f: float) -> float:
         return f + _sum_along(elements, np.array([at, f])) - target
 
-    f = float(brentq(excess, at, end, xtol=_PRECISION * span, rtol=1e-15))
+    start = at
+    corners = {one.corner_deg for one in elements if one.corner_deg is not None}
+    for corner in sorted(corners, key=lambda place: abs(place - at)):
+        # h may drop there, and the angle be reached twice: the first time counts
+        if min(start, end) < corner < max(start, end):
+            start, end = (corner, end) if excess(corner) * missing < 0.0 else (start, corner)
+    f = float(brentq(excess, start, end, xtol=_PRECISION * span, rtol=1e-15))
     return f, [element.after(np.array([at, f])) for element in elements]
 
 

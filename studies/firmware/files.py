@@ -78,7 +78,7 @@ def _filled(template: str, values: dict[str, str]) -> str:
 
 
 def _values(compensator: Compensator, law: LawInC) -> dict[str, str]:
-    reals = 3 + law.memory.size
+    reals = 4 + law.memory.size
     values = {
         "name": compensator.name,
         "version": package_version(),
@@ -97,12 +97,13 @@ def _values(compensator: Compensator, law: LawInC) -> dict[str, str]:
         "angle": listed(compensator.angle_deg),
         "slope": listed(compensator.slope),
         "saturation": number(compensator.saturation_deg)[2:-1],
+        "smooth": number(law.smooth_deg)[2:-1],
         "start": listed(law.memory),
         "first_drive": number(compensator.layer.first_drive)[2:-1],
     } | law.values
     if "places" in law.values and law.functions:
-        values["width"] = _filled("width.c", values)
-    values.setdefault("width", "")
+        values["width_function"] = _filled("width.c", values)
+    values.setdefault("width_function", "")
     values["constants"] = str(sum(text.count("R(") for name, text in values.items() if name != "places"))
     return values
 

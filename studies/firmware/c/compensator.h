@@ -37,6 +37,7 @@ typedef double notchbend_real;
 
 typedef struct {
     notchbend_real f_deg;           /* single-valued part of the angle, deg */
+    notchbend_real h_deg;           /* hysteresis; the angle is f_deg + h_deg */
     notchbend_real drive;           /* the last drive, ${unit} */
     notchbend_real largest_step;    /* largest change of the drive in one step, ${unit}; 0 for none */
     notchbend_real memory[${memory}];       /* ${memory_words}, deg */

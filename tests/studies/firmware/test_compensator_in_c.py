@@ -44,6 +44,7 @@ class Exported:
         class State(ctypes.Structure):
             _fields_ = (
                 ("f_deg", ctypes.c_double),
+                ("h_deg", ctypes.c_double),
                 ("drive", ctypes.c_double),
                 ("largest_step", ctypes.c_double),
                 ("memory", ctypes.c_double * size),
@@ -110,6 +111,19 @@ def test_a_curve_that_is_almost_flat_in_places_is_inverted(exported, kind):
     wanted = np.random.default_rng(2).uniform(-40.0, 50.0, 2000)
     found = replayed(one.programs[kind], wanted)
     np.testing.assert_allclose(one.layer.f(found), wanted, rtol=0, atol=WITHIN_DEG[kind])
+
+
+@pytest.mark.parametrize("kind", ["double", "float"])
+@pytest.mark.parametrize("case", CASES)
+def test_a_reference_that_moves_within_rounding_is_followed(exported, case, kind):
+    """The excess at the start is then 0 or of either sign by rounding."""
+    one = exported(case)
+    real = {"double": np.float64, "float": np.float32}[kind]
+    drive = replayed(one.programs[kind], one.angle_deg[:300])
+    angle = replayed(one.programs[kind], drive, "observe").astype(real)
+    near = np.array([[value, *(value + k * np.spacing(value) for k in (-3, -1, 1, 2))] for value in angle]).ravel()
+    found = replayed(one.programs[kind], near)
+    np.testing.assert_allclose(predicted(one.layer, found), near, rtol=0, atol=WITHIN_DEG[kind])
 
 
 @pytest.mark.parametrize("case", ["bouc-wen", "leading"])
