@@ -50,6 +50,9 @@ class Element(Protocol):
     def after(self, f_deg: Floats, /) -> Element:
         """Return the element with the state at the end of a path."""
 
+    def widened(self, factor: float, /) -> Element:
+        """Return the element with a saturation times a factor above 0; its slope after a reversal, and h, stay."""
+
 
 class Constant(NamedTuple):
     """One constant of a law beside |A| and S: its coordinate's name and bounds, and its value for a play operator."""
@@ -157,6 +160,13 @@ class AsymmetricElement:
         """Return the law with the state at the end of a path."""
         return replace(self, h0_deg=float(self.along(f_deg)[-1]))
 
+    def widened(self, factor: float) -> AsymmetricElement:
+        """Return the law with limits times a factor above 0; h is held within the largest."""
+        (a, b), (c, d) = self.limits_deg
+        limits = ((factor * a, factor * b), (factor * c, factor * d))
+        most = max(max(side) for side in limits)
+        return replace(self, limits_deg=limits, h0_deg=min(most, max(-most, self.h0_deg)))
+
 
 def _psi_of(onward: Floats, kappa: Floats) -> Floats:
     """Tabulate psi, shape (k, 2, 2, 2), from its values with the motion, (k, 2, 2), and kappa, (k,)."""
@@ -245,6 +255,12 @@ class StopsElement:
     def after(self, f_deg: Floats) -> StopsElement:
         """Return the law with the state at the end of a path."""
         return replace(self, stops=advanced(f_deg, self.constants, self.place, self.stops)[1])
+
+    def widened(self, factor: float) -> StopsElement:
+        """Return the law with thresholds times a factor above 0; stops beyond theirs are held at the next sample."""
+        constants = self.constants.copy()
+        constants[1] *= factor
+        return replace(self, constants=constants)
 
 
 def _stops_rows(sign: Floats, values: Floats) -> Floats:

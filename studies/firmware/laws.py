@@ -18,17 +18,17 @@ _UNLIMITED = 1e30  # in place of an infinite limit; a state is of order 1
 _A_LINE = 100
 _SMOOTH = 1e-5  # of the f over which h saturates: the third power is below rounding
 _STRAIGHT = {
-    "growth": "", "width": "", "growing": "", "moving": "moving", "moves": "moves", "keeps_width": "",
-    "settled_width": "", "width_member": "",
+    "growth": "", "width": "way->scale", "growing": "", "moving": "moving", "moves": "moves", "keeps_width": "",
+    "settled_width": "way->scale", "width_member": "",
 }  # fmt: skip
 _BENDING = {  # the thresholds change with f
-    "growth": ", growing = 0, growth = 0, width = width_at(f, &PLACES[i], &growth)",
-    "width": "width * ",
+    "growth": ", growing = 0, growth = 0, width = way->scale * width_at(f, &PLACES[i], &growth)",
+    "width": "width",
     "growing": "\n            growing += moves ? 0 : stop;",
     "moving": "(moving + growth * growing)",
     "moves": "(moves + (moves ? 0 : growth * stop))",
     "keeps_width": "        way->width[i] = width;\n",
-    "settled_width": "way->width[i] * ",
+    "settled_width": "way->width[i]",
     "width_member": "    real width[ELEMENTS];\n",
 }
 
@@ -68,7 +68,7 @@ def law_in_c(elements: Sequence[Element], f_start_deg: float) -> LawInC:
             return _asymmetric([one for one in moving if isinstance(one, AsymmetricElement)])
         case [StopsElement(), *_]:
             return _stops([one for one in moving if isinstance(one, StopsElement)], f_start_deg)
-    return LawInC(("nothing.c",), {}, np.zeros(1), "not used: the fit has no hysteresis", (), 200)
+    return LawInC(("nothing.c",), {}, np.zeros(1), "not used: the fit has no hysteresis", (), 600)
 
 
 def number(value: float) -> str:
@@ -129,7 +129,7 @@ def _bouc_wen(elements: Sequence[BoucWen]) -> LawInC:
         memory=np.array([one.h0_deg for one in elements]),
         remembers="h of each element",
         functions=("exp", "pow"),
-        stack_bytes=1400,
+        stack_bytes=1800,
     )
 
 
@@ -138,7 +138,7 @@ def _asymmetric(elements: Sequence[AsymmetricElement]) -> LawInC:
     for one in elements:
         cell = [", ".join(map(number, (limit, one.kappa, _y_below(one.n, one.kappa)))) for limit in _limits(one)]
         cells = f"{{{{{cell[0]}}}, {{{cell[1]}}}}},\n     {{{{{cell[2]}}}, {{{cell[3]}}}}}"
-        head = listed([abs(one.A), math.copysign(1.0, one.A), one.centre_deg])
+        head = listed([abs(one.A), math.copysign(1.0, one.A), one.centre_deg, one.saturation_deg])
         rows.append(f"    {{\n{head},\n    {{{cells}}}\n    }}")
     return LawInC(
         templates=("smaller.c", "flow.c", "asymmetric.c"),
@@ -150,7 +150,7 @@ def _asymmetric(elements: Sequence[AsymmetricElement]) -> LawInC:
         memory=np.array([one.h0_deg for one in elements]),
         remembers="h of each element",
         functions=("exp", "pow"),
-        stack_bytes=1400,
+        stack_bytes=1800,
     )
 
 
@@ -183,5 +183,5 @@ def _stops(elements: Sequence[StopsElement], f_start_deg: float) -> LawInC:
         memory=np.concatenate(memory),
         remembers="f minus each stop",
         functions=("exp",) if bends else (),
-        stack_bytes=600,
+        stack_bytes=1400,
     )

@@ -14,18 +14,20 @@ ${elements}
 };
 
 struct way {
+    real width;                 /* factor on the saturation */
     struct place_of_y from[ELEMENTS];
     real y[ELEMENTS], rate[ELEMENTS], bend[ELEMENTS];   /* where h was last computed, and slopes along the path there */
 };
 
 /* Begin a straight way of f in a direction, 1 or -1. */
-static void depart(struct way *way, const real *memory, real at, int direction)
+static void depart(struct way *way, const real *memory, real at, int direction, real width)
 {
     int i;
     (void)at;
+    way->width = width;
     for (i = 0; i < ELEMENTS; i++) {
         const struct element *e = &LAW[i];
-        real y = memory[i] / e->scale;
+        real y = memory[i] / (e->scale * width);
         way->from[i] = located(direction * (y > 1 ? 1 : y < -1 ? -1 : y), e->kappa, e->y_below, &FLOWS[i]);
     }
 }
@@ -37,12 +39,12 @@ static real arrive(struct way *way, real at, real f, int direction, real *slopes
     int i;
     for (i = 0; i < ELEMENTS; i++) {
         const struct element *e = &LAW[i];
-        real power, per_deg = e->scale * e->per_deg;
-        way->y[i] = advance(&way->from[i], path * e->per_deg, e->kappa, e->y_below, &FLOWS[i], &power);
+        real power, per_deg = e->per_deg / way->width, slope = e->scale * e->per_deg;
+        way->y[i] = advance(&way->from[i], path * per_deg, e->kappa, e->y_below, &FLOWS[i], &power);
         way->rate[i] = rate(way->y[i], power, FLOWS[i].n, e->kappa, &way->bend[i]);
-        sum += direction * e->scale * smaller(1, way->y[i]);
-        slopes[0] += per_deg * way->rate[i];
-        slopes[1] += direction * per_deg * e->per_deg * way->bend[i];
+        sum += direction * e->scale * way->width * smaller(1, way->y[i]);
+        slopes[0] += slope * way->rate[i];
+        slopes[1] += direction * slope * per_deg * way->bend[i];
     }
     return sum;
 }
@@ -54,8 +56,8 @@ static real settle(const struct way *way, real last, real f, int direction, real
     int i;
     for (i = 0; i < ELEMENTS; i++) {
         const struct element *e = &LAW[i];
-        real s = path * e->per_deg, y = way->y[i] + s * (way->rate[i] + R(0.5) * s * way->bend[i]);
-        memory[i] = direction * e->scale * smaller(1, y);
+        real s = path * e->per_deg / way->width, y = way->y[i] + s * (way->rate[i] + R(0.5) * s * way->bend[i]);
+        memory[i] = direction * e->scale * way->width * smaller(1, y);
         sum += memory[i];
     }
     return sum;

@@ -41,14 +41,20 @@ static real held_drive_at(notchbend_state *state, real f)
     return drive_at(f);
 }
 
-static void moved(notchbend_state *state, real drive, real f)
+/* Move a memory from f = at to another f; gives h there. */
+static real follow(real *memory, real at, real f, real width)
 {
     struct way way;
     real slopes[2] = {0, 0};
-    int direction = f < state->f_deg ? -1 : 1;
-    depart(&way, state->memory, state->f_deg, direction);
-    arrive(&way, state->f_deg, f, direction, slopes);
-    state->h_deg = settle(&way, f, f, direction, state->memory);
+    int direction = f < at ? -1 : 1;
+    depart(&way, memory, at, direction, width);
+    arrive(&way, at, f, direction, slopes);
+    return settle(&way, f, f, direction, memory);
+}
+
+static void moved(notchbend_state *state, real drive, real f)
+{
+    state->h_deg = follow(state->memory, state->f_deg, f, state->width);
     state->f_deg = f;
     state->drive = drive;
 }
@@ -67,6 +73,9 @@ void notchbend_reset(notchbend_state *state)
 void notchbend_init(notchbend_state *state)
 {
     state->largest_step = R(NOTCHBEND_LARGEST_STEP);
+    state->zero_deg = 0;
+    state->gain = 1;
+    state->width = 1;
     notchbend_reset(state);
 }
 
@@ -108,5 +117,5 @@ notchbend_real notchbend_observe(notchbend_state *state, notchbend_real drive)
     drive = within(state, drive);
     if (drive < state->drive || drive > state->drive)
         moved(state, drive, curve(drive));
-    return state->f_deg + state->h_deg;
+    return angle_at(state, state->f_deg, state->h_deg);
 }

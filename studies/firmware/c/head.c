@@ -1,6 +1,7 @@
 /* ${name}: made by notchbend ${version}; see ${name}.h. */
 #include "${name}.h"
-${include_math}
+#include <math.h>
+
 typedef notchbend_real real;
 
 #define R(x) ((real)(x))

@@ -1,20 +1,26 @@
 
-/* --- inverse: the f at which f + h is the reference, by Halley's method in a bracket that is halved where it fails ---- */
+/* --- inverse: the f at which the angle is the reference, by Halley's method in a bracket that is halved where it fails ---- */
 
 #define SATURATION R(${saturation})     /* largest |h|, deg */
 #define SMOOTH R(${smooth})     /* a part of f, deg, over which h bends little, so that the error is its third power */
 
+/* The angle of an f and an h. */
+static real angle_at(const notchbend_state *state, real f, real h)
+{
+    return state->zero_deg + state->gain * f + h;
+}
+
 /* Find f; ``way`` becomes the way there from state->f_deg, and *computed the f at which h was last computed. */
 static real path_to(const notchbend_state *state, real target, struct way *way, int *direction, real *computed)
 {
-    real at = state->f_deg, missing = target - at - state->h_deg;
+    real at = state->f_deg, missing = target - angle_at(state, at, state->h_deg);
     /* |h| is within saturation at both ends, so a path of this length is beyond the angle. */
-    real low = 0, high = magnitude(missing) + 2 * (1 + BEYOND) * SATURATION;
+    real low = 0, high = (magnitude(missing) + 2 * (1 + BEYOND) * SATURATION * state->width) / state->gain;
     real x = 0, over = -magnitude(missing), tolerance = R(0.5) * (PRECISION * high + ROUNDING * magnitude(at)), last;
     int k;
     *computed = at;
     *direction = missing < 0 ? -1 : 1;
-    depart(way, state->memory, at, *direction);
+    depart(way, state->memory, at, *direction, state->width);
     if (!(over < 0))
         return at;
     last = 4 * over;
@@ -22,7 +28,7 @@ static real path_to(const notchbend_state *state, real target, struct way *way, 
     if (*direction * (CORNER - at) > 0 && *direction * (CORNER - at) < high) {
         real slopes[2] = {0, 0};
         x = *direction * (CORNER - at);
-        if (*direction * (CORNER + arrive(way, at, CORNER, *direction, slopes) - target) < 0) {
+        if (*direction * (angle_at(state, CORNER, arrive(way, at, CORNER, *direction, slopes)) - target) < 0) {
             low = x;
         } else {
             high = x;
@@ -34,14 +40,14 @@ static real path_to(const notchbend_state *state, real target, struct way *way, 
         real slopes[2] = {0, 0}, slope, below, next, change;
         real h = arrive(way, at, *computed = at + *direction * x, *direction, slopes);
         if (x > 0)
-            over = *direction * (*computed + h - target);
+            over = *direction * (angle_at(state, *computed, h) - target);
         if (magnitude(over) <= ROUNDING * magnitude(target))
             break;
         if (over < 0)
             low = x;
         else
             high = x;
-        slope = 1 + slopes[0];
+        slope = state->gain + slopes[0];
         below = slope * slope - R(0.5) * over * *direction * slopes[1];
         next = slope > 0 && below > R(0.5) * slope * slope ? x - over * slope / below : x - over / slope;
         if (k == 0 && !(slope > R(0.1)))

@@ -5,9 +5,10 @@ struct way {
     int none;
 };
 
-static void depart(struct way *way, const real *memory, real at, int direction)
+static void depart(struct way *way, const real *memory, real at, int direction, real width)
 {
     (void)memory;
+    (void)width;
     (void)at;
     way->none = direction;
 }

@@ -16,16 +16,18 @@ ${elements}
 ${width_function}
 
 struct way {
+    real scale;                 /* factor on the thresholds */
     const real *memory;         /* the plays tell where f was */
     real h, slope;              /* where h was last computed */
 ${width_member}};
 
 /* Begin a straight way of f. */
-static void depart(struct way *way, const real *memory, real at, int direction)
+static void depart(struct way *way, const real *memory, real at, int direction, real width)
 {
     (void)at;
     (void)direction;
     way->memory = memory;
+    way->scale = width;
 }
 
 /* Give h at f on the way from f = at; its first and second slope there are added to ``slopes``. */
@@ -41,7 +43,7 @@ static real arrive(struct way *way, real at, real f, int direction, real *slopes
         real total = 0, stop = 0${growth};
         int moving = 0, moves = 0;
         for (k = 0; k < STOPS; k++) {
-            const real limit = ${width}e->thresholds[k];
+            const real limit = ${width} * e->thresholds[k];
             real ahead;
             stop = f - plays[k];
             ahead = stop + nudge;
@@ -66,7 +68,7 @@ static real settle(const struct way *way, real last, real f, int direction, real
     (void)direction;
     for (i = 0; i < ELEMENTS; i++) {
         for (k = 0; k < STOPS; k++) {
-            const real limit = ${settled_width}LAW[i].thresholds[k];
+            const real limit = ${settled_width} * LAW[i].thresholds[k];
             real *play = &memory[i * STOPS + k];
             *play = *play > f - limit ? *play : f - limit;
             *play = *play < f + limit ? *play : f + limit;

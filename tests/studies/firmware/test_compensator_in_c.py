@@ -47,6 +47,9 @@ class Exported:
                 ("h_deg", ctypes.c_double),
                 ("drive", ctypes.c_double),
                 ("largest_step", ctypes.c_double),
+                ("zero_deg", ctypes.c_double),
+                ("gain", ctypes.c_double),
+                ("width", ctypes.c_double),
                 ("memory", ctypes.c_double * size),
                 ("limited", ctypes.c_uint),
             )
@@ -174,7 +177,7 @@ def test_functions_and_bytes_are_those_of_the_header(exported, case):
     made = compiled(one.source, *options, FLOAT, out=one.folder / "single.o")
     needed = {"float": _undefined(made)}
     needed["double"] = _undefined(compiled(one.source, *options, out=one.folder / "double.o"))
-    named = set(re.findall(r"\b(exp|pow)\b", re.search(r"no static state,(.*?)\n", one.header)[1]))
+    named = set(re.findall(r"\b(exp|pow|sqrt)\b", re.search(r"no static state,(.*?)\n", one.header)[1]))
     assert needed["double"] == named
     assert needed["float"] == {f"{name}f" for name in named}
     sizes = re.search(r"(\d+) bytes in double and (\d+) in float", one.header)
