@@ -1,14 +1,14 @@
 """On-line re-identification of what drifts: zero, gain and width of an identified model, from one angle at a time.
 
-The model is angle = zero + gain f(drive) + h, where h is the identified law with its saturation times a width. The slope
-of h after a reversal stays. The three are found by recursive least squares on the prediction error (Ljung and
+The model is angle = zero + gain f(drive) + h, where h is the identified law with its saturation times a width. The
+slope of h after a reversal stays. The three are found by recursive least squares on the prediction error (Ljung and
 Soderstrom 1983), linearised about the present width: dh/dwidth is the difference to a second law that is
 :data:`WIDER` times wider and follows the same path.
 
 - The covariance is held as a square root S, P = S S', and is changed by factors, so it stays positive (Potter 1963).
 - Forgetting is directional (Kulhavy 1987): old data are forgotten only along the direction that a new sample excites.
-  With f = S' phi and z = f' f, both over the noise, S becomes S (I - m f f'), m z = 1 - 1 / sqrt(lambda (1 + z)), and the
-  estimate moves by S f e / (1 + z). Nothing is forgotten where the variance would grow beyond that at the start.
+  With f = S' phi and z = f' f, both over the noise, S becomes S (I - m f f'), m z = 1 - 1 / sqrt(lambda (1 + z)), and
+  the estimate moves by S f e / (1 + z). Nothing is forgotten where the variance would grow beyond that at the start.
 - A sample counts only after f has moved by a spacing. Without motion nothing is learnt and nothing forgotten.
 """
 

@@ -39,7 +39,7 @@ static real arrive(struct way *way, real at, real f, int direction, real *slopes
     (void)at;
     for (i = 0; i < ELEMENTS; i++) {
         const struct element *e = &LAW[i];
-        const real *plays = way->memory + i * STOPS;
+        const real *plays = &way->memory[i * STOPS];
         real total = 0, stop = 0${growth};
         int moving = 0, moves = 0;
         for (k = 0; k < STOPS; k++) {
@@ -47,7 +47,7 @@ static real arrive(struct way *way, real at, real f, int direction, real *slopes
             real ahead;
             stop = f - plays[k];
             ahead = stop + nudge;
-            moves = (ahead < limit) & (ahead > -limit);
+            moves = ahead < limit && ahead > -limit;
             stop = stop < limit ? stop : limit;
             stop = stop > -limit ? stop : -limit;
             moving += moves;

@@ -141,9 +141,8 @@ def test_without_motion_nothing_is_learnt_and_nothing_forgotten(tmp_path):
     settings = recursion_settings(compensator)
     start = float(layer.f(np.array([layer.first_drive]))[0])
     one = start_recursion(layer.elements, start, settings)
-    one = updated(one, start + 1.0, start + 4.0)
-    one = updated(one, start + 2.0, start + 6.0)
-    assert one.flags == OUTSIDE_FIT
+    one = updated(updated(one, start + 1.0, start + 4.0), start + 2.0, start + 6.0)
+    assert one.flags & OUTSIDE_FIT
     held = one
     for _ in range(50):
         held = updated(held, start + 2.0, 3.0)
