@@ -39,8 +39,8 @@ def compensator_files(compensator: Compensator, out: Path, *, seed: int = 0) -> 
         raise RecordError(f"{compensator.layer.source}: {error}") from None
     names = ("head.c", *law.templates, "curve.c", "inverse.c", "calls.c", "reidentify.c", "replay.c")
     texts = {
-        f"{compensator.name}.c": "".join(_filled(name, values) for name in names),
-        f"{compensator.name}.h": _filled("compensator.h", values),
+        f"{compensator.name}.c": "".join(filled(name, values) for name in names),
+        f"{compensator.name}.h": filled("compensator.h", values),
         f"{compensator.name}_test.csv": _vector(compensator, seed),
     }
     return {out / name: text for name, text in texts.items()}
@@ -71,7 +71,7 @@ def _vector(compensator: Compensator, seed: int) -> str:
     return _csv({"reference_deg": reference, f"drive_{compensator.unit}": drive})
 
 
-def _filled(template: str, values: dict[str, str]) -> str:
+def filled(template: str, values: dict[str, str]) -> str:
     """Fill a template of the folder ``c``, and put the name in place of ``notchbend_``."""
     text = (files("studies.firmware") / "c" / template).read_text(encoding="utf-8")
     name = values["name"]
@@ -104,7 +104,7 @@ def _values(compensator: Compensator, law: LawInC) -> dict[str, str]:
         "first_drive": number(compensator.layer.first_drive)[2:-1],
     } | law.values
     if "places" in law.values and law.functions:
-        values["width_function"] = _filled("width.c", values)
+        values["width_function"] = filled("width.c", values)
     values.setdefault("width_function", "")
     values["constants"] = str(sum(text.count("R(") for name, text in values.items() if name != "places"))
     return values
