@@ -1,4 +1,4 @@
-"""The compensator as a unit of co-simulation, FMI 2.0 and 3.0: source, model description, and a binary where it is made."""
+"""The compensator as a unit of co-simulation, FMI 2.0 and 3.0: source, model description, and a binary."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _unit(compensator: Compensator, sources: dict[str, str], version: Version) -
 
 
 def _binary(name: str, sources: dict[str, str], wrapper: str, version: Version) -> dict[str, bytes] | None:
-    """Compile the unit for this machine; None without a compiler, or for a machine that the standard has no name for."""
+    """Compile the unit for this machine; None without a compiler, or where the standard has no name for the machine."""
     compiler = next((found for one in ("cc", "gcc", "clang") if (found := shutil.which(one))), None)
     system, machine = _SYSTEMS.get(sys.platform), _MACHINES.get(platform.machine().lower())
     if compiler is None or system is None or machine is None:
