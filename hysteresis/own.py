@@ -19,6 +19,8 @@ _GENERATOR = f'<meta name="generator" content="{MAKER}">'
 _PNG_START = b"\x89PNG\r\n\x1a\n"
 _PNG_TEXT = b"tEXtSoftware\0" + MAKER.encode()
 _PDF_END = f"\n% {MAKER}\n".encode()
+_UNIT_END = f"made by {MAKER}".encode()
+"""Comment at the end of the archive of a unit of co-simulation."""
 _HEADERS = re.compile(
     rb"(?:drive,angle_deg,f_alone_deg,predicted_deg,|drive_mm,branch,angle_deg,tendon,guide,|(?:[\w.]+,)*[\w.]+_low(?:_deg)?,[\w.]+_median(?:_deg)?,[\w.]+_high|reference_deg,drive_\w+\s|angle_deg,rising_\w+,falling_\w+,angle_mdeg,)"
 )
@@ -67,19 +69,21 @@ def is_own(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD)
-            file.seek(max(0, path.stat().st_size - len(_PDF_END)), os.SEEK_SET)
-            end = file.read(len(_PDF_END))
+            longest = max(len(_PDF_END), len(_UNIT_END))
+            file.seek(max(0, path.stat().st_size - longest), os.SEEK_SET)
+            end = file.read(longest)
     except OSError:
         return False
     marks = {
         ".json": _JSON.match(head) is not None,
         ".html": _GENERATOR.encode() in head,
         ".png": _PNG_TEXT in head,
-        ".pdf": end == _PDF_END,
+        ".pdf": end.endswith(_PDF_END),
         ".zarr": f'"maker": "{MAKER}"'.encode() in head,
         ".csv": _HEADERS.match(head) is not None,
         ".c": _SOURCE.match(head) is not None,
         ".h": _SOURCE.match(head) is not None,
+        ".fmu": end.endswith(_UNIT_END),
         ".xml": _MODEL.search(head) is not None,
     }
     return marks.get(suffix, False)

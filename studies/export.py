@@ -18,7 +18,7 @@ from studies.progress import status
 from studies.results.fit import WHAT
 
 Simulator = Literal["mujoco"]
-Target = Literal["mujoco", "c", "table"]
+Target = Literal["mujoco", "c", "fmu", "table"]
 AMPLITUDE_MM = 2.2
 NAME = "compensator"
 
@@ -26,10 +26,10 @@ NAME = "compensator"
 def export_rig(
     *,
     fit: Annotated[
-        Path | None, typer.Argument(help="For c and table: an identify.json of notchbend, or a folder with one.")
+        Path | None, typer.Argument(help="For c, fmu and table: an identify.json of notchbend, or a folder with one.")
     ] = None,
     to: Annotated[
-        Target, typer.Option("--to", help="mujoco: a rig as a model; c, table: a fit as a compensator for firmware.")
+        Target, typer.Option("--to", help="mujoco: a rig as a model; c, fmu, table: a fit as a compensator.")
     ],
     out: Annotated[
         Path,
@@ -77,15 +77,22 @@ def _refuse(given: Mapping[str, object], expected: str) -> None:
 
 
 def _export_fit(
-    fit: Path, out: Path, to: Literal["c", "table"], name: str, replacing: Overwrite, common: Common
+    fit: Path, out: Path, to: Literal["c", "fmu", "table"], name: str, replacing: Overwrite, common: Common
 ) -> None:
-    from studies.firmware import compensator_files, read_compensator, table_files
+    from studies.firmware import compensator_files, read_compensator, table_files, unit_files
 
     compensator = read_compensator(fit, name)
     if out.exists() and not out.is_dir():
         raise RecordError(f"{out}: is a file: expected a folder")
     with status(common.shows_progress, f"exporting {compensator.layer.source}"):
-        made = compensator_files(compensator, out, seed=common.seed) if to == "c" else table_files(compensator, out)
+        made: dict[Path, str | bytes] = {}
+        match to:
+            case "c":
+                made |= compensator_files(compensator, out, seed=common.seed)
+            case "fmu":
+                made |= unit_files(compensator, out, seed=common.seed)
+            case "table":
+                made |= table_files(compensator, out)
     replacing.allow(made)
     write_files(made)
     common.show({"files": [str(path) for path in made]}, *(f"{path.suffix[1:]}: {path}" for path in made))

@@ -61,6 +61,11 @@ class BoucWen:
         total = self.beta + self.gamma
         return (abs(self.A) / total) ** (1 / self.n) if total > 0 else math.inf
 
+    @property
+    def corner_deg(self) -> None:
+        """None: nothing changes at once along a straight way of f."""
+        return None
+
     def is_bounded(self) -> bool:
         """Tell whether h stays within the saturation on every path: beta + gamma > 0.
 
@@ -83,6 +88,12 @@ class BoucWen:
     def after(self, f_deg: Floats) -> BoucWen:
         """Return the law with the state at the end of a path."""
         return replace(self, h0_deg=float(self.along(f_deg)[-1]))
+
+    def widened(self, factor: float) -> BoucWen:
+        """Return the law with a saturation times a factor above 0, and the same A; h is held within it."""
+        power, most = factor**-self.n, factor * self.saturation_deg
+        h0 = min(most, max(-most, self.h0_deg))
+        return replace(self, beta=power * self.beta, gamma=power * self.gamma, h0_deg=h0)
 
     def row(self) -> Floats:
         """Return the parameters as a row (A, beta, gamma, n, h0_deg) of :func:`hysteresis_batch`, shape (5,)."""

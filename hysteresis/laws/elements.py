@@ -40,11 +40,18 @@ class Element(Protocol):
     def saturation_deg(self) -> float:
         """Largest |h| on any path."""
 
+    @property
+    def corner_deg(self) -> float | None:
+        """Place of f at which the slope of h changes at once on a straight way; None for a law without one."""
+
     def along(self, f_deg: Floats, /) -> Floats:
         """Compute h along a path that starts in the present state, shape (m,) -> (m,), deg."""
 
     def after(self, f_deg: Floats, /) -> Element:
         """Return the element with the state at the end of a path."""
+
+    def widened(self, factor: float, /) -> Element:
+        """Return the element with a saturation times a factor above 0; its slope after a reversal, and h, stay."""
 
 
 class Constant(NamedTuple):
@@ -132,6 +139,11 @@ class AsymmetricElement:
         """Largest |h| on any path."""
         return max(max(side) for side in self.limits_deg) if self.A else 0.0
 
+    @property
+    def corner_deg(self) -> float:
+        """The centre: the limit of h changes there."""
+        return self.centre_deg
+
     def along(self, f_deg: Floats) -> Floats:
         """Compute h along a path, shape (m,) -> (m,), deg."""
         if self.A == 0.0:
@@ -147,6 +159,13 @@ class AsymmetricElement:
     def after(self, f_deg: Floats) -> AsymmetricElement:
         """Return the law with the state at the end of a path."""
         return replace(self, h0_deg=float(self.along(f_deg)[-1]))
+
+    def widened(self, factor: float) -> AsymmetricElement:
+        """Return the law with limits times a factor above 0; h is held within the largest."""
+        (a, b), (c, d) = self.limits_deg
+        limits = ((factor * a, factor * b), (factor * c, factor * d))
+        most = max(max(side) for side in limits)
+        return replace(self, limits_deg=limits, h0_deg=min(most, max(-most, self.h0_deg)))
 
 
 def _psi_of(onward: Floats, kappa: Floats) -> Floats:
@@ -224,6 +243,11 @@ class StopsElement:
         A, saturation, _, _, skew, bow = self.constants.tolist()
         return saturation * largest_factor(skew, bow) if A else 0.0
 
+    @property
+    def corner_deg(self) -> None:
+        """None: the limits change gradually."""
+        return None
+
     def along(self, f_deg: Floats) -> Floats:
         """Compute h along a path, shape (m,) -> (m,), deg."""
         return advanced(f_deg, self.constants, self.place, self.stops)[0]
@@ -231,6 +255,12 @@ class StopsElement:
     def after(self, f_deg: Floats) -> StopsElement:
         """Return the law with the state at the end of a path."""
         return replace(self, stops=advanced(f_deg, self.constants, self.place, self.stops)[1])
+
+    def widened(self, factor: float) -> StopsElement:
+        """Return the law with thresholds times a factor above 0; stops beyond theirs are held at the next sample."""
+        constants = self.constants.copy()
+        constants[1] *= factor
+        return replace(self, constants=constants)
 
 
 def _stops_rows(sign: Floats, values: Floats) -> Floats:

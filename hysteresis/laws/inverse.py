@@ -53,8 +53,10 @@ class UnreachableError(ValueError):
         self.sample = sample
 
 
-def inverse_hysteresis(angle_deg: ArrayLike, elements: Sequence[Element], f_start_deg: float) -> Floats:
-    """Find the path of f along which f + h is a given angle.
+def inverse_hysteresis(
+    angle_deg: ArrayLike, elements: Sequence[Element], f_start_deg: float, gain: float = 1.0
+) -> Floats:
+    """Find the path of f along which gain f + h is a given angle.
 
     For a lagging model with |A| > 1, the angle first moves against f after a reversal; f then continues until the
     angle is reached.
@@ -67,6 +69,8 @@ def inverse_hysteresis(angle_deg: ArrayLike, elements: Sequence[Element], f_star
         Their h are added; each is in its initial state.
     f_start_deg
         Initial f; the path starts there and leads to the first angle.
+    gain
+        Above 0; other than 1 for a device that has drifted (:mod:`hysteresis.fitting.recursive`).
 
     Returns
     -------
@@ -85,7 +89,7 @@ def inverse_hysteresis(angle_deg: ArrayLike, elements: Sequence[Element], f_star
     at, path, now = float(f_start_deg), np.empty(angles.size), list(elements)
     _sum_along(now, np.array([at]))  # raises if one is not admissible
     for k, target in enumerate(angles.tolist()):
-        at, now = _step(at, now, target, reach)
+        at, now = _step(at, now, target, reach, gain)
         path[k] = at
     return path
 
@@ -94,19 +98,25 @@ def _sum_along(elements: Sequence[Element], path: Floats) -> float:
     return sum(float(element.along(path)[-1]) for element in elements)
 
 
-def _step(at: float, elements: list[Element], target: float, reach: float) -> tuple[float, list[Element]]:
-    """Move f from ``at`` until f + h = ``target``; return the new f and the elements in their new states."""
-    missing = target - at - _sum_along(elements, np.array([at]))
+def _step(at: float, elements: list[Element], target: float, reach: float, gain: float) -> tuple[float, list[Element]]:
+    """Move f from ``at`` until gain f + h = ``target``; return the new f and the elements in their new states."""
+    missing = target - gain * at - _sum_along(elements, np.array([at]))
     if missing == 0.0:
         return at, elements
     # |h| is within saturation at both ends, so this bracket contains the angle
-    end = at + missing + float(np.copysign(reach, missing))
+    end = at + (missing + float(np.copysign(reach, missing))) / gain
     span = abs(end - at)
 
     def excess(f: float) -> float:
-        return f + _sum_along(elements, np.array([at, f])) - target
+        return gain * f + _sum_along(elements, np.array([at, f])) - target
 
-    f = float(brentq(excess, at, end, xtol=_PRECISION * span, rtol=1e-15))
+    start = at
+    corners = {one.corner_deg for one in elements if one.corner_deg is not None}
+    for corner in sorted(corners, key=lambda place: abs(place - at)):
+        # h may drop there, and the angle be reached twice: the first time counts
+        if min(start, end) < corner < max(start, end):
+            start, end = (corner, end) if excess(corner) * missing < 0.0 else (start, corner)
+    f = float(brentq(excess, start, end, xtol=_PRECISION * span, rtol=1e-15))
     return f, [element.after(np.array([at, f])) for element in elements]
 
 

@@ -117,6 +117,7 @@ COMMANDS: dict[str, Entry] = {
         (
             "notchbend export --preset du2018 --preload 20 --to mujoco --out du2018.xml",
             "notchbend export results/fit --to c --out firmware",
+            "notchbend export results/fit --to fmu --out unit",
         ),
     ),
     "study": Entry(

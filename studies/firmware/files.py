@@ -11,12 +11,14 @@ import numpy as np
 
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError
+from hysteresis.fitting.recursive import CLIPPED, WIDER, RecursionSettings
 from studies.firmware.about import about, package_version
 from studies.firmware.branches import branches
 from studies.firmware.laws import LawInC, law_in_c, listed, number
 from studies.firmware.read import Compensator
 from studies.firmware.vector import made_vector
 
+_SPACING = 0.005  # of the range of f: some 400 samples a loop
 THOUSANDTHS = {"mm": "um", "deg": "mdeg", "step": "mstep", "N": "mN"}
 """Names of the thousandth parts of the units of a drive, for tables of whole numbers."""
 
@@ -35,10 +37,10 @@ def compensator_files(compensator: Compensator, out: Path, *, seed: int = 0) -> 
         values = _values(compensator, law)
     except ValueError as error:
         raise RecordError(f"{compensator.layer.source}: {error}") from None
-    names = ("head.c", *law.templates, "curve.c", "inverse.c", "calls.c", "replay.c")
+    names = ("head.c", *law.templates, "curve.c", "inverse.c", "calls.c", "reidentify.c", "replay.c")
     texts = {
-        f"{compensator.name}.c": "".join(_filled(name, values) for name in names),
-        f"{compensator.name}.h": _filled("compensator.h", values),
+        f"{compensator.name}.c": "".join(filled(name, values) for name in names),
+        f"{compensator.name}.h": filled("compensator.h", values),
         f"{compensator.name}_test.csv": _vector(compensator, seed),
     }
     return {out / name: text for name, text in texts.items()}
@@ -69,7 +71,7 @@ def _vector(compensator: Compensator, seed: int) -> str:
     return _csv({"reference_deg": reference, f"drive_{compensator.unit}": drive})
 
 
-def _filled(template: str, values: dict[str, str]) -> str:
+def filled(template: str, values: dict[str, str]) -> str:
     """Fill a template of the folder ``c``, and put the name in place of ``notchbend_``."""
     text = (files("studies.firmware") / "c" / template).read_text(encoding="utf-8")
     name = values["name"]
@@ -78,14 +80,13 @@ def _filled(template: str, values: dict[str, str]) -> str:
 
 
 def _values(compensator: Compensator, law: LawInC) -> dict[str, str]:
-    reals = 3 + law.memory.size
+    reals = 7 + law.memory.size
     values = {
         "name": compensator.name,
         "version": package_version(),
         "about": about(compensator),
         "unit": compensator.unit,
-        "libm": _libm(law.functions),
-        "include_math": "#include <math.h>\n" if law.functions else "",
+        "libm": _libm((*law.functions, "sqrt")),
         "reals": str(reals),
         "state_double": str(8 * reals + 8),
         "state_float": str(4 * reals + 4),
@@ -97,19 +98,53 @@ def _values(compensator: Compensator, law: LawInC) -> dict[str, str]:
         "angle": listed(compensator.angle_deg),
         "slope": listed(compensator.slope),
         "saturation": number(compensator.saturation_deg)[2:-1],
+        "smooth": number(law.smooth_deg)[2:-1],
         "start": listed(law.memory),
+        **_recursion_values(recursion_settings(compensator)),
         "first_drive": number(compensator.layer.first_drive)[2:-1],
     } | law.values
     if "places" in law.values and law.functions:
-        values["width"] = _filled("width.c", values)
-    values.setdefault("width", "")
+        values["width_function"] = filled("width.c", values)
+    values.setdefault("width_function", "")
     values["constants"] = str(sum(text.count("R(") for name, text in values.items() if name != "places"))
     return values
 
 
+def recursion_settings(compensator: Compensator) -> RecursionSettings:
+    """Choose the constants of re-identification: noise of the held-out error, scales and bounds of the fit's size."""
+    fit, layer = compensator.fit, compensator.layer
+    size = float(np.ptp(compensator.angle_deg))
+    zero = 0.1 * size
+    return RecursionSettings(
+        noise_deg=max(fit.noise_floor_deg, layer.heldout_rmse_deg, 1e-4 * size),
+        spacing_deg=_SPACING * size,
+        scale=(0.5 * zero, 0.15, 0.5),
+        lowest=(-zero, 0.5, 0.25),
+        highest=(zero, 2.0, 4.0),
+    )
+
+
+def _recursion_values(settings: RecursionSettings) -> dict[str, str]:
+    def row(values: tuple[float, ...]) -> str:
+        return ", ".join(map(number, values))
+
+    outside = settings.outside * settings.noise_deg
+    return {
+        "wider": repr(WIDER),
+        "clipped": repr(CLIPPED),
+        "noise": repr(settings.noise_deg),
+        "spacing": repr(settings.spacing_deg),
+        "spacing_words": f"{settings.spacing_deg:.3g}",
+        "outside_words": f"{outside:.3g}",
+        "outside_square": repr(outside**2),
+        "forgetting": repr(settings.forgetting),
+        "scale": row(settings.scale),
+        "lowest": row(settings.lowest),
+        "highest": row(settings.highest),
+    }
+
+
 def _libm(functions: tuple[str, ...]) -> str:
     """Say which functions of the library are called."""
-    if not functions:
-        return "no function of any library"
-    singles = " and ".join(f"{name}f" for name in functions)
-    return f"of the library only {' and '.join(functions)} ({singles} for float) of math.h"
+    singles = ", ".join(f"{name}f" for name in functions)
+    return f"of the library only {', '.join(functions)} ({singles} for float) of math.h"

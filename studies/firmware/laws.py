@@ -16,6 +16,21 @@ from hysteresis.laws.stops import FARTHEST, THRESHOLDS, thresholds, width_factor
 
 _UNLIMITED = 1e30  # in place of an infinite limit; a state is of order 1
 _A_LINE = 100
+_SMOOTH = 1e-5  # of the f over which h saturates: the third power is below rounding
+_STRAIGHT = {
+    "growth": "", "width": "way->scale", "growing": "", "moving": "moving", "moves": "moves", "keeps_width": "",
+    "settled_width": "way->scale", "width_member": "",
+}  # fmt: skip
+_BENDING = {  # the thresholds change with f
+    "growth": ", growing = 0, growth = 0, width = way->scale * width_at(f, &PLACES[i], &growth)",
+    "width": "width",
+    "growing": "\n            growing += moves ? 0 : stop;",
+    "moving": "(moving + growth * growing)",
+    "moves": "(moves + (moves ? 0 : growth * stop))",
+    "keeps_width": "        way->width[i] = width;\n",
+    "settled_width": "way->width[i]",
+    "width_member": "    real width[ELEMENTS];\n",
+}
 
 
 @dataclass(frozen=True)
@@ -24,7 +39,8 @@ class LawInC:
 
     ``templates`` are the files of the folder ``c`` that compute it and ``values`` what stands in them. ``memory`` is
     the initial state, shape (k,), deg, and ``remembers`` says what it is. ``functions`` are those of math.h.
-    ``stack_bytes`` bounds the stack of all calls together: gcc 12, -O2, x86-64, double.
+    ``stack_bytes`` bounds the stack of all calls together: gcc 12, -O2, x86-64, double. ``smooth_deg`` is a change of f
+    over which the third term of the Taylor series of h is below rounding; 0 for a law with corners.
     """
 
     templates: tuple[str, ...]
@@ -33,6 +49,7 @@ class LawInC:
     remembers: str
     functions: tuple[str, ...]
     stack_bytes: int
+    smooth_deg: float = 0.0
 
 
 def law_in_c(elements: Sequence[Element], f_start_deg: float) -> LawInC:
@@ -51,7 +68,7 @@ def law_in_c(elements: Sequence[Element], f_start_deg: float) -> LawInC:
             return _asymmetric([one for one in moving if isinstance(one, AsymmetricElement)])
         case [StopsElement(), *_]:
             return _stops([one for one in moving if isinstance(one, StopsElement)], f_start_deg)
-    return LawInC(("nothing.c",), {}, np.zeros(1), "not used: the fit has no hysteresis", (), 200)
+    return LawInC(("nothing.c",), {}, np.zeros(1), "not used: the fit has no hysteresis", (), 600)
 
 
 def number(value: float) -> str:
@@ -102,7 +119,8 @@ def _bouc_wen(elements: Sequence[BoucWen]) -> LawInC:
         row = [scale, abs(one.A) / one.saturation_deg, kappa, _y_below(one.n, kappa)]
         rows.append(f"    {{\n{listed(row)}\n    }}")
     return LawInC(
-        templates=("flow.c", "bouc_wen.c"),
+        smooth_deg=_SMOOTH * min(one.saturation_deg / abs(one.A) for one in elements),
+        templates=("smaller.c", "flow.c", "bouc_wen.c"),
         values={
             "flows": _flows([one.n for one in elements]),
             "count": str(len(elements)),
@@ -111,7 +129,7 @@ def _bouc_wen(elements: Sequence[BoucWen]) -> LawInC:
         memory=np.array([one.h0_deg for one in elements]),
         remembers="h of each element",
         functions=("exp", "pow"),
-        stack_bytes=1000,
+        stack_bytes=1800,
     )
 
 
@@ -120,10 +138,10 @@ def _asymmetric(elements: Sequence[AsymmetricElement]) -> LawInC:
     for one in elements:
         cell = [", ".join(map(number, (limit, one.kappa, _y_below(one.n, one.kappa)))) for limit in _limits(one)]
         cells = f"{{{{{cell[0]}}}, {{{cell[1]}}}}},\n     {{{{{cell[2]}}}, {{{cell[3]}}}}}"
-        head = listed([abs(one.A), math.copysign(1.0, one.A), one.centre_deg])
+        head = listed([abs(one.A), math.copysign(1.0, one.A), one.centre_deg, one.saturation_deg])
         rows.append(f"    {{\n{head},\n    {{{cells}}}\n    }}")
     return LawInC(
-        templates=("flow.c", "asymmetric.c"),
+        templates=("smaller.c", "flow.c", "asymmetric.c"),
         values={
             "flows": _flows([one.n for one in elements]),
             "count": str(len(elements)),
@@ -132,7 +150,7 @@ def _asymmetric(elements: Sequence[AsymmetricElement]) -> LawInC:
         memory=np.array([one.h0_deg for one in elements]),
         remembers="h of each element",
         functions=("exp", "pow"),
-        stack_bytes=1000,
+        stack_bytes=1800,
     )
 
 
@@ -147,22 +165,23 @@ def _stops(elements: Sequence[StopsElement], f_start_deg: float) -> LawInC:
     for one in elements:
         A, saturation, power, share, skew, bow = one.constants.tolist()
         r = thresholds(saturation / abs(A), power, share)
-        rows.append(f"    {{\n{listed([A * (1.0 - share) / THRESHOLDS, A * share])},\n    {{\n{listed(r)}\n    }}}}")
+        each = A * (1.0 - share) / THRESHOLDS
+        rows.append(f"    {{\n{listed([each, A * share - each])},\n    {{\n{listed(r)}\n    }}}}")
         places.append(f"    {{{', '.join(map(number, (skew, bow, *one.place)))}}}")
         limits = r * width_factor(f_start_deg, skew, bow, *one.place)
         memory.append(f_start_deg - np.clip(one.stops, -limits, limits))
     return LawInC(
-        templates=("stops.c",),
+        templates=("smaller.c", "stops.c") if bends else ("stops.c",),
         values={
             "count": str(len(elements)),
             "stops": str(THRESHOLDS + 1),
             "elements": ",\n".join(rows),
             "places": ",\n".join(places),
             "farthest": repr(FARTHEST),
-            "width_at": "width_at(f, &PLACES[i])" if bends else "1",
+            **(_BENDING if bends else _STRAIGHT),
         },
         memory=np.concatenate(memory),
         remembers="f minus each stop",
         functions=("exp",) if bends else (),
-        stack_bytes=400,
+        stack_bytes=1400,
     )

@@ -335,3 +335,21 @@ def test_kinematics_of_one_side_alone_are_tabulated_and_those_of_none_refused():
     assert one.at(np.array([-50.0]))(np.array([0.02, 0.0])).tolist() == [0.0]
     with pytest.raises(ValueError, match=r"no finite angles within 0\.1 mm"):
         given_backbone(lambda mm: mm * math.nan, drive, drive, "step")
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_angle_that_is_reached_twice_counts_the_first_time(sign):
+    """A lagging h with |A| > 1 grows again where f enters the wide side; by the angles along a fine path of f."""
+    (law,) = elements_of("asymmetric-bouc-wen", -1.0, [[0.3, 0.4, 0.6, 0.2, 0.5, sign * 0.7, 0.2]], [1.5, 38.0])
+    assert law.corner_deg == 1.5
+    at = 1.5 - sign * 1.8
+    law = law.after(np.array([1.5, at + sign * 9.0, at]))
+    path = np.linspace(at, 1.5 + sign * 6.0, 20_001)
+    angle = path + law.along(path)
+    twice = 0
+    for target in np.linspace(angle[0], angle[-1], 1000)[1:-1]:
+        crossings = np.flatnonzero((angle[:-1] - target) * (angle[1:] - target) < 0)
+        twice += crossings.size > 1
+        (found,) = inverse_hysteresis([target], [law], at)
+        assert sign * path[crossings[0]] - 1e-9 <= sign * found <= sign * path[crossings[0] + 1] + 1e-9
+    assert twice > 5

@@ -41,12 +41,22 @@ static real held_drive_at(notchbend_state *state, real f)
     return drive_at(f);
 }
 
-static real moved(notchbend_state *state, real drive, real f)
+/* Move a memory from f = at to another f; gives h there. */
+static real follow(real *memory, real at, real f, real width)
 {
-    real h = hysteresis(state->memory, state->f_deg, f, state->memory);
+    struct way way;
+    real slopes[2] = {0, 0};
+    int direction = f < at ? -1 : 1;
+    depart(&way, memory, at, direction, width);
+    arrive(&way, at, f, direction, slopes);
+    return settle(&way, f, f, direction, memory);
+}
+
+static void moved(notchbend_state *state, real drive, real f)
+{
+    state->h_deg = follow(state->memory, state->f_deg, f, state->width);
     state->f_deg = f;
     state->drive = drive;
-    return f + h;
 }
 
 void notchbend_reset(notchbend_state *state)
@@ -56,24 +66,30 @@ void notchbend_reset(notchbend_state *state)
         state->memory[i] = START[i];
     state->drive = R(${first_drive});
     state->f_deg = curve(state->drive);
+    moved(state, state->drive, state->f_deg);
     state->limited = 0;
 }
 
 void notchbend_init(notchbend_state *state)
 {
     state->largest_step = R(NOTCHBEND_LARGEST_STEP);
+    state->zero_deg = 0;
+    state->gain = 1;
+    state->width = 1;
     notchbend_reset(state);
 }
 
 notchbend_real notchbend_step(notchbend_state *state, notchbend_real reference_deg)
 {
-    real f, drive, most = state->largest_step;
+    struct way way;
+    int direction;
+    real f, computed, drive, most = state->largest_step;
     state->limited = 0;
     if (!is_finite(reference_deg)) {
         state->limited = NOTCHBEND_NOT_FINITE;
         return state->drive;
     }
-    f = path_to(state, reference_deg);
+    f = path_to(state, reference_deg, &way, &direction, &computed);
     if (!(f < state->f_deg) && !(f > state->f_deg))
         return state->drive;
     drive = held_drive_at(state, f);
@@ -81,9 +97,13 @@ notchbend_real notchbend_step(notchbend_state *state, notchbend_real reference_d
         state->limited |= NOTCHBEND_AT_RATE;
         drive = drive < state->drive ? state->drive - most : state->drive + most;
     }
-    if (state->limited)         /* the model stays where the motor is */
-        f = curve(drive);
-    moved(state, drive, f);
+    if (state->limited) {       /* the model stays where the motor is */
+        moved(state, drive, curve(drive));
+        return drive;
+    }
+    state->h_deg = settle(&way, computed, f, direction, state->memory);
+    state->f_deg = f;
+    state->drive = drive;
     return drive;
 }
 
@@ -95,7 +115,7 @@ notchbend_real notchbend_observe(notchbend_state *state, notchbend_real drive)
         drive = state->drive;
     }
     drive = within(state, drive);
-    if (!(drive < state->drive) && !(drive > state->drive))
-        return moved(state, state->drive, state->f_deg);
-    return moved(state, drive, curve(drive));
+    if (drive < state->drive || drive > state->drive)
+        moved(state, drive, curve(drive));
+    return angle_at(state, state->f_deg, state->h_deg);
 }

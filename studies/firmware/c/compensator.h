@@ -37,20 +37,44 @@ typedef double notchbend_real;
 
 typedef struct {
     notchbend_real f_deg;           /* single-valued part of the angle, deg */
+    notchbend_real h_deg;           /* hysteresis; the angle is zero_deg + gain * f_deg + h_deg */
     notchbend_real drive;           /* the last drive, ${unit} */
     notchbend_real largest_step;    /* largest change of the drive in one step, ${unit}; 0 for none */
+    notchbend_real zero_deg, gain, width;   /* what has drifted: offset, factor on f, factor on the saturation of h */
     notchbend_real memory[${memory}];       /* ${memory_words}, deg */
     unsigned limited;               /* bits, see above */
 } notchbend_state;
 
-/* Put the model at the first sample of the record, with its history, and set the largest step to the macro. */
+/* Bits of notchbend_estimator.flags; NOTCHBEND_NOT_FINITE is one of them. */
+#define NOTCHBEND_NOT_EXCITED 1u    /* f has not moved by ${spacing_words} deg since the last sample: nothing is learnt */
+#define NOTCHBEND_AT_BOUND 2u       /* zero, gain or width is held at its bound */
+#define NOTCHBEND_OUTSIDE_FIT 4u    /* errors stay above ${outside_words} deg rms: the fit does not hold, identify again */
+
+/* What re-identification remembers; plain, as the state. */
+typedef struct {
+    notchbend_real root[3][3];      /* square root of the covariance of zero, gain and width */
+    notchbend_real memory[${memory}];       /* of a law that is a little wider, for the slope of h by width */
+    notchbend_real f_deg, sampled_deg;      /* at the last call; at the last sample that counted */
+    notchbend_real mean_square;     /* of the prediction errors, deg^2 */
+    unsigned flags;                 /* bits, see above */
+} notchbend_estimator;
+
+/* Put the model at the first sample of the record, with its history; the largest step is that of the macro, and
+   nothing has drifted. */
 void notchbend_init(notchbend_state *state);
 
-/* Put the model at the first sample of the record again; the largest step stays. */
+/* Put the model at the first sample of the record again; the largest step and what has drifted stay. */
 void notchbend_reset(notchbend_state *state);
 
 /* Give the drive, ${unit}, at which the angle is the reference, and move the model there. */
 notchbend_real notchbend_step(notchbend_state *state, notchbend_real reference_deg);
+
+/* Begin re-identification where the state is. */
+void notchbend_estimator_init(notchbend_estimator *estimator, const notchbend_state *state);
+
+/* After notchbend_step or notchbend_observe, at every tick: learn from the angle that was measured at the drive, deg, and
+   change zero_deg, gain and width of the state. NaN is no reading, and is followed without learning. Gives the flags. */
+unsigned notchbend_estimate(notchbend_estimator *estimator, notchbend_state *state, notchbend_real angle_deg);
 
 /* Move the model to a drive, ${unit}, that was reached by other means, and give its angle, deg. */
 notchbend_real notchbend_observe(notchbend_state *state, notchbend_real drive);

@@ -54,16 +54,19 @@ static real drive_at(real f)
     int i = interval(ANGLE, f, sign), k;
     real low = 0, high = 1, u = (f - ANGLE[i]) / (ANGLE[i + 1] - ANGLE[i]);
     for (k = 0; k < 60; k++) {
-        real slope, over = sign * (cubic(i, u, &slope) - f), next;
+        real slope, over = sign * (cubic(i, u, &slope) - f), next, near;
         if (over > 0)
             high = u;
         else
             low = u;
         slope *= sign;
         next = slope > 0 ? u - over / slope : -1;
-        if (!(next >= low && next <= high))
+        near = NEWTON;
+        if (!(next >= low && next <= high)) {
             next = R(0.5) * (low + high);
-        if (magnitude(next - u) <= ROUNDING)
+            near = ROUNDING;
+        }
+        if (magnitude(next - u) <= near)
             return DRIVE[i] + next * (DRIVE[i + 1] - DRIVE[i]);
         u = next;
     }

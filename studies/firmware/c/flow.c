@@ -8,7 +8,6 @@
 #define TOLERANCE R(1e-8)       /* of a Taylor step; y is of order 1 */
 #define LAST_POWER R(1e-9)
 #define SATURATED R(1e-9)       /* distance from saturation that is none */
-#define NEWTON R(1e-4)          /* change after which the next one is below rounding */
 #define OUTSIDE R(1e-6)         /* a place just outside a chart, so that it is not entered again */
 #else
 #define EXP exp
@@ -16,7 +15,6 @@
 #define TOLERANCE R(1e-13)
 #define LAST_POWER R(1e-17)
 #define SATURATED R(1e-17)
-#define NEWTON R(1e-8)
 #define OUTSIDE R(1e-12)
 #endif
 
@@ -41,11 +39,24 @@ static real series(const real *c, real x, int order)
     return even * square + c[0] + odd * x;
 }
 
-/* Sum only the terms that count. */
-static real series_near(const real *c, real x, real limit)
+/* A series and its slope by x. */
+static real series_and_slope(const real *c, real x, int order, real *slope)
+{
+    real sum = c[order], rise = 0;
+    int k;
+    for (k = order - 1; k >= 0; k--) {
+        rise = rise * x + sum;
+        sum = sum * x + c[k];
+    }
+    *slope = rise;
+    return sum;
+}
+
+/* How many terms count. */
+static int terms_near(real x, real limit)
 {
     real size = magnitude(x);
-    return series(c, x, size > R(0.06) * limit ? ORDER : size > R(3e-4) * limit ? 10 : 4);
+    return size > R(0.06) * limit ? ORDER : size > R(3e-4) * limit ? 10 : 4;
 }
 
 static real path_from_zero(real y, real n, real kappa)
@@ -60,16 +71,15 @@ static real path_from_zero(real y, real n, real kappa)
     return y * total;
 }
 
-/* Invert the series near saturation by Newton's method; its slope is -(1 - y^n) / (n u). */
-static real place_near_top(real y, real n, const real *c)
+/* Invert the series near saturation by Newton's method. */
+static real place_near_top(real y, const struct flow *flow)
 {
     real u = 1 - y;
     int k;
     for (k = 0; k < 12; k++) {
-        real found = series(c, u, ORDER);
-        real slope = magnitude(u) > R(1e-3) ? (1 - POW(found, n)) / (n * u) : 1 - (n - 1) * u;
+        real slope, found = series_and_slope(flow->near_top, u, terms_near(u, flow->u_top), &slope);
         real change = (found - y) / slope;
-        u += change;
+        u -= change;
         if (magnitude(change) <= NEWTON)
             break;
     }
@@ -111,42 +121,70 @@ static real taylor(real w0, real power, real *step, real n, real g, int sign)
     return total;
 }
 
-/* Advance y by a path s >= 0; y_below is the limit of the chart around zero for y < 0. */
-static real advance(real y, real s, real kappa, real y_below, const struct flow *flow)
+/* Where y stands: in a chart with its place there, or between the charts. */
+struct place_of_y {
+    enum chart chart;
+    real y, place;
+};
+
+static struct place_of_y located(real y, real kappa, real y_below, const struct flow *flow)
 {
-    enum chart chart = FREE;
-    real place = 0, n = flow->n;
-    while (s > 0) {
-        if (chart == TOP) {
-            if (magnitude(place) < SATURATED)
-                return 1;
-            return series_near(flow->near_top, place * EXP(-n * s), flow->u_top);
+    struct place_of_y found;
+    found.y = y;
+    found.place = 0;
+    found.chart = FREE;
+    if (flow->y_top <= y && y <= flow->y_over) {
+        found.chart = TOP;
+        found.place = place_near_top(y, flow);
+    } else if (-y_below <= y && y <= flow->y_above) {
+        found.chart = ZERO;
+        found.place = path_from_zero(y, flow->n, kappa);
+    }
+    return found;
+}
+
+/* Advance y by a path s >= 0; y_below is the limit of the chart around zero for y < 0. *power becomes |y|^n there. */
+static real advance(const struct place_of_y *from, real s, real kappa, real y_below, const struct flow *flow,
+                    real *power)
+{
+    struct place_of_y at = *from;
+    real n = flow->n;
+    for (;;) {
+        if (at.chart == TOP) {
+            real rise, u = s > 0 ? at.place * EXP(-n * s) : at.place;
+            real y = series_and_slope(flow->near_top, u, terms_near(u, flow->u_top), &rise);
+            *power = 1 + n * u * rise;
+            return magnitude(at.place) < SATURATED && s > 0 ? 1 : y;
         }
-        if (chart == ZERO) {
-            place += s;
-            if (place <= flow->t_above) {
-                real size = POW(magnitude(place), n);
-                return place * series(flow->around_zero, place > 0 ? size : -kappa * size, ORDER);
-            }
-            chart = FREE;
-            s = place - flow->t_above;
-            y = flow->y_above * (1 + OUTSIDE);
+        if (at.chart == ZERO && at.place + s <= flow->t_above) {
+            real place = at.place + s, size = POW(magnitude(place), n), y;
+            y = place * series(flow->around_zero, place > 0 ? size : -kappa * size, ORDER);
+            *power = POW(magnitude(y), n);
+            return y;
         }
-        if (flow->y_top <= y && y <= flow->y_over) {
-            chart = TOP;
-            place = place_near_top(y, n, flow->near_top);
-        } else if (-y_below <= y && y <= flow->y_above) {
-            chart = ZERO;
-            place = path_from_zero(y, n, kappa);
+        if (at.chart == ZERO) {
+            s -= flow->t_above - at.place;
+            at.y = flow->y_above * (1 + OUTSIDE);
         } else {
             /* |y| at most halves below 0, so that no step crosses it; above 0 no term may overflow a float. */
-            real size = magnitude(y), power = POW(size, n);
-            real most = y < 0 ? R(0.5) * size / (1 + kappa * power) : y > 1 ? size / (n * power) : 1;
-            real step = smaller(s, most);
-            int sign = y > 0 ? 1 : -1;
-            y = sign * taylor(size, power, &step, n, y > 0 ? 1 : -kappa, sign);
+            real size = magnitude(at.y), most, step;
+            int sign = at.y > 0 ? 1 : -1;
+            *power = POW(size, n);
+            if (!(s > 0))
+                return at.y;
+            most = at.y < 0 ? R(0.5) * size / (1 + kappa * *power) : at.y > 1 ? size / (n * *power) : 1;
+            step = smaller(s, most);
+            at.y = sign * taylor(size, *power, &step, n, at.y > 0 ? 1 : -kappa, sign);
             s -= step;
         }
+        at = located(at.y, kappa, y_below, flow);
     }
-    return y;
+}
+
+/* Give dy/ds of power = |y|^n, and its own slope along s. */
+static real rate(real y, real power, real n, real kappa, real *bend)
+{
+    real size = magnitude(y), found = y > 0 ? 1 - power : 1 + kappa * power;
+    *bend = size > 0 ? -n * (y > 0 ? power : kappa * power) / size * found : 0;
+    return found;
 }

@@ -1,6 +1,7 @@
 /* ${name}: made by notchbend ${version}; see ${name}.h. */
 #include "${name}.h"
-${include_math}
+#include <math.h>
+
 typedef notchbend_real real;
 
 #define R(x) ((real)(x))
@@ -8,20 +9,17 @@ typedef notchbend_real real;
 #define BEYOND R(1e-4)          /* of a bracket, so that rounding does not close it */
 #define PRECISION R(1e-7)       /* of a root, relative to its bracket */
 #define ROUNDING R(4.8e-7)
+#define NEWTON R(1e-4)          /* change after which the next one is below rounding */
 #define LARGEST R(1e30)
 #else
 #define BEYOND R(1e-9)
 #define PRECISION R(1e-12)
 #define ROUNDING R(1e-15)
+#define NEWTON R(1e-8)
 #define LARGEST R(1e300)
 #endif
 
 static real magnitude(real x)
 {
     return x < 0 ? -x : x;
-}
-
-static real smaller(real a, real b)
-{
-    return b < a ? b : a;
 }

@@ -1,66 +1,64 @@
 
-/* --- inverse: the f at which f + h is the reference, by Brent's method in a bracket ---------------------------------- */
+/* --- inverse: the f at which the angle is the reference, by Halley's method in a bracket that is halved where it fails ---- */
 
 #define SATURATION R(${saturation})     /* largest |h|, deg */
+#define SMOOTH R(${smooth})     /* a part of f, deg, over which h bends little, so that the error is its third power */
 
-static real excess(const notchbend_state *state, real f, real target)
+/* The angle of an f and an h. */
+static real angle_at(const notchbend_state *state, real f, real h)
 {
-    return f + hysteresis(state->memory, state->f_deg, f, 0) - target;
+    return state->zero_deg + state->gain * f + h;
 }
 
-static real path_to(const notchbend_state *state, real target)
+/* Find f; ``way`` becomes the way there from state->f_deg, and *computed the f at which h was last computed. */
+static real path_to(const notchbend_state *state, real target, struct way *way, int *direction, real *computed)
 {
-    real at = state->f_deg, missing = target - at - hysteresis(state->memory, at, at, 0);
-    /* |h| is within saturation at both ends, so this bracket contains the angle. */
-    real reach = 2 * (1 + BEYOND) * SATURATION;
-    real before = at, x = at + missing + (missing < 0 ? -reach : reach), other = 0;
-    real f_before = excess(state, before, target), f_x = excess(state, x, target), f_other = 0;
-    real step_before = 0, step = 0, tolerance = PRECISION * magnitude(x - at);
+    real at = state->f_deg, missing = target - angle_at(state, at, state->h_deg);
+    /* |h| is within saturation at both ends, so a path of this length is beyond the angle. */
+    real low = 0, high = (magnitude(missing) + 2 * (1 + BEYOND) * SATURATION * state->width) / state->gain;
+    real x = 0, over = -magnitude(missing), tolerance = R(0.5) * (PRECISION * high + ROUNDING * magnitude(at)), last;
     int k;
-    if (!(missing < 0) && !(missing > 0))
+    *computed = at;
+    *direction = missing < 0 ? -1 : 1;
+    depart(way, state->memory, at, *direction, state->width);
+    if (!(over < 0))
         return at;
-    if ((f_before < 0) == (f_x < 0))    /* what is missing is below rounding */
-        return magnitude(f_before) <= magnitude(f_x) ? before : x;
-    for (k = 0; k < 100; k++) {
-        real delta, half, tried;
-        if ((f_before < 0 && f_x > 0) || (f_before > 0 && f_x < 0)) {
-            other = before;
-            f_other = f_before;
-            step_before = step = x - before;
-        }
-        if (magnitude(f_other) < magnitude(f_x)) {
-            before = x;
-            x = other;
-            other = before;
-            f_before = f_x;
-            f_x = f_other;
-            f_other = f_before;
-        }
-        delta = R(0.5) * (tolerance + ROUNDING * magnitude(x));
-        half = R(0.5) * (other - x);
-        if (!(f_x < 0 || f_x > 0) || magnitude(half) < delta)
-            return x;
-        tried = LARGEST;
-        if (magnitude(step_before) > delta && magnitude(f_x) < magnitude(f_before)) {
-            if (!(before < other) && !(before > other)) {
-                tried = -f_x * (x - before) / (f_x - f_before);
-            } else {
-                real a = (f_before - f_x) / (before - x), b = (f_other - f_x) / (other - x);
-                real below = b * a * (f_other - f_before);
-                if (below < 0 || below > 0)
-                    tried = -f_x * (f_other * b - f_before * a) / below;
-            }
-        }
-        if (2 * magnitude(tried) < smaller(magnitude(step_before), 3 * magnitude(half) - delta)) {
-            step_before = step;
-            step = tried;
+    last = 4 * over;
+#ifdef CORNER                           /* h may drop there, and the reference be reached twice: the first one counts */
+    if (*direction * (CORNER - at) > 0 && *direction * (CORNER - at) < high) {
+        real slopes[2] = {0, 0};
+        x = *direction * (CORNER - at);
+        if (*direction * (angle_at(state, CORNER, arrive(way, at, CORNER, *direction, slopes)) - target) < 0) {
+            low = x;
         } else {
-            step_before = step = half;
+            high = x;
+            x = 0;
         }
-        before = x;
-        f_before = f_x;
-        x += magnitude(step) > delta ? step : half > 0 ? delta : -delta;
-        f_x = excess(state, x, target);
     }
-    return x;
+#endif
+    for (k = 0; k < 100; k++) {
+        real slopes[2] = {0, 0}, slope, below, next, change;
+        real h = arrive(way, at, *computed = at + *direction * x, *direction, slopes);
+        if (x > 0)
+            over = *direction * (angle_at(state, *computed, h) - target);
+        if (magnitude(over) <= ROUNDING * magnitude(target))
+            break;
+        if (over < 0)
+            low = x;
+        else
+            high = x;
+        slope = state->gain + slopes[0];
+        below = slope * slope - R(0.5) * over * *direction * slopes[1];
+        next = slope > 0 && below > R(0.5) * slope * slope ? x - over * slope / below : x - over / slope;
+        if (k == 0 && !(slope > R(0.1)))
+            next = high;            /* h first moves against f */
+        else if (!(slope > 0 && next >= low && next <= high && magnitude(over) <= R(0.5) * magnitude(last)))
+            next = R(0.5) * (low + high);
+        last = over;
+        change = magnitude(next - x);
+        x = next;
+        if (change <= tolerance || change <= SMOOTH || high - low <= tolerance)
+            break;
+    }
+    return at + *direction * x;
 }

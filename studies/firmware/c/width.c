@@ -12,9 +12,12 @@ static const struct place PLACES[ELEMENTS] = {
 ${places}
 };
 
-static real width_at(real f, const struct place *p)
+/* Give the width at f; *growth becomes its slope over the width. */
+static real width_at(real f, const struct place *p, real *growth)
 {
     real x = (f - p->centre) / p->half;
+    if (x > -R(${farthest}) && x < R(${farthest}))
+        *growth = (p->skew + 2 * p->bow * x) / p->half;
     x = x < -R(${farthest}) ? -R(${farthest}) : smaller(x, R(${farthest}));
     return EXP((p->skew + p->bow * x) * x);
 }

@@ -44,8 +44,12 @@ class Exported:
         class State(ctypes.Structure):
             _fields_ = (
                 ("f_deg", ctypes.c_double),
+                ("h_deg", ctypes.c_double),
                 ("drive", ctypes.c_double),
                 ("largest_step", ctypes.c_double),
+                ("zero_deg", ctypes.c_double),
+                ("gain", ctypes.c_double),
+                ("width", ctypes.c_double),
                 ("memory", ctypes.c_double * size),
                 ("limited", ctypes.c_uint),
             )
@@ -112,6 +116,19 @@ def test_a_curve_that_is_almost_flat_in_places_is_inverted(exported, kind):
     np.testing.assert_allclose(one.layer.f(found), wanted, rtol=0, atol=WITHIN_DEG[kind])
 
 
+@pytest.mark.parametrize("kind", ["double", "float"])
+@pytest.mark.parametrize("case", CASES)
+def test_a_reference_that_moves_within_rounding_is_followed(exported, case, kind):
+    """The excess at the start is then 0 or of either sign by rounding."""
+    one = exported(case)
+    real = {"double": np.float64, "float": np.float32}[kind]
+    drive = replayed(one.programs[kind], one.angle_deg[:300])
+    angle = replayed(one.programs[kind], drive, "observe").astype(real)
+    near = np.array([[value, *(value + k * np.spacing(value) for k in (-3, -1, 1, 2))] for value in angle]).ravel()
+    found = replayed(one.programs[kind], near)
+    np.testing.assert_allclose(predicted(one.layer, found), near, rtol=0, atol=WITHIN_DEG[kind])
+
+
 @pytest.mark.parametrize("case", ["bouc-wen", "leading"])
 def test_branch_is_the_hypergeometric_one(exported, case):
     one = exported(case)
@@ -160,7 +177,7 @@ def test_functions_and_bytes_are_those_of_the_header(exported, case):
     made = compiled(one.source, *options, FLOAT, out=one.folder / "single.o")
     needed = {"float": _undefined(made)}
     needed["double"] = _undefined(compiled(one.source, *options, out=one.folder / "double.o"))
-    named = set(re.findall(r"\b(exp|pow)\b", re.search(r"no static state,(.*?)\n", one.header)[1]))
+    named = set(re.findall(r"\b(exp|pow|sqrt)\b", re.search(r"no static state,(.*?)\n", one.header)[1]))
     assert needed["double"] == named
     assert needed["float"] == {f"{name}f" for name in named}
     sizes = re.search(r"(\d+) bytes in double and (\d+) in float", one.header)

@@ -31,7 +31,7 @@ def test_head_says_what_it_is_of(tmp_path):
         "Valid for drives of -2 to 2 mm",
         "a preload as in the records, rates as in the records",
         "SHA-256 of identify.json: ",
-        "no static state, of the library only exp and pow (expf and powf for float) of math.h.",
+        "no static state, of the library only exp, pow, sqrt (expf, powf, sqrtf for float) of math.h.",
     ):
         assert words in text
 

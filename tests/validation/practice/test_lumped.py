@@ -77,7 +77,7 @@ def short(usual, rng):
 def test_the_size_of_an_effect_is_beyond_the_constants_of_the_rig():
     """Softer tendons are none, however large; a play, of which friction and stiffness take much, is less than it is."""
     rng = np.random.default_rng(2)
-    rig, protocol = cases._draw_rig(rng), cases._draw_protocol(rng)
+    rig, protocol = cases.drawn_rig(rng), cases._draw_protocol(rng)
     plain = cases._records(rig, protocol)
     tangent = cases._own_tangent(rig, protocol, plain, "known")
     softer = replace(rig, tendon_N_per_mm=tuple(0.99 * k for k in rig.tendon_N_per_mm))

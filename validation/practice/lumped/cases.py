@@ -141,7 +141,7 @@ def draw_lumped_noiseless(
         raise ValueError(f"{label}: the lumped rig does not have it: expected one of {', '.join(LABELS)}")
     rng = np.random.default_rng((seed, zlib.crc32(f"{kind} {label}".encode()), number))
     for _ in range(40):
-        rig, protocol = _draw_rig(rng), _draw_protocol(rng)
+        rig, protocol = drawn_rig(rng), _draw_protocol(rng)
         if change is not None:
             protocol = _changed(protocol, change, rng)
         effect = effects(rng).get(label)
@@ -170,7 +170,8 @@ def _changed(protocol: LumpedProtocol, change: PlanChange, rng: Rng) -> LumpedPr
     )
 
 
-def _draw_rig(rng: Rng) -> LumpedRig:
+def drawn_rig(rng: Rng) -> LumpedRig:
+    """Draw a rig without effects."""
     arm, stiffness = float(rng.uniform(2.0, 3.2)), float(rng.uniform(40.0, 90.0))
     bend = np.cumsum(rng.uniform(0.8, 1.2, 4))
     return LumpedRig(

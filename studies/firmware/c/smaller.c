@@ -1,0 +1,5 @@
+
+static real smaller(real a, real b)
+{
+    return b < a ? b : a;
+}
