@@ -12,5 +12,7 @@ from hysteresis.files import write_files
 if __name__ == "__main__":
     example = run_example()
     tube = bent_tube(example)
-    stills = {IMAGES / f"front-{name}.png": draw(example, tube, page) for name, page in (("light", LIGHT), ("dark", DARK))}
+    stills = {
+        IMAGES / f"front-{name}.png": draw(example, tube, page) for name, page in (("light", LIGHT), ("dark", DARK))
+    }
     write_files({**stills, IMAGES / "bending.gif": animation()})
