@@ -78,7 +78,7 @@ def _verdict(axes: Axes, example: Example, page: Page) -> None:
         f"ratio of the arms {ratio['value']:.3f}",
         f"95 % interval {ratio['low']:.3f} to {ratio['high']:.3f}",
         f"hidden in the rig {b.moment_arm_mm / a.moment_arm_mm:.3f}",
-        f"noise {found.floor.deg:.3f} deg",
+        f"noise {found.floor.deg:.3f} deg (grey: twice)",
     )
     axes.text(0.0, 0.45, "\n".join(lines), fontsize=16, va="top", linespacing=1.45)
 
