@@ -229,7 +229,7 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     """Write texts, as UTF-8, and bytes, all or none: all are staged in their folders before any is replaced.
 
     Missing folders are created. A process that is killed leaves each file as it was or as it is to be, and perhaps
-    staged ones beside them, whose names start with a dot: the next one that writes the files removes them.
+    staged ones in the same folder, whose names start with a dot: the next one that writes the files removes them.
 
     Raises
     ------
@@ -276,7 +276,7 @@ def _require_utf8(path: Path, content: str | bytes) -> None:
 
 @contextmanager
 def folder_beside(path: Path) -> Iterator[Path]:
-    """Make a hidden folder beside a file, for programs that write the file in parts, and remove it afterwards.
+    """Make a hidden folder next to a file, for programs that write the file in parts, and remove it afterwards.
 
     A process that is killed leaves it: the next one that writes the file removes it.
     """

@@ -1,4 +1,4 @@
-"""Every row of the README's table of claims: the figure is computed here, the bound is taken from the row."""
+"""Every row of docs/validation/claims.md: the figure is computed here, the bound is taken from the row."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,8 +29,8 @@ from validation.measured.predicted_wrists import AUTHORS, predicted
 from validation.separation import loop_program, separate
 from validation.tracing import Trace, trace_records
 
-README = Path(__file__).parents[1] / "README.md"
-YORK = README.parent / "docs" / "validation" / "york2015.toml"
+PAGE = Path(__file__).parents[1] / "docs" / "validation" / "claims.md"
+YORK = PAGE.with_name("york2015.toml")
 PAPER = BoucWen(A=1.895, beta=0.315, gamma=0.2606, n=1.176)  # eq. 10
 
 
@@ -39,7 +39,7 @@ LOSSLESS = replace(preset("du2018"), friction=Friction(), material=replace(prese
 
 def bounds() -> dict[str, float]:
     """The last column of the table, in whatever unit the row has."""
-    lines = README.read_text().split("| claim |")[1].split("\n\n")[0].splitlines()[2:]
+    lines = PAGE.read_text().split("| claim |")[1].split("\n\n")[0].splitlines()[2:]
     rows = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines]
     return {name: float(within.split()[0]) for name, _, _, _, within in rows}
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import typer
 
+from docs.make.front.example import code_and_output
 from fem_models.chain.solve import simulate_chain
 from fem_models.load import triangle
 from fem_models.rig import presets, read_rig
@@ -21,7 +22,8 @@ from validation.tracing.effect import catalogue
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+README = ROOT / "README.md"
+PAGES = [README, *sorted(DOCS.rglob("*.md"))]
 FIRST_STEPS = DOCS / "guide" / "first-steps.md"
 EXAMPLES = [
     pytest.param(page, code, id=f"{page.name}-{i}", marks=[] if page.name == "README.md" else pytest.mark.slow)
@@ -41,6 +43,21 @@ def test_example_runs(page, code, tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr().out
     assert bool(printed.strip()) or "print(" not in code
     assert not re.search(r"\bnan\b", printed)
+    if page.name == "README.md":
+        assert_same_text(printed, code_and_output(page)[1])
+
+
+def assert_same_text(printed: str, shown: str) -> None:
+    """The same words; numbers may differ by 1 in 100, as between processors."""
+    number = r"(?<![\w.])-?\d+(?:\.\d+)?(?:e-?\d+)?"
+    assert re.sub(number, "0", printed).split() == re.sub(number, "0", shown).split()
+    values = [[float(x) for x in re.findall(number, text)] for text in (printed, shown)]
+    assert values[0] == pytest.approx(values[1], rel=0.01)
+
+
+def test_readme_is_short():
+    """A stranger reads it in two minutes; what is longer has a page in docs."""
+    assert len(README.read_text().split()) <= 500
 
 
 def test_rig_file_of_the_first_steps(tmp_path):
@@ -52,7 +69,7 @@ def test_rig_file_of_the_first_steps(tmp_path):
 def links(page: Path) -> list[str]:
     """Relative targets of links and images, without the part after ``#``."""
     text = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
-    targets = re.findall(r"\]\(\s*<?([^)>\s]+)", text) + re.findall(r"(?:src|href)=\"([^\"]+)\"", text)
+    targets = re.findall(r"\]\(\s*<?([^)>\s]+)", text) + re.findall(r"(?:src|srcset|href)=\"([^\"]+)\"", text)
     return [target for target in targets if not re.match(r"[a-z]+:", target)]
 
 

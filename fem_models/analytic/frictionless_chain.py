@@ -1,9 +1,9 @@
 """Bending of a chain by one tendon without friction: closed form, with one equation to solve a joint.
 
-The load on a joint comes from the span of the tendon across its own notch alone. Equal joints therefore bend alike, and
-neither shear nor the other joints matter. The tendon runs straight from the edge of one hole to that of the next. A
-flexure is a straight chord of its bending length l (:class:`fem_models.joint.mechanics.JointMechanics`), as in a beam
-of one element and in the compiled chain. Let t be the angle of a joint, u its stretch, g half the difference between
+The load on a joint comes from the span of the tendon across its own notch alone. Equal joints bend equally, and neither
+shear nor the other joints matter. The tendon runs straight from the edge of one hole to that of the next. A flexure
+is a straight chord of its bending length l (:class:`fem_models.joint.mechanics.JointMechanics`), as in a beam of one
+element and in the compiled chain. Let t be the angle of a joint, u its stretch, g half the difference between
 notch width and l, and r the arm about the neutral axis. The span has the length l + u + 2 (g cos(t/2) - r sin(t/2)),
 whence k_bending t = T (r cos(t/2) + g sin(t/2)) and k_axial u = -T.
 """

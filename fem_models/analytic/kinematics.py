@@ -190,7 +190,7 @@ def inverse_tip(rig: Rig, limit_deg: float = 60.0, degree: int = 11) -> InverseF
 
 @dataclass(frozen=True)
 class _EqualJoints:
-    """A rig whose joints all bend alike, which leaves one unknown: the bending ``theta`` of the manipulator, rad."""
+    """A rig with equal joints, so that one unknown remains: the bending ``theta`` of the manipulator, rad."""
 
     rig: Rig
     joint: JointMechanics
@@ -301,7 +301,7 @@ def path_shortening_mm(rig: Rig, theta_sum_rad: ArrayLike, moment_arm_mm: float)
 def drive_for_angle_mm(rig: Rig, theta_sum_rad: ArrayLike) -> Floats:
     """Drive that bends the manipulator by ``theta_sum_rad``, x = xi(theta_sum) of eq. 3, without friction.
 
-    Path of the tendons plus their stretch, in static equilibrium with the flexures: all bend alike, or each its own way
+    Path of the tendons plus their stretch, in static equilibrium with the flexures: all alike, or each its own way
     where notches differ (:mod:`fem_models.analytic.unequal_joints`).
 
     Parameters

@@ -1,6 +1,6 @@
 """Joints that differ along the tube, compiled: what the kernels take of one joint, and from where.
 
-A kernel that is at joint i takes its parameters from :func:`joint_at`. Where all joints are alike these are the rig's,
+A kernel that is at joint i takes its parameters from :func:`joint_at`. Where all joints are equal these are the rig's,
 and nothing is read or copied: the kind of rig is known when a kernel is compiled. Where they differ, they are the
 rig's with the joint's own numbers in their places, read from a row of ``Parameters.each``.
 """
@@ -40,7 +40,7 @@ the next joint; and the section."""
 
 
 def with_each(parameters: Parameters, rig: Rig, joints: JointRow) -> Parameters:
-    """Add what is a joint's own to the parameters of a rig; they stay as they are where all joints are alike."""
+    """Add what is a joint's own to the parameters of a rig; unchanged where all joints are equal."""
     return parameters if joints.alike else parameters._replace(each=each_joint(rig, joints))
 
 
@@ -167,7 +167,7 @@ def _choose_joint(rig: Any, i: Any) -> Callable[..., Any]:
 
 
 def rest_path(rig: Parameters, i: int, rest: Pair) -> Pair:
-    """Paths over notch i at rest; ``rest`` are those of joints that are all alike."""
+    """Paths over notch i at rest; ``rest`` are those of equal joints."""
     each: Any = rig.each
     return (each[i, REST], each[i, REST + 1]) if len(each) else rest
 

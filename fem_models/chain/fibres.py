@@ -1,7 +1,7 @@
 """Fibres of a superelastic section, compiled: pull and moment at a bending and an elongation, and what transforms.
 
 There are two kinds of section, each compiled for itself, because most rigs have the first one:
-:class:`fem_models.chain.parameters.SectionParameters` is alike in tension and compression,
+:class:`fem_models.chain.parameters.SectionParameters` is the same in tension and compression,
 :class:`fem_models.chain.parameters.NitinolParameters` is not, and may heat itself. Its temperature follows from the
 strains (:mod:`fem_models.joint.superelastic_section`): a third unknown of the section, solved for here.
 """
@@ -71,7 +71,7 @@ def fibre_sums(
 
 @chain_njit()
 def _transform_alike(i: int, bent: float, longer: float, section: SectionParameters, memory: Memory) -> float:
-    """:func:`transform` of a section that is alike in tension and compression."""
+    """:func:`transform` of a section that is the same in tension and compression."""
     law, rests, loss = stress_law(section), memory.fibres[i], 0.0
     heights, areas = memory.fibre_height[fibre_row(memory, i)], memory.fibre_area[fibre_row(memory, i)]
     climb = law.climb / (1.0 - law.climb / law.stiffness)

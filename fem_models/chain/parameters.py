@@ -47,7 +47,7 @@ class SectionParameters(NamedTuple):
 
     length: float
     root: float  # compliance of the roots
-    elastic: float  # axial stiffness beside the fibres
+    elastic: float  # axial stiffness in addition to the fibres
     rest: float  # elongation under preload, where the tendons have their lengths
     young: float
     upper: float
@@ -99,7 +99,7 @@ class Parameters(NamedTuple):
     hardening: Hardening
     hardened: float  # stiffness that grows
     half_gap: float  # of the even part of the path over a notch
-    axial: float  # compliance of a joint in compression; beside a superelastic section, of what is in series
+    axial: float  # compliance of a joint in compression; with a superelastic section, of what is in series
     capstan: float
     guide: float
     sheath: float
@@ -127,7 +127,7 @@ class Memory(NamedTuple):
 
     With :class:`NitinolParameters` the fibres of a joint have one more column: its temperature above the surroundings.
     The parameters are those of all joints, of Jenkins elements those of the first. Fibres have one row of heights and
-    areas for each joint, or one for all that are alike.
+    areas for each joint, or one for all equal ones.
     """
 
     guides: Floats

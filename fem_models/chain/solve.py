@@ -1,4 +1,4 @@
-"""The compiled chain of joints and tendon segments, quasi-static: the fast engine beside the multibody model.
+"""The compiled chain of joints and tendon segments, quasi-static: the fast engine, next to the multibody model.
 
 Unknowns are the joint angles and the slip of either tendon at every guide. A joint sees only the tendon segments that
 cross its notch, and a guide only its two neighbouring segments. The tangent is therefore a band of half width 4, and

@@ -34,7 +34,7 @@ FASTEST = 1.0
 DAMPING = 0.5
 """Damping over the critical one of the softest mode, in which flexures alone bend."""
 SPEED_MM_PER_S = 0.5
-"""Speed of the drive, in the time of the model, up to which its inertia and damping are small beside its friction."""
+"""Speed of the drive, in the time of the model, up to which its inertia and damping are small against its friction."""
 WHEEL = 300.0
 """Stiffness of the drive over that of both tendons at the wheel."""
 HOLD = 2.0

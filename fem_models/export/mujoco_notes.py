@@ -44,7 +44,7 @@ def lost(rig: Rig, joints: JointRow) -> list[str]:
     if dry.capstan_coefficient > 0:
         lines.append(
             f"capstan friction, mu = {dry.capstan_coefficient:g}: tanh(mu wrap / 2) times the tensions on both sides. "
-            "Each guide has its mean along the loop. The table of tensions beside this file has the true values."
+            "Each guide has its mean along the loop. The table of tensions next to this file has the true values."
         )
     if dry.stick_compliance_mm_per_N > 0:
         lines.append(f"compliance of guides that stick, {dry.stick_compliance_mm_per_N:g} mm/N.")

@@ -66,7 +66,7 @@ def friction_limits_N(
 
 
 class JenkinsElements(NamedTuple):
-    """Bending stiffness of one joint as an elastic spring beside ``k`` elements that slip at a moment.
+    """Bending stiffness of one joint as an elastic spring in parallel with ``k`` elements that slip at a moment.
 
     ``elastic_Nmm_per_rad`` is a number; ``stiffness`` (Nmm/rad) and ``slip_moment_Nmm`` have the shape (k,).
     """

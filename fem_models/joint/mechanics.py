@@ -59,7 +59,7 @@ class JointMechanics:
         thirds of w along the mean direction have the same: w/3 cos(t/2) + 2 w/3. A V bends close to its root, over
         the bending length, and so do measured joints.
     rigid_gap_mm
-        Length of a notch beside that part, both ends together: it moves with the rings, and the tendon crosses it.
+        Length of a notch outside that part, both ends together: it moves with the rings, and the tendon crosses it.
     arms_mm
         Pairs of notches and measured joints: ``Tendon.moment_arm_mm`` as it stands. One-sided notches:
         ``moment_arm_mm`` counts from the tube axis; tendon a runs on the notched side and gains the neutral offset,
@@ -113,7 +113,7 @@ class JointMechanics:
 
     @property
     def axial_compliance(self) -> float:
-        """Of the flexure, mm/N; beside a superelastic section, of what is in series with it. 0 for measured joints."""
+        """Of the flexure, mm/N; with a superelastic section, of what is in series with it. 0 for measured joints."""
         if self.section is not None:
             return self.section.axial_compliance
         return 1 / self.flexure.axial_N_per_mm if self.flexure.axial_N_per_mm else 0.0

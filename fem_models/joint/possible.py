@@ -9,7 +9,7 @@ the whole path changes:
 
 with the stiffness s_t of a whole tendon, the arms in the columns of A, and the axial compliance q of the joints, which
 the thrust of all tendons shortens. The tube buckles where K - G has a negative eigenvalue. Bends
-whose angles add up to nothing, an S, change no path: for joints that are alike that is where the thrust of all tendons
+whose angles add up to nothing, an S, change no path: for equal joints that is where the thrust of all tendons
 passes 4 k/g. Friction of the guides may hold a straight tube above it, up to the first motion.
 """
 

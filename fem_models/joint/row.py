@@ -1,4 +1,4 @@
-"""Mechanics of all joints of a rig, from the base to the tip: one and the same where notches are alike."""
+"""Mechanics of all joints of a rig, from the base to the tip: one and the same where notches are equal."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class JointRow:
 
     @property
     def alike(self) -> bool:
-        """Whether all joints are alike."""
+        """Whether all joints are equal."""
         return self.rig.joint.alike
 
     @property
@@ -111,7 +111,7 @@ class JointRow:
 
 
 def joint_row(rig: Rig) -> JointRow:
-    """Derive the mechanics of a rig's joints, once for notches that are alike.
+    """Derive the mechanics of a rig's joints, once for equal notches.
 
     Raises
     ------

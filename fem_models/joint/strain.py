@@ -43,7 +43,7 @@ class Passed:
 
 
 EQUAL = 1e-3
-"""Relative difference of two strains up to which neither is the larger one: symmetric runs strain both sides alike."""
+"""Relative difference of two strains up to which neither is the larger one: a symmetric run strains both equally."""
 
 FATIGUE = StrainLimit(
     "fatigue at 10^7 cycles",

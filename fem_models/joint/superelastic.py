@@ -50,7 +50,7 @@ def flag_fibres(rig: Rig) -> FlagFibres:
     Raises
     ------
     RigError
-        A plateau as steep as the elastic law; a law that needs a section: not alike on both sides, or self-heating.
+        A plateau as steep as the elastic law; a law that needs a section: other in compression, or self-heating.
     """
     law = rig.superelastic
     if law is None or not isinstance(rig.joint, MeasuredJoint):

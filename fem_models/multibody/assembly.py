@@ -321,7 +321,7 @@ def _add_backbone(mbs: Any, rig: Rig, joints: JointRow, ground: int, inertia: Ri
 def _add_material(
     mbs: Any, rig: Rig, joints: JointRow, near: list[int], rings: list[Ring]
 ) -> tuple[list[int], list[int], list[int], list[int]]:
-    """Add what acts by the angle of a flexure beside its beam: contact of the edges, material, hardening, drag."""
+    """Add what acts by the angle of a flexure, besides its beam: contact of the edges, material, hardening, drag."""
     ends = [
         [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=2)) for n in (a, ring.node)]
         for a, ring in zip(near, rings[1:], strict=True)

@@ -1,4 +1,4 @@
-"""Chains of single notched rings (SNR) loaded in the bending plane: reduced flexible bodies, and beams beside them.
+"""Chains of single notched rings (SNR) loaded in the bending plane: reduced flexible bodies, and beams for comparison.
 
 A reduced body is one SNR from plate to plate as Exudyn's ``ObjectFFRFreducedOrder`` (Zwoelfer and Gerstmayr, Acta
 Mechanica 232(3), 2021, p. 835) with the Hurty-Craig-Bampton modes of :mod:`fem_models.multibody.reduced_body`. Its

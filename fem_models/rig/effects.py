@@ -75,7 +75,7 @@ class Superelastic:
     The default plateaus, at 37 degrees, and the transformation strain are measured (GitHub
     confluentmedical/nitinol-design-concepts, 115-open-frame-shape-set: 460-500 MPa on loading, 240-210 on unloading,
     0.046), and so are 6.52 MPa/K and, in compression, a start at 690 MPa: 1.44 times 480. That ``compression_factor``
-    is not the default, 1: laws that were fitted to bending are alike on both sides.
+    is not the default, 1: laws that were fitted to bending are the same on both sides.
 
     Self-heating: the transformation sets latent heat free and takes it back. Each joint has one temperature, of all
     metal in its section over the length that bends, which goes back to that of the surroundings with
@@ -234,7 +234,7 @@ class TipLoad:
 class TipMass:
     """A mass at the centre of the last ring: a tool. It has weight in both engines, inertia in the dynamic one.
 
-    The weight is a dead load of mass times 9.80665 m/s^2, which acts beside :class:`TipLoad` and the weight of the
+    The weight is a dead load of mass times 9.80665 m/s^2, added to :class:`TipLoad` and the weight of the
     rings. ``direction_deg`` is the direction of gravity, as of :class:`Gravity`. In a rig that bends in a horizontal
     plane a mass has inertia alone: there a tip load of the same size the other way takes the weight off.
     """

@@ -1,6 +1,6 @@
-"""Ensembles of presets: rigs that meet the stated facts alike, with other values of what the facts do not fix.
+"""Ensembles of presets: rigs that meet the same stated facts, with different values of what the facts do not fix.
 
-An ensemble is a file beside this module, ``NAME-ensemble.csv``: one row a rig, one column a constant by its name in a
+An ensemble is a file next to this module, ``NAME-ensemble.csv``: one row a rig, one column a constant by its name in a
 rig file (``tendon.`` stands for both tendons). An empty cell keeps the value of the preset. ``model`` names
 the laws of a row. ``NAME-ensemble.toml`` says which command made the file, with its seed, versions and priors.
 """

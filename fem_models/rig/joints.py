@@ -66,7 +66,7 @@ class Places(NamedTuple):
 
 @dataclass(frozen=True)
 class Notch:
-    """A row of notches, all alike or each its own.
+    """A row of notches, equal or different.
 
     ``depth_mm``, ``width_mm``, ``spacing_mm`` and ``root_width_mm`` are a number for all notches or a tuple of
     ``count`` numbers, the notch at the base first. A tuple of equal numbers becomes the number.
@@ -139,7 +139,7 @@ class Notch:
             object.__setattr__(self, name, values[0])
 
     def named(self, name: str) -> list[tuple[str, float]]:
-        """Numbers of a field with their names for messages; one for all notches where they are alike.
+        """Numbers of a field with their names for messages; one for all notches where they are equal.
 
         A root that is broader than some of the widths has a number for each notch.
         """
@@ -152,7 +152,7 @@ class Notch:
 
     @cached_property
     def alike(self) -> bool:
-        """Whether all notches are alike; found once, because searches look by the ten thousand."""
+        """Whether all notches are equal; computed once, because searches ask ten thousand times."""
         return not any(isinstance(getattr(self, name), tuple) for name in OF_EACH)
 
     def at(self, number: int) -> Cut:
@@ -198,12 +198,12 @@ class NotchedTube:
 
     @property
     def alike(self) -> bool:
-        """Whether all notches are alike."""
+        """Whether all notches are equal."""
         return self.notch.alike
 
     @property
     def cut(self) -> Cut:
-        """The notch, where all are alike.
+        """The notch, where all are equal.
 
         Raises
         ------
@@ -246,7 +246,7 @@ class NotchedTube:
         return Places(middles, tuple(end - cut.spacing_mm / 2 for end, cut in zip(ends[1:], cuts, strict=True)))
 
     def of_joint(self, number: int) -> NotchedTube:
-        """Tube of one notch alone, by its number from the base, 0; the tube itself where all are alike.
+        """Tube of one notch alone, by its number from the base, 0; the tube itself where all are equal.
 
         Its rings are as long as the mean of those on either side: the pitch is the length of tendon from the middle of
         one to that of the other.
@@ -340,5 +340,5 @@ class MeasuredJoint:
         return even_places(self.joints, self.pitch_mm)
 
     def of_joint(self, number: int) -> MeasuredJoint:
-        """Joint by its number from the base, 0: all are alike."""
+        """Joint by its number from the base, 0: all are equal."""
         return self

@@ -165,8 +165,8 @@ EFFECT_TABLES = (
 class Rig:
     """A manipulator with two antagonistic tendons on one wheel, or with a single tendon.
 
-    ``joint`` gives the notches of a tube, all alike or each its own, or the stiffness of measured joints, which are
-    alike. A positive drive pulls tendon a, which bends the manipulator towards positive angles. The optional parts from
+    ``joint`` gives the notches of a tube, equal or different, or the stiffness of measured joints, which are
+    equal. A positive drive pulls tendon a, which bends the manipulator towards positive angles. The optional parts from
     ``slack`` on are effects, off by default, each in :mod:`fem_models.rig.effects`.
 
     With a single tendon (``tendon_b`` None) the flexures spring back; the preload may be 0 unless the tendon has a toe
@@ -246,7 +246,7 @@ class Rig:
 
     @property
     def mean_pitch_mm(self) -> float:
-        """Length over the number of joints, mm; the pitch where all joints are alike."""
+        """Length over the number of joints, mm; the pitch where all joints are equal."""
         return self.pitch_mm if self.joint.alike else self.length_mm / self.joints
 
     def parts(self) -> dict[str, str | float | DataclassInstance | None]:
@@ -359,5 +359,5 @@ def with_notch(rig: Rig, notch: Notch) -> Rig:
 
 
 def with_joint(rig: Rig, number: int) -> Rig:
-    """Return the rig with all joints as the one of a number, 0 at the base; itself where all are alike."""
+    """Return the rig with all joints as the one of a number, 0 at the base; itself where all are equal."""
     return rig if rig.joint.alike else replace(rig, joint=rig.joint.of_joint(number))

@@ -107,7 +107,7 @@ def _reactions(job: Path, program: str, *, steps: int) -> Floats:
 
 
 def _head(points: Floats, tetrahedra: Ints, nodes: Ints, young_MPa: float, poisson: float, path: Path) -> list[str]:
-    """Lines before the steps; writes the mesh into a second file beside ``path``. ``nodes`` count from 0."""
+    """Lines before the steps; writes the mesh into a second file next to ``path``. ``nodes`` count from 0."""
     mesh_file = path.with_name(f"{path.stem}-mesh.inp")
     sets = {"METAL": [np.arange(len(tetrahedra), dtype=np.int64)]}
     mesh = meshio.Mesh(points, [("tetra10", tetrahedra)], cell_sets=sets)
@@ -126,7 +126,7 @@ def _head(points: Floats, tetrahedra: Ints, nodes: Ints, young_MPa: float, poiss
 
 
 def write_input(solid: Solid, path: Path) -> None:
-    """Write the input of :func:`calculix_stiffness` at ``path``, and the mesh in a second file beside it."""
+    """Write the input of :func:`calculix_stiffness` at ``path``, and the mesh in a second file next to it."""
     ends = np.concatenate(end_nodes(solid))
     lines = _head(solid.points_mm, cells(solid.mesh), ends, solid.young_MPa, solid.poisson, path)
     nodes = ends + 1

@@ -85,7 +85,7 @@ def elastic_stiffness(mesh: MeshTet2, young_MPa: float, poisson: float) -> spars
 
 
 def mass_matrix(mesh: MeshTet2, density: float) -> sparse.csr_matrix:
-    """Consistent mass (3 n, 3 n); with a density in t/mm^3 in tonnes, the unit of mass beside mm, N and s."""
+    """Consistent mass (3 n, 3 n); with a density in t/mm^3 in tonnes, the unit of mass that goes with mm, N and s."""
     basis = Basis(mesh, ElementTetP2(), intorder=QUADRATURE)
     one = density * BilinearForm(lambda u, v, _: u * v).assemble(basis)
     return sparse.csr_matrix(sparse.block_diag([one] * 3))
@@ -143,7 +143,7 @@ def plates_stiffness(solid: Solid) -> tuple[Floats, Floats]:
 
 
 def chain_stiffness(solid: Solid) -> SnrStiffness:
-    """Stiffness of one SNR in an endless chain, every joint alike, for (u_z, r_x, r_y): shape (3, 3).
+    """Stiffness of one SNR in an endless chain, every joint equal, for (u_z, r_x, r_y): shape (3, 3).
 
     The middles of the rings are then planes of symmetry: they stay plane but may change their shape in plane, which a
     rigid plate forbids. The chain under tension and pure bending has this stiffness exactly.

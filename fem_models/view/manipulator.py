@@ -119,7 +119,7 @@ class _Spine:
 
 
 def _outline(rig: Rig) -> _Outline:
-    """Outline of a rig whose joints are alike."""
+    """Outline of a rig with equal joints."""
     if isinstance(rig.joint, MeasuredJoint):
         outer = 1.15 * max(tendon.moment_arm_mm for tendon in rig.tendons)
         return _Outline(None, outer, 0.7 * outer, 0.35 * rig.pitch_mm, outer, 0.0, None)
@@ -363,7 +363,7 @@ def render(rig: Rig, joint_angles_deg: ArrayLike, path: Path, *, window: tuple[i
 
 @contextmanager
 def _staged(path: Path) -> Iterator[Path]:
-    """Yield a temporary file beside ``path``, and move it there when the block ends without an error."""
+    """Yield a temporary file next to ``path``, and move it there when the block ends without an error."""
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     except OSError as error:

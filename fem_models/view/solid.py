@@ -117,7 +117,7 @@ def draw_mesh(mesh: meshio.Mesh, path: Path, *, limit: float, window: tuple[int,
 
 @contextmanager
 def _staged(path: Path) -> Iterator[Path]:
-    """Yield a file in a folder beside ``path``, and move it there when the block ends without an error."""
+    """Yield a file in a folder next to ``path``, and move it there when the block ends without an error."""
     try:
         with folder_beside(path) as folder:
             half = folder / path.name

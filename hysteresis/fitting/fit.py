@@ -45,10 +45,10 @@ class Fit:
     of h, and, for given kinematics, their fitted parameters. ``baseline_*`` are the errors of :meth:`plain`, the best
     single-valued f of the same form, fitted to the same samples. If h is not significant, A = 0, h = 0 and f = plain.
     ``heldout_masks``, shapes (m_i,), mark the held-out samples of each record. ``bootstrap`` has the intervals by
-    blocks beside those of the Jacobian in ``parameters``; ``seeds_agreeing`` counts the searches that ended within 1 %
+    blocks, ``parameters`` those of the Jacobian; ``seeds_agreeing`` counts the searches that ended within 1 %
     of the best one. ``layer`` describes the hysteresis in a form that the data can fix, ``not_fixed`` says which of A,
     beta, gamma and n they leave open (:mod:`hysteresis.fitting.response`). ``notes`` say what was left out. ``choice``
-    is how the law was chosen, if it was. ``bouc_wen`` is the Bouc-Wen fit that stands beside a fit of another law; None
+    is how the law was chosen, if it was. ``bouc_wen`` is the Bouc-Wen fit that accompanies a fit of another law; None
     if this is the one.
     """
 
@@ -179,7 +179,7 @@ class Fit:
     def to_dict(self) -> dict[str, Any]:
         """Return the contents of identify.json (documented in docs/guide/identification.md).
 
-        It is that of the Bouc-Wen layer; another law stands beside it under ``law``.
+        It is that of the Bouc-Wen layer; another law is under ``law``.
         """
         if self.bouc_wen is not None:
             return self.bouc_wen.to_dict() | {"seconds": self.seconds, "law": self._of_law()}
@@ -288,7 +288,7 @@ class Fit:
         return f"Fit({names}: f {self.kinematics}, {law}, held-out rmse {errors}, {len(self.warnings)} warnings)"
 
     def _words(self, *, brief: bool = False) -> list[str]:
-        """Say what a reader needs beside the numbers: the choice of the law, what is not fixed, notes and warnings.
+        """Say what a reader needs with the numbers: the choice of the law, what is not fixed, notes and warnings.
 
         A brief choice is without the errors of the other laws.
         """

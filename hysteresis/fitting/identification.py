@@ -41,7 +41,7 @@ def identify(
     splits: Sequence[Split] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Fit:
-    """Identify A, beta, gamma, n and the initial state of the improved Bouc-Wen law, or another law beside it.
+    """Identify A, beta, gamma, n and the initial state of the improved Bouc-Wen law, and another law, if asked.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def _with_law(
     bouc_wen: tuple[Fit, Found],
     efforts: Sequence[Effort],
 ) -> Fit:
-    """Fit the law that the settings name, or choose one; ``bouc_wen`` is the fit that stands beside it."""
+    """Fit the law that the settings name, or choose one; ``bouc_wen`` is the fit that accompanies it."""
     fit, found = bouc_wen
     wanted = None if fit.settings.law == "auto" else fit.settings.law
     laws = fit_laws(records, splits, bases, found, efforts, wanted)

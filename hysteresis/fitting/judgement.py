@@ -98,7 +98,7 @@ def _no_hysteresis(train: Errors, floor_deg: float, span_deg: float) -> str:
     if train.rmse_deg <= max(_NOT_FOLLOWED * floor_deg, _FOLLOWED * span_deg):
         return _NO_HYSTERESIS
     return (
-        f"no loop that the law can follow: the curve alone leaves {train.rmse_deg:.3g} deg rms beside a noise of "
+        f"no loop that the law can follow: the curve alone leaves {train.rmse_deg:.3g} deg rms at a noise of "
         f"{floor_deg:.2g} deg: expected the unit, the sense and the order of the samples"
     )
 

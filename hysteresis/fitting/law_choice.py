@@ -72,7 +72,7 @@ class LawChoice:
 
 
 def searches(wanted: str) -> int:
-    """Count the global searches that :func:`fit_laws` makes beside that of the Bouc-Wen element."""
+    """Count the global searches that :func:`fit_laws` makes in addition to that of the Bouc-Wen element."""
     return {"auto": 2, "bouc-wen": 0, "asymmetric-bouc-wen": 0}.get(wanted, 1)
 
 
@@ -212,5 +212,5 @@ def _reason(candidates: Sequence[Candidate], chosen: Candidate, by: str) -> str:
     if chosen.excess > 0:
         why = "it has the fewest constants of those within one standard error of the best"
     if alike:
-        why += f"; not told apart from it: {', '.join(alike)}"
+        why += f"; not distinguished from it: {', '.join(alike)}"
     return f"{chosen.title}: {why}{_ERRORS}{by} within the training samples, deg: {rows}"

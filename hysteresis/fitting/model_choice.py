@@ -34,7 +34,7 @@ _SEARCH_SAMPLES = 400  # of a record
 _AS_GOOD = 1.05  # a simpler form is chosen if its validation error is within this factor of the best
 _NEAR = 1.5  # results of least squares within this factor of the best error are followed up
 _SHARES = (0.05, 0.2, 0.5)  # of the path to saturation: where the first of two elements may end
-_SAME_END = 1.01  # in errors: two searches ended alike
+_SAME_END = 1.01  # in errors: two searches ended at the same fit
 _ASIDE = 0.3  # further constants of a wider law, from where least squares also start
 _ROUNDING = 1e-9  # of the angle's range; smaller errors are rounding
 

@@ -237,6 +237,6 @@ def _is_fixed(name: str, parameters: dict[str, Parameter]) -> bool:
     low, high = parameters[name].low, parameters[name].high
     if low is None or high is None:
         return False
-    if name == "gamma":  # it may be 0: its interval counts beside beta
+    if name == "gamma":  # it may be 0: its interval counts relative to beta
         return high - low < 2 * (1 - 1 / _FIXED) * parameters["beta"].value
     return low * high > 0 and max(high / low, low / high) < _FIXED

@@ -325,7 +325,7 @@ LAWS: dict[LawName, Law] = {
         _stops_named,
     ),
 }
-"""The laws from the simplest on: of those that predict alike, the first is chosen."""
+"""The laws from the simplest on: of those that predict equally well, the first is chosen."""
 
 
 def elements_of(name: LawName, sign: float, values: Sequence[Sequence[float]], place: Sequence[float]) -> list[Element]:

@@ -35,7 +35,7 @@ def thresholds(mean: float, power: float, share: float) -> Floats:
     power
         chi + 1, above 0: the share of the density up to r is (r / R)^power.
     share
-        Weight of R beside the density, 0 to 1.
+        Weight of R in addition to the density, 0 to 1.
     """
     r = np.ones(THRESHOLDS + 1)
     for k in range(THRESHOLDS):

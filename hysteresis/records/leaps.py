@@ -9,8 +9,8 @@ import numpy as np
 from hysteresis.arrays import Floats
 
 LEAVES = 0.15
-"""Part of the squares of what cycles differ by that a leap leaves at most, of those that a steady drift leaves, too. A
-wandering sensor leaves more than a third beside the best leap."""
+"""Largest share of the squared difference between cycles that may remain with a jump: of the whole, and of what remains
+with a steady drift. With a wandering sensor more than a third remains with the best jump."""
 INSTANTS = 200
 """Phases of a cycle at which a leap is tried, at most about."""
 

@@ -14,7 +14,7 @@ _OF_SPACE = ("angle_2", "torsion", "tension_c", "tension_d")
 
 
 def require_one_wheel(record: Record) -> None:
-    """Refuse a record in which a wheel beside the first one moves: one drive does not explain its angle.
+    """Refuse a record in which another wheel than the first one moves: one drive does not explain its angle.
 
     Where the drive is a force, tendons c and d are the ones that must not be pulled; b may give way as a is pulled.
 

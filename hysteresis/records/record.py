@@ -54,7 +54,7 @@ FIELDS: dict[str, str] = {
 }
 """Key of the sidecar's ``[columns]`` -> field of :class:`Record`; a bare CSV names its columns as these fields."""
 FURTHER_DRIVES = ("drive_2", "drive_3", "drive_4")
-"""Keys of the wheels beside the first one, in the unit of the drive."""
+"""Keys of the wheels after the first one, in the unit of the drive."""
 LIST_FIELDS: dict[str, str] = {"notches": "notches_deg", "tip": "tip_mm"}
 """Keys of ``[columns]`` that name a list of columns, with the field of :class:`Record` that they fill."""
 MEASURED_KEYS = (

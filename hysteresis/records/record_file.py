@@ -1,4 +1,4 @@
-"""Reading and writing records: a CSV and, beside it, a TOML sidecar of the same stem (``docs/guide/records.md``)."""
+"""Reading and writing records: a CSV and a TOML sidecar of the same stem (``docs/guide/records.md``)."""
 
 from __future__ import annotations
 
@@ -377,7 +377,7 @@ def check_target(path: Path, inputs: Collection[Path] = ()) -> None:
     Raises
     ------
     RecordError
-        A name that does not end in .csv, an input, or a TOML file beside it that is not the sidecar of a record.
+        A name that does not end in .csv, an input, or a TOML file of the same stem that is not the sidecar of a record.
     """
     if path.suffix.lower() != ".csv":
         raise RecordError(f"{path}: expected a name that ends in .csv")

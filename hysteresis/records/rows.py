@@ -1,4 +1,4 @@
-"""Rows of a table, ``[[notch]]`` in a TOML file: one row a notch, or one for several that are alike."""
+"""Rows of a table, ``[[notch]]`` in a TOML file: one row a notch, or one for several equal ones."""
 
 from __future__ import annotations
 

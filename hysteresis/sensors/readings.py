@@ -275,7 +275,7 @@ def _far(values: Floats) -> Mask:
 
 
 def isolated_spikes(angle_deg: Floats, time_s: Floats | None) -> Mask:
-    """Find the samples that are spikes, shape (m,), up to :data:`MOST_ALONE` in a row that are off alike.
+    """Find the samples that are spikes, shape (m,), up to :data:`MOST_ALONE` in a row that are off by the same amount.
 
     A sample is compared with the cubic through two neighbours on either side (Hampel's rule with a cubic in place of
     the median, Hampel 1974, doi 10.1080/01621459.1974.10482962), and its two nearest neighbours with the cubic through

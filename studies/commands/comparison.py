@@ -19,7 +19,7 @@ AMPLITUDE_MM = 2.2
 
 @dataclass(frozen=True)
 class Models:
-    """Every model of a rig beside the reference model; frequencies are the lowest of one free reduced body, if any."""
+    """Every model of a rig against the reference model; frequencies are the lowest of one free reduced body, if any."""
 
     rig: str
     judge: str

@@ -98,7 +98,7 @@ def engines_table(rigs: Sequence[EngineAgreement], *, of_the_paper: bool) -> Tab
 
 
 def notches_table(models: Models) -> Table | None:
-    """Make one row for each notch: its bending stiffness in every model; None where all notches are alike."""
+    """Make one row for each notch: its bending stiffness in every model; None where all notches are equal."""
     if not models.models[0].notches:
         return None
     table = spaced_table("notch", "depth, mm", "width, mm", *(row.name for row in models.models))

@@ -332,7 +332,7 @@ def export(rig: RigLike, out: Path | str, *, to: Simulator = "mujoco", amplitude
     rig
         A rig, the path of its file, or the name of a preset.
     out
-        The model file, ``.xml``. The table of the tension at every guide is put beside it.
+        The model file, ``.xml``. The table of the tension at every guide is written next to it.
     amplitude_mm
         Largest drive that the model is meant for, mm.
     to
@@ -367,7 +367,7 @@ def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | No
     what
         A record or records (loops), a fit (record, model and residual), a trace (residual before and after), a
         separation (shares), a compensation (drive), a study, a load program, or a rig (in three dimensions). Where a
-        loop is a thin line beside its angle, a second chart shows it less its backbone.
+        loop is thin against its angle, a second chart shows it less its backbone.
     view
         Of a rig: ``"solid"`` draws the bent tube and its tendons, coloured by bending strain; ``"side"`` the straight
         tube with its notches in the bending plane, to scale. A rig in space is drawn straight and bent, side by side,
@@ -375,7 +375,7 @@ def plot(what: object, *, view: View = "solid", joint_angles_deg: ArrayLike | No
         by the name of a preset.
     joint_angles_deg
         Of a rig in three dimensions: shape (joints,), base to tip, such as a sample of ``record.notches_deg``. By
-        default all joints bend alike, the tip to 60 deg or to where the notches almost close. In deg.
+        default all joints bend equally, the tip to 60 deg or to where the notches almost close. In deg.
 
     Returns
     -------

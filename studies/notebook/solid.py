@@ -33,7 +33,7 @@ class NotebookFigure(Figure):
 
 
 def shown_angles_deg(rig: Rig) -> Floats:
-    """Give the angle of every joint in a picture, shape (joints,): all alike, and no notch closed.
+    """Give the angle of every joint in a picture, shape (joints,): all equal, and no notch closed.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a simulated loop says of a design: its strain beside the limits of Nitinol, and its energy balance."""
+"""What a simulated loop says of a design: its strain against the limits of Nitinol, and its energy balance."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class NewRecord:
     """What is understood of a table. ``columns`` has its columns by key of the sidecar; angles and noise are in deg.
 
     ``understood`` are sentences on what was converted, put in order or left out; ``copied`` tells whether a clean copy
-    was written beside the sidecar. ``rig_angle_range_deg`` is the range of the angle that the analytic model of the rig
+    was written with the sidecar. ``rig_angle_range_deg`` is the range of the angle that the analytic model of the rig
     has over the same drives.
     """
 
@@ -99,7 +99,7 @@ def new_record(
         What is not found by names: columns, units, encoding, sheet. All other channels are found by their names
         (:func:`studies.own_rig.columns.further_channels`).
     out
-        The copy; by default ``<stem>-record.csv`` beside the table, and none where it can be read as it is.
+        The copy; by default ``<stem>-record.csv`` next to the table, and none where it can be read as it is.
 
     Raises
     ------

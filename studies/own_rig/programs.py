@@ -1,4 +1,4 @@
-"""Load programs of a report: a loop that closes, and the drives of the curve without hysteresis beside it."""
+"""Load programs of a report: a loop that closes, and the drives of the curve without hysteresis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Strain of a simulated run beside the limits of Nitinol, in numbers and in lines for a terminal."""
+"""Strain of a simulated run against the limits of Nitinol, in numbers and in lines for a terminal."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class ColorBar:
-    """A colour scale beside a chart."""
+    """The colour scale of a chart."""
 
     title: Title
     thickness: int = 12

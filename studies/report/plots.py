@@ -26,7 +26,7 @@ PRELOADS: tuple[Tone, ...] = ("orange", "blue", "green", "purple")
 
 @dataclass(frozen=True)
 class Series:
-    """A fit sample by sample, as stored beside its JSON; shapes (m,)."""
+    """A fit sample by sample, as stored next to its JSON; shapes (m,)."""
 
     drive: Floats
     angle_deg: Floats

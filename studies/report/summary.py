@@ -33,7 +33,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Bound:
-    """A value of the paper, and how near the default rig has to come: the claims of the README."""
+    """A value of the paper, and how near the default rig has to come: the claims of docs/validation/claims.md."""
 
     value: float
     within: float

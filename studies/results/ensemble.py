@@ -1,4 +1,4 @@
-"""Ranges over an ensemble of rigs, beside the numbers of one rig."""
+"""Ranges over an ensemble of rigs, in addition to the numbers of one rig."""
 
 from __future__ import annotations
 

@@ -182,7 +182,7 @@ NOT_DRAWN = Picture(caption="the rig", missing="the command ended before it was 
 
 @dataclass(frozen=True)
 class Prediction:
-    """A record beside the loop that its rig predicts with nothing fitted but the record's zero.
+    """A record and the loop that its rig predicts with nothing fitted but the record's zero.
 
     ``predicted`` is the file of that loop; widths are None where a record does not close.
     """

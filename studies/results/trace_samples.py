@@ -1,4 +1,4 @@
-"""The records of a trace and what its models predict, sample by sample: a CSV beside ``trace.json``."""
+"""The records of a trace and what its models predict, sample by sample: a CSV next to ``trace.json``."""
 
 from __future__ import annotations
 

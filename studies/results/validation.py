@@ -56,7 +56,7 @@ class ModelStiffness:
 
 @dataclass(frozen=True)
 class StoredModels:
-    """Every model of a rig beside the reference model ``judge``."""
+    """Every model of a rig, compared with the reference model ``judge``."""
 
     rig: str
     judge: str

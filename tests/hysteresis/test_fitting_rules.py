@@ -166,7 +166,7 @@ def test_a_law_of_fewer_constants_is_chosen_within_one_standard_error(monkeypatc
     small = found.candidates[0]
     assert small.excess == pytest.approx(gap * error / 10)
     assert small.excess_error == pytest.approx(error / 10)
-    why = "it has the fewest constants of those within one standard error of the best; not told apart from it: large"
+    why = "it has the fewest constants of those within one standard error of the best; not distinguished from it: large"
     assert found.reason.startswith(f"{chosen}: {why if chosen == 'small' else 'it predicts best'}. rmse in cycles ")
     assert found.to_dict()["candidates"][1]["constants"] == 6
 
