@@ -42,7 +42,7 @@ from fem_models.load.stepping import (
 )
 from hysteresis.arrays import Floats, Ints, Mask
 
-MOST_LEAPS = 100_000  # over the number of joints, in a run: so long it takes to give a path up
+MOST_LEAPS = 40_000  # over the number of joints, in a run: so long it takes to give a path up
 JUMP_LENGTH = 2.0**-5  # of the longest step: how far beyond the last equilibrium a jump is sought
 HALVINGS_SINCE = 5  # of a step, once the chain has relaxed on its way: a shorter one seldom ends the trouble
 

@@ -116,7 +116,7 @@ OPTIONS = {
     "validate": ["out", "preset", "rig", "preload", "amplitude", "force", *COMMON],
     "identify": ["records", "out", "method", "seeds", "elements", "law", "delay", "plane", "force", *COMMON],
     "separate": ["out", "records", "preset", "rig", "preload", "amplitude", "engine", "ensemble", "force", *COMMON],
-    "trace": ["records", "out", "reference", "threads", "force", *COMMON],
+    "trace": ["records", "out", "reference", "threads", "alpha", "force", *COMMON],
     "effects": COMMON,
     "compensate": ["record", "reference", "out", "elements", "law", "force", *COMMON],
     "study": ["file", "out", "workers", "scheduler", "retry", "ensemble", "seed", "force", "quiet", "json"],
