@@ -176,10 +176,13 @@ def run_identify(case: Case) -> tuple[bool, list[str]]:
 
 def run_compensate(case: Case) -> tuple[bool, list[str]]:
     """Compare the drive that makes the angle follow a sine with that of the clean record; off by a twentieth."""
+    from studies.own_rig.new_record import unlike_loops
+
     reference = 0.3 * float(np.ptp(case.clean[0].angle_deg)) * np.sin(np.linspace(0, 2 * np.pi, 60))
     fit = identify(case.records[0])
     drive, right = (compensating_drive(one, reference, 0.0) for one in (fit, identify(case.clean[0])))
-    return float(np.abs(drive - right).max()) > 0.05 * float(np.ptp(right)), [*fit.notes, *fit.warnings]
+    words = [*fit.notes, *fit.warnings, *unlike_loops(case.records[:1])]
+    return float(np.abs(drive - right).max()) > 0.05 * float(np.ptp(right)), words
 
 
 def run_separate(case: Case) -> tuple[bool, list[str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ from hysteresis.records.record import RecordError
 from hysteresis.records.record_file import read_columns, read_records
 from hysteresis.records.sidecar import toml
 from studies.commands.identification import identify_records
+from studies.own_rig.new_record import unlike_loops
 from studies.results import read_result
 from studies.results.compensation import CompensationSummary as CompensationSummary
 from studies.results.fit import WHAT, StoredModel
@@ -72,7 +73,8 @@ def known_layer(source: Path, *, settings: IdentifySettings, progress: bool) -> 
     if source.suffix.lower() == ".json":
         return read_layer(source)
     record = read_records([source])[0]
-    return layer_of(identify_records([record], settings=settings, use_rig=False, progress=progress))
+    layer = layer_of(identify_records([record], settings=settings, use_rig=False, progress=progress))
+    return replace(layer, warnings=(*layer.warnings, *unlike_loops([record])))
 
 
 def layer_of(fit: Fit) -> Layer:

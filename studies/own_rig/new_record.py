@@ -14,7 +14,7 @@ import numpy as np
 
 from fem_models.analytic import theory_curve
 from fem_models.rig import Rig, RigError
-from fem_models.rig.of_record import rig_of
+from fem_models.rig.of_record import require_the_rigs_sense, rig_of
 from hysteresis.arrays import Floats
 from hysteresis.files import RecordError, present, require_place, write_files
 from hysteresis.messages import listed, quoted
@@ -341,7 +341,7 @@ def _in_jumps(record: Record) -> str | None:
 
 
 def unlike_loops(records: Sequence[Record]) -> list[str]:
-    """Say of which records the drive jumps, and of which the angle is in another unit than that of their rig.
+    """Say of which records the drive jumps, and of which the angle has another unit or sense than that of their rig.
 
     In another unit: it covers far more, or far less, than the rig makes of the drive.
     """
@@ -353,6 +353,11 @@ def unlike_loops(records: Sequence[Record]) -> list[str]:
             model = _range_of_rig(rig_of(record), record)
         except RigError:  # which is said elsewhere
             continue
+        if model is not None:
+            try:
+                require_the_rigs_sense(record)
+            except RecordError as error:
+                words.append(str(error))
         mine, its = float(np.ptp(record.angle_deg)), 0.0 if model is None else math.dist([model[1]], [model[0]])
         if its > 0 and not its / _UNIT <= mine <= its * _UNIT:
             words.append(

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -205,6 +206,17 @@ def test_an_angle_in_another_unit_than_that_of_the_rig_is_said(bench, capsys):
     assert "by its rig: expected degrees and mm" in words
     assert call(["identify", "radians.csv", "--out", "fit", "--law", "bouc-wen"]) == 0
     assert words in capsys.readouterr().err
+
+
+def test_an_angle_of_the_other_sense_than_that_of_the_rig_is_said(bench, capsys):
+    """Compensation of such a record drives the rig the other way."""
+    bench("other.csv", factor=-1.0)
+    new(capsys, "other.csv", "--preset", "du2018", "--preload", 20)
+    (words,) = unlike_loops([read_record("other.csv")])
+    assert words.startswith("other.csv: angle_deg: falls as drive_mm rises: expected the signs of the rig")
+    Path("wanted.csv").write_text("angle_deg\n0\n2\n5\n2\n0\n")
+    assert call(["compensate", "other.csv", "--reference", "wanted.csv", "--out", "drive.csv", "--json"]) == 0
+    assert words in json.loads(capsys.readouterr().out)["warnings"]
 
 
 def test_a_drive_in_jumps_is_said_and_has_no_loop(tmp_path, capsys):
