@@ -80,6 +80,7 @@ def _export_fit(
     fit: Path, out: Path, to: Literal["c", "fmu", "table"], name: str, replacing: Overwrite, common: Common
 ) -> None:
     from studies.firmware import compensator_files, read_compensator, table_files, unit_files
+    from studies.firmware.unit import COMPILERS, compiler_here
 
     compensator = read_compensator(fit, name)
     if out.exists() and not out.is_dir():
@@ -95,6 +96,9 @@ def _export_fit(
                 made |= table_files(compensator, out)
     replacing.allow(made)
     write_files(made)
+    if to == "fmu" and compiler_here() is None:
+        found = f"no C compiler found ({', '.join(COMPILERS)})"
+        typer.echo(f"notchbend: {found}: the units hold their source, without a binary", err=True)
     common.show({"files": [str(path) for path in made]}, *(f"{path.suffix[1:]}: {path}" for path in made))
 
 
