@@ -1,7 +1,9 @@
-"""Command ``export``: a rig for other simulators, a fit for firmware."""
+"""Command ``export``: a rig or the joint of a log for other simulators, a fit for firmware."""
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,8 +13,12 @@ import typer
 from fem_models.export import guide_table, mujoco_model
 from fem_models.export.loop import guide_loop
 from fem_models.rig import Rig
+from fem_models.rig.of_record import bends_in_space, declared_rig_of
 from hysteresis.files import RecordError, write_files
 from hysteresis.messages import quoted
+from hysteresis.own import marked_values
+from hysteresis.records.record import Record
+from hysteresis.records.record_file import read_record
 from studies.commands.options import Common, Overwrite, RigChoice
 from studies.progress import status
 from studies.results.fit import WHAT
@@ -26,7 +32,11 @@ NAME = "compensator"
 def export_rig(
     *,
     fit: Annotated[
-        Path | None, typer.Argument(help="For c, fmu and table: an identify.json of notchbend, or a folder with one.")
+        Path | None,
+        typer.Argument(
+            metavar="[FIT|RECORD]",
+            help="For c, fmu and table: an identify.json of notchbend, or its folder. For mujoco: a record, CSV.",
+        ),
     ] = None,
     to: Annotated[
         Target, typer.Option("--to", help="mujoco: a rig as a model; c, fmu, table: a fit as a compensator.")
@@ -43,18 +53,28 @@ def export_rig(
     name: Annotated[
         str | None, typer.Option("--name", help=f"Name of the files and functions of a fit; by default {NAME}.")
     ] = None,
+    moment_arm: Annotated[
+        float | None,
+        typer.Option("--moment-arm", help="Of a record with forces: moment arm of the tendon at the axis, mm."),
+    ] = None,
     replacing: Overwrite,
     common: Common,
 ) -> None:
-    """Write a rig as a model of another simulator, or a fit as a compensator in C or as branch tables."""
+    """Write a rig or the joint of a record for another simulator, or a fit as a compensator in C or as tables."""
+    of_rig = {"--amplitude": amplitude, "--preset": rig.preset, "--rig": rig.rig, "--preload": rig.preload}
     if to != "mujoco":
-        given = {"--amplitude": amplitude, "--preset": rig.preset, "--rig": rig.rig, "--preload": rig.preload}
-        _refuse(given, f"--to {to}: of a rig: expected a fit alone, {WHAT}")
+        _refuse(of_rig, f"--to {to}: of a rig: expected a fit alone, {WHAT}")
+        _refuse({"--moment-arm": moment_arm}, f"--to {to}: of a record: expected a fit alone, {WHAT}")
         if fit is None:
             raise RecordError(f"--to {to}: fit missing: expected {WHAT}, or its folder")
         _export_fit(fit, out, to, NAME if name is None else name, replacing, common)
         return
-    _refuse({"FIT": fit, "--name": name}, "--to mujoco: of a fit: expected --rig or --preset alone")
+    _refuse({"--name": name}, "--to mujoco: of a fit: expected a record, --rig or --preset alone")
+    if fit is not None:
+        _refuse(of_rig, f"the record {fit}: of a rig: expected one of the two")
+        _export_record(fit, out, moment_arm, replacing, common)
+        return
+    _refuse({"--moment-arm": moment_arm}, "a rig, which has its own: expected it with a record alone")
     chosen = rig.read()
     replacing.allow([out, out.with_name(f"{out.stem}-guides.csv")])
     with status(common.shows_progress, f"exporting {chosen.name}"):
@@ -80,6 +100,7 @@ def _export_fit(
     fit: Path, out: Path, to: Literal["c", "fmu", "table"], name: str, replacing: Overwrite, common: Common
 ) -> None:
     from studies.firmware import compensator_files, read_compensator, table_files, unit_files
+    from studies.firmware.unit import COMPILERS, compiler_here
 
     compensator = read_compensator(fit, name)
     if out.exists() and not out.is_dir():
@@ -95,7 +116,43 @@ def _export_fit(
                 made |= table_files(compensator, out)
     replacing.allow(made)
     write_files(made)
+    if to == "fmu" and compiler_here() is None:
+        found = f"no C compiler found ({', '.join(COMPILERS)})"
+        typer.echo(f"notchbend: {found}: the units hold their source, without a binary", err=True)
     common.show({"files": [str(path) for path in made]}, *(f"{path.suffix[1:]}: {path}" for path in made))
+
+
+def _export_record(path: Path, out: Path, moment_arm_mm: float | None, replacing: Overwrite, common: Common) -> None:
+    from fem_models.export.log_joint import joint_of_log
+    from fem_models.export.log_mujoco import log_model
+
+    if moment_arm_mm is not None and not (math.isfinite(moment_arm_mm) and moment_arm_mm > 0):
+        raise RecordError(f"--moment-arm {moment_arm_mm:g}: expected a number above 0, mm")
+    _require_xml(out)
+    table = out.with_name(f"{out.stem}-values.json")
+    replacing.allow([out, table])
+    record = read_record(path)
+    arm = moment_arm_mm if moment_arm_mm is not None else _moment_arm_mm(record)
+    with status(common.shows_progress, f"exporting {path}"):
+        joint = joint_of_log(record, arm, seed=common.seed)
+    result = joint.to_dict()
+    write_files({table: json.dumps(marked_values(result), indent=2) + "\n", out: log_model(joint)})
+    lines = [f"{name}: {value}" for name, value in joint.values.items()]
+    lines += [f"{name}: left out: {why}" for name, why in joint.missing.items()]
+    common.show(result, *lines, f"model: {out}", f"values: {table}")
+
+
+def _moment_arm_mm(record: Record) -> float | None:
+    """Give the moment arm of the sidecar's rig; None if it has none, or a rig that bends in space."""
+    if "moment_arm_mm" in record.rig:
+        return float(record.rig["moment_arm_mm"])
+    rig = None if bends_in_space(record) else declared_rig_of(record)
+    return None if rig is None else rig.tendon_a.moment_arm_mm
+
+
+def _require_xml(out: Path) -> None:
+    if out.suffix.lower() != ".xml":
+        raise RecordError(f"{out}: expected a name that ends in .xml")
 
 
 def write_model(rig: Rig, out: Path, *, to: Simulator, amplitude_mm: float) -> tuple[Path, Path]:
@@ -116,8 +173,7 @@ def write_model(rig: Rig, out: Path, *, to: Simulator, amplitude_mm: float) -> t
     """
     if not isinstance(to, str) or to != "mujoco":
         raise ValueError(f"to = {quoted(to)}: expected 'mujoco'")
-    if out.suffix.lower() != ".xml":
-        raise RecordError(f"{out}: expected a name that ends in .xml")
+    _require_xml(out)
     loop = guide_loop(rig, amplitude_mm)
     table = out.with_name(f"{out.stem}-guides.csv")
     write_files({table: guide_table(loop), out: mujoco_model(rig, loop)})

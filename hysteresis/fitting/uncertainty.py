@@ -175,6 +175,27 @@ def bootstrap(samples: Samples, form: Form, point: Point, seed: int) -> Uncertai
     )  # fmt: skip
 
 
+def block_spread(jacobians: Sequence[Floats], residuals: Sequence[Floats], seed: int) -> Uncertainty:
+    """Give the block bootstrap of :func:`bootstrap` from the blocks of a least-squares fit of any model.
+
+    Parameters
+    ----------
+    jacobians, residuals
+        Of each of at least two blocks: derivatives of the residual, shape (m_b, p), no column all zero over all blocks;
+        residual, shape (m_b,).
+    seed
+        Of the draws.
+    """
+    blocks = _Blocks.of(jacobians, residuals)
+    steps, k = blocks.steps(np.random.default_rng(seed)), len(jacobians)
+    centred = steps - steps.mean(axis=0)
+    scaled = np.concatenate(jacobians) / blocks.size
+    return Uncertainty(
+        centred.T @ centred / (_DRAWS - 1), _quantile(k - 1), float(np.linalg.cond(scaled)),
+        np.zeros(steps.shape[1], dtype=bool), float(k), blocks.freedom,
+    )  # fmt: skip
+
+
 def _quantile(freedom: float) -> float:
     """Quantile of Student's t; scipy.stats has the same, but takes as long to load as the rest of scipy together."""
     return float(stdtrit(max(1.0, freedom), 0.5 + 0.5 * _CONFIDENCE))

@@ -26,6 +26,7 @@ from studies.firmware.read import Compensator
 
 Version = Literal["2.0", "3.0"]
 OPTIONS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden")
+COMPILERS = ("cc", "gcc", "clang")
 _DAY = (1980, 1, 1, 0, 0, 0)  # of every file in the archive: the same fit gives the same unit
 _SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
 _MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "arm64": "aarch64", "aarch64": "aarch64"}
@@ -106,9 +107,14 @@ def _unit(compensator: Compensator, sources: dict[str, str], version: Version) -
     return file.getvalue()
 
 
+def compiler_here() -> str | None:
+    """Find the C compiler of this machine, the first of cc, gcc and clang; None without one."""
+    return next((found for one in COMPILERS if (found := shutil.which(one))), None)
+
+
 def _binary(name: str, sources: dict[str, str], wrapper: str, version: Version) -> dict[str, bytes] | None:
     """Compile the unit for this machine; None without a compiler, or where the standard has no name for the machine."""
-    compiler = next((found for one in ("cc", "gcc", "clang") if (found := shutil.which(one))), None)
+    compiler = compiler_here()
     system, machine = _SYSTEMS.get(sys.platform), _MACHINES.get(platform.machine().lower())
     if compiler is None or system is None or machine is None:
         return None

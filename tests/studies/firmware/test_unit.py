@@ -117,6 +117,15 @@ def test_the_command_writes_both_units_and_the_same_again(tmp_path, monkeypatch,
     assert re.search(r"compensator\.fmu: not written by notchbend", capsys.readouterr().err)
 
 
+def test_the_command_says_that_no_compiler_was_found(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    stored_fit(tmp_path / "fit/identify.json")
+    monkeypatch.setattr(unit.shutil, "which", lambda name: None)
+    assert call(["export", "fit", "--to", "fmu", "--out", "made", "--quiet"]) == 0
+    said = capsys.readouterr().err
+    assert said == "notchbend: no C compiler found (cc, gcc, clang): the units hold their source, without a binary\n"
+
+
 @needs_compiler
 def test_a_unit_that_does_not_compile_is_refused(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
