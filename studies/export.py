@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -29,6 +30,20 @@ AMPLITUDE_MM = 2.2
 NAME = "compensator"
 
 
+@dataclass(frozen=True)
+class ModelChoice:
+    """What the model of a rig or of a record takes beside it."""
+
+    amplitude: Annotated[
+        float | None,
+        typer.Option("--amplitude", help=f"Largest drive that the model is meant for, mm; by default {AMPLITUDE_MM}."),
+    ] = None
+    moment_arm: Annotated[
+        float | None,
+        typer.Option("--moment-arm", help="Of a record with forces: moment arm of the tendon at the axis, mm."),
+    ] = None
+
+
 def export_rig(
     *,
     fit: Annotated[
@@ -46,25 +61,18 @@ def export_rig(
         typer.Option("--out", help="The model file, .xml, with the table of tensions beside it; for a fit a folder."),
     ],
     rig: RigChoice,
-    amplitude: Annotated[
-        float | None,
-        typer.Option("--amplitude", help=f"Largest drive that the model is meant for, mm; by default {AMPLITUDE_MM}."),
-    ] = None,
+    model: ModelChoice,
     name: Annotated[
         str | None, typer.Option("--name", help=f"Name of the files and functions of a fit; by default {NAME}.")
-    ] = None,
-    moment_arm: Annotated[
-        float | None,
-        typer.Option("--moment-arm", help="Of a record with forces: moment arm of the tendon at the axis, mm."),
     ] = None,
     replacing: Overwrite,
     common: Common,
 ) -> None:
     """Write a rig or the joint of a record for another simulator, or a fit as a compensator in C or as tables."""
-    of_rig = {"--amplitude": amplitude, "--preset": rig.preset, "--rig": rig.rig, "--preload": rig.preload}
+    of_rig = {"--amplitude": model.amplitude, "--preset": rig.preset, "--rig": rig.rig, "--preload": rig.preload}
     if to != "mujoco":
         _refuse(of_rig, f"--to {to}: of a rig: expected a fit alone, {WHAT}")
-        _refuse({"--moment-arm": moment_arm}, f"--to {to}: of a record: expected a fit alone, {WHAT}")
+        _refuse({"--moment-arm": model.moment_arm}, f"--to {to}: of a record: expected a fit alone, {WHAT}")
         if fit is None:
             raise RecordError(f"--to {to}: fit missing: expected {WHAT}, or its folder")
         _export_fit(fit, out, to, NAME if name is None else name, replacing, common)
@@ -72,15 +80,15 @@ def export_rig(
     _refuse({"--name": name}, "--to mujoco: of a fit: expected a record, --rig or --preset alone")
     if fit is not None:
         _refuse(of_rig, f"the record {fit}: of a rig: expected one of the two")
-        _export_record(fit, out, moment_arm, replacing, common)
+        _export_record(fit, out, model.moment_arm, replacing, common)
         return
-    _refuse({"--moment-arm": moment_arm}, "a rig, which has its own: expected it with a record alone")
+    _refuse({"--moment-arm": model.moment_arm}, "a rig, which has its own: expected it with a record alone")
     chosen = rig.read()
     replacing.allow([out, out.with_name(f"{out.stem}-guides.csv")])
     with status(common.shows_progress, f"exporting {chosen.name}"):
-        largest = AMPLITUDE_MM if amplitude is None else amplitude
-        model, table = write_model(chosen, out, to=to, amplitude_mm=largest)
-    common.show({"model": str(model), "table": str(table)}, f"model: {model}", f"tension at every guide: {table}")
+        largest = AMPLITUDE_MM if model.amplitude is None else model.amplitude
+        written, table = write_model(chosen, out, to=to, amplitude_mm=largest)
+    common.show({"model": str(written), "table": str(table)}, f"model: {written}", f"tension at every guide: {table}")
 
 
 def _refuse(given: Mapping[str, object], expected: str) -> None:
@@ -126,6 +134,8 @@ def _export_record(path: Path, out: Path, moment_arm_mm: float | None, replacing
     from fem_models.export.log_joint import joint_of_log
     from fem_models.export.log_mujoco import log_model
 
+    if path.is_dir() or path.suffix.lower() == ".json":
+        raise RecordError(f"FIT {path}: with --to mujoco: of a fit: expected a record, CSV, or --rig or --preset alone")
     if moment_arm_mm is not None and not (math.isfinite(moment_arm_mm) and moment_arm_mm > 0):
         raise RecordError(f"--moment-arm {moment_arm_mm:g}: expected a number above 0, mm")
     _require_xml(out)
@@ -135,7 +145,16 @@ def _export_record(path: Path, out: Path, moment_arm_mm: float | None, replacing
     arm = moment_arm_mm if moment_arm_mm is not None else _moment_arm_mm(record)
     with status(common.shows_progress, f"exporting {path}"):
         joint = joint_of_log(record, arm, seed=common.seed)
-    result = joint.to_dict()
+    result = {
+        "schema": 1,
+        "record": joint.record.source or joint.name,
+        "moment_arm_mm": joint.moment_arm_mm,
+        "values": {name: value.to_dict() for name, value in joint.values.items()},
+        "missing": dict(joint.missing),
+        "rmse_deg": joint.rmse_deg,
+        "noise_floor_deg": joint.noise_deg,
+        "blocks": joint.blocks,
+    }
     write_files({table: json.dumps(marked_values(result), indent=2) + "\n", out: log_model(joint)})
     lines = [f"{name}: {value}" for name, value in joint.values.items()]
     lines += [f"{name}: left out: {why}" for name, why in joint.missing.items()]

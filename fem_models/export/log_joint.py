@@ -16,7 +16,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -72,19 +71,6 @@ class LogJoint:
     def number(self, name: str) -> float:
         """Give a value; 0 where the log does not tell it."""
         return self.values[name].value if name in self.values else 0.0
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        return {
-            "schema": 1,
-            "record": self.record.source or self.name,
-            "moment_arm_mm": self.moment_arm_mm,
-            "values": {name: value.to_dict() for name, value in self.values.items()},
-            "missing": dict(self.missing),
-            "rmse_deg": self.rmse_deg,
-            "noise_floor_deg": self.noise_deg,
-            "blocks": self.blocks,
-        }
 
 
 def joint_of_log(record: Record, moment_arm_mm: float | None, *, seed: int = 0) -> LogJoint:
