@@ -40,7 +40,7 @@ class ModelChoice:
     ] = None
     moment_arm: Annotated[
         float | None,
-        typer.Option("--moment-arm", help="Of a record with forces: moment arm of the tendon at the axis, mm."),
+        typer.Option("--moment-arm", help="Moment arm of the tendon at the axis of a record, mm; by default that of its rig."),
     ] = None
 
 

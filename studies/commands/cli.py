@@ -112,7 +112,7 @@ COMMANDS: dict[str, Entry] = {
         ("notchbend workspace --preset zhang2026 --amplitude 1.2 --out results/workspace",),
     ),
     "export": Entry(
-        "Write a rig or the joint of a log for another simulator, a compensator for firmware.",
+        "Write a rig or a record for MuJoCo, a compensator for firmware.",
         "export:export_rig",
         (
             "notchbend export --preset du2018 --preload 20 --to mujoco --out du2018.xml",
