@@ -40,7 +40,9 @@ class ModelChoice:
     ] = None
     moment_arm: Annotated[
         float | None,
-        typer.Option("--moment-arm", help="Moment arm of the tendon at the axis of a record, mm; by default that of its rig."),
+        typer.Option(
+            "--moment-arm", help="Moment arm of the tendon at the axis of a record, mm; by default that of its rig."
+        ),
     ] = None
 
 

@@ -22,7 +22,7 @@ FIRST, LARGEST, LEAST = 1e4, 1e12, 1e-14
 """Lengths of pseudo steps, over that in which a joint relaxes: of the first one, and where they end."""
 LONGER, SHORTER, CAREFUL = 4.0, 0.125, 1.5
 """Factors on the length of a pseudo step: after one that was accepted, after one that was not, and soon after that."""
-MOST_STEPS = 20_000
+MOST_STEPS = 60_000
 """Pseudo steps of a jump."""
 INSTANT = 1e12  # 1/s: no heat is exchanged in a jump, but for what the step itself took
 
