@@ -132,6 +132,7 @@ def test_both_engines_agree_on_any_rig():
     ("check", "seed"),
     [
         pytest.param(require_followed, 2294, id="relaxes a thousand times on its way"),
+        pytest.param(require_followed, (919710, 609), id="relaxes slowly"),
         pytest.param(require_divided, 35799948, id="relaxes a thousand times without what is switched off"),
         pytest.param(require_agreement, 574, id="one tendon with a toe region on a plateau"),
     ],
