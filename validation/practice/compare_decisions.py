@@ -41,7 +41,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Compared:
-    """One case: its truth, the verdict of today, and what the test says.
+    """What was hidden in a case, the verdict of today, and what the test says.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class Compared:
 
 
 def compared(source: Source, kind: Kind, label: str, number: int, alpha: float) -> Compared:
-    """Trace one case, and decide it."""
+    """Trace a case, and decide it by the test."""
     case, _ = draw_labelled(source, SETS["work"], kind, label, number)
     start = time.perf_counter()
     trace = trace_records(case.records, threads=1)
