@@ -15,6 +15,8 @@ from typing import Any
 from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
+from fem_models.inlined import inline_in_kernels
+
 Kernel = Callable[..., Any]
 
 
@@ -55,6 +57,7 @@ def njit_of(*sources: Path) -> Callable[..., Callable[[Kernel], Any]]:
         def compile_cached(function: Kernel) -> Any:
             dispatcher = njit(error_model=error_model, _nrt=allocates, **options)(function)
             dispatcher._cache = _Cache(function, checksum)
+            inline_in_kernels(dispatcher)
             return dispatcher
 
         return compile_cached

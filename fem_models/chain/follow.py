@@ -224,10 +224,10 @@ def tape_of(steps: int, joints: int) -> Tape:
 def cut(tape: Tape, steps: int, length: int) -> Tape:
     """Copy the first steps of a tape to one of another length."""
     out = tape_of(length, tape.state.shape[2])
-    out.sample[:steps] = tape.sample[:steps]
-    out.part[:steps] = tape.part[:steps]
-    out.x[:steps] = tape.x[:steps]
-    out.state[:steps] = tape.state[:steps]
+    for s in range(min(steps, length, tape.part.size)):
+        out.sample[s], out.part[s] = tape.sample[s], tape.part[s]
+        copy(tape.x[s], out.x[s])
+        copy_both(tape.state[s], out.state[s])
     return out
 
 
@@ -357,8 +357,8 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, tape: Tape) ->
     start = Attempt(load=here, pace=Pace(0.0, 0.0, 0.0), iterations=10 * path.iterations, fine=True)
     straight = motion_at_rest(rig, joints)
     if newton(motion.x, rig, memory, work, work.state, start) >= 0:
-        motion.limit[:] = work.limit
-        motion.state[:] = work.state
+        copy_both(work.limit, motion.limit)
+        copy_both(work.state, motion.state)
         accept(rig, memory, work, motion, here, 0.0)
         copy_rows(work.sections, motion.sections)
     else:  # it is let go slowly

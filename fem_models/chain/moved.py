@@ -23,6 +23,9 @@ from fem_models.chain.equations import (
     BAND_OF_JOINTS,
     Work,
     assemble,
+    copy,
+    copy_both,
+    copy_rows,
     external_moments,
     free_span,
     work_space,
@@ -179,19 +182,20 @@ def linearise(tape: Tape, path: Path, rig: Parameters, memory: Memory) -> Line:
                 here, goal = goal, load_at(k, path, motion.crept)
             load = between(here, goal, part) if part < 1.0 else goal
             rate = 1.0 / (load.time - at.time) if load.time > at.time else 0.0
-        work.x_before[:] = motion.x if s > 0 else tape.x[0]
-        work.state[:] = tape.state[s]
+        copy(motion.x if s > 0 else tape.x[0], work.x_before)
+        copy_both(tape.state[s], work.state)
         balance = assemble(tape.x[s], rig, memory, load, work, rate, False)
         line.outside[s], line.stop[s] = balance.outside, balance.stop_stiffness
         reach = BAND if balance.outside else BAND_OF_JOINTS
         factorise(work.tangent, line.factors[s], reach)
         if balance.stop_stiffness > 0.0:
-            line.lever[s] = behind[BAND:-BAND] = work.lever
+            copy(work.lever, line.lever[s])
+            copy(work.lever, behind[BAND:-BAND])
             substitute(line.factors[s], behind)
-            line.behind[s] = behind[BAND:-BAND]
+            copy(behind[BAND:-BAND], line.behind[s])
         note_step(s, line, rig, memory, work, load)
-        motion.x[:] = tape.x[s]
-        work.guess[:] = work.tension[:, 0]
+        copy(tape.x[s], motion.x)
+        work.guess[0], work.guess[1] = work.tension[0, 0], work.tension[1, 0]
         accept(rig, memory, work, motion, load, rate)
         at = load
         if s > 0 and part == 1.0:
@@ -407,7 +411,7 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
     moved, work = moved_at_rest(joints), work_space(rig, joints)
     here = at = load = at_rest(rig.rest)
     goal, most = here, 0.0
-    moved.x[:] = tape.x[0]
+    copy(tape.x[0], moved.x)
     for s in range(tape.part.size):
         k, part, rate = tape.sample[s], tape.part[s], 0.0
         if s > 0:
@@ -424,15 +428,16 @@ def follow_moved(line: Line, path: Path, rig: Parameters, memory: Memory, run: R
         take_up(s, line, rig, memory, load, rate, moved)
         if memory.fibre_area.size > 0:
             bend_along(s, line, rig, memory, rate, work, moved)
-        moved.x[:] = tape.x[s] + moved.change
-        work.guess[:] = moved.tension[:, 0]
+        for i in range(moved.x.size):
+            moved.x[i] = tape.x[s, i] + moved.change[i]
+        work.guess[0], work.guess[1] = moved.tension[0, 0], moved.tension[1, 0]
         at = load
         if s > 0 and part == 1.0:
             creep_on(path.creep[k], rig, moved.tension, moved.crept)
             for i in range(joints):
                 run.angles[k, i] = moved.x[3 * i + 3]
-            run.tensions[k] = moved.tension
-            run.longer[k] = moved.longer[: run.longer.shape[1]]
+            copy_rows(moved.tension, run.tensions[k])
+            copy(moved.longer[: run.longer.shape[1]], run.longer[k])
             for i in range(run.warming.shape[1]):
                 run.warming[k, i] = memory.fibres[i, -1]
     return most

@@ -51,3 +51,35 @@ def test_a_type_that_is_renamed_in_another_file_compiles_again(tmp_path):
         return int(done.stdout)
 
     assert [hits(name) for name in ("One", "One", "Two")] == [0, 1, 0]
+
+
+CALLED = """
+from pathlib import Path
+from fem_models.compiled import njit_of
+
+own_njit = njit_of(Path(__file__))
+
+@own_njit(error_model="python")
+def inverse(x):
+    return 1.0 / x
+
+@own_njit()
+def summed(values):
+    total = 0.0
+    for value in values:
+        total += inverse(value)
+    return total
+
+try:
+    summed((1.0, 0.0))
+except ZeroDivisionError:
+    print(summed((1.0, 2.0)), len(summed.overloads), len(inverse.overloads), inverse(4.0), len(inverse.overloads))
+"""
+
+
+def test_a_kernel_that_another_calls_has_no_machine_code_until_python_calls_it(tmp_path):
+    kernel = tmp_path / "kernel.py"
+    kernel.write_text(CALLED)
+    for _ in range(2):  # compiled, then from the cache
+        done = subprocess.run([sys.executable, "-B", kernel], check=True, capture_output=True, text=True)
+        assert done.stdout.split() == ["1.5", "1", "0", "0.25", "1"]

@@ -16,9 +16,6 @@ SOURCES = [*sorted(_HERE.glob("*.py")), *sorted(_HERE.parent.glob("*.py")), Path
 _kernel = njit_of(*SOURCES)
 
 
-def spatial_njit(*, from_python: bool = False, **options: Any) -> Callable[[Kernel], Any]:
-    """Give the decorator of the kernels, which make no arrays (see :func:`fem_models.compiled.njit_of`).
-
-    Most are called by other kernels only: without an entry from Python they compile in half the time.
-    """
-    return _kernel(allocates=False, no_cpython_wrapper=not from_python, no_cfunc_wrapper=True, **options)
+def spatial_njit(**options: Any) -> Callable[[Kernel], Any]:
+    """Give the decorator of the kernels, which make no arrays (see :func:`fem_models.compiled.njit_of`)."""
+    return _kernel(allocates=False, **options)

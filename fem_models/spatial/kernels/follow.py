@@ -232,7 +232,7 @@ def walk(
     return 1.0, reach
 
 
-@spatial_njit(nogil=True, from_python=True)
+@spatial_njit(nogil=True)
 def follow(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, work: Work) -> tuple[int, float]:
     """Visit the samples from rest and fill the results.
 
@@ -266,7 +266,7 @@ def follow(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion
     return -1, 0.0
 
 
-@spatial_njit(nogil=True, from_python=True)
+@spatial_njit(nogil=True)
 def go_on(path: Path, rig: Parameters, memory: Memory, run: Run, motion: Motion, work: Work) -> float:
     """Go on from an equilibrium to the samples after the first one, which is not visited, and fill their results.
 

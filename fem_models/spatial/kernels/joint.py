@@ -309,7 +309,7 @@ def springs(k: int, x: Floats, rig: Parameters, memory: Memory, work: Work) -> N
         bent[k, BEND + 8] += own[k, CONTACT + 1]
 
 
-@spatial_njit(from_python=True)
+@spatial_njit()
 def follow_displacements(work: Work, n: int, m: int) -> None:
     """Fill the step of the notches' displacements by those of rotations and slips."""
     bent, step = work.bent, work.step

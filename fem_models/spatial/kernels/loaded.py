@@ -225,7 +225,7 @@ def add_guide(k: int, j: int, free: float, work: Work) -> None:
     blocks[k, row, 3 * size] = right
 
 
-@spatial_njit(from_python=True)
+@spatial_njit()
 def step_by_spins(x: Floats, tendons: Floats, rig: Parameters, dead: float, work: Work) -> None:
     """Fill the step of rotations and slips, by spins of the rings and slips.
 

@@ -44,7 +44,7 @@ def base_slides(before: Floats, state: Floats) -> bool:
     return False
 
 
-@spatial_njit(from_python=True)
+@spatial_njit()
 def balance_at(
     x: Floats, tendons: Floats, rig: Parameters, memory: Memory, work: Work, dead: float, settle: bool, relax: float
 ) -> float:
@@ -69,7 +69,7 @@ def balance_at(
     return largest if total == total else math.nan  # a maximum does not see nan
 
 
-@spatial_njit(from_python=True)
+@spatial_njit()
 def newton(
     x: Floats, tendons: Floats, rig: Parameters, memory: Memory, work: Work, before: Floats, attempt: Attempt
 ) -> int:

@@ -173,7 +173,7 @@ def settle(x: Floats, tendons: Floats, rig: Parameters, dead: float, work: Work)
     return TURNS
 
 
-@spatial_njit(from_python=True)
+@spatial_njit()
 def step_with_states(x: Floats, tendons: Floats, rig: Parameters, dead: float, work: Work, changes: bool) -> int:
     """Fill the Newton step of rotations and slips; if ``changes``, guides change until their states agree with it.
 

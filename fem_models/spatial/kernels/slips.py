@@ -54,7 +54,7 @@ def condense_rotation(k: int, rig: Parameters, work: Work) -> None:
             pulled[k, j, TIGHTENS if part == 0 else WRAP_AHEAD + part - 1] += dot(slope, ahead)
 
 
-@spatial_njit(from_python=True)
+@spatial_njit()
 def step_by_slips(tendons: Floats, rig: Parameters, work: Work) -> None:
     """Fill the step of rotations and slips, where no dead load couples the joints.
 
