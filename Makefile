@@ -9,7 +9,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= results/first-report
 
-.PHONY: study install dev test checks tests slow kernels kernels-heated site lock clean
+.PHONY: study install dev test checks tests slow kernels site lock clean
 
 PIP     := $(BIN)/python -m pip
 INSTALL := $(PIP) install --quiet --disable-pip-version-check
@@ -30,6 +30,7 @@ $(VENV)/.installed: pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)
 	$(INSTALL) -r requirements.lock
 	$(INSTALL) --no-deps --editable .
+	$(BIN)/python -m studies.kernels
 	touch $@
 
 # Both environments are one: what developers need goes on top, and requirements-dev.lock has the same versions.
@@ -39,14 +40,14 @@ $(VENV)/.dev-installed: $(VENV)/.installed requirements-dev.lock
 
 # The kernels are compiled first, because every worker of pytest would do it; meanwhile the checks keep a core busy.
 test: dev
-	$(MAKE) --no-print-directory --jobs=3 checks tests
+	$(MAKE) --no-print-directory --jobs=2 checks tests
 
 # With compiled tests kept: where PYTHONDONTWRITEBYTECODE is set, every worker would rewrite and compile all of them.
-tests: kernels kernels-heated
+tests: kernels
 	PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n auto --dist worksteal
 
 # What takes long, as whole traces, many draws, the site, the wheel, the gallery, and practice cases that were missed once.
-slow: dev kernels kernels-heated
+slow: dev kernels
 	PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n auto --dist worksteal -m slow -o faulthandler_timeout=1800
 
 checks:
@@ -55,8 +56,8 @@ checks:
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-kernels kernels-heated:
-	PYTHONPATH=. $(BIN)/python tests/compile_kernels.py $@
+kernels:
+	$(BIN)/python -m studies.kernels alike heated in_space differing laws
 
 site: dev
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

@@ -27,8 +27,8 @@ NEXT_S, NEXT_SHARE = 10.0, 0.1
 
 BAR_WIDTH = 12
 """Of a bar, characters: words, bar, count and time stand in one line of a terminal."""
-COMPILING = "compiling kernels, once, 60 to 120 s"
-"""Said while kernels are compiled that are not in the cache on disk. All that the main run needs take 60 s of a free
+COMPILING = "compiling kernels, once, 30 to 60 s"
+"""Said while kernels are compiled that are not in the cache on disk. All that the main run needs take 30 s of a free
 core, and twice as long where other programs run."""
 
 Count = Callable[[int, int], None]
