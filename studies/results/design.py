@@ -63,8 +63,8 @@ class Verdict:
 class Influence:
     """What one tolerance does to one quantity.
 
-    ``first`` and ``total`` are Sobol indices of the quantity, ``change`` is the quantity at one standard deviation above
-    the nominal number less that at one below.
+    ``first`` and ``total`` are Sobol indices of the quantity, ``change`` is the quantity at one standard deviation
+    above the nominal number less that at one below.
     """
 
     tolerance: str
