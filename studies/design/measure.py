@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
-from fem_models.chain.follow import Run
-from fem_models.chain.solve import ChainCase, chain_case, followed, tip_angle_deg, tip_mm
+from fem_models.chain.solve import ChainCase, ChainSolution, chain_case, followed, tip_angle_deg, tip_mm
 from fem_models.joint import JointRow, joint_row
 from fem_models.joint.strain import peak_strain
 from fem_models.joint.strain_life import Life, StrainLife, nitinol_life
 from fem_models.load import LoadProgram
+from fem_models.multibody.quasi_static import MultibodySolution
 from fem_models.rig import Rig
 from fem_models.rig.effects import TipLoad
 from fem_models.rig.rig import notched_tube
@@ -62,23 +64,83 @@ class Use:
 
 
 @dataclass(frozen=True)
-class _Branch:
-    """A loading branch: arrays (m,), but ``strain`` (m, N), ``tip`` (m, 2) and ``joints`` (m, N), rad."""
+class Followed:
+    """What a tube did along a drive: arrays (m,), but ``joints_rad`` and ``strain`` (m, N) and ``tip_mm`` (m, 2)."""
 
-    drive: Floats
-    bend: Floats
-    tension: Floats
-    joints: Floats
-    tip: Floats
+    drive_mm: Floats
+    bend_deg: Floats
+    tension_N: Floats
+    joints_rad: Floats
+    tip_mm: Floats
     strain: Floats
 
     def at(self, bend: float, values: Floats) -> float:
-        """Interpolate a column at a bend."""
-        return float(np.interp(bend, self.bend, values))
+        """Interpolate a column at a bend, along a loading branch."""
+        return float(np.interp(bend, self.bend_deg, values))
+
+    def rising(self) -> Followed:
+        """Give the part along which the bend grows: a bend that falls back, as of a tube that folds, ends it."""
+        m = int(np.argmax(np.append(np.diff(self.bend_deg) <= 0, True))) + 1
+        return Followed(*(column[:m] for column in vars(self).values()))
 
 
-def measure(rig: Rig, wire: Wire, use: Use) -> Measured:
-    """Bend a tube by the chain, and take its quantities.
+class Bender(Protocol):
+    """A model of one tube that follows drives from rest."""
+
+    joints: JointRow
+
+    def follow(self, drive_mm: Floats) -> Followed:
+        """Follow a drive, shape (m,)."""
+        ...
+
+
+class ChainBender:
+    """The chain; what it derives of the tube is derived once."""
+
+    def __init__(self, rig: Rig) -> None:
+        self.rig, self.joints = rig, joint_row(rig)
+        self._like: ChainCase | None = None
+
+    def follow(self, drive_mm: Floats) -> Followed:
+        """Follow a drive, shape (m,)."""
+        self._like = case = chain_case(self.rig, LoadProgram(drive_mm), like=self._like)
+        self.joints = case.joints
+        run, _ = followed(self.rig, case)
+        return Followed(
+            drive_mm=drive_mm,
+            bend_deg=tip_angle_deg(run),
+            tension_N=run.tensions[:, 0, 0],
+            joints_rad=run.angles,
+            tip_mm=tip_mm(self.rig, case.joints, run),
+            strain=peak_strain(case.joints, run.angles, run.longer if case.joints.first.section else None),
+        )
+
+
+class SolverBender:
+    """Any engine, such as :func:`fem_models.multibody.solve_multibody`: slower, for checks."""
+
+    def __init__(self, rig: Rig, solve: Callable[[Rig, LoadProgram], ChainSolution | MultibodySolution]) -> None:
+        self.rig, self.joints, self._solve = rig, joint_row(rig), solve
+
+    def follow(self, drive_mm: Floats) -> Followed:
+        """Follow a drive, shape (m,)."""
+        solution = self._solve(self.rig, LoadProgram(drive_mm))
+        record = solution.record
+        assert record.notches_deg is not None
+        assert record.tip_mm is not None
+        assert record.tension_a_N is not None
+        return Followed(
+            drive_mm=drive_mm,
+            bend_deg=record.angle_deg,
+            tension_N=record.tension_a_N,
+            joints_rad=np.radians(record.notches_deg),
+            tip_mm=record.tip_mm,
+            strain=solution.peak_strain,
+        )
+
+
+def measure(rig: Rig, wire: Wire, use: Use, model: Callable[[Rig], Bender] = ChainBender) -> Measured:
+    """Bend a tube, by the chain unless another model is given, and take its quantities.
 
     Drives and tensions are those of tendon a. Tip load, stiffness and loop take a run each, where they are wanted.
 
@@ -87,112 +149,79 @@ def measure(rig: Rig, wire: Wire, use: Use) -> Measured:
     RigError, SolverError
         A rig that cannot be made or bent.
     """
-    case = chain_case(rig, _ramp(_path_mm(rig, use.bend_deg)))
-    branch = _loaded(rig, case, use)
+    bender = model(rig)
+    branch = _loaded(bender, use)
     tube, bend = notched_tube(rig).tube, use.bend_deg
-    reached = branch.bend[-1] >= bend
-    allowed = _allowed(branch, use)
     found = {
-        "bend_deg": allowed,
+        "bend_deg": _allowed(branch, use),
         "bending_radius_mm": rig.length_mm / math.radians(bend),
-        "closing_bend_deg": _closing(branch, case.joints),
+        "closing_bend_deg": _closing(branch, bender.joints),
         "length_mm": rig.length_mm,
         "outer_diameter_mm": tube.outer_diameter_mm,
         "free_lumen_mm": tube.inner_diameter_mm - len(rig.tendons) * wire.diameter_mm,
     }
-    if reached:
-        tension = branch.at(bend, branch.tension)
+    if branch.bend_deg[-1] >= bend:
+        tension = branch.at(bend, branch.tension_N)
         found |= {
-            "reach_mm": abs(branch.at(bend, branch.tip[:, 1])),
+            "notch_angle_deg": max(abs(branch.at(bend, column)) for column in np.degrees(branch.joints_rad).T),
+            "reach_mm": abs(branch.at(bend, branch.tip_mm[:, 1])),
             "tension_N": tension,
             "tendon_margin": wire.breaking_N / tension if tension > 0 else math.inf,
-            "drive_mm": branch.at(bend, branch.drive),
+            "drive_mm": branch.at(bend, branch.drive_mm),
         }
-        below = branch.bend <= bend
-        found["peak_strain_percent"] = 100 * max(
-            float(np.abs(branch.strain[below]).max(initial=0.0)),
-            max(abs(branch.at(bend, column)) for column in branch.strain.T),
-        )
-        found |= _cycle(rig, case, found["drive_mm"], use)
-        found |= _tip(rig, branch, found["drive_mm"], use)
+        below = branch.strain[branch.bend_deg <= bend]
+        at_bend = max(abs(branch.at(bend, column)) for column in branch.strain.T)
+        found["peak_strain_percent"] = 100 * max(float(np.abs(below).max(initial=0.0)), at_bend)
+        found |= _cycle(rig, bender, found["drive_mm"], use)
+        found |= _tip(rig, branch, use, model)
     return Measured(**found)
 
 
-def _path_mm(rig: Rig, bend_deg: float) -> float:
-    """Path that tendon a takes at a bend, its stretch left out, and some to spare."""
-    return SPARE * joint_row(rig).first.arms_mm.a * math.radians(bend_deg)
-
-
-def _ramp(drive_mm: float) -> LoadProgram:
-    return LoadProgram(np.linspace(0.0, drive_mm, SAMPLES))
-
-
-def _loaded(rig: Rig, case: ChainCase, use: Use) -> _Branch:
+def _loaded(bender: Bender, use: Use) -> Followed:
     """Pull until a limit is passed, or far beyond the required bend."""
-    drive, limited = float(case.path.drive[-1]), math.isfinite(min(use.tension_N, use.drive_mm))
-    enough = use.bend_deg * (BEYOND if limited else 1.0)
+    limited = math.isfinite(min(use.tension_N, use.drive_mm))
+    enough, arm = use.bend_deg * (BEYOND if limited else 1.0), bender.joints.first.arms_mm.a
+    drive = SPARE * arm * math.radians(use.bend_deg)
     for _ in range(TRIES):
-        branch = _branch(rig, case)
-        if branch.bend[-1] >= enough or branch.tension[-1] > use.tension_N or branch.drive[-1] > use.drive_mm:
+        branch = bender.follow(np.linspace(0.0, drive, SAMPLES)).rising()
+        passed = branch.tension_N[-1] > use.tension_N or branch.drive_mm[-1] > use.drive_mm
+        if branch.bend_deg[-1] >= enough or passed:
             return branch
-        missing = math.radians(max(enough - branch.bend[-1], 0.05 * enough))
-        drive = min(drive + 1.2 * case.joints.first.arms_mm.a * missing, 1.4 * drive)
-        case = chain_case(rig, _ramp(drive), like=case)
+        missing = math.radians(max(enough - branch.bend_deg[-1], 0.05 * enough))
+        drive = min(drive + 1.2 * arm * missing, 1.4 * drive)
     return branch
 
 
-def _branch(rig: Rig, case: ChainCase) -> _Branch:
-    run, _ = followed(rig, case)
-    bend = tip_angle_deg(run)
-    # a bend that falls back, as of a tube that folds, ends the branch
-    m = int(np.argmax(np.append(np.diff(bend) <= 0, True))) + 1
-    return _Branch(
-        drive=case.path.drive[:m],
-        bend=bend[:m],
-        tension=run.tensions[:m, 0, 0],
-        joints=run.angles[:m],
-        tip=tip_mm(rig, case.joints, run)[:m],
-        strain=_strain(case.joints, run)[:m],
-    )
-
-
-def _strain(joints: JointRow, run: Run) -> Floats:
-    return peak_strain(joints, run.angles, run.longer if joints.first.section else None)
-
-
-def _allowed(branch: _Branch, use: Use) -> float:
+def _allowed(branch: Followed, use: Use) -> float:
     """Largest bend of the branch within the limits of tension and drive."""
     return min(
-        float(np.interp(use.tension_N, np.maximum.accumulate(branch.tension), branch.bend)),
-        float(np.interp(use.drive_mm, branch.drive, branch.bend)),
+        float(np.interp(use.tension_N, np.maximum.accumulate(branch.tension_N), branch.bend_deg)),
+        float(np.interp(use.drive_mm, branch.drive_mm, branch.bend_deg)),
     )
 
 
-def _closing(branch: _Branch, joints: JointRow) -> float:
+def _closing(branch: Followed, joints: JointRow) -> float:
     """Bend at which the first notch closes; extrapolated in proportion where none does in the branch."""
-    part = (branch.joints / joints.of("closure_angle_rad")).max(axis=1)
+    part = (branch.joints_rad / joints.of("closure_angle_rad")).max(axis=1)
     if part[-1] >= 1:
-        return float(np.interp(1.0, np.maximum.accumulate(part), branch.bend))
-    return float(branch.bend[-1] / part[-1]) if part[-1] > 0 else math.inf
+        return float(np.interp(1.0, np.maximum.accumulate(part), branch.bend_deg))
+    return float(branch.bend_deg[-1] / part[-1]) if part[-1] > 0 else math.inf
 
 
-def _cycle(rig: Rig, case: ChainCase, drive: float, use: Use) -> dict[str, float]:
+def _cycle(rig: Rig, bender: Bender, drive: float, use: Use) -> dict[str, float]:
     """Run a cycle to the required bend and back: to the other side, too, with two tendons."""
     if not {"loop_width_deg", "alternating_strain_percent", "cycles"} & use.wanted:
         return {}
     up = np.linspace(0.0, drive, SAMPLES)
     back = np.linspace(drive, 0.0 if rig.tendon_b is None else -drive, SAMPLES)
-    again = back[::-1]
-    whole = np.concatenate([up, back[1:], again[1:]])
-    run, _ = followed(rig, chain_case(rig, LoadProgram(whole), like=case))
-    bend, strain = tip_angle_deg(run), _strain(case.joints, run)
+    run = bender.follow(np.concatenate([up, back[1:], back[::-1][1:]]))
     low, high = SAMPLES - 1, 2 * SAMPLES - 2
-    fibres = strain[low:]
+    fibres = run.strain[low:]
     ranges = 0.5 * np.ptp(fibres, axis=0)
     worst = int(ranges.argmax())
     amplitude, mean = float(ranges[worst]), float(0.5 * (fibres[:, worst].max() + fibres[:, worst].min()))
     return {
-        "loop_width_deg": float((bend[low : high + 1] - bend[high:][::-1]).max()),
+        "loop_width_deg": float((run.bend_deg[low : high + 1] - run.bend_deg[high:][::-1]).max()),
         "alternating_strain_percent": 100 * amplitude,
         "cycles": life_of(rig, amplitude, mean, use.life).low,
     }
@@ -207,7 +236,7 @@ def life_of(rig: Rig, amplitude: float, mean: float, own: StrainLife | None) -> 
     return nitinol_life(amplitude, mean, rig.superelastic.start_MPa / (1e3 * rig.material.youngs_modulus_GPa))
 
 
-def _tip(rig: Rig, branch: _Branch, drive: float, use: Use) -> dict[str, float]:
+def _tip(rig: Rig, branch: Followed, use: Use, model: Callable[[Rig], Bender]) -> dict[str, float]:
     """Take force and stiffness across the tip from a run with a small load against the bend there.
 
     The load is there from the start, so that the guides slide. Its influence on tension and tip is taken as linear.
@@ -215,19 +244,19 @@ def _tip(rig: Rig, branch: _Branch, drive: float, use: Use) -> dict[str, float]:
     if not {"tip_force_N", "tip_stiffness_N_per_mm"} & use.wanted:
         return {}
     bend, arm = use.bend_deg, joint_row(rig).first.arms_mm.a
-    tension = branch.at(bend, branch.tension)
+    tension, drive = branch.at(bend, branch.tension_N), branch.at(bend, branch.drive_mm)
     load = PROBE * tension * arm / rig.length_mm
-    pushed = replace(rig, tip_load=TipLoad(load, bend - 90.0))
-    loaded = _loaded(pushed, chain_case(pushed, _ramp(float(branch.drive[-1]))), use)
+    loaded = _loaded(model(replace(rig, tip_load=TipLoad(load, bend - 90.0))), use)
     heading = math.radians(bend)
-    across = np.array([-math.sin(heading), math.cos(heading)])
     moved = sum(
-        a * (float(np.interp(drive, branch.drive, before)) - float(np.interp(drive, loaded.drive, after)))
-        for a, before, after in zip(across, branch.tip.T, loaded.tip.T, strict=True)
+        part * (float(np.interp(drive, branch.drive_mm, before)) - float(np.interp(drive, loaded.drive_mm, after)))
+        for part, before, after in zip(
+            (-math.sin(heading), math.cos(heading)), branch.tip_mm.T, loaded.tip_mm.T, strict=True
+        )
     )
-    more = loaded.at(bend, loaded.tension) - tension if loaded.bend[-1] >= bend else math.nan
+    more = loaded.at(bend, loaded.tension_N) - tension if loaded.bend_deg[-1] >= bend else math.nan
     room = use.tension_N - tension
     return {
-        "tip_stiffness_N_per_mm": float(load / moved) if moved > 0 else math.inf,
+        "tip_stiffness_N_per_mm": load / moved if moved > 0 else math.inf,
         "tip_force_N": load * room / more if more > 0 and math.isfinite(room) else math.nan,
     }

@@ -10,6 +10,7 @@ QUANTITIES: dict[str, Quantity] = {
     "bend_deg": Quantity("deg", "largest bend within the limits of tension and drive"),
     "bending_radius_mm": Quantity("mm", "length of the notched part over the required bend"),
     "closing_bend_deg": Quantity("deg", "bend at which the first notch closes"),
+    "notch_angle_deg": Quantity("deg", "largest angle of a notch, at the required bend"),
     "reach_mm": Quantity("mm", "distance of the tip from the axis of the straight tube, at the required bend"),
     "length_mm": Quantity("mm", "length of the notched part"),
     "outer_diameter_mm": Quantity("mm", "outer diameter of the tube"),
@@ -34,6 +35,7 @@ class Measured:
     bend_deg: float = float("nan")
     bending_radius_mm: float = float("nan")
     closing_bend_deg: float = float("nan")
+    notch_angle_deg: float = float("nan")
     reach_mm: float = float("nan")
     length_mm: float = float("nan")
     outer_diameter_mm: float = float("nan")

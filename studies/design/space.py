@@ -11,6 +11,7 @@ import numpy as np
 
 from fem_models.rig import Rig
 from fem_models.rig.joints import Notch, NotchedTube, NotchShape, Tube
+from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats
 from studies.design.measure import Wire
 from studies.design.requirement import Requirements
@@ -110,7 +111,8 @@ class Space:
         """
         one = candidate
         root = self.cutting.kerf_mm if self.shape == "v_pair" else None
-        notch = Notch(self.shape, one.count, one.depth_mm, one.width_mm, one.spacing_mm, root)
+        rigid = notched_tube(self.base).notch.rigid_roots
+        notch = Notch(self.shape, one.count, one.depth_mm, one.width_mm, one.spacing_mm, root, rigid)
         arm = 0.5 * (one.tube.inner_mm - one.wire.diameter_mm)
         tendon = replace(self.base.tendon_a, EA_N=one.wire.EA_N, moment_arm_mm=arm)
         return replace(
