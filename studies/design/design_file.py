@@ -261,6 +261,6 @@ def _size(table: FileTable) -> SearchSize:
         population=table.whole("population", 64, 8, 10_000),
         generations=table.whole("generations", 24, 1, 100_000),
         robust_generations=table.whole("robust_generations", 10, 1, 100_000),
-        draws=table.whole("draws", 1000, 50, 1_000_000),
+        draws=table.whole("draws", 600, 50, 1_000_000),
         shown=table.whole("shown", 3, 1, 20),
     )

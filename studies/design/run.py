@@ -43,6 +43,9 @@ ROBUST_SHARE = 2
 """Population of the nominal search over that of the robust one, whose tubes cost more."""
 TIGHTEN_DRAWS = 300
 """Most draws of the question what to tighten."""
+BOUGHT = ("outer_diameter_mm", "free_lumen_mm")
+"""Quantities of stock sizes: no dimension of the cut changes them."""
+BOUGHT_ADDS = 1e6
 
 
 @dataclass(frozen=True)
@@ -160,7 +163,7 @@ def _described(design: DesignFile, task: Task, shown: _Shown, team: Crew) -> Fou
         wire_source=one.candidate.wire.source,
         rig=f"{RIGS}/{shown.name}.toml",
         quantities={name: one.measured.of(name) for name in QUANTITIES},
-        limited_by=_limited_by(task, one),
+        limited_by=_limited_by(task, shown),
         verdicts=verdicts(task.requirements, one.measured, p_met),
         p_all=None if drawn is None else drawn.all(),
         tightened=halved,
@@ -168,11 +171,25 @@ def _described(design: DesignFile, task: Task, shown: _Shown, team: Crew) -> Fou
     )
 
 
-def _limited_by(task: Task, one: Evaluated) -> str:
-    """Name the requirement with the least margin over its bound; of a tube that misses some, the most missed."""
+def _limited_by(task: Task, shown: _Shown) -> str:
+    """Name what limits a tube: what it misses most; else the requirement that is least surely met.
+
+    That is the one with the lowest P(met), then with the least margin in standard deviations, then over its bound; of
+    these last only if it is not bought as it is.
+    """
+    one, needs = shown.found, task.requirements.each
     if one.shortfalls:
         return max(one.shortfalls, key=lambda name: one.shortfalls[name])
-    shares = {need.quantity: need.share(one.measured.of(need.quantity)) for need in task.requirements.each}
+    if shown.drawn is not None:
+        chances = [p.value for p in shown.drawn.each()]
+        if min(chances) < 1:
+            return needs[int(np.argmin(chances))].quantity
+    if one.reliability and min(one.reliability) < math.inf:
+        return needs[int(np.argmin(one.reliability))].quantity
+    shares = {
+        need.quantity: need.share(one.measured.of(need.quantity)) + BOUGHT_ADDS * (need.quantity in BOUGHT)
+        for need in needs
+    }
     return min(shares, key=lambda name: shares[name])
 
 
