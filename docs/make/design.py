@@ -151,7 +151,9 @@ def robust(out: Path, team: Crew, workers: int) -> Robust:
         _TUBES[values["tube.outer_diameter_mm"], values["tube.inner_diameter_mm"]],
         next(wire for wire in WIRES if wire.diameter_mm == values["wire_mm"]),
         int(values["notch.count"]),
-        *(values[f"notch.{name}_mm"] for name in ("depth", "width", "spacing")),
+        values["notch.depth_mm"],
+        values["notch.width_mm"],
+        values["notch.spacing_mm"],
         values["preload_N"],
     )
     task = task_of(design)
