@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from docs.make.pages import DOCS, put_after_heading, table
+from fem_models.joint import joint_row
 from fem_models.joint.section import section
 from fem_models.multibody import solve_multibody
 from fem_models.rig.rig import notched_tube
+from hysteresis.arrays import Floats
 from studies.design.design_file import DesignFile, read_design
 from studies.design.evaluation import Evaluated, Task, evaluate
 from studies.design.influence import influences
@@ -21,13 +23,14 @@ from studies.design.quantities import QUANTITIES
 from studies.design.reliability import Drawn, draw, margins_of, share, tightened
 from studies.design.requirement import Requirement, Requirements
 from studies.design.run import run_design
-from studies.design.search import Search, best, search
+from studies.design.search import Search, search
 from studies.design.space import Candidate
 from studies.design.stock import TUBES, WIRES
 from studies.design.subset import SubsetSize, small_probability
 from studies.design.tolerance import Tolerance, Tolerances, normal_draws
 from studies.design.workers import Crew, crew
 from studies.results.design import Probability
+from studies.results.study import Goal
 
 PAGE = DOCS / "validation" / "design.md"
 HEADING = "## Tables"
@@ -35,6 +38,7 @@ FILES = DOCS / "validation" / "design"
 EXAMPLE = DOCS / "guide" / "require.toml"
 DRAWS, CHECKED = 10_000, 20
 BRUTE = 60_000
+SPREAD = 4096
 _TUBES = {(one.outer_mm, one.inner_mm): one for one in TUBES}
 
 
@@ -78,21 +82,29 @@ def task_of(design: DesignFile) -> Task:
 
 
 def wrist_row(one: Published, team: Crew) -> list[str]:
-    """Search for a published tube from its requirements, and say where it lies among those that were found."""
+    """Search for a published tube from its requirements, and say where it lies among those that were found.
+
+    The set of its tube are all tubes of that stock size, of the search and of :data:`SPREAD` more spread over the whole
+    space, that meet the requirements.
+    """
     design = read_design(FILES / f"{one.file}.toml")
     task, size = task_of(design), design.size
-    evaluate(task, one.candidate)
-    found = search(task, Search(size.population, size.generations, design.seed, design.trade), team)
     judged = evaluate(task, one.candidate)
-    same = [tube for tube in found.feasible if tube.candidate.tube == one.candidate.tube]
+    found = search(task, Search(size.population, size.generations, design.seed, design.trade, size.explore), team)
+    own = replace(task, space=replace(task.space, tubes=(one.candidate.tube,)))
+    wide = search(own, Search(size.population, 1, design.seed, design.trade, SPREAD), team)
+    same = [t for t in (*found.feasible, *wide.feasible) if t.candidate.tube == one.candidate.tube]
     missed = ", ".join(f"{name} by {100 * by:.0f} %" for name, by in judged.shortfalls.items()) or "nothing"
+    joints = joint_row(task.space.rig(one.candidate))
+    closed = np.degrees(joints.of("closure_angle_rad")).sum()
     return [
         one.words,
-        f"{len(found.feasible)} of {len(found.tried)}, {len(same)} of this tube",
-        missed,
+        f"{len(found.feasible)} of {len(found.tried)}",
+        f"{missed}; all slots closed are {closed:.1f} deg",
+        f"{len(same)}",
         _inside(one.candidate, same),
         _near(one.candidate, same),
-        _front(best(found.feasible, design.trade, 2)),
+        _better(judged, found.feasible, design.trade),
     ]
 
 
@@ -104,7 +116,7 @@ def _inside(candidate: Candidate, found: list[Evaluated]) -> str:
         values = [one.candidate.values()[name] for one in found]
         value = candidate.values()[name]
         if not min(values) <= value <= max(values):
-            outside.append(f"{name} {value:g} outside {min(values):g} to {max(values):g}")
+            outside.append(f"{name.partition('.')[2]} {value:.3g} outside {min(values):g} to {max(values):g}")
     return "; ".join(outside) or "yes"
 
 
@@ -114,10 +126,11 @@ def _near(candidate: Candidate, found: list[Evaluated]) -> str:
         return "none"
     own = _sizes(candidate)
     nearest = min(found, key=lambda one: float(np.abs(np.log(_sizes(one.candidate) / own)).max()))
-    return _dimensions(nearest.candidate)
+    off = float(np.abs(_sizes(nearest.candidate) / own - 1).max())
+    return f"{_dimensions(nearest.candidate)} ({100 * off:.0f} % off at most)"
 
 
-def _sizes(one: Candidate) -> np.ndarray:
+def _sizes(one: Candidate) -> Floats:
     return np.array([one.count, one.depth_mm, one.width_mm, one.width_mm + one.spacing_mm])
 
 
@@ -125,9 +138,20 @@ def _dimensions(one: Candidate) -> str:
     return f"{one.count} x {one.width_mm:.3g} mm, depth {one.depth_mm:.3f}, spacing {one.spacing_mm:.3g}"
 
 
-def _front(tubes: tuple[Evaluated, ...]) -> str:
-    return "; ".join(f"{t.candidate.tube.outer_mm:g}/{t.candidate.tube.inner_mm:g}: {_dimensions(t.candidate)}"
-                     for t in tubes)  # fmt: skip
+def _better(judged: Evaluated, found: Sequence[Evaluated], trade: Sequence[tuple[str, Goal]]) -> str:
+    """Count found tubes that are at least as good in all that is traded, and give the one with the least tension."""
+    if judged.shortfalls:
+        return "-"
+
+    def cost(one: Evaluated) -> Floats:
+        return np.array([one.measured.of(name) * (1 if goal == "min" else -1) for name, goal in trade])
+
+    better = [one for one in found if (cost(one) <= cost(judged)).all()]
+    if not better:
+        return "none"
+    least = min(better, key=lambda one: one.measured.tension_N)
+    tube = f"{least.candidate.tube.outer_mm:g}/{least.candidate.tube.inner_mm:g}"
+    return f"{len(better)}, such as {tube}, {_dimensions(least.candidate)}: {least.measured.tension_N:.2g} N"
 
 
 @dataclass(frozen=True)

@@ -49,6 +49,7 @@ _FREE_LENGTH_MM = 200.0
 class SearchSize:
     """Size of the searches; ``draws`` tubes are drawn for P(met) of each design that is shown."""
 
+    explore: int
     population: int
     generations: int
     robust_generations: int
@@ -119,7 +120,7 @@ def _design(path: Path, top: FileTable, seed: int | None) -> DesignFile:
         space=_space(top, base),
         trade=trade,
         tolerances=tolerances_of_table(top.table("tolerance")),
-        size=_size(top.table("search", "population", "generations", "robust_generations", "draws", "shown")),
+        size=_size(top.table("search", "explore", "population", "generations", "robust_generations", "draws", "shown")),
         inputs=inputs,
     )
 
@@ -258,6 +259,7 @@ def _rows(table: FileTable, key: str, width: int, words: str) -> list[tuple[floa
 
 def _size(table: FileTable) -> SearchSize:
     return SearchSize(
+        explore=table.whole("explore", 1024, 0, 1_000_000),
         population=table.whole("population", 64, 8, 10_000),
         generations=table.whole("generations", 24, 1, 100_000),
         robust_generations=table.whole("robust_generations", 10, 1, 100_000),

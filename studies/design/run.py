@@ -77,7 +77,8 @@ def run_design(
     _warm(task)
     with crew(workers) as team:
         size = design.size
-        found = search(task, Search(size.population, size.generations, design.seed, design.trade), team, (), progress)
+        settings = Search(size.population, size.generations, design.seed, design.trade, size.explore)
+        found = search(task, settings, team, (), progress)
         warnings = list[str]()
         shown = _nominal(design, task, found, team, warnings)
         if design.tolerances.each and found.feasible:
@@ -122,7 +123,7 @@ def _robust(
     size = design.size
     settings = Search(
         max(size.population // ROBUST_SHARE, 8), size.robust_generations, design.seed + 1, design.trade,
-        _most_margin(found, task, size.population // ROBUST_SHARE),
+        start=_most_margin(found, task, size.population // ROBUST_SHARE),
     )  # fmt: skip
     tried = search(task, settings, team, tuple(least + SAFETY[0]), progress).tried
     shown, seen = list[_Shown](), set[Candidate]()

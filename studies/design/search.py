@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -27,12 +28,16 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Search:
-    """What a search is: its size, its seed, what is traded, and where it starts; ``start`` may be empty."""
+    """What a search is: its size, its seed, and what is traded.
+
+    It starts from the best of ``explore`` tubes spread over the whole space (Sobol's points), or from ``start``.
+    """
 
     population: int
     generations: int
     seed: int
     trade: tuple[tuple[str, Goal], ...]
+    explore: int = 0
     start: tuple[Floats, ...] = ()
 
 
@@ -58,21 +63,27 @@ def search(
     """
     robust, words = len(least_beta) > 0, "robust tubes" if len(least_beta) else "tubes"
     work = partial(evaluate_robust if robust else evaluate, task)
-    algorithm = NSGA2(pop_size=settings.population, sampling=_start(task.space.size, settings))
+    known, points = dict[Candidate, Evaluated](), dict[Candidate, Floats]()
+
+    def evaluated(rows: Floats) -> list[Evaluated]:
+        candidates = [task.space.candidate(row) for row in rows]
+        new = [one for one in dict.fromkeys(candidates) if one not in known]
+        known.update(zip(new, workers.each(work, new), strict=True))
+        for one, row in zip(candidates, rows, strict=True):
+            points.setdefault(one, row)
+        return [known[one] for one in candidates]
+
+    explored = _spread(settings.explore, task.space.size, settings.seed)
+    order = np.argsort([_missed(one, least_beta) for one in evaluated(explored)], kind="stable")
+    start = (*settings.start, *explored[order])[: settings.population]
+    algorithm = NSGA2(pop_size=settings.population, sampling=_filled(start, task.space.size, settings))
     algorithm.setup(
         Problem(n_var=task.space.size, n_obj=len(settings.trade), n_ieq_constr=1, xl=0.0, xu=1.0),
         termination=get_termination("n_gen", settings.generations), seed=settings.seed, verbose=False,
     )  # fmt: skip
-    known, points = dict[Candidate, Evaluated](), dict[Candidate, Floats]()
     while algorithm.has_next():
         population = algorithm.ask()
-        rows = np.asarray(population.get("X"), dtype=float)
-        candidates = [task.space.candidate(row) for row in rows]
-        new = [one for one in dict.fromkeys(candidates) if one not in known]
-        known |= dict(zip(new, workers.each(work, new), strict=True))
-        for one, row in zip(candidates, rows, strict=True):
-            points.setdefault(one, row)
-        results = [known[one] for one in candidates]
+        results = evaluated(np.asarray(population.get("X"), dtype=float))
         goals = np.array([_goals(one, settings.trade) for one in results])
         missed = np.array([[_missed(one, least_beta)] for one in results])
         population.set("F", goals, "G", missed)
@@ -84,11 +95,17 @@ def search(
     return Found(tuple(known.values()), tuple(points[one] for one in known))
 
 
-def _start(size: int, settings: Search) -> Floats:
-    """Give the first population: what is known already, and a Latin hypercube."""
-    rest = settings.population - len(settings.start)
-    drawn = qmc.LatinHypercube(size, rng=settings.seed).random(max(rest, 0))
-    return np.array([*settings.start[: settings.population], *drawn])
+def _spread(count: int, size: int, seed: int) -> Floats:
+    """Spread points over the unit cube, shape (count, size)."""
+    with warnings.catch_warnings():  # about counts that are no power of two
+        warnings.simplefilter("ignore", UserWarning)
+        return np.asarray(qmc.Sobol(size, scramble=True, rng=seed).random(count)) if count else np.empty((0, size))
+
+
+def _filled(start: Sequence[Floats], size: int, settings: Search) -> Floats:
+    """Fill a first population up by a Latin hypercube."""
+    rest = settings.population - len(start)
+    return np.array([*start, *qmc.LatinHypercube(size, rng=settings.seed).random(max(rest, 0))])
 
 
 def _goals(one: Evaluated, trade: Sequence[tuple[str, Goal]]) -> list[float]:
