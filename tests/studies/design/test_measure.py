@@ -103,7 +103,7 @@ def test_own_metal_and_no_metal():
 
 @pytest.mark.slow
 def test_multibody_model_gives_the_same_quantities():
-    chain = measure(NITINOL, WIRE, use(60.0, tension=4.0, wanted=ALL))
-    bodies = measure(NITINOL, WIRE, use(60.0, tension=4.0, wanted=ALL), lambda rig: SolverBender(rig, solve_multibody))
+    chain = measure(NITINOL, WIRE, use(60.0, tension=8.0, wanted=ALL))
+    bodies = measure(NITINOL, WIRE, use(60.0, tension=8.0, wanted=ALL), lambda rig: SolverBender(rig, solve_multibody))
     for name in QUANTITIES:
         assert bodies.of(name) == pytest.approx(chain.of(name), rel=0.02), name
