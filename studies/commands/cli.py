@@ -126,6 +126,11 @@ COMMANDS: dict[str, Entry] = {
         "commands.study:study",
         ("notchbend study preload --out results/preload", "notchbend study mine.toml --workers 4 --out results/mine"),
     ),
+    "design": Entry(
+        "Find tubes that meet a requirement, and how surely.",
+        "commands.design:design",
+        ("notchbend design require.toml --out results/design",),
+    ),
     "report": Entry(
         "Write the report again from stored results.",
         "commands.study:report",

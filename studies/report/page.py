@@ -30,6 +30,8 @@ from studies.report.parts.comparisons import (
     read_validation,
     validation_verdict,
 )
+from studies.report.parts.designed import FILE as DESIGN
+from studies.report.parts.designed import DesignSection, designed_verdicts, read_designed
 from studies.report.parts.fits import FitSection, read_fit, run_fit
 from studies.report.parts.followed import FollowedSection, followed_verdict, read_followed
 from studies.report.parts.pictures import PictureSection, image_text, read_picture
@@ -68,6 +70,7 @@ PARTS = (
     "study.zarr",
     "pareto.json",
     REACH,
+    DESIGN,
 )
 """Results that a page can be made from; any of them is enough."""
 
@@ -146,6 +149,7 @@ class Page:
     study_plates: tuple[Drawn, ...]
     study_command: str
     front: Front | None
+    design: DesignSection | None
     front_plate: Drawn | None
     versions: Mapping[str, str]
     views: tuple[str, ...]
@@ -236,6 +240,7 @@ class _Parts:
     followed: tuple[FollowedSection, ...]
     study: StudySection | None
     front: Front | None
+    design: DesignSection | None
 
     @property
     def study_command(self) -> str:
@@ -268,6 +273,7 @@ def page_of(folder: Path) -> Page:
         followed=read_followed(folder),
         study=read_study(folder),
         front=read_front(folder / "pareto.json"),
+        design=read_designed(folder),
     )
     made, study, fits, front = _made(parts), parts.study, parts.fits, parts.front
     known = tuple(one for one in made if one is not None)
@@ -317,6 +323,8 @@ def _verdicts(parts: _Parts) -> list[Verdict]:
         out += summary.study_verdicts(parts.study, parts.study_command)
     if parts.front is not None:
         out.append(summary.front_verdict(len(parts.front.rows), parts.front.objectives, parts.study_command))
+    if parts.design is not None:
+        out += designed_verdicts(parts.design)
     return out
 
 
@@ -330,7 +338,8 @@ def _made(parts: _Parts) -> list[Made | None]:
     out += [one.result.made for one in parts.traces]
     out += [one.result.made for one in (parts.validation, parts.six) if one is not None]
     out += [one.result.made for one in parts.compensations] + [one.result.made for one in parts.followed]
-    return out + ([] if parts.study is None else [parts.study.made])
+    out += [] if parts.study is None else [parts.study.made]
+    return out + ([] if parts.design is None else [parts.design.result.made])
 
 
 def _text(name: str) -> str:
@@ -344,6 +353,8 @@ def _title(folder: Path, parts: _Parts) -> str:
         return own.name if own is not None else run.result.loops[-1].title.split(",")[0]
     if parts.wrist is not None:
         return parts.wrist.result.name
+    if parts.design is not None:
+        return parts.design.result.title
     return study.title if study is not None else folder.resolve().name
 
 

@@ -23,6 +23,7 @@ from studies.engines import program_of_file
 from studies.results.study import Goal, Sample
 from studies.sweep.cases import program_of_table
 from studies.sweep.errors import StudyError
+from studies.sweep.file_table import MOST, FileTable
 from studies.sweep.inputs import FIELDS, MEMBER, PROGRAM, TURN_KEYS, CaseTables, ProgramTable, clash, with_values
 from studies.sweep.quantities import ENGINE_GROUPS, GROUPS, IN_SPACE, quantity_names
 
@@ -30,8 +31,6 @@ METHODS = ("sobol", "latin-hypercube")
 MAX_CASES = 1_000_000
 MAX_AXES = 64
 MOST_RIGS = 1_000  # rigs of a study that are made before the first case, to find one that can be
-MOST = 1e15
-"""Largest magnitude of a number of a study file."""
 _TOP = ("schema", "title", "engine", "seed", "rig", "program", "vary", "sample", "quantities", "sensitivity", "pareto")
 
 
@@ -146,72 +145,22 @@ def read_study(name: Path, *, seed: int | None = None) -> Study:
     try:
         data = read_toml(path, f"a study file in TOML, or one of {', '.join(ready)}")
         text = read_text(path, "a study file in TOML")
-        return _study(path, text, _Table("", data, _TOP), seed)
+        return _study(path, text, FileTable("", data, _TOP), seed)
     except (StudyError, RigError, RecordError) as error:
         words = str(error)
         raise StudyError(words if words.startswith(str(path)) else f"{path}: {words}") from None
 
 
-class _Table:
-    """A table of the file, with checked access to its values; errors name them by their dotted names."""
-
-    def __init__(self, name: str, data: object, known: Sequence[str] | None) -> None:
-        if not isinstance(data, Mapping):
-            raise StudyError(f"{name} = {quoted(data)}: expected a table")
-        self.name, self.data = name, data
-        for key in data:
-            if known is not None and key not in known:
-                raise StudyError(f"{self.at(key)} = {quoted(data[key])}: expected one of {listed(known)}")
-
-    def at(self, key: str) -> str:
-        return f"{self.name}.{as_given(str(key))}".lstrip(".")
-
-    def complain(self, key: str, expected: str) -> StudyError:
-        found = f" = {quoted(self.data[key])}" if key in self.data else ": missing"
-        return StudyError(f"{self.at(key)}{found}: expected {expected}")
-
-    def table(self, key: str, *known: str) -> _Table:
-        return _Table(self.at(key), self.data.get(key, {}), known or None)
-
-    def text(self, key: str, default: str | None = None, among: Sequence[str] = ()) -> str:
-        value = self.data.get(key, default)
-        if not isinstance(value, str) or (among and value not in among):
-            raise self.complain(key, "one of " + listed(among) if among else "text")
-        return value
-
-    def texts(self, key: str, default: Sequence[str], among: Sequence[str]) -> tuple[str, ...]:
-        value = self.data.get(key, default)
-        is_list = isinstance(value, Sequence) and not isinstance(value, str)
-        if not is_list or not value or len(set(map(quoted, value))) < len(value):
-            raise self.complain(key, "a list of different names")
-        for item in value:
-            if item not in among:
-                raise StudyError(f"{self.at(key)} = {quoted(item)}: expected one of {listed(among)}")
-        return tuple(value)
-
-    def number(self, key: str, default: float | None = None, expected: str = "a finite number") -> float:
-        value = self.data.get(key, default)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
-            raise self.complain(key, expected)
-        return float(value)
-
-    def whole(self, key: str, default: int | None, low: int, high: int) -> int:
-        value = self.data.get(key, default)
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise self.complain(key, f"a whole number from {low} to {high:,}")
-        return value
-
-
-SeedOf = Callable[[_Table], int]
+SeedOf = Callable[[FileTable], int]
 """The seed of a table: its own, that of the file, or the one given."""
 
 
-def _study(path: Path, text: str, top: _Table, given_seed: int | None) -> Study:
+def _study(path: Path, text: str, top: FileTable, given_seed: int | None) -> Study:
     if type(top.data.get("schema")) is not int or top.data["schema"] != 1:
         raise top.complain("schema", "1")
     base_seed = top.whole("seed", 0, 0, 2**31)
 
-    def seed(table: _Table) -> int:
+    def seed(table: FileTable) -> int:
         own = table.whole("seed", base_seed, 0, 2**31)
         return own if given_seed is None else given_seed
 
@@ -297,7 +246,7 @@ def _sha256(path: Path) -> str:
     return hashlib.sha256(read_bytes(path, "an input of the study")).hexdigest()
 
 
-def _tables(path: Path, top: _Table, inputs: dict[Path, str]) -> tuple[CaseTables, str]:
+def _tables(path: Path, top: FileTable, inputs: dict[Path, str]) -> tuple[CaseTables, str]:
     """Read rig, load program and engine; files, relative to the study file's folder, are added to ``inputs``."""
     table = top.table("rig")
     if ("preset" in table.data) == ("file" in table.data):
@@ -322,7 +271,7 @@ def _tables(path: Path, top: _Table, inputs: dict[Path, str]) -> tuple[CaseTable
     return with_values(CaseTables(rig.to_dict(), program), changed), engine
 
 
-def _engine(top: _Table, rig: str, *, in_space: bool) -> str:
+def _engine(top: FileTable, rig: str, *, in_space: bool) -> str:
     """Give the engine: of a rig in space its chain, which is the default."""
     engine = top.text("engine", "chain", list(ENGINE_GROUPS))
     if in_space and engine not in ("chain", IN_SPACE):
@@ -343,7 +292,7 @@ def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, o
             yield f"{prefix}{key}", value
 
 
-def _program(path: Path, table: _Table, inputs: dict[Path, str]) -> ProgramTable:
+def _program(path: Path, table: FileTable, inputs: dict[Path, str]) -> ProgramTable:
     if "file" in table.data:
         if len(table.data) > 1:
             raise table.complain("file", "to stand alone: it has the whole program")
@@ -362,14 +311,14 @@ def _program(path: Path, table: _Table, inputs: dict[Path, str]) -> ProgramTable
     return ProgramTable(amplitude, cycles, step_mm=table.number("step_mm", 0.1))
 
 
-def _sample(top: _Table, seed: SeedOf) -> Sample | None:
+def _sample(top: FileTable, seed: SeedOf) -> Sample | None:
     if "sample" not in top.data:
         return None
     table = top.table("sample", "method", "count", "seed")
     return Sample(table.text("method", None, METHODS), table.whole("count", None, 2, MAX_CASES), seed(table))
 
 
-def _axes(table: _Table, *, sampled: bool) -> tuple[Axis, ...]:
+def _axes(table: FileTable, *, sampled: bool) -> tuple[Axis, ...]:
     if not table.data:
         raise StudyError("[vary]: missing, expected at least one field with its values")
     axes = tuple(_axis(table, name, value, sampled) for name, value in _axes_dotted(table.data))
@@ -387,13 +336,13 @@ def _axes_dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[s
             yield f"{prefix}{key}", value
 
 
-def _axis(table: _Table, name: str, given: object, sampled: bool) -> Axis:
+def _axis(table: FileTable, name: str, given: object, sampled: bool) -> Axis:
     where = f"vary.{as_given(name)}"
     if name not in FIELDS:
         raise StudyError(f"{where} = {quoted(given)}: expected a number of the rig or the program, {_some(name)}")
     whole = FIELDS[name]
     if isinstance(given, Mapping):
-        span = _Table(where, given, ("from", "to", "count"))
+        span = FileTable(where, given, ("from", "to", "count"))
         low, high = _value(f"{where}.from", given.get("from"), whole), _value(f"{where}.to", given.get("to"), whole)
         if not low < high:
             raise span.complain("to", f"above from = {low:g}")
@@ -434,7 +383,7 @@ def _some(name: str) -> str:
     return "one of " + listed(same[:3] or tables)
 
 
-def _sensitivity(top: _Table, known: Sequence[str], seed: SeedOf) -> Sensitivity | None:
+def _sensitivity(top: FileTable, known: Sequence[str], seed: SeedOf) -> Sensitivity | None:
     if "sensitivity" not in top.data:
         return None
     table = top.table("sensitivity", "count", "quantities", "confidence", "resamples", "seed")
@@ -448,7 +397,7 @@ def _sensitivity(top: _Table, known: Sequence[str], seed: SeedOf) -> Sensitivity
     return Sensitivity(count, quantities, confidence, table.whole("resamples", 200, 10, 100_000), seed(table))
 
 
-def _pareto(top: _Table, known: Sequence[str], axes: Sequence[str], seed: SeedOf) -> Pareto | None:
+def _pareto(top: FileTable, known: Sequence[str], axes: Sequence[str], seed: SeedOf) -> Pareto | None:
     if "pareto" not in top.data:
         return None
     table = top.table("pareto", "objectives", "limits", "variables", "population", "generations", "seed")

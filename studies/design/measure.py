@@ -1,0 +1,262 @@
+"""What one tube gives: the chain bends it to the required angle, and its quantities are taken there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from fem_models.chain.solve import ChainCase, ChainSolution, chain_case, followed, tip_angle_deg, tip_mm
+from fem_models.joint import JointRow, joint_row
+from fem_models.joint.strain import peak_strain
+from fem_models.joint.strain_life import Life, StrainLife, nitinol_life
+from fem_models.load import LoadProgram
+from fem_models.multibody.quasi_static import MultibodySolution
+from fem_models.rig import Rig
+from fem_models.rig.effects import TipLoad
+from fem_models.rig.rig import notched_tube
+from hysteresis.arrays import Floats
+from studies.design.quantities import Measured
+
+SAMPLES = 33
+"""Of a loading branch: a tension between two of them is off by less than 0.2 %."""
+SPARE = 1.06
+"""Drive of the first try over the path that the tendon takes at the required bend."""
+BEYOND = 1.5
+"""Bend over the required one to which a tube is pulled where no limit of tension or drive ends it before."""
+TRIES = 6
+PROBE = 0.05
+"""Tip load that stiffness and tip force are taken from, over the tension times the arm over the length."""
+
+
+@dataclass(frozen=True)
+class Wire:
+    """The tendon: its diameter, and its breaking load, NaN where that is not known."""
+
+    diameter_mm: float
+    breaking_N: float = math.nan
+
+
+@dataclass(frozen=True)
+class Use:
+    """How a tube is used, and what of it is wanted.
+
+    Parameters
+    ----------
+    bend_deg
+        The bend at which it is judged.
+    tension_N, drive_mm
+        Limits; inf without.
+    wanted
+        Names of the quantities: some take a run of their own.
+    life
+        Strain-life curve of one's own metal; None takes Nitinol's for a superelastic rig.
+    """
+
+    bend_deg: float
+    tension_N: float
+    drive_mm: float
+    wanted: frozenset[str]
+    life: StrainLife | None = None
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What a tube did along a drive: arrays (m,), but ``joints_rad`` and ``strain`` (m, N) and ``tip_mm`` (m, 2)."""
+
+    drive_mm: Floats
+    bend_deg: Floats
+    tension_N: Floats
+    joints_rad: Floats
+    tip_mm: Floats
+    strain: Floats
+
+    def at(self, bend: float, values: Floats) -> float:
+        """Interpolate a column at a bend, along a loading branch."""
+        return float(np.interp(bend, self.bend_deg, values))
+
+    def rising(self) -> Followed:
+        """Give the part along which the bend grows: a bend that falls back, as of a tube that folds, ends it."""
+        m = int(np.argmax(np.append(np.diff(self.bend_deg) <= 0, True))) + 1
+        return Followed(*(column[:m] for column in vars(self).values()))
+
+
+class Bender(Protocol):
+    """A model of one tube that follows drives from rest."""
+
+    joints: JointRow
+
+    def follow(self, drive_mm: Floats) -> Followed:
+        """Follow a drive, shape (m,)."""
+        ...
+
+
+class ChainBender:
+    """The chain; what it derives of the tube is derived once."""
+
+    def __init__(self, rig: Rig) -> None:
+        self.rig, self.joints = rig, joint_row(rig)
+        self._like: ChainCase | None = None
+
+    def follow(self, drive_mm: Floats) -> Followed:
+        """Follow a drive, shape (m,)."""
+        self._like = case = chain_case(self.rig, LoadProgram(drive_mm), like=self._like)
+        self.joints = case.joints
+        run, _ = followed(self.rig, case)
+        return Followed(
+            drive_mm=drive_mm,
+            bend_deg=tip_angle_deg(run),
+            tension_N=run.tensions[:, 0, 0],
+            joints_rad=run.angles,
+            tip_mm=tip_mm(self.rig, case.joints, run),
+            strain=peak_strain(case.joints, run.angles, run.longer if case.joints.first.section else None),
+        )
+
+
+class SolverBender:
+    """Any engine, such as :func:`fem_models.multibody.solve_multibody`: slower, for checks."""
+
+    def __init__(self, rig: Rig, solve: Callable[[Rig, LoadProgram], ChainSolution | MultibodySolution]) -> None:
+        self.rig, self.joints, self._solve = rig, joint_row(rig), solve
+
+    def follow(self, drive_mm: Floats) -> Followed:
+        """Follow a drive, shape (m,)."""
+        solution = self._solve(self.rig, LoadProgram(drive_mm))
+        record = solution.record
+        assert record.notches_deg is not None
+        assert record.tip_mm is not None
+        assert record.tension_a_N is not None
+        return Followed(
+            drive_mm=drive_mm,
+            bend_deg=record.angle_deg,
+            tension_N=record.tension_a_N,
+            joints_rad=np.radians(record.notches_deg),
+            tip_mm=record.tip_mm,
+            strain=solution.peak_strain,
+        )
+
+
+def measure(rig: Rig, wire: Wire, use: Use, model: Callable[[Rig], Bender] = ChainBender) -> Measured:
+    """Bend a tube, by the chain unless another model is given, and take its quantities.
+
+    Drives and tensions are those of tendon a. Tip load, stiffness and loop take a run each, where they are wanted.
+
+    Raises
+    ------
+    RigError, SolverError
+        A rig that cannot be made or bent.
+    """
+    bender = model(rig)
+    branch = _loaded(bender, use)
+    tube, bend = notched_tube(rig).tube, use.bend_deg
+    found = {
+        "bend_deg": _allowed(branch, use),
+        "bending_radius_mm": rig.length_mm / math.radians(bend),
+        "closing_bend_deg": _closing(branch, bender.joints),
+        "length_mm": rig.length_mm,
+        "outer_diameter_mm": tube.outer_diameter_mm,
+        "free_lumen_mm": tube.inner_diameter_mm - len(rig.tendons) * wire.diameter_mm,
+    }
+    if branch.bend_deg[-1] >= bend:
+        tension = branch.at(bend, branch.tension_N)
+        found |= {
+            "notch_angle_deg": max(abs(branch.at(bend, column)) for column in np.degrees(branch.joints_rad).T),
+            "reach_mm": abs(branch.at(bend, branch.tip_mm[:, 1])),
+            "tension_N": tension,
+            "tendon_margin": wire.breaking_N / tension if tension > 0 else math.inf,
+            "drive_mm": branch.at(bend, branch.drive_mm),
+        }
+        below = branch.strain[branch.bend_deg <= bend]
+        at_bend = max(abs(branch.at(bend, column)) for column in branch.strain.T)
+        found["peak_strain_percent"] = 100 * max(float(np.abs(below).max(initial=0.0)), at_bend)
+        found |= _cycle(rig, bender, found["drive_mm"], use)
+        found |= _tip(rig, branch, use, model)
+    return Measured(**found)
+
+
+def _loaded(bender: Bender, use: Use) -> Followed:
+    """Pull until a limit is passed, or far beyond the required bend."""
+    limited = math.isfinite(min(use.tension_N, use.drive_mm))
+    enough, arm = use.bend_deg * (BEYOND if limited else 1.0), bender.joints.first.arms_mm.a
+    drive = SPARE * arm * math.radians(use.bend_deg)
+    for _ in range(TRIES):
+        branch = bender.follow(np.linspace(0.0, drive, SAMPLES)).rising()
+        passed = branch.tension_N[-1] > use.tension_N or branch.drive_mm[-1] > use.drive_mm
+        if branch.bend_deg[-1] >= enough or passed:
+            return branch
+        missing = math.radians(max(enough - branch.bend_deg[-1], 0.05 * enough))
+        drive = min(drive + 1.2 * arm * missing, 1.4 * drive)
+    return branch
+
+
+def _allowed(branch: Followed, use: Use) -> float:
+    """Largest bend of the branch within the limits of tension and drive."""
+    return min(
+        float(np.interp(use.tension_N, np.maximum.accumulate(branch.tension_N), branch.bend_deg)),
+        float(np.interp(use.drive_mm, branch.drive_mm, branch.bend_deg)),
+    )
+
+
+def _closing(branch: Followed, joints: JointRow) -> float:
+    """Bend at which the first notch closes; extrapolated in proportion where none does in the branch."""
+    part = (branch.joints_rad / joints.of("closure_angle_rad")).max(axis=1)
+    if part[-1] >= 1:
+        return float(np.interp(1.0, np.maximum.accumulate(part), branch.bend_deg))
+    return float(branch.bend_deg[-1] / part[-1]) if part[-1] > 0 else math.inf
+
+
+def _cycle(rig: Rig, bender: Bender, drive: float, use: Use) -> dict[str, float]:
+    """Run a cycle to the required bend and back: to the other side, too, with two tendons."""
+    if not {"loop_width_deg", "alternating_strain_percent", "cycles"} & use.wanted:
+        return {}
+    up = np.linspace(0.0, drive, SAMPLES)
+    back = np.linspace(drive, 0.0 if rig.tendon_b is None else -drive, SAMPLES)
+    run = bender.follow(np.concatenate([up, back[1:], back[::-1][1:]]))
+    low, high = SAMPLES - 1, 2 * SAMPLES - 2
+    fibres = run.strain[low:]
+    ranges = 0.5 * np.ptp(fibres, axis=0)
+    worst = int(ranges.argmax())
+    amplitude, mean = float(ranges[worst]), float(0.5 * (fibres[:, worst].max() + fibres[:, worst].min()))
+    return {
+        "loop_width_deg": float((run.bend_deg[low : high + 1] - run.bend_deg[high:][::-1]).max()),
+        "alternating_strain_percent": 100 * amplitude,
+        "cycles": life_of(rig, amplitude, mean, use.life).low,
+    }
+
+
+def life_of(rig: Rig, amplitude: float, mean: float, own: StrainLife | None) -> Life:
+    """Cycles to failure at a strain; NaN for a metal that is neither superelastic nor has a curve of its own."""
+    if own is not None:
+        return own.life(amplitude)
+    if rig.superelastic is None:
+        return Life(math.nan, math.nan, math.nan)
+    return nitinol_life(amplitude, mean, rig.superelastic.start_MPa / (1e3 * rig.material.youngs_modulus_GPa))
+
+
+def _tip(rig: Rig, branch: Followed, use: Use, model: Callable[[Rig], Bender]) -> dict[str, float]:
+    """Take force and stiffness across the tip from a run with a small load against the bend there.
+
+    The load is there from the start, so that the guides slide. Its influence on tension and tip is taken as linear.
+    """
+    if not {"tip_force_N", "tip_stiffness_N_per_mm"} & use.wanted:
+        return {}
+    bend, arm = use.bend_deg, joint_row(rig).first.arms_mm.a
+    tension, drive = branch.at(bend, branch.tension_N), branch.at(bend, branch.drive_mm)
+    load = PROBE * tension * arm / rig.length_mm
+    loaded = _loaded(model(replace(rig, tip_load=TipLoad(load, bend - 90.0))), use)
+    heading = math.radians(bend)
+    moved = sum(
+        part * (float(np.interp(drive, branch.drive_mm, before)) - float(np.interp(drive, loaded.drive_mm, after)))
+        for part, before, after in zip(
+            (-math.sin(heading), math.cos(heading)), branch.tip_mm.T, loaded.tip_mm.T, strict=True
+        )
+    )
+    more = loaded.at(bend, loaded.tension_N) - tension if loaded.bend_deg[-1] >= bend else math.nan
+    room = use.tension_N - tension
+    return {
+        "tip_stiffness_N_per_mm": load / moved if moved > 0 else math.inf,
+        "tip_force_N": load * room / more if more > 0 and math.isfinite(room) else math.nan,
+    }
