@@ -110,7 +110,8 @@ def _dimensions(space: Any, notch: Notch, pattern: FlatPattern, height: float) -
     middle = pattern.outlines[0].middle_mm[1]
     ring = right + notch.at(0).spacing_mm
     style = {
-        "dimtxt": height, "dimasz": 0.8 * height, "dimexe": 0.5 * height, "dimexo": 0.3 * height, "dimgap": 0.3 * height,
+        "dimtxt": height, "dimasz": 0.8 * height, "dimexe": 0.5 * height, "dimexo": 0.3 * height,
+        "dimgap": 0.3 * height,
         "dimdec": 3, "dimzin": 8, "dimtad": 1, "dimlfac": 1.0,
     }  # fmt: skip
 
@@ -149,7 +150,8 @@ def _notes(pattern: FlatPattern) -> list[str]:
     }
     rows = [
         f"{pattern.name}: flat pattern of the outer surface, seen from outside; mm",
-        f"tube {tube.outer_diameter_mm:g} x {tube.inner_diameter_mm:g} mm; {joints} notches, {len(pattern.outlines)} cuts",
+        f"tube {tube.outer_diameter_mm:g} x {tube.inner_diameter_mm:g} mm; {joints} notches, "
+        f"{len(pattern.outlines)} cuts",
         f"x from the base to the tip; seam at {pattern.seam_deg:g} deg; angles run down the sheet",
         beams[pattern.beam],
         path if pattern.kerf_mm else "CUT is the edge of the notch: no kerf",

@@ -22,7 +22,7 @@ from fem_models.rig.rig import notched_tube
 from hysteresis.arrays import Floats
 
 FINE: Final = 513
-"""Points of a flank on which it is offset and trimmed; every 16th is drawn, within 0.5 um of the curve."""
+"""Points of a flank on which it is offset and trimmed; every 16th is drawn."""
 _DRAWN = 16
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -49,8 +50,8 @@ def notch_table(sheet: Sheet, tube: Tube, where: str, *, kerf_mm: float, beam: B
     """Give the table [notch] of a rig file, with ``turn_deg``, from the outlines of a sheet.
 
     Outlines at one place along the tube are the cuts of one notch: one of a one-sided notch, two opposite ones of a
-    pair. An outline that the seam divides is joined. The turn of a notch is that of its middle from the rig's y; without
-    an angle of the seam in the header the first notch has a turn of 0. The uncut tube beyond the last notch is as long
+    pair. An outline that the seam divides is joined. The turn of a notch is that of its middle from the rig's y;
+    without an angle of the seam in the header the first notch has a turn of 0. The uncut tube beyond the last notch is as long
     as that before it, where the drawing has no edge of the sheet.
 
     Parameters
@@ -100,8 +101,9 @@ def _joined(slits: list[_Slit], rounds: float, read: _Reading) -> list[_Slit]:
             if one is not other and other in out and abs(one.along - other.along) <= close and one in out:
                 out.remove(one)
                 out.remove(other)
-                moved = other.points + (other.along, other.round - rounds)
-                out.append(_slit(np.concatenate([moved, one.points + (one.along, one.round)]), read.kerf_mm))
+                moved = other.points + np.array([other.along, other.round - rounds])
+                whole = np.concatenate([moved, one.points + np.array([one.along, one.round])])
+                out.append(_slit(whole, read.kerf_mm))
                 break
     return out
 
@@ -114,7 +116,7 @@ def _rows(slits: list[_Slit], read: _Reading) -> list[list[_Slit]]:
             rows[-1].append(one)
         else:
             rows.append([one])
-    for number, (row, after) in enumerate(zip(rows, rows[1:], strict=False), start=1):
+    for number, (row, after) in enumerate(pairwise(rows), start=1):
         gap = after[0].along - after[0].width / 2 - row[0].along - row[0].width / 2
         if gap <= 0:
             raise RigError(f"{read.where}: notches {number} and {number + 1} overlap: expected a ring between them")
@@ -151,7 +153,7 @@ def _width_at(points: Floats, around: float) -> float:
     """Width of an outline along the tube, at a place round it."""
     closed = np.concatenate([points, points[:1]])
     crossing = []
-    for one, other in zip(closed, closed[1:], strict=False):
+    for one, other in pairwise(closed):
         low, high = sorted((one[1], other[1]))
         if low < around <= high:
             crossing.append(one[0] + (other[0] - one[0]) * (around - one[1]) / (other[1] - one[1]))

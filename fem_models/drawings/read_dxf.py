@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from hysteresis.extras import require_extra
 from hysteresis.files import RecordError, read_bytes
 from hysteresis.messages import as_given, listed
 
-Unit = Literal["mm", "inch"]
 UNITS: dict[str, float] = {"mm": 1.0, "inch": 25.4, "cm": 10.0, "um": 1e-3, "m": 1e3}
 _OF_HEADER = {1: "inch", 4: "mm", 5: "cm", 6: "m", 13: "um"}
 _SAGITTA_MM: Final = 1e-3
@@ -162,7 +161,7 @@ def _layer(path: Path, outlines: dict[str, list[Floats]], layer: str | None) -> 
 
 
 def _ends(pieces: list[Any]) -> tuple[float, float] | None:
-    """Ends of the sheet along the tube, from the lines on its layer."""
+    """Give the ends of the sheet along the tube, from the lines on its layer."""
     if not pieces:
         return None
     along = np.concatenate([one.points[:, 0] for one in pieces])

@@ -126,7 +126,7 @@ def _side(axes: Axes, rig: Rig | RigInSpace, *, sight_deg: float, words: str, di
     if dimensions:
         _across(axes, (0, -outer), (0, outer), -0.45 * gap, f"Ø{_mm(2 * outer)}")
         _across(axes, (long, -inner), (long, inner), 0.45 * gap, f"Ø{_mm(2 * inner)}")
-        _along(axes, (0, -outer), (long, -outer), -0.55 * gap, _mm(long))
+        _along(axes, (0, -outer), (long, -outer), -0.35 * gap, _mm(long))
     if words:
         axes.text(0, outer + 0.12 * gap, words, color=_SOFT)
     for place, text in ((0.0, "base"), (long, "tip")):
