@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import least_squares
 
 from fem_models.drawings.beam import Beam, cut_height_of_angle_mm
 from fem_models.drawings.flat_pattern import v_flank
@@ -23,6 +23,7 @@ DIGITS: Final = 6
 TOLERANCE_MM: Final = 0.02
 """How far an outline may be from the notch that is read from it, and opposite cuts of a pair from each other."""
 _STRAIGHT = 0.02
+_PLACES = 25
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,8 @@ def notch_table(sheet: Sheet, tube: Tube, where: str, *, kerf_mm: float, beam: B
 
     Outlines at one place along the tube are the cuts of one notch: one of a one-sided notch, two opposite ones of a
     pair. An outline that the seam divides is joined. The turn of a notch is that of its middle from the rig's y;
-    without an angle of the seam in the header the first notch has a turn of 0. The uncut tube beyond the last notch is as long
-    as that before it, where the drawing has no edge of the sheet.
+    without an angle of the seam in the header the first notch has a turn of 0. The uncut tube beyond the last notch is
+    as long as the ring before it, where the drawing has no edge of the sheet.
 
     Parameters
     ----------
@@ -161,28 +162,31 @@ def _width_at(points: Floats, around: float) -> float:
 
 
 def _v(slit: _Slit, depth: float, at: str, read: _Reading) -> Cut:
-    """Read the root of a V: of all, the one whose path is as broad near its end as the outline."""
-    near = 0.5 * (slit.arc - read.kerf_mm) * 0.98
-    found = _width_at(slit.points, near)
+    """Read depth and root of a V: of all, the one whose path is as broad as the outline all along it.
 
-    def path(root: float) -> Floats:
-        return v_flank(read.tube, Cut("v_pair", depth, slit.width, 0.0, root, False), read.kerf_mm, read.beam)
+    A kerf may round the path to a point before the root, so that the arc of the outline does not give the depth.
+    """
+    end = 0.5 * (slit.arc - read.kerf_mm)
+    places = end * np.linspace(0.05, 0.98, _PLACES)
+    found = np.array([_width_at(slit.points, place) for place in places])
 
-    def off(root: float) -> float:
-        flank = path(root)
-        return 2 * float(np.interp(near, flank[:, 1], flank[:, 0], right=0.0)) - found
+    def cut_of(values: Floats) -> Cut:
+        return Cut("v_pair", float(values[0]), slit.width, 0.0, float(values[1]), False)
 
-    low, high = 0.0, slit.width * (1 - 1e-9)
-    root = 0.0 if off(low) >= 0 else float(brentq(off, low, high, xtol=1e-10))
-    flank = path(root)
-    apart = [
-        abs(2 * float(np.interp(place, flank[:, 1], flank[:, 0])) - _width_at(slit.points, place))
-        for place in np.linspace(0.1, 0.95, 12) * near
-    ]
-    if max(apart) > TOLERANCE_MM:
-        found_words = f"{at}: its flanks are {max(apart):.3g} mm off those of a V"
-        raise RigError(f"{found_words} that planes cut into a tube: expected at most {TOLERANCE_MM} mm")
-    return Cut("v_pair", depth, slit.width, 0.0, root, False)
+    def off(values: Floats) -> Floats:
+        flank = v_flank(read.tube, cut_of(values), read.kerf_mm, read.beam)
+        return np.asarray(2 * np.interp(places, flank[:, 1], flank[:, 0], right=0.0) - found)
+
+    most = read.tube.outer_diameter_mm / 2 * (1 - 1e-9)
+    least = depth if read.kerf_mm == 0 else min(depth, most) * 0.98
+    start = [min(max(depth, least), most), min(max(float(found[-1]), 0.0), 0.99 * slit.width)]
+    bounds = ([least * (1 - 1e-12), 0.0], [most, slit.width * (1 - 1e-9)])
+    fit = least_squares(off, start, bounds=bounds, xtol=1e-14, ftol=1e-14, gtol=1e-14, x_scale=[1.0, 0.1])
+    apart = float(np.abs(fit.fun).max())
+    if apart > TOLERANCE_MM:
+        words = f"{at}: its flanks are {apart:.3g} mm off those of a V"
+        raise RigError(f"{words} that planes cut into a tube: expected at most {TOLERANCE_MM} mm")
+    return cut_of(fit.x)
 
 
 def _table(rows: list[list[_Slit]], notches: list[Cut], sheet: Sheet, rounds: float) -> dict[str, Any]:

@@ -43,7 +43,7 @@ def side_view_svg(rig: Rig | RigInSpace) -> str:
 
     with matplotlib.rc_context(_STYLE):
         stream = io.StringIO()
-        _figure(rig).savefig(stream, format="svg", metadata={"Date": None, "Creator": "made by notchbend"})
+        _figure(rig).savefig(stream, format="svg", metadata={"Date": None, "Title": "made by notchbend"})
     return stream.getvalue()
 
 

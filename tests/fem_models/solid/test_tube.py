@@ -1,4 +1,4 @@
-"""The whole tube as STEP and STL: volume by the sections of the notches, stiffness of one notch of it as `validate`'s."""
+"""The whole tube as STEP and STL: volume by the sections of the notches, stiffness of a notch of it."""
 
 import struct
 
