@@ -95,7 +95,7 @@ def export_rig(
 ) -> None:
     """Write a rig or the joint of a record for another simulator, or a fit as a compensator in C or as tables."""
     of_rig = {"--amplitude": model.amplitude, "--preset": rig.preset, "--rig": rig.rig, "--preload": rig.preload}
-    if to in ("dxf", "step", "stl", "svg", "pdf"):
+    if to == "dxf" or to == "step" or to == "stl" or to == "svg" or to == "pdf":
         words = f"--to {to}: of a record, a fit or a simulator: expected --rig or --preset alone"
         others = {"FIT": fit, "--name": name, "--amplitude": model.amplitude, "--moment-arm": model.moment_arm}
         _refuse(others, words)

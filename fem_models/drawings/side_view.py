@@ -229,7 +229,7 @@ def _section(axes: Axes, rig: Rig | RigInSpace) -> None:
     for name, angle, tendon in zip("abcd", angles, tendons, strict=False):
         place = tendon.moment_arm_mm * np.array([math.sin(math.radians(angle)), math.cos(math.radians(angle))])
         axes.plot(*place, "o", ms=3.5, color=_TENDON)
-        axes.text(*(place + 0.04 * size), name, color=_TENDON)
+        axes.text(float(place[0]) + 0.04 * size, float(place[1]) + 0.04 * size, name, color=_TENDON)
     _across(axes, (0, 0), (0, height), 0.64 * size, f"cut at {_mm(height)}")
     axes.plot([-0.58 * size, 0.58 * size], [0, 0], color=_SOFT, lw=0.4, ls=(0, (12, 3, 2, 3)))
     axes.plot([0, 0], [-0.58 * size, 0.58 * size], color=_SOFT, lw=0.4, ls=(0, (12, 3, 2, 3)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -71,18 +71,20 @@ def _read(source: Path, base: Rig | RigInSpace, reading: ReadingChoice) -> tuple
     kind = source.suffix.lower()
     if kind == ".dxf":
         made = rig_of_drawing(source, base, how)
-        return made, _lines(made.to_dict()["notch"])
+        return made, _lines(made)
     for name, value in vars(reading).items():
         if value is not None:
             raise RigError(f"--{name} {value}: of a drawing: expected a DXF, not {source}")
     if kind == ".csv" and "depth_mm" in read_rows(source)[0]:
         made = rig_of_table(source, base)
-        return made, _lines(made.to_dict()["notch"])
+        return made, _lines(made)
     raise RigError(f"{source}: expected a drawing, .dxf, or a table, .csv, of notches (depth_mm, width_mm, ...)")
 
 
-def _lines(notch: Mapping[str, object]) -> list[str]:
+def _lines(made: Rig | RigInSpace) -> list[str]:
     """Give the table of the notches for a terminal."""
+    tables: Mapping[str, Any] = made.to_dict()
+    notch: Mapping[str, object] = tables["notch"]
     return [f"notch.{key}: {_text(value)}" for key, value in notch.items()]
 
 

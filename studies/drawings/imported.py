@@ -14,6 +14,7 @@ from fem_models.drawings.beam import Beam
 from fem_models.rig import Rig, RigError
 from fem_models.rig.in_space import RigInSpace, rig_in_space
 from fem_models.rig.joints import NOTCH_SHAPES, NotchedTube, Tube
+from fem_models.rig.rig import notched_tube
 from fem_models.rig.rig_file import notch_of_rows, rig_and_space
 from hysteresis.files import RecordError, read_text
 from hysteresis.messages import as_given, listed, quoted
@@ -73,8 +74,8 @@ def rig_of_table(path: Path, base: Rig | RigInSpace) -> Rig | RigInSpace:
         One line with file, row, column and what was expected.
     """
     rows = read_rows(path)
-    tube, base_table = _tube(base, path), base.to_dict().get("notch", {})
-    shape = rows[0].get("shape", base_table.get("shape"))
+    tube, base_notch = _tube(base, path), notched_tube(base.rig if isinstance(base, RigInSpace) else base).notch
+    shape = rows[0].get("shape", base_notch.shape)
     if shape not in NOTCH_SHAPES:
         raise RigError(f"{path}: shape = {quoted(shape)}: expected one of {listed(NOTCH_SHAPES)}")
     numbers = [_numbers_of(row, f"{path}: row {k}") for k, row in enumerate(rows, start=1)]
