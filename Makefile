@@ -64,7 +64,7 @@ site: dev
 
 lock: install
 	$(INSTALL) 'pip-tools>=7.6.2'
-	$(COMPILE) --extra view --extra solid --extra study --extra app --extra data --extra tables --extra cma --output-file requirements.lock pyproject.toml
+	$(COMPILE) --extra view --extra solid --extra study --extra app --extra data --extra tables --extra drawing --extra cma --output-file requirements.lock pyproject.toml
 	$(OWN_OUT) requirements.lock
 	$(COMPILE) --extra dev --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
 	$(OWN_OUT) requirements-dev.lock

@@ -12,6 +12,7 @@ EXTRAS = {
     "data": ("pooch", "requests", "platformdirs"),
     "tables": ("openpyxl", "pyarrow"),
     "cma": ("cma",),
+    "drawing": ("ezdxf",),
 }
 """Top packages that each extra of pyproject.toml imports."""
 

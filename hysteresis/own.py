@@ -27,6 +27,16 @@ _HEADERS = re.compile(
 """Headers of the tables of a fit, of guides, of ranges over an ensemble, of a compensator; no measurement has them."""
 _MODEL = re.compile(rf"<mujoco[^>]*>\s*<!-- [^>]*made by {MAKER}".encode())
 """Head of a model for another simulator."""
+_DRAWINGS = {
+    ".dxf": f"999\nmade by {MAKER}\n".encode(),
+    ".step": f"ISO-10303-21;\n/* made by {MAKER} */".encode(),
+    ".stp": f"ISO-10303-21;\n/* made by {MAKER} */".encode(),
+    ".stl": f"{MAKER}: ".encode(),
+}
+"""Heads of drawings of a rig."""
+_SVG = f"<dc:title>made by {MAKER}</dc:title>".encode()
+_RIG = f"# made by {MAKER}\n".encode()
+"""Head of a rig file that was imported."""
 _SOURCE = re.compile(rf"/\* [\w.]+: made by {MAKER} ".encode())
 """Head of a compensator in C."""
 
@@ -63,7 +73,7 @@ def is_own(path: Path) -> bool:
     if not path.is_file():
         return False
     if suffix == ".toml":
-        return _is_own_sidecar(path)
+        return _is_own_rig(path) or _is_own_sidecar(path)
     if suffix == ".csv" and present(path.with_suffix(".toml")):
         return _is_own_sidecar(path.with_suffix(".toml"))
     try:
@@ -85,6 +95,8 @@ def is_own(path: Path) -> bool:
         ".h": _SOURCE.match(head) is not None,
         ".fmu": end.endswith(_UNIT_END),
         ".xml": _MODEL.search(head) is not None,
+        ".svg": _SVG in head,
+        **{ending: head.startswith(mark) for ending, mark in _DRAWINGS.items()},
     }
     return marks.get(suffix, False)
 
@@ -99,6 +111,15 @@ def foreign(paths: Iterable[Path]) -> list[Path]:
     own = {path for path in there if is_own(path)}
     words = [path.read_bytes() for path in own if path.suffix.lower() in (".json", ".toml")]
     return [path for path in there if path not in own and not any(f'"{path.name}"'.encode() in one for one in words)]
+
+
+def _is_own_rig(path: Path) -> bool:
+    """Tell whether a rig file was imported by notchbend."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_RIG)) == _RIG
+    except OSError:
+        return False
 
 
 def _is_own_sidecar(path: Path) -> bool:

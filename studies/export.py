@@ -21,11 +21,13 @@ from hysteresis.own import marked_values
 from hysteresis.records.record import Record
 from hysteresis.records.record_file import read_record
 from studies.commands.options import Common, Overwrite, RigChoice
+from studies.drawings import DrawingChoice, drawing_files
+from studies.drawings.written import Drawing, require_ending
 from studies.progress import status
 from studies.results.fit import WHAT
 
 Simulator = Literal["mujoco"]
-Target = Literal["mujoco", "c", "fmu", "table"]
+Target = Literal["mujoco", "c", "fmu", "table", "dxf", "step", "stl", "svg", "pdf"]
 AMPLITUDE_MM = 2.2
 NAME = "compensator"
 
@@ -44,6 +46,22 @@ class ModelChoice:
             "--moment-arm", help="Moment arm of the tendon at the axis of a record, mm; by default that of its rig."
         ),
     ] = None
+    kerf: Annotated[
+        float | None, typer.Option("--kerf", help="Width of the cutting beam of a dxf, mm; by default 0.")
+    ] = None
+    beam: Annotated[
+        str | None,
+        typer.Option("--beam", help="Cut of a dxf: plane, or radial for a beam towards the axis; by default plane."),
+    ] = None
+    seam: Annotated[
+        float | None,
+        typer.Option("--seam", help="Angle at which a dxf opens the tube, deg; by default where it cuts least."),
+    ] = None
+
+    @property
+    def of_pattern(self) -> dict[str, object]:
+        """Options of a flat pattern alone, by their names."""
+        return {"--kerf": self.kerf, "--beam": self.beam, "--seam": self.seam}
 
 
 def export_rig(
@@ -56,7 +74,12 @@ def export_rig(
         ),
     ] = None,
     to: Annotated[
-        Target, typer.Option("--to", help="mujoco: a rig as a model; c, fmu, table: a fit as a compensator.")
+        Target,
+        typer.Option(
+            "--to",
+            help="mujoco: a rig as a model; c, fmu, table: a fit as a compensator; dxf: the flat pattern of a rig's "
+            "tube; step, stl: its solid; svg, pdf: its drawing.",
+        ),
     ],
     out: Annotated[
         Path,
@@ -72,6 +95,13 @@ def export_rig(
 ) -> None:
     """Write a rig or the joint of a record for another simulator, or a fit as a compensator in C or as tables."""
     of_rig = {"--amplitude": model.amplitude, "--preset": rig.preset, "--rig": rig.rig, "--preload": rig.preload}
+    if to == "dxf" or to == "step" or to == "stl" or to == "svg" or to == "pdf":
+        words = f"--to {to}: of a record, a fit or a simulator: expected --rig or --preset alone"
+        others = {"FIT": fit, "--name": name, "--amplitude": model.amplitude, "--moment-arm": model.moment_arm}
+        _refuse(others, words)
+        _export_drawing(rig, out, to, model, replacing, common)
+        return
+    _refuse(model.of_pattern, f"--to {to}: of a flat pattern: expected --to dxf")
     if to != "mujoco":
         _refuse(of_rig, f"--to {to}: of a rig: expected a fit alone, {WHAT}")
         _refuse({"--moment-arm": model.moment_arm}, f"--to {to}: of a record: expected a fit alone, {WHAT}")
@@ -91,6 +121,21 @@ def export_rig(
         largest = AMPLITUDE_MM if model.amplitude is None else model.amplitude
         written, table = write_model(chosen, out, to=to, amplitude_mm=largest)
     common.show({"model": str(written), "table": str(table)}, f"model: {written}", f"tension at every guide: {table}")
+
+
+def _export_drawing(
+    rig: RigChoice, out: Path, to: Drawing, model: ModelChoice, replacing: Overwrite, common: Common
+) -> None:
+    """Write a drawing of a rig, of one plane or in space."""
+    if to != "dxf":
+        _refuse(model.of_pattern, f"--to {to}: of a flat pattern: expected --to dxf")
+    require_ending(out, to)
+    chosen = rig.read_any()
+    replacing.allow([out])
+    with status(common.shows_progress, f"drawing {chosen.name}"):
+        choice = DrawingChoice(model.kerf, model.beam, model.seam)
+        write_files(drawing_files(chosen, out, to, choice))
+    common.show({"drawing": str(out)}, f"drawing: {out}")
 
 
 def _refuse(given: Mapping[str, object], expected: str) -> None:

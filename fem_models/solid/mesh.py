@@ -110,7 +110,7 @@ def snr_mesh(rig: Rig, *, refinement: float = 1.0, fillet_mm: float = 0.0, path:
     profile, size = _profile(rig, fillet_mm), mesh_size(rig, fillet_mm=fillet_mm, refinement=refinement)
     with tempfile.TemporaryDirectory() as folder:
         file = path or Path(folder) / "snr.msh"
-        with _gmsh():
+        with gmsh_session():
             _cut_quarter(profile)
             _grade(profile, size)
             _generate(file)
@@ -167,7 +167,7 @@ def _broken_pipes_as_before() -> Iterator[None]:
 
 
 @contextmanager
-def _gmsh() -> Iterator[None]:
+def gmsh_session() -> Iterator[None]:
     """Open a session of gmsh, which is global: quiet, on one thread, so that the same input gives the same mesh."""
     import gmsh
 

@@ -111,14 +111,25 @@ COMMANDS: dict[str, Entry] = {
         "in_space.workspace:workspace_of_rig",
         ("notchbend workspace --preset zhang2026 --amplitude 1.2 --out results/workspace",),
     ),
+    "import": Entry(
+        "Make a rig file of a drawing, a table of notches or a joint's curve.",
+        "drawings.commands:import_rig",
+        (
+            "notchbend import flat.dxf --rig base.toml --out mine.toml",
+            "notchbend import notches.csv --preset du2018 --out mine.toml",
+            "notchbend import joint-curve.csv --rig base.toml --out mine.toml",
+        ),
+    ),
     "export": Entry(
-        "Write a rig or a record for MuJoCo, a compensator for firmware.",
+        "Write a rig for MuJoCo or a workshop, a compensator for firmware.",
         "export:export_rig",
         (
             "notchbend export --preset du2018 --preload 20 --to mujoco --out du2018.xml",
             "notchbend export bench.csv --to mujoco --out joint.xml",
             "notchbend export results/fit --to c --out firmware",
             "notchbend export results/fit --to fmu --out unit",
+            "notchbend export --rig mine.toml --to dxf --kerf 0.02 --out mine.dxf",
+            "notchbend export --rig mine.toml --to step --out mine.step",
         ),
     ),
     "study": Entry(

@@ -34,9 +34,10 @@ from studies.commands.separation import separate_records, separate_rig
 from studies.commands.tracing import FITS, NEXT, trace_loaded, with_ending
 from studies.ensemble import run_ensemble
 from studies.own_rig.jumps import jump_lines
+from studies.own_rig.key_numbers import write_page_one
 from studies.own_rig.loops import draw_rig, write_loop
 from studies.own_rig.new_record import without_geometry
-from studies.own_rig.numbers import numbers_of_file, with_preloads
+from studies.own_rig.numbers import derived_numbers, fitted_numbers, numbers_of_file, with_preloads
 from studies.own_rig.programs import programs_of_report
 from studies.own_rig.strain import drive_to_angle_mm
 from studies.own_rig.usual import unusual
@@ -45,6 +46,8 @@ from studies.results import write_result
 from studies.results.ensemble import EnsembleRanges
 from studies.results.files import without_folders
 from studies.results.made import Made
+from studies.results.page_one import DRAWING
+from studies.results.page_one import FILE as PAGE_ONE
 from studies.results.run import (
     NOT_DRAWN,
     CrossCheckRow,
@@ -95,6 +98,7 @@ class _Found:
     separations: list[SeparationEntry] = field(default_factory=list)
     predictions: list[Prediction] = field(default_factory=list)
     ranges: dict[str, EnsembleRanges] = field(default_factory=dict)
+    fitted: list[RigNumber] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
@@ -116,6 +120,8 @@ def files_of_design(out: Path, design: Design, records: Sequence[Record]) -> lis
         "trace*.png",
         "trace*-samples.csv",
         NEXT,
+        PAGE_ONE,
+        DRAWING,
     )
     found = [path for pattern in patterns for path in sorted(out.glob(pattern))]
     known = read_run(out).sha256 if is_own(out / "run.json") else {}
@@ -140,12 +146,12 @@ def design_report(
         From the simulation of the loops, or records with the same name.
     """
     named = _named(design, records)
-    for name in ("run.json", WRIST, "report.html"):
+    for name in ("run.json", WRIST, "report.html", PAGE_ONE, DRAWING):
         (out / name).unlink(missing_ok=True)
     for stale in [*out.glob("trace*.json"), *out.glob("separate*.json")]:
         stale.unlink()  # of an earlier report; the page would show them as those of this one
     found = _Found(notes=[*unusual(design.rigs[0]), *without_geometry(records, beside_rig=True)])
-    total = (2 + bool(design.members)) * len(design.rigs) + len(records) + max(1, len(design.rigs)) + 3
+    total = (2 + bool(design.members)) * len(design.rigs) + len(records) + max(1, len(design.rigs)) + 4
     with steps(progress, total=total) as step:
         for rig in design.rigs:
             _loop(design, rig, out, found, step)
@@ -162,11 +168,13 @@ def design_report(
             ranges=found.ranges,
             notes=tuple(found.notes),
         )
+        step("drawing and numbers of the first page")
+        write_page_one(design.rigs[-1], design.amplitude_mm, found.loops[-1], out, found.notes)
         theories = [loop.theory for loop in found.loops]
         summary = RunSummary(
             seed=seed,
             versions=versions_found(),
-            rig=_numbers(design),
+            rig=(*_numbers(design), *derived_numbers(design.rigs[-1]), *found.fitted),
             peak_strain_percent=max(loop.peak_strain_percent for loop in found.loops),
             loops=tuple(found.loops),
             crosscheck=tuple(found.checks),
@@ -324,13 +332,15 @@ def _separate(design: Design, records: Sequence[Record], out: Path, found: _Foun
         names = " + ".join(Path(record.source).stem for record in known)
         files = " ".join(record.source for record in known)
         try:
-            write_result(out / "separate-records.json", separate_records(known, seed=seed))
+            calibrated = separate_records(known, seed=seed)
+            write_result(out / "separate-records.json", calibrated)
         except _REFUSED as error:
             found.notes.append(f"the loop of {names} is not divided: {error}")
         else:
             label = f"{design.name}, calibrated on {names}"
             command = f"notchbend separate {files} --seed {seed} --out DIR"
             found.separations.append(SeparationEntry("separate-records.json", label, command))
+            found.fitted += fitted_numbers(calibrated, names)
             return
     for rig in design.rigs:
         name = _loop_name(design, rig)

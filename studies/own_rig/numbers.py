@@ -6,8 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from fem_models.rig import Rig
 from fem_models.rig.rig_file import given_in_file
+from hysteresis.fitting.uncertainty import Parameter
+from studies.own_rig.key_numbers import derived
 from studies.results.run import RigNumber
+from studies.results.separation import Separation
 
 
 def numbers_of_file(numbers: Mapping[str, float], file: Path) -> tuple[RigNumber, ...]:
@@ -19,9 +23,29 @@ def numbers_of_file(numbers: Mapping[str, float], file: Path) -> tuple[RigNumber
         A file that cannot be read.
     """
     given = given_in_file(file)
+    return tuple(RigNumber(name, value, "file" if name in given else "default", "") for name, value in numbers.items())
+
+
+def derived_numbers(rig: Rig) -> tuple[RigNumber, ...]:
+    """Give what follows from the numbers of a rig: lengths, stiffness and arm of a joint."""
+    note = "" if rig.joint.alike else "of the first notch"
     return tuple(
-        RigNumber(name, value, "rig file" if name in given else "default", "") for name, value in numbers.items()
+        RigNumber(name, value, "derived", "" if name == "length_mm" else note) for name, value in derived(rig).items()
     )
+
+
+def fitted_numbers(result: Separation, records: str) -> tuple[RigNumber, ...]:
+    """Give the constants that records of the rig were fitted with, beside those of its file."""
+    if result.calibration is None:
+        return ()
+    return tuple(
+        RigNumber(name, one.value, "fitted", f"{_interval(one)}to {records}")
+        for name, one in result.calibration.parameters.items()
+    )
+
+
+def _interval(one: Parameter) -> str:
+    return "" if one.low is None or one.high is None else f"{one.low:.4g} to {one.high:.4g}, "
 
 
 def with_preloads(rows: Iterable[RigNumber], preloads_N: Sequence[float]) -> tuple[RigNumber, ...]:

@@ -34,6 +34,7 @@ from studies.report.parts.designed import FILE as DESIGN
 from studies.report.parts.designed import DesignSection, designed_verdicts, read_designed
 from studies.report.parts.fits import FitSection, read_fit, run_fit
 from studies.report.parts.followed import FollowedSection, followed_verdict, read_followed
+from studies.report.parts.page_one import PageOneSection, read_page_one_section
 from studies.report.parts.pictures import PictureSection, image_text, read_picture
 from studies.report.parts.predictions import PredictedRecord, predicted_records
 from studies.report.parts.reach import ReachSection, reach_verdict, read_reach
@@ -134,6 +135,7 @@ class Page:
     advice: tuple[str, ...]
     legend: Mapping[str, str]
     verdicts: tuple[Verdict, ...]
+    page_one: PageOneSection | None
     run: RunSection | None
     wrist: WristSection | None
     reach: ReachSection | None
@@ -228,6 +230,7 @@ def try_report(folder: Path) -> Written:
 class _Parts:
     """What was read from a folder, part by part."""
 
+    page_one: PageOneSection | None
     run: RunSection | None
     wrist: WristSection | None
     reach: ReachSection | None
@@ -261,6 +264,7 @@ def page_of(folder: Path) -> Page:
         raise RecordError(f"{folder}: none of {names}: expected results of a notchbend command")
     run = _run(folder) if present(folder / "run.json") else None
     parts = _Parts(
+        page_one=read_page_one_section(folder),
         run=run,
         wrist=read_wrist_section(folder),
         reach=read_reach(folder),
