@@ -10,7 +10,8 @@ import numpy as np
 from fem_models.rig import RigError
 from fem_models.rig.checks import SolverError
 from hysteresis.arrays import Floats
-from hysteresis.drift.states import TENSION, ZERO
+from hysteresis import Fit
+from hysteresis.drift.states import GAIN, LAG, PLAY, TENSION, WIDTH, ZERO, Followed, left_by
 from hysteresis.records.record import Record, RecordError
 from studies.follow.result import NamedCause
 from validation.tracing import catalogue, trace_records
@@ -24,6 +25,15 @@ TRACED = 3
 SENSOR_ZERO = "zero"
 """Name of a change of the angle's zero alone: the mounting of sensor or drive. It is no effect of the catalogue."""
 PRELOAD = "preload_loss"
+STANDS_FOR: dict[str, Followed] = {
+    "guide_friction": WIDTH,
+    "backlash": PLAY,
+    "viscous_drag": LAG,
+    "time_delay": LAG,
+    "drive_gain": GAIN,
+}
+"""The number of the law that does what an effect does: of effects that a trace does not distinguish, it tells more."""
+_SAME = 1.02  # of the error: numbers that leave as much are not distinguished
 _LEAST_LEFT = 0.3  # of the loop: less is no friction that changed
 
 ProgressWords = Callable[[str, int, int], None]
@@ -71,6 +81,7 @@ class Shift:
 
 
 def cause_of(
+    fit: Fit,
     shifts: Sequence[Shift],
     before: Sequence[Record],
     after: Sequence[Record],
@@ -82,6 +93,8 @@ def cause_of(
 
     Parameters
     ----------
+    fit
+        Of the first record.
     shifts
         Of all numbers that are followed.
     before, after
@@ -101,7 +114,7 @@ def cause_of(
         trace = trace_records(new, reference=old, threads=threads, effects=effects_of_drift(), progress=progress)
     except (RecordError, RigError, SolverError) as error:
         return NamedCause((), (), "not traced", "unexplained", f"not traced: {error}")
-    return _of_trace(trace)
+    return _of_trace(trace, fit, new)
 
 
 def _spread(records: Sequence[Record]) -> list[Record]:
@@ -110,28 +123,38 @@ def _spread(records: Sequence[Record]) -> list[Record]:
     return [records[k] for k in at]
 
 
-def _of_trace(trace: Trace) -> NamedCause:
-    """Name what a trace names; of single effects that it does not distinguish, the one with the fewest parameters."""
+def _of_trace(trace: Trace, fit: Fit, new: Sequence[Record]) -> NamedCause:
+    """Name what a trace names; of single effects that it does not distinguish, what the law tells of them."""
     if not trace.names:
         nearest = f": nearest is {' + '.join(trace.candidates[0].names)}" if trace.candidates else ""
         return NamedCause((), (), "trace", trace.verdict, f"no effect of the catalogue explains it{nearest}")
-    fitted, others = _simplest(trace)
+    fitted, others = _likeliest(trace, fit, new)
     names = tuple(fitted.names)
     before, after = trace.baseline.heldout_rmse_deg, trace.augmented.heldout_rmse_deg
     words = f"{' + '.join(names)}: the error of the last records falls from {before:.2g} to {after:.2g} deg with it"
     if others:
-        words += f"; {', '.join(others)} cannot be distinguished from it"
+        words += f"; {', '.join(others)} cannot be distinguished from it by the trace"
     parameters = dict(fitted_parameters(fitted)[-1])
     return NamedCause(names, others, "trace", trace.verdict, words, parameters)
 
 
-def _simplest(trace: Trace) -> tuple[Fitted, tuple[str, ...]]:
-    """Give the model whose effect has the fewest parameters, and the names of those that are not distinguished."""
+def _likeliest(trace: Trace, fit: Fit, new: Sequence[Record]) -> tuple[Fitted, tuple[str, ...]]:
+    """Give the model that is named, and the names of those that are not distinguished from it.
+
+    Among effects that have a number of the law (:data:`STANDS_FOR`) the one comes first whose number leaves the least
+    error; numbers that leave the same stay in the order of the trace. Else the fewest parameters come first.
+    """
     alike = tuple(dict.fromkeys(name for group in trace.confusable for name in group))
     named = trace.augmented
     if len(trace.names) != 1 or not alike:
         return named, alike
-    rivals = {one.names[-1]: one.fitted for one in reversed(trace.candidates) if one.names[-1] in alike}
-    choice = min([named, *rivals.values()], key=lambda one: len(one.model.added[-1].form.parameters))
     every = (trace.names[-1], *alike)
-    return choice, tuple(name for name in every if name != choice.names[-1])
+    rivals = {one.names[-1]: one.fitted for one in reversed(trace.candidates) if one.names[-1] in alike}
+    rivals = {name: rivals.get(name, named) for name in every if name in rivals or name == every[0]}
+    told = [name for name in rivals if name in STANDS_FOR]
+    if told:
+        left = {name: left_by(fit, new, STANDS_FOR[name]) for name in told}
+        chosen = next(name for name in told if left[name] <= _SAME * min(left.values()))
+    else:
+        chosen = min(rivals, key=lambda name: len(rivals[name].model.added[-1].form.parameters))
+    return rivals[chosen], tuple(name for name in every if name != chosen)

@@ -127,7 +127,8 @@ def follow_loaded(
     if first is not None and settings.trace:
         tell("the cause of the change", len(records), len(records))
         old = records[: max(LEAST_REFERENCE, min([first, *(one.low for one in points)]))]
-        cause = cause_of(_standing(shifts, table, followed, reference), old, records, threads=settings.threads, progress=tell)
+        standing = _standing(shifts, table, followed, reference)
+        cause = cause_of(fit, standing, old, records, threads=settings.threads, progress=tell)
     changes = tuple(_change(k, points, axis, shifts[k]) for k in range(len(points)))
     passed = tuple(
         _passed(one, axis, settings.limits[one.name], points, settings.identify.seed)
