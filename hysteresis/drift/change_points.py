@@ -73,7 +73,9 @@ def change_points(values: Floats, false_alarm: float, *, most: int = MOST_CHANGE
             break
         first, shape = columns[best]
         # 95 % set by the likelihood: the first records whose ratio is within that of one free number of the best
-        near = [k for (k, s), ratio in zip(columns, by_column, strict=True) if s == shape and ratio > by_column[best] - 3.84]
+        near = [
+            k for (k, s), ratio in zip(columns, by_column, strict=True) if s == shape and ratio > by_column[best] - 3.84
+        ]
         found.append(ChangePoint(first, min(near), max(near), shape, probability))
         known.append(column(n, first, shape))
     return found
@@ -97,7 +99,10 @@ def _ratios(values: Floats, known: list[Floats]) -> tuple[Floats, list[tuple[int
     rows = rows - (rows @ basis) @ basis.T
     size = np.linalg.norm(rows, axis=1)
     usable = size > 1e-6  # a column that is found already is left out
-    rows, columns = rows[usable] / size[usable, np.newaxis], [c for c, keep in zip(columns, usable, strict=True) if keep]
+    rows, columns = (
+        rows[usable] / size[usable, np.newaxis],
+        [c for c, keep in zip(columns, usable, strict=True) if keep],
+    )
     scaled = values / np.maximum(values.std(axis=-2, keepdims=True), 1e-300)
     rest = scaled - basis @ (basis.T @ scaled)
     scatter = np.swapaxes(rest, -1, -2) @ rest

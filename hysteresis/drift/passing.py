@@ -59,7 +59,9 @@ def when_passed(at: Floats, values: Floats, limit: float, *, start: int | None =
         deviation = np.sqrt(squares / rng.chisquare(freedom, count))
         drawn = line + (rng.standard_normal((count, 2)) @ root.T) * deviation[:, np.newaxis]
         slope = drawn[:, 1]
-        crossing = np.where(slope * side > 0, at[k - 1] + (limit - drawn[:, 0]) / np.where(slope == 0, 1.0, slope), np.inf)
+        crossing = np.where(
+            slope * side > 0, at[k - 1] + (limit - drawn[:, 0]) / np.where(slope == 0, 1.0, slope), np.inf
+        )
         crossings.append(crossing)
     every = np.concatenate(crossings)
     horizon = float(at[-1] + 10.0 * (at[-1] - at[0]))

@@ -179,7 +179,9 @@ def left_by(fit: Fit, records: Sequence[Record], number: Followed) -> float:
         most = _longest_lag(record) if number is LAG and record.time_s is not None else math.inf
         low, high = [-math.inf, max(number.low, -most), -1.0], [math.inf, min(number.high, most), 1.0]
         found = [
-            least_squares(model.residual, [0.0, start, 0.0], bounds=(low, high), x_scale=model.scales(), diff_step=_STEP)
+            least_squares(
+                model.residual, [0.0, start, 0.0], bounds=(low, high), x_scale=model.scales(), diff_step=_STEP
+            )
             for start in starts
         ]
         squares += 2.0 * min(one.cost for one in found) / record.angle_deg.size
@@ -225,4 +227,3 @@ def _mean(values: Floats) -> Parameter:
     half = _QUANTILE * noise / math.sqrt(values.size)
     mean = float(values.mean())
     return Parameter(mean, mean - half, mean + half, "N")
-

@@ -92,6 +92,14 @@ COMMANDS: dict[str, Entry] = {
             "notchbend trace today.csv --reference january.csv --out results/change",
         ),
     ),
+    "follow": Entry(
+        "Follow one device over days or uses: what changed, why.",
+        "follow.command:follow",
+        (
+            "notchbend follow day-*.csv --out results/follow",
+            "notchbend follow day-*.csv --times days.csv --limit width=1.5 --out results/follow",
+        ),
+    ),
     "effects": Entry(
         "List the effects that trace knows.",
         "commands.records:effects",

@@ -301,7 +301,9 @@ def _words(
         between = "" if one.at_low == one.at_high else f" (95 %: {one.at_low:g} to {one.at_high:g})"
         words.append(f"The device {how} {axis.name} {one.at:g}{between}.")
     elif alarms:
-        words.append(f"The device has changed: {alarms[0][1]} is outside its limits since {axis.name} {_at(axis, alarms[0][0])}.")
+        words.append(
+            f"The device has changed: {alarms[0][1]} is outside its limits since {axis.name} {_at(axis, alarms[0][0])}."
+        )
     else:
         words.append(f"The device has not changed over {len(axis.values)} records, as far as they show.")
     if cause is not None:
@@ -322,4 +324,3 @@ def _words(
 
 def _at(axis: Axis, number: int) -> str:
     return f"{axis.values[number - 1]:g}"
-
