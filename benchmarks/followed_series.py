@@ -117,17 +117,19 @@ def summary(rows: Sequence[dict[str, object]]) -> str:
     steady = [row for row in rows if row["label"] == "steady"]
     drifting = [row for row in rows if row["label"] != "steady"]
     found = [row for row in drifting if row["verdict"] == "changed"]
-    first = [row for row in drifting if row["named"] == [row["label"]]]
+    first = [row for row in drifting if row["named"][:1] == [row["label"]]]  # type: ignore[index]
+    alone = [row for row in drifting if row["named"] == [row["label"]]]
     within = [row for row in drifting if row["label"] in [*row["named"], *row["alike"]]]  # type: ignore[misc]
     lines = [
         f"false alarms  {share([r for r in steady if r['verdict'] != 'steady'], steady)}",
         f"found         {share(found, drifting)}",
         f"named first   {share(first, drifting)}",
+        f"nothing else  {share(alone, drifting)}",
         f"in the set    {share(within, drifting)}",
     ]
     for label in DRIFTS:
         mine = [row for row in drifting if row["label"] == label]
-        lines.append(f"{label:16s} {sum(row['named'] == [label] for row in mine)} of {len(mine)} named first")
+        lines.append(f"{label:16s} {sum(row in first for row in mine)} of {len(mine)} named first")
     return "\n".join(lines) + "\n"
 
 

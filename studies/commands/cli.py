@@ -126,7 +126,16 @@ COMMANDS: dict[str, Entry] = {
             "notchbend export --preset du2018 --preload 20 --to mujoco --out du2018.xml",
             "notchbend export bench.csv --to mujoco --out joint.xml",
             "notchbend export results/fit --to c --out firmware",
+            "notchbend export bench.csv --to c --out firmware",
             "notchbend export results/fit --to fmu --out unit",
+        ),
+    ),
+    "calibrate": Entry(
+        "Find the shortest motion that fixes the compensator of a rig.",
+        "calibrate.command:calibrate",
+        (
+            "notchbend calibrate --rig mine.toml --out motion.csv",
+            "notchbend calibrate --preset du2018 --amplitude 2.2 --minutes 3 --out motion.csv",
         ),
     ),
     "study": Entry(

@@ -128,33 +128,36 @@ def _of_trace(trace: Trace, fit: Fit, new: Sequence[Record]) -> NamedCause:
     if not trace.names:
         nearest = f": nearest is {' + '.join(trace.candidates[0].names)}" if trace.candidates else ""
         return NamedCause((), (), "trace", trace.verdict, f"no effect of the catalogue explains it{nearest}")
-    fitted, others = _likeliest(trace, fit, new)
-    names = tuple(fitted.names)
+    fitted, names, others = _likeliest(trace, fit, new)
     before, after = trace.baseline.heldout_rmse_deg, trace.augmented.heldout_rmse_deg
     words = f"{' + '.join(names)}: the error of the last records falls from {before:.2g} to {after:.2g} deg with it"
     if others:
         words += f"; {', '.join(others)} cannot be distinguished from it by the trace"
-    parameters = dict(fitted_parameters(fitted)[-1])
+    parameters = dict(fitted_parameters(fitted)[-1]) if len(names) == 1 else {}
     return NamedCause(names, others, "trace", trace.verdict, words, parameters)
 
 
-def _likeliest(trace: Trace, fit: Fit, new: Sequence[Record]) -> tuple[Fitted, tuple[str, ...]]:
-    """Give the model that is named, and the names of those that are not distinguished from it.
+def _likeliest(trace: Trace, fit: Fit, new: Sequence[Record]) -> tuple[Fitted, tuple[str, ...], tuple[str, ...]]:
+    """Give the model that is named, its effects with the likeliest first, and those that are not distinguished.
 
     Among effects that have a number of the law (:data:`STANDS_FOR`) the one comes first whose number leaves the least
-    error; numbers that leave the same stay in the order of the trace. Else the fewest parameters come first.
+    error of the last records; numbers that leave the same stay in the order of the trace. Of single effects without
+    such a number the one with the fewest parameters comes first.
     """
-    alike = tuple(dict.fromkeys(name for group in trace.confusable for name in group))
-    named = trace.augmented
-    if len(trace.names) != 1 or not alike:
-        return named, alike
-    every = (trace.names[-1], *alike)
+    named, first = trace.augmented, tuple(trace.names)
+    alike = tuple(name for name in dict.fromkeys(n for group in trace.confusable for n in group) if name not in first)
     rivals = {one.names[-1]: one.fitted for one in reversed(trace.candidates) if one.names[-1] in alike}
-    rivals = {name: rivals.get(name, named) for name in every if name in rivals or name == every[0]}
-    told = [name for name in rivals if name in STANDS_FOR]
+    every = [*first, *rivals] if len(first) == 1 else [*first]
+    told = [name for name in every if name in STANDS_FOR]
     if told:
         left = {name: left_by(fit, new, STANDS_FOR[name]) for name in told}
         chosen = next(name for name in told if left[name] <= _SAME * min(left.values()))
+    elif len(first) == 1 and rivals:
+        models = {first[0]: named} | rivals
+        chosen = min(models, key=lambda name: len(models[name].model.added[-1].form.parameters))
     else:
-        chosen = min(rivals, key=lambda name: len(rivals[name].model.added[-1].form.parameters))
-    return rivals[chosen], tuple(name for name in every if name != chosen)
+        return named, first, alike
+    if len(first) > 1:  # effects that are named together
+        return named, (chosen, *(name for name in first if name != chosen)), alike
+    others = tuple(name for name in (first[0], *alike) if name != chosen)
+    return rivals.get(chosen, named), (chosen,), others
