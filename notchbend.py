@@ -23,7 +23,18 @@ from hysteresis import Fit, Record, read_record
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.record import RecordError
 from studies.engines import MissingError
-from studies.notebook.calls import compensate, export, identify, plot, separate, simulate, study, trace, write_record
+from studies.notebook.calls import (
+    compensate,
+    export,
+    follow,
+    identify,
+    plot,
+    separate,
+    simulate,
+    study,
+    trace,
+    write_record,
+)
 from studies.sweep.errors import StudyError
 
 __version__ = version("notchbend")
@@ -43,6 +54,7 @@ __all__ = [
     "compensate",
     "ensemble",
     "export",
+    "follow",
     "identify",
     "plot",
     "preset",

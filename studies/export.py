@@ -15,7 +15,8 @@ from fem_models.export import guide_table, mujoco_model
 from fem_models.export.loop import guide_loop
 from fem_models.rig import Rig
 from fem_models.rig.of_record import bends_in_space, declared_rig_of
-from hysteresis.files import RecordError, write_files
+from hysteresis.files import RecordError, place, write_files
+from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.messages import quoted
 from hysteresis.own import marked_values
 from hysteresis.records.record import Record
@@ -25,6 +26,7 @@ from studies.drawings import DrawingChoice, drawing_files
 from studies.drawings.written import Drawing, require_ending
 from studies.progress import status
 from studies.results.fit import WHAT
+from studies.results.made import made_now
 
 Simulator = Literal["mujoco"]
 Target = Literal["mujoco", "c", "fmu", "table", "dxf", "step", "stl", "svg", "pdf"]
@@ -70,7 +72,8 @@ def export_rig(
         Path | None,
         typer.Argument(
             metavar="[FIT|RECORD]",
-            help="For c, fmu and table: an identify.json of notchbend, or its folder. For mujoco: a record, CSV.",
+            help="For c, fmu and table: an identify.json of notchbend or its folder, or a record, CSV, which is "
+            "identified first. For mujoco: a record, CSV.",
         ),
     ] = None,
     to: Annotated[
@@ -157,9 +160,11 @@ def _export_fit(
     from studies.firmware import compensator_files, read_compensator, table_files, unit_files
     from studies.firmware.unit import COMPILERS, compiler_here
 
-    compensator = read_compensator(fit, name)
     if out.exists() and not out.is_dir():
         raise RecordError(f"{out}: is a file: expected a folder")
+    if fit.suffix.lower() == ".csv":
+        fit = _identified(fit, out, replacing, common)
+    compensator = read_compensator(fit, name)
     with status(common.shows_progress, f"exporting {compensator.layer.source}"):
         made: dict[Path, str | bytes] = {}
         match to:
@@ -175,6 +180,21 @@ def _export_fit(
         found = f"no C compiler found ({', '.join(COMPILERS)})"
         typer.echo(f"notchbend: {found}: the units hold their source, without a binary", err=True)
     common.show({"files": [str(path) for path in made]}, *(f"{path.suffix[1:]}: {path}" for path in made))
+
+
+def _identified(path: Path, out: Path, replacing: Overwrite, common: Common) -> Path:
+    """Identify a record, with f fitted to it and the law that folds choose, and give its identify.json in a folder."""
+    from studies.commands.identification import files_of_fit, identify_records, write_fit
+
+    files = files_of_fit(out, "identify", 1)
+    if place(path) in {place(one) for one in files}:
+        raise RecordError(f"{path}: --out {out} would replace it: expected another folder")
+    replacing.allow(files)
+    record = read_record(path)
+    settings = IdentifySettings(law="auto", seed=common.seed)
+    fit = identify_records([record], settings=settings, use_rig=False, progress=common.shows_progress)
+    write_fit(fit, [record], out, "identify", made=made_now(common.command))
+    return files[0]
 
 
 def _export_record(path: Path, out: Path, moment_arm_mm: float | None, replacing: Overwrite, common: Common) -> None:

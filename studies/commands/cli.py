@@ -92,6 +92,14 @@ COMMANDS: dict[str, Entry] = {
             "notchbend trace today.csv --reference january.csv --out results/change",
         ),
     ),
+    "follow": Entry(
+        "Follow one device over days or uses: what changed, why.",
+        "follow.command:follow",
+        (
+            "notchbend follow day-*.csv --out results/follow",
+            "notchbend follow day-*.csv --times days.csv --limit width=1.5 --out results/follow",
+        ),
+    ),
     "effects": Entry(
         "List the effects that trace knows.",
         "commands.records:effects",
@@ -127,9 +135,18 @@ COMMANDS: dict[str, Entry] = {
             "notchbend export --preset du2018 --preload 20 --to mujoco --out du2018.xml",
             "notchbend export bench.csv --to mujoco --out joint.xml",
             "notchbend export results/fit --to c --out firmware",
+            "notchbend export bench.csv --to c --out firmware",
             "notchbend export results/fit --to fmu --out unit",
             "notchbend export --rig mine.toml --to dxf --kerf 0.02 --out mine.dxf",
             "notchbend export --rig mine.toml --to step --out mine.step",
+        ),
+    ),
+    "calibrate": Entry(
+        "Find the shortest motion that fixes the compensator of a rig.",
+        "calibrate.command:calibrate",
+        (
+            "notchbend calibrate --rig mine.toml --out motion.csv",
+            "notchbend calibrate --preset du2018 --amplitude 2.2 --minutes 3 --out motion.csv",
         ),
     ),
     "study": Entry(

@@ -9,7 +9,7 @@ Imports inside a function are needed by it alone, so that ``import notchbend`` i
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from studies.export import Simulator
+    from studies.follow import FollowReport
     from studies.notebook.figures import View
     from studies.results.separation import Separation
     from validation.tracing.outcome import Trace
@@ -167,6 +168,62 @@ def trace(
     if any(one in old for one in new):
         raise RecordError("reference: a record is its own reference: expected different records")
     return trace_records(new, reference=old, threads=threads)
+
+
+@checked
+def follow(
+    records: Sequence[RecordLike],
+    *,
+    at: ArrayLike | None = None,
+    axis: str = "record",
+    reference: int | None = None,
+    limits: Mapping[str, float] | None = None,
+    trace: bool = True,
+) -> FollowReport:
+    """Follow one device over days or uses; the same as ``notchbend follow``.
+
+    Parameters
+    ----------
+    records
+        Six or more, the oldest first: each a record, the path of its CSV, or a DataFrame.
+    at, axis
+        Where they stand, shape (n,), increasing, and what that is: ``"day"``, ``"uses"``. By default their numbers.
+    reference
+        How many of the first are the device as it should be; by default a third.
+    limits
+        Values of followed numbers, by name, of which it is asked when they are passed.
+    trace
+        Whether the cause of a change is traced, which takes a minute.
+
+    Returns
+    -------
+    FollowReport
+        ``verdict``, ``changes``, ``cause``, ``limits``, and every number with its intervals and control chart.
+
+    Raises
+    ------
+    ValueError
+        Places of another shape, or that do not increase.
+    RecordError
+        Records that cannot be compared, or an unknown name of a limit.
+
+    Examples
+    --------
+    >>> found = nb.follow(sorted(Path("days").glob("*.csv")), limits={"width": 1.5})
+    >>> found.verdict, found.cause
+    """
+    from studies.follow.result import Axis
+    from studies.follow.times import in_order
+    from studies.follow.work import FollowSettings, follow_loaded
+
+    given = as_records(records)
+    places = in_order(len(given))
+    if at is not None:
+        values = np.asarray(at, dtype=float)
+        if values.shape != (len(given),) or not np.isfinite(values).all() or (np.diff(values) <= 0).any():
+            raise ValueError(f"at = {quoted(at, 40)}: expected {len(given)} numbers that increase")
+        places = Axis(axis, tuple(values.tolist()))
+    return follow_loaded(given, places, FollowSettings(reference=reference, limits=limits or {}, trace=trace))
 
 
 @checked
