@@ -7,7 +7,6 @@ States follow from the forces between the steps: a primal-dual active set (Hinte
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from fem_models.chain.compiled import chain_njit
@@ -19,9 +18,6 @@ from hysteresis.arrays import Floats
 
 LARGEST_ROTATION = 0.02  # rad of a joint in a step of Newton's method, lest tendons fall slack meanwhile
 
-DIVERGES, DIVERGED_AFTER = 100.0, 12
-"""Residual over that of the first guess and the rig's forces, and the iterations behind which an attempt is given up
-with it: what converges does so within about a dozen, and the shorter step that follows costs a few."""
 FULL_STEPS = 15  # later ones are halved where fibres transform: they may alternate between branches
 
 
@@ -109,19 +105,15 @@ def newton(x: Floats, rig: Parameters, memory: Memory, work: Work, before: Float
     step keeps the balance of energies. In the first iteration the guides keep the states they come with, which x may
     not agree with yet.
     """
-    b, most_left, diverged = work.residual, 1e9 * rig.scale, math.inf
+    b = work.residual
     for iteration in range(attempt.iterations):
         balance = balance_at(x, rig, memory, attempt.load, work, attempt.pace, iteration > 0)
-        if iteration == 0:
-            diverged = DIVERGES * (balance.largest + rig.scale)
         if iteration > 0 and not attempt.fine and base_slides(before, work.state):
             return -1
         if balance.largest <= rig.tolerance:
             return iteration if are_numbers(b) else -1
-        if not balance.largest < most_left:
+        if not balance.largest < 1e9 * rig.scale:
             return -1
-        if iteration == DIVERGED_AFTER:
-            most_left = min(most_left, diverged)
         if balance.outside:
             eliminate_outside(x, work, balance)
         else:
