@@ -10,10 +10,11 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import fdtri
 
 from hysteresis.arrays import Floats
 from hysteresis.records.leaps import Leap, find_leap
@@ -28,6 +29,7 @@ _BIN = 0.002  # of a cycle's drive range: closer samples of one branch are avera
 
 _AMID = 0.03  # of a cycle: a leap that is nearer to its ends may be what the rig itself changes between cycles
 _DRIFT_CYCLES = 4  # cycles from which a drift of their means can be told from their scatter
+_SAME_STATE = 0.999  # of cycles from one state whose first stroke is taken for one
 
 
 # --- errors ------------------------------------------------------------------------------------------------------
@@ -271,7 +273,8 @@ def noise_floor(record: Record) -> float:
     With two or more cycles that repeat (same turning points, within 5 % of the cycle's drive range; also trials that
     only load): the pooled deviation from the mean of the cycles at the same branch and drive, with the (K - 1)
     correction. Linear interpolation averages noise; its factor is divided out. Changes from cycle to cycle, such as
-    creep, count as noise.
+    creep, count as noise. A first stroke from another state than that of later cycles does not: a record that starts at
+    rest, or amid a play, is compared behind it.
 
     With a single cycle: 1.4826 times the median absolute second difference along the path of the drive, corrected by
     1/sqrt(6) (in its general form for uneven spacing). The curvature of the angle within two samples counts as noise.
@@ -283,7 +286,7 @@ def noise_floor(record: Record) -> float:
     record
         Drive and angle of one test.
     """
-    repeats = _repeats(record)
+    repeats = _from_one_state(record, _repeats(record))
     if len(repeats) > 1:
         return _spread(record, repeats)
     return _local_noise(record.drive, record.angle_deg)
@@ -296,14 +299,14 @@ def repeatability_deg(record: Record) -> float | None:
     correction. From four cycles on, a drift of the mean angle in proportion to the number of the cycle is taken out.
     Between its samples a cycle is interpolated linearly; by how much that averages deviations, their correlation from
     sample to sample tells. Unlike :func:`noise_floor` it counts what changes slowly along a cycle in full, and noise
-    that is white as noise.
+    that is white as noise. A first stroke from another state is left out, as there.
 
     Returns
     -------
     float or None
         None where no two cycles repeat each other.
     """
-    cycles = _repeats(record)
+    cycles = _from_one_state(record, _repeats(record))
     parts = _deviations(record, cycles)
     if not parts:
         return None
@@ -425,6 +428,40 @@ def _repeats(record: Record) -> list[list[slice]]:
     same = gap <= np.minimum(tolerance[one, None], tolerance[None])
     largest = same[np.argmax(same.sum(axis=1))]
     return [cycle for cycle, repeats in zip(cycles, largest, strict=True) if repeats]
+
+
+def _from_one_state(record: Record, cycles: list[list[slice]]) -> list[list[slice]]:
+    """Leave out a first stroke that starts from another state than the same branch of later cycles.
+
+    The state at the first sample of a record is that of rest, or unknown. By how much the first cycle differs from the
+    mean of the others is compared between its first stroke and its other strokes: what changes from cycle to cycle
+    changes both, and noise differs by an F test. Of two cycles the branch is left out, of more the first cycle.
+    """
+    if len(cycles) < 2 or len(cycles[0]) < 2 or cycles[0][0].start > 0:
+        return cycles
+    first, *others = (_contrast(record, repeats) for repeats in zip(*cycles, strict=True))
+    samples, squares, variances = (sum(parts) for parts in zip(*others, strict=True))
+    if not first.samples or not samples:
+        return cycles
+    most = float(fdtri(first.samples, samples, _SAME_STATE)) * squares / variances
+    if first.squares / first.variances <= most:
+        return cycles
+    return cycles[1:] if len(cycles) > 2 else [cycle[1:] for cycle in cycles]
+
+
+class _Contrast(NamedTuple):
+    """Squared differences of the first cycle from the mean of the others on one branch, and those of noise of 1."""
+
+    samples: int
+    squares: float
+    variances: float
+
+
+def _contrast(record: Record, repeats: Sequence[slice]) -> _Contrast:
+    grid, angles, factors = _at_equal_drive(record, repeats)
+    difference = angles[0] - angles[1:].mean(axis=0)
+    variance = factors[0] + factors[1:].mean(axis=0) / (len(repeats) - 1)
+    return _Contrast(grid.size, float(difference @ difference), float(variance.sum()))
 
 
 def _spread(record: Record, cycles: list[list[slice]]) -> float:

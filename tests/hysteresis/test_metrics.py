@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 
 from hysteresis.records.leaps import find_leap, leap_gains
 from hysteresis.records.metrics import (
+    _from_one_state,
+    _repeats,
     closed_work_mJ,
     dissipated_area,
     errors,
@@ -285,6 +287,41 @@ def test_decaying_cycles_do_not_repeat() -> None:
     drive = np.concatenate([np.linspace(p, q, 200, endpoint=False) for p, q in pairwise(turns)])
     angle = 20 * play(drive, 0.3) + np.random.default_rng(9).normal(0, 0.05, drive.size)
     assert noise_floor(Record(drive, angle)) == pytest.approx(0.05, rel=0.1)
+
+
+def numbered_from_rest(quarter: int, cycles: int) -> tuple[np.ndarray, np.ndarray]:
+    """0 to +2 to -2 to 0, and the numbers of the cycles from 1 on: the first one starts at rest."""
+    k = np.arange(4 * quarter * cycles + 1)
+    return 2.0 * (1 - np.abs((k / quarter + 1) % 4 - 2)), np.maximum(k - 1, 0) // (4 * quarter) + 1
+
+
+@pytest.mark.parametrize("cycles", [2, 3, 6])
+@pytest.mark.parametrize("noise_deg", [0.0, 0.05])
+def test_a_first_stroke_from_rest_is_no_noise(cycles: int, noise_deg: float) -> None:
+    """A play starts in the middle: the first stroke is 20 deg/mm x 0.15 mm / 2 from that of later cycles."""
+    drive, cycle = numbered_from_rest(50, cycles)
+    wheel = np.zeros_like(drive)
+    for i in range(1, len(drive)):
+        wheel[i] = min(max(wheel[i - 1], drive[i] - 0.075), drive[i] + 0.075)
+    angle = 20 * wheel + np.random.default_rng(11).normal(0, noise_deg, drive.size)
+    record = Record(drive, angle, cycle=cycle)
+    assert noise_floor(record) == pytest.approx(noise_deg, rel=0.1, abs=1e-9)
+    assert repeatability_deg(record) == pytest.approx(noise_deg, rel=0.1, abs=1e-9)
+
+
+def test_a_first_stroke_like_the_others_is_compared() -> None:
+    """Of cycles from one state, about one in a thousand is left out; those of a drift differ in every stroke."""
+    rng = np.random.default_rng(12)
+    drive, cycle = numbered_from_rest(20, 2)
+    whole = Record(drive, 20 * drive, cycle=cycle)
+    every = _repeats(whole)
+    left_out = 0
+    for _ in range(500):
+        record = replace(whole, angle_deg=20 * drive + rng.normal(0, 0.05, drive.size))
+        left_out += _from_one_state(record, every) != every
+    assert left_out <= 4
+    drifting = replace(whole, angle_deg=20 * drive + 0.5 * cycle + rng.normal(0, 0.05, drive.size))
+    assert _from_one_state(drifting, every) == every
 
 
 # --- real records ----------------------------------------------------------------------------------------------

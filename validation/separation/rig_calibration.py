@@ -17,6 +17,7 @@ from scipy.stats import chi2
 from scipy.stats import t as student
 
 from fem_models.chain import simulate_chain
+from fem_models.chain.solve import chain_angle_deg
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError
 from fem_models.rig.checks import SolverError
@@ -156,7 +157,7 @@ class _Loop:
     read: Mask
 
     def residual(self, values: Floats) -> Floats:
-        angle = simulate_chain(with_parameters(self.rig, values), self.program).angle_deg[self.skip :]
+        angle = chain_angle_deg(with_parameters(self.rig, values), self.program)[self.skip :]
         difference = (angle - self.angle_deg)[self.read]
         return np.asarray(difference - difference.mean())  # the zero of the angle is free
 

@@ -24,8 +24,9 @@ from validation.tracing.baseline.runs import Run
 from validation.tracing.effect import Values
 from validation.tracing.settings import APPROACH_SAMPLES
 
-STROKES = (1 / 32, 1 / 8, 1 / 2)
-"""Lengths of the stroke before the first sample, over the drive's range."""
+STROKE = 1 / 2
+"""Length of the stroke before the first sample, over the drive's range; shorter ones change nothing
+(docs/validation/robustness.md)."""
 FAR_OFF = 5.0
 """Rms residual in the first stroke over that behind it from which the state at its begin is in doubt, and by how much
 another state lowers it at least. An effect that is missing is missing in all strokes."""
@@ -73,7 +74,7 @@ def _best_way(problem: RigProblem, values: Values, run: Run, angle_deg: Floats, 
     if first < FAR_OFF * rest:
         return run
     span, begin = float(np.ptp(drive)), float(drive[run.skip])
-    for away in (sign * part * span for part in STROKES for sign in (1.0, -1.0)):
+    for away in (STROKE * span, -STROKE * span):
         if not drive.min() <= begin + away <= drive.max():
             continue
         other = coming_from(run, away)
