@@ -184,6 +184,7 @@ def _coordinates(study: Study, plan: Plan) -> tuple[list[str], dict[str, Any]]:
 def _attributes(study: Study) -> dict[str, int | str | list[str]]:
     """Give everything that the numbers depend on; no times of day, so that a repeated study is identical."""
     program = replace(study.tables.program, drive_mm=None, time_s=None)  # those of a file are in its copy
+    bounds = {one.quantity: {"min": one.low, "max": one.high} for one in study.require}
     return {
         "maker": MAKER,
         "schema": 1,
@@ -197,6 +198,7 @@ def _attributes(study: Study) -> dict[str, int | str | list[str]]:
         "versions": json.dumps(versions(study.engine)),
         "code_sha256": code_version(study.engine),
         "inputs_sha256": json.dumps({path.name: digest for path, digest in study.inputs.items()}),
+        **({"require": json.dumps(bounds)} if bounds else {}),
     }
 
 

@@ -31,7 +31,20 @@ METHODS = ("sobol", "latin-hypercube")
 MAX_CASES = 1_000_000
 MAX_AXES = 64
 MOST_RIGS = 1_000  # rigs of a study that are made before the first case, to find one that can be
-_TOP = ("schema", "title", "engine", "seed", "rig", "program", "vary", "sample", "quantities", "sensitivity", "pareto")
+_TOP = (
+    "schema",
+    "title",
+    "engine",
+    "seed",
+    "rig",
+    "program",
+    "vary",
+    "sample",
+    "quantities",
+    "sensitivity",
+    "pareto",
+    "require",
+)
 
 
 @dataclass(frozen=True)
@@ -82,7 +95,7 @@ class Study:
     """A study as its file describes it.
 
     Every case starts from ``tables``. ``inputs`` are the files that were read, with their sha256; the study file is the
-    first.
+    first. ``require`` are bounds that the report judges the cases by, in place of the limits of Nitinol.
     """
 
     path: Path
@@ -97,6 +110,7 @@ class Study:
     sensitivity: Sensitivity | None
     pareto: Pareto | None
     inputs: Mapping[Path, str]
+    require: tuple[Limit, ...] = ()
 
 
 def ready_studies() -> dict[str, Path]:
@@ -186,6 +200,7 @@ def _study(path: Path, text: str, top: FileTable, given_seed: int | None) -> Stu
         path=path, text=text, title=top.text("title", path.stem), engine=engine, seed=seed(top),
         tables=tables, axes=axes, groups=groups, sample=sample,
         sensitivity=_sensitivity(top, known, seed), pareto=_pareto(top, known, names, seed), inputs=inputs,
+        require=_limits(top.table("require"), known),
     )  # fmt: skip
     _require_few(study)
     _require_programs(study)
@@ -407,20 +422,27 @@ def _pareto(top: FileTable, known: Sequence[str], axes: Sequence[str], seed: See
     for name in goals.data:
         if name not in known:
             raise goals.complain(name, "a quantity of this study, one of " + listed(known))
+    return Pareto(
+        objectives=tuple((name, cast("Goal", goals.text(name, None, ("min", "max")))) for name in goals.data),
+        limits=_limits(table.table("limits"), known),
+        variables=table.texts("variables", axes, axes),
+        population=table.whole("population", 40, 4, 10_000),
+        generations=table.whole("generations", 25, 1, 100_000),
+        seed=seed(table),
+    )
+
+
+def _limits(table: FileTable, known: Sequence[str]) -> tuple[Limit, ...]:
+    """Read bounds of quantities, each with min, max or both."""
     limits = []
-    for name in table.table("limits").data:
-        limit = table.table("limits").table(name, "min", "max")
+    for name in table.data:
+        if not isinstance(table.data[name], Mapping):
+            raise table.complain(name, "{ min = } or { max = }")
+        limit = table.table(name, "min", "max")
         if name not in known or not limit.data:
             raise StudyError(
                 f"{limit.name} = {quoted(dict(limit.data))}: expected min or max of one of {listed(known)}"
             )
         low, high = (limit.number(key) if key in limit.data else None for key in ("min", "max"))
         limits.append(Limit(name, low, high))
-    return Pareto(
-        objectives=tuple((name, cast("Goal", goals.text(name, None, ("min", "max")))) for name in goals.data),
-        limits=tuple(limits),
-        variables=table.texts("variables", axes, axes),
-        population=table.whole("population", 40, 4, 10_000),
-        generations=table.whole("generations", 25, 1, 100_000),
-        seed=seed(table),
-    )
+    return tuple(limits)

@@ -1,7 +1,11 @@
-"""Which cases of a study keep the limits of Nitinol and of the tendons, and which of them has the narrowest loop."""
+"""Which cases of a study keep their limits, and which of them has the narrowest loop.
+
+The limits are those of the study's ``[require]``; without one they are those of Nitinol and of the tendons.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -15,12 +19,14 @@ from studies.units import label_of, unit_of, words_of
 if TYPE_CHECKING:
     import xarray as xr
 
-LIMITS: Mapping[str, tuple[str, float, str]] = {
-    "fatigue_margin": ("at least", 1.0, "fatigue at 10^7 cycles, 0.4 % alternating strain"),
-    "superelastic_margin": ("at least", 1.0, "6 %, the strain to which superelasticity is tested"),
-    "slack_reached": ("at most", 0.0, "no tendon falls slack"),
+REQUIRE = "require"
+"""Attribute of a study's dataset: its bounds, JSON, by quantity with ``min`` and ``max``."""
+LIMITS: Mapping[str, tuple[float | None, float | None, str]] = {
+    "fatigue_margin": (1.0, None, "fatigue at 10^7 cycles, 0.4 % alternating strain"),
+    "superelastic_margin": (1.0, None, "6 %, the strain to which superelasticity is tested"),
+    "slack_reached": (None, 0.0, "no tendon falls slack"),
 }
-"""Quantities of a study that a design has to keep, with their bounds and what they say."""
+"""Quantities of a study that a design has to keep without other words: least, most, and what they say."""
 _MOST_LARGE = 300  # cases up to which their marks do not hide each other
 ANGLE, WIDTH = "full_scale_angle_deg", "loop_width_max_deg"
 
@@ -68,18 +74,29 @@ class Feasible:
 
 def feasibility(data: xr.Dataset) -> Feasible | None:
     """Judge the cases of a study; None if it has none of the quantities that are limited."""
-    known = [name for name in LIMITS if name in data]
-    if not known:
+    limits = _limits(data)
+    if not limits:
         return None
     done = data["status"].values == "ok"
     kept, counts = done.copy(), []
-    for name in known:
-        side, bound, words = LIMITS[name]
+    for name, (low, high, words) in limits.items():
         values = data[name].values.astype(float)
-        good = done & (values >= bound if side == "at least" else values <= bound)
+        good = done & (values >= (-np.inf if low is None else low)) & (values <= (np.inf if high is None else high))
         counts.append(LimitCount(name, words, int(good.sum())))
         kept &= good
     return Feasible(int(done.sum()), int(kept.sum()), tuple(counts), _best(data, done, kept), kept)
+
+
+def _limits(data: xr.Dataset) -> dict[str, tuple[float | None, float | None, str]]:
+    """Give the limits of the quantities that a study has."""
+    given = json.loads(str(data.attrs.get(REQUIRE, "{}")))
+    asked = {name: (row["min"], row["max"], _words(name, row["min"], row["max"])) for name, row in given.items()}
+    return {name: row for name, row in (asked or LIMITS).items() if name in data}
+
+
+def _words(name: str, low: float | None, high: float | None) -> str:
+    bounds = [f"{side} {bound:g}" for side, bound in (("at least", low), ("at most", high)) if bound is not None]
+    return f"{words_of(name)} {' and '.join(bounds)} {unit_of(name)}".rstrip()
 
 
 def _best(data: xr.Dataset, done: Mask, kept: Mask) -> Best | None:
