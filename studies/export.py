@@ -13,7 +13,8 @@ import typer
 
 from fem_models.export import guide_table, mujoco_model
 from fem_models.export.loop import guide_loop
-from fem_models.rig import Rig
+from fem_models.rig import Rig, RigError
+from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.of_record import bends_in_space, declared_rig_of
 from hysteresis.files import RecordError, place, write_files
 from hysteresis.fitting.settings import IdentifySettings
@@ -260,6 +261,8 @@ def write_model(rig: Rig, out: Path, *, to: Simulator, amplitude_mm: float) -> t
     if not isinstance(to, str) or to != "mujoco":
         raise ValueError(f"to = {quoted(to)}: expected 'mujoco'")
     _require_xml(out)
+    if isinstance(rig.joint, MeasuredJoint) and rig.joint.has_law:
+        raise RigError(f"rig {rig.name}: law_share: no spring of MuJoCo: expected joints without a law of their own")
     loop = guide_loop(rig, amplitude_mm)
     table = out.with_name(f"{out.stem}-guides.csv")
     write_files({table: guide_table(loop), out: mujoco_model(rig, loop)})

@@ -418,6 +418,10 @@ def simulate_analytic(rig: Rig, program: LoadProgram) -> Record:
             f"rig {rig.name}: [{beyond[0]}]: not part of the analytic model: expected a rig without it, or the "
             "engine chain or multibody"
         )
+    if isinstance(rig.joint, MeasuredJoint) and rig.joint.has_law:
+        raise RigError(
+            f"rig {rig.name}: law_share: not part of the analytic model: expected the engine chain or multibody"
+        )
     if rig.joint.alike:
         curve = theory_curve(rig, program.drive_mm)
         joints = equal_joints(rig, np.radians(curve.angle_deg))

@@ -53,7 +53,7 @@ def each_joint(rig: Rig, joints: JointRow) -> Floats:
             row[SEGMENT + side] = tendon.EA_N / segment
         row[REST], row[REST + 1] = _rest_path(joint)
         row[BENDING] = joint.flexure.bending_Nmm_per_rad
-        row[ELASTIC] = 0.0 if rig.superelastic else joint.elastic_Nmm_per_rad
+        row[ELASTIC] = joint.spring_Nmm_per_rad
         row[HALF_GAP], row[AXIAL] = 0.5 * joint.rigid_gap_mm, joint.axial_compliance
         row[CONTACT_ANGLE], row[CONTACT_STIFFNESS] = joint.contact_angle_rad, contact_spring(rig, joint)
         row[LOOP] = joint.flexure.bending_Nmm_per_rad / joints.first.flexure.bending_Nmm_per_rad

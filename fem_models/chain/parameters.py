@@ -177,7 +177,7 @@ def chain_parameters(rig: Rig, joints: JointRow, settings: ChainSettings, *, loa
         rest=joint.rest_angle_rad,
         scale=float(scale),
         bending=float(flexure.bending_Nmm_per_rad),
-        elastic=0.0 if rig.superelastic else spring,
+        elastic=joint.spring_Nmm_per_rad,
         hardening=joint.hardening,
         hardened=spring,
         half_gap=0.5 * joint.rigid_gap_mm,

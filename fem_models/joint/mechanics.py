@@ -119,6 +119,11 @@ class JointMechanics:
         return 1 / self.flexure.axial_N_per_mm if self.flexure.axial_N_per_mm else 0.0
 
     @property
+    def spring_Nmm_per_rad(self) -> float:
+        """Bending stiffness of the spring: that of the elastic part, 0 where flags or a section take its place."""
+        return 0.0 if self.fibres.stiffness.size or self.section is not None else self.elastic_Nmm_per_rad
+
+    @property
     def elastic_Nmm_per_rad(self) -> float:
         """Bending stiffness of the elastic part, without the loop of the material, with the ring in series."""
         return self.with_ring(self.jenkins.elastic_Nmm_per_rad)

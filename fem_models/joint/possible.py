@@ -162,7 +162,7 @@ def joints_stiffness(rig: Rig, joints: JointRow) -> Floats:
 
 
 def _stiffness(rig: Rig, joint: JointMechanics) -> float:
-    if rig.superelastic is not None:
+    if not joint.spring_Nmm_per_rad:
         return joint.flexure.bending_Nmm_per_rad  # before the plateau
     return joint.elastic_Nmm_per_rad + float(joint.jenkins.stiffness.sum())
 

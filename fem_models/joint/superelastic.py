@@ -53,6 +53,9 @@ def flag_fibres(rig: Rig) -> FlagFibres:
         A plateau as steep as the elastic law; a law that needs a section: other in compression, or self-heating.
     """
     law = rig.superelastic
+    if isinstance(rig.joint, MeasuredJoint) and rig.joint.has_law:
+        require(law is None, "superelastic", "given", "absent with a law of the joint, law_share of [bench]")
+        return law_elements(rig.joint)
     if law is None or not isinstance(rig.joint, MeasuredJoint):
         none = np.empty(0)
         return FlagFibres(none, none, none, none, none)
@@ -64,6 +67,14 @@ def flag_fibres(rig: Rig) -> FlagFibres:
     elastic = bending / (1 - rig.joint.roots_share)
     fibres = _fibres(law, young_GPa, *_assumed_section(rig, elastic / (young_GPa * 1e3)))
     return _with_roots(fibres, bending, elastic)
+
+
+def law_elements(joint: MeasuredJoint) -> FlagFibres:
+    """Flag elements of the moment-angle law of a measured joint."""
+    stiffness = joint.flexure_stiffness_Nmm_per_rad * np.array(joint.law_share)
+    upper = stiffness * np.radians(joint.law_onset_deg)
+    span = np.radians(joint.law_span_deg)
+    return FlagFibres(stiffness, upper, upper * np.array(joint.law_return), span, np.zeros_like(stiffness))
 
 
 def require_plateau(law: Superelastic, material: Material) -> None:

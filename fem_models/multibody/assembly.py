@@ -284,7 +284,7 @@ def _add_backbone(mbs: Any, rig: Rig, joints: JointRow, ground: int, inertia: Ri
     near, beams, shortening, moved, pressed = [rings[0].node], [], [], 0.0, 0.0
     for i, joint in enumerate(joints.each, start=1):
         flexure, ring = joint.flexure, joint.ring
-        bending = 0.0 if rig.superelastic else joint.elastic_Nmm_per_rad  # flags take the place of the spring
+        bending = joint.spring_Nmm_per_rad  # flags take the place of the spring
         axial, shear = flexure.axial_N_per_mm or ring.axial_N_per_mm, flexure.shear_N_per_mm or ring.shear_N_per_mm
         shorter = thrust / axial
         if joint.section is not None:  # the beam leaves bending and thrust to it

@@ -483,7 +483,7 @@ class Stepper:
 
     def _is_drawn(self) -> bool:
         """Whether one tendon bends metal with plateaus: friction holds it in many places, and one step goes too far."""
-        return self.rig.superelastic is not None and self.rig.tendon_b is None and not self.load_control
+        return not self.joints.first.spring_Nmm_per_rad and self.rig.tendon_b is None and not self.load_control
 
     def _drawn(self, state: FrictionState) -> FrictionState | None:
         """Find the equilibrium at rest while the wheel draws a single tendon from no tension to its preload."""

@@ -264,6 +264,11 @@ def even_places(joints: int, pitch_mm: float) -> Places:
     return Places(tuple((k + 0.5) * pitch_mm for k in range(joints)), tuple((k + 1) * pitch_mm for k in range(joints)))
 
 
+LAW: tuple[str, ...] = ("law_share", "law_onset_deg", "law_return", "law_span_deg")
+"""Fields of the moment-angle law of a measured joint: one number an element."""
+MOST_ELEMENTS = 64
+
+
 @dataclass(frozen=True)
 class MeasuredJoint:
     """Joints whose stiffness was measured, in place of tube, notch and elastic constants; ``[bench]`` of a rig file.
@@ -287,6 +292,12 @@ class MeasuredJoint:
         1 + (slope u + limit u^2) / (1 + u^2), u being the angle from rest over ``hardening_angle_deg``: it begins to
         grow by the slope, and far beyond that angle it is larger by the limit. Negative numbers soften. It stays
         above 0 where limit - sqrt(slope^2 + limit^2) > -2.
+    law_share, law_onset_deg, law_return, law_span_deg
+        A moment-angle law in place of a linear flexure: flag elements in parallel, one number each
+        (:class:`fem_models.joint.superelastic.FlagFibres`). An element has a share of the stiffness. Its moment is
+        constant from the angle of its onset on, over its span; beyond the span the element is as stiff as before it.
+        On the way back the moment is ``law_return`` times as large: 1 is elastic, less is a superelastic loop.
+        ``notchbend import`` fits them to the curve of a bench or of finite elements.
     """
 
     joints: int
@@ -297,9 +308,16 @@ class MeasuredJoint:
     hardening_slope: float = 0.0
     hardening_limit: float = 0.0
     hardening_angle_deg: float = 5.0
+    law_share: tuple[float, ...] = ()
+    law_onset_deg: tuple[float, ...] = ()
+    law_return: tuple[float, ...] = ()
+    law_span_deg: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        require_numbers("rig", self)
+        for name in LAW:
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        require_numbers("rig", self, lists=LAW)
+        self._require_law()
         require(
             isinstance(self.joints, int) and 1 <= self.joints <= MOST_JOINTS,
             "rig.joints",
@@ -324,6 +342,32 @@ class MeasuredJoint:
         positive = limit - math.hypot(slope, limit) > -2
         require(positive, "rig.hardening_slope", slope, f"a stiffness above 0 with hardening_limit = {limit:g}")
         require(0 <= self.roots_share < 1, "rig.roots_share", self.roots_share, "from 0 to below 1")
+
+    @property
+    def has_law(self) -> bool:
+        """Whether a moment-angle law takes the place of the linear flexure."""
+        return bool(self.law_share)
+
+    def _require_law(self) -> None:
+        """Check the elements of the law."""
+        count = len(self.law_share)
+        for name in LAW:
+            values = getattr(self, name)
+            require(
+                len(values) == count, f"rig.{name}", f"{len(values)} numbers", f"{count}, one an element of the law"
+            )
+        if not count:
+            return
+        require(count <= MOST_ELEMENTS, "rig.law_share", f"{count} numbers", f"at most {MOST_ELEMENTS}")
+        require(all(one > 0 for one in self.law_share), "rig.law_share", min(self.law_share), "above 0")
+        total = sum(self.law_share)
+        require(abs(total - 1) < 1e-6, "rig.law_share", f"{total:.9g} in sum", "1 in sum")
+        require(all(one > 0 for one in self.law_onset_deg), "rig.law_onset_deg", min(self.law_onset_deg), "above 0")
+        require(all(one > 0 for one in self.law_span_deg), "rig.law_span_deg", min(self.law_span_deg), "above 0")
+        for one in self.law_return:
+            require(0 < one <= 1, "rig.law_return", one, "above 0, at most 1")
+        for name in ("hardening_slope", "hardening_limit", "roots_share"):
+            require(getattr(self, name) == 0, f"rig.{name}", getattr(self, name), "0 with a law of its own, law_share")
 
     @property
     def alike(self) -> bool:

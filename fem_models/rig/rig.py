@@ -287,7 +287,7 @@ class Rig:
 
 
 def _plain(part: DataclassInstance) -> dict[str, float | str | list[float]]:
-    values = {name: value for name, value in asdict(part).items() if value is not None}
+    values = {name: value for name, value in asdict(part).items() if value is not None and value != ()}
     return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 

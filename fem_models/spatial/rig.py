@@ -228,6 +228,8 @@ def _joints(
 
 def _kind(rig: Rig, stiffness: NotchStiffness | None) -> tuple[JointMechanics, NotchStiffness, tuple[float, float]]:
     mechanics = joint_mechanics(rig)
+    law = isinstance(rig.joint, MeasuredJoint) and rig.joint.has_law
+    require(not law, "rig.law_share", "given", "none in space: joints are linear but for their loop")
     linear = mechanics.hardening.is_linear
     require(linear, "rig.hardening_slope", "given", "none in space: joints are linear but for their loop")
     if stiffness is not None:  # what the ring gives is in it

@@ -14,6 +14,7 @@ from fem_models.rig.in_space import RigInSpace
 from hysteresis.files import RecordError, write_files
 from hysteresis.messages import one_line
 from studies.commands.options import Common, Overwrite, RigChoice
+from studies.drawings.curves import rig_of_curve
 from studies.drawings.imported import Reading, read_rows, rig_file, rig_of_drawing, rig_of_table
 from studies.progress import status
 
@@ -78,7 +79,12 @@ def _read(source: Path, base: Rig | RigInSpace, reading: ReadingChoice) -> tuple
     if kind == ".csv" and "depth_mm" in read_rows(source)[0]:
         made = rig_of_table(source, base)
         return made, _lines(made)
-    raise RigError(f"{source}: expected a drawing, .dxf, or a table, .csv, of notches (depth_mm, width_mm, ...)")
+    if kind in (".csv", ".vtu"):
+        joints, law = rig_of_curve(source, base)
+        kept = f"law of {len(law.elements.stiffness)} elements, {100 * law.rms:.2g} % rms off the curve, "
+        kept += f"{100 * law.most:.2g} % at most, of the largest moment"
+        return joints, [kept, f"stiffness at rest: {law.elements.stiffness.sum():.4g} N mm/rad"]
+    raise RigError(f"{source}: expected a drawing, .dxf, a table of notches, .csv, or a curve of a joint, .csv or .vtu")
 
 
 def _lines(made: Rig | RigInSpace) -> list[str]:

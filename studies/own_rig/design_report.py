@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from fem_models.chain import simulate_chain
+from fem_models.joint.law_of_curve import without_law
 from fem_models.load import LoadProgram
 from fem_models.rig import Rig, RigError, read_rig
 from fem_models.rig.checks import SolverError
+from fem_models.rig.joints import MeasuredJoint
 from fem_models.rig.of_record import rig_of
 from fem_models.rig.presets import PRESETS
 from fem_models.rig.rig import EFFECT_TABLES, numeric_fields
@@ -243,8 +245,10 @@ def _depends_on_rate(rig: Rig) -> bool:
 
 
 def without_effects(rig: Rig) -> Rig:
-    """Return the rig without the tables that the analytic model does not have."""
+    """Return the rig without the tables and the law of its joints that the analytic model does not have."""
     none: dict[str, Any] = dict.fromkeys(EFFECT_TABLES)
+    if isinstance(rig.joint, MeasuredJoint):
+        none["joint"] = without_law(rig.joint)
     return replace(rig, **none)
 
 
