@@ -24,6 +24,7 @@ from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.records.record import RecordError
 from studies.engines import MissingError
 from studies.notebook.calls import (
+    calibrate,
     compensate,
     export,
     follow,
@@ -51,6 +52,7 @@ __all__ = [
     "SolverError",
     "StudyError",
     "__version__",
+    "calibrate",
     "compensate",
     "ensemble",
     "export",

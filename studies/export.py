@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 import typer
 
@@ -30,7 +30,8 @@ from studies.results.fit import WHAT
 from studies.results.made import made_now
 
 Simulator = Literal["mujoco"]
-Target = Literal["mujoco", "c", "fmu", "table", "dxf", "step", "stl", "svg", "pdf"]
+Target = Literal["mujoco", "c", "fmu", "table"]
+TARGETS: tuple[Target, ...] = get_args(Target)
 AMPLITUDE_MM = 2.2
 NAME = "compensator"
 
@@ -78,7 +79,7 @@ def export_rig(
         ),
     ] = None,
     to: Annotated[
-        Target,
+        Literal["mujoco", "c", "fmu", "table", "dxf", "step", "stl", "svg", "pdf"],
         typer.Option(
             "--to",
             help="mujoco: a rig as a model; c, fmu, table: a fit as a compensator; dxf: the flat pattern of a rig's "
@@ -158,29 +159,50 @@ def _refuse(given: Mapping[str, object], expected: str) -> None:
 def _export_fit(
     fit: Path, out: Path, to: Literal["c", "fmu", "table"], name: str, replacing: Overwrite, common: Common
 ) -> None:
-    from studies.firmware import compensator_files, read_compensator, table_files, unit_files
-    from studies.firmware.unit import COMPILERS, compiler_here
-
     if out.exists() and not out.is_dir():
         raise RecordError(f"{out}: is a file: expected a folder")
     if fit.suffix.lower() == ".csv":
         fit = _identified(fit, out, replacing, common)
-    compensator = read_compensator(fit, name)
-    with status(common.shows_progress, f"exporting {compensator.layer.source}"):
-        made: dict[Path, str | bytes] = {}
-        match to:
-            case "c":
-                made |= compensator_files(compensator, out, seed=common.seed)
-            case "fmu":
-                made |= unit_files(compensator, out, seed=common.seed)
-            case "table":
-                made |= table_files(compensator, out)
+    with status(common.shows_progress, f"exporting {fit}"):
+        made = files_of_compensator(fit, out, to=to, name=name, seed=common.seed)
     replacing.allow(made)
     write_files(made)
-    if to == "fmu" and compiler_here() is None:
-        found = f"no C compiler found ({', '.join(COMPILERS)})"
-        typer.echo(f"notchbend: {found}: the units hold their source, without a binary", err=True)
+    if (words := lacking_compiler(to)) is not None:
+        typer.echo(f"notchbend: {words}", err=True)
     common.show({"files": [str(path) for path in made]}, *(f"{path.suffix[1:]}: {path}" for path in made))
+
+
+def files_of_compensator(
+    fit: Path, out: Path, *, to: Literal["c", "fmu", "table"], name: str = NAME, seed: int = 0
+) -> dict[Path, str | bytes]:
+    """Make the files of a compensator, by their paths in a folder, from an identify.json or its folder.
+
+    Raises
+    ------
+    RecordError
+        A name of another form, a file that is none of a fit, or a fit that has no compensator; one line.
+    """
+    from studies.firmware import compensator_files, read_compensator, table_files, unit_files
+
+    compensator = read_compensator(fit, name)
+    made: dict[Path, str | bytes] = {}
+    match to:
+        case "c":
+            made |= compensator_files(compensator, out, seed=seed)
+        case "fmu":
+            made |= unit_files(compensator, out, seed=seed)
+        case "table":
+            made |= table_files(compensator, out)
+    return made
+
+
+def lacking_compiler(to: str) -> str | None:
+    """Say that a unit of co-simulation has no binary, for want of a compiler; None where there is one, or no unit."""
+    from studies.firmware.unit import COMPILERS, compiler_here
+
+    if to != "fmu" or compiler_here() is not None:
+        return None
+    return f"no C compiler found ({', '.join(COMPILERS)}): the units hold their source, without a binary"
 
 
 def _identified(path: Path, out: Path, replacing: Overwrite, common: Common) -> Path:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -28,12 +28,16 @@ from hysteresis.display import on_screen
 from hysteresis.fitting.samples import Samples, join
 from hysteresis.fitting.settings import IdentifySettings
 from hysteresis.fitting.uncertainty import coordinates, linearise
+from hysteresis.laws.bouc_wen import BoucWen
 from hysteresis.plain import optional
 from studies.results.made import Made
 
 STRAIN_PERCENT = 100 * SUPERELASTIC.strain
 TENSION_FACTOR = 3.0
 """Largest tension over the preload, if none is given."""
+ASSUMED_WIDTH = 0.05
+"""Width of the loop over the range of the angle of a rig that declares no friction."""
+_SEARCH = IdentifySettings(population=40, generations=20)
 _STEP_MM = 0.05
 _TRIES = 12
 _SIZES = (1.0, 0.75, 0.55, 0.4, 0.28, 0.18)
@@ -115,7 +119,7 @@ class Calibration:
 
     ``error_deg`` is the error of the angle that noise causes, root mean square over paths of all sizes; ``wanted_deg``
     what was asked for, which ``grade`` says whether it is met within the time. ``limited`` says that the limits are why
-    the amplitude is below the one that was asked for.
+    the amplitude is below the one that was asked for, ``assumed_loop`` that the rig declares no friction.
     """
 
     schema: int
@@ -129,6 +133,7 @@ class Calibration:
     duration_s: float
     samples: int
     loop_width_deg: float
+    assumed_loop: bool
     error_deg: float
     wanted_deg: float
     grade: Grade
@@ -147,13 +152,14 @@ class Calibration:
     def lines(self) -> list[str]:
         """Say it in lines."""
         why = ", as far as strain and tension allow" if self.limited else ""
+        of = "as assumed, since the rig declares none" if self.assumed_loop else "by the model"
         strain = "not known of measured joints" if self.strain_percent is None else f"{self.strain_percent:.2g} %"
         met = "" if self.grade == "full" else f": {self.wanted_deg:.2g} deg was wanted, more than this time allows"
         lines = [
             f"{self.duration_s / 60:.2g} min of motion to +-{self.amplitude_mm:.3g} mm{why}; strokes of "
             f"{', '.join(f'{100 * size:.0f}' for size in self.sizes)} %",
             f"strain {strain}, tension up to {self.tension_N:.3g} N by the model",
-            f"error of the angle by noise {self.error_deg:.2g} deg, of a loop {self.loop_width_deg:.2g} deg wide{met}",
+            f"error of the angle by noise {self.error_deg:.2g} deg, of a loop {self.loop_width_deg:.2g} deg wide {of}{met}",
         ]
         lines += [
             f"  {one.name} = {one.value:.4g} +- {one.standard_deviation:.2g}{'' if one.unit == '1' else ' ' + one.unit}"
@@ -189,7 +195,11 @@ def calibration(rig: Rig, demands: Demands, program: str = "") -> Calibration:
     amplitude, strain, tension = _allowed(rig, demands)
     rich = _moved(amplitude, _SIZES, demands)
     record = solve_chain(rig, LoadProgram(rich)).record
-    fit = identify(record, settings=IdentifySettings(population=40, generations=20))
+    fit = identify(record, settings=_SEARCH)
+    assumed = not fit.point.sign
+    if assumed:
+        record = _with_loop(record)
+        fit = identify(record, settings=_SEARCH)
     width = record.loop_width_deg
     wanted = width / 50 if demands.error_deg is None else demands.error_deg
     paths = _columns(fit, _paths(amplitude, demands))
@@ -223,6 +233,7 @@ def calibration(rig: Rig, demands: Demands, program: str = "") -> Calibration:
         duration_s=drive.size / demands.rate_Hz,
         samples=drive.size,
         loop_width_deg=width,
+        assumed_loop=assumed,
         error_deg=error,
         wanted_deg=wanted,
         grade="full" if error <= wanted else "partial",
@@ -231,6 +242,13 @@ def calibration(rig: Rig, demands: Demands, program: str = "") -> Calibration:
         drive_mm=tuple(np.round(drive, 6).tolist()),
         time_s=tuple((np.arange(drive.size) / demands.rate_Hz).tolist()),
     )
+
+
+def _with_loop(record: Record) -> Record:
+    """Give a record a loop of :data:`ASSUMED_WIDTH`, half of the motion lost after a reversal."""
+    saturation = 0.5 * ASSUMED_WIDTH * float(np.ptp(record.angle_deg))
+    law = BoucWen(A=-0.5, beta=0.25 / saturation, gamma=0.25 / saturation, n=1.0, h0_deg=0.0)
+    return replace(record, angle_deg=record.angle_deg + law.along(record.angle_deg))
 
 
 def _allowed(rig: Rig, demands: Demands) -> tuple[float, float | None, float]:

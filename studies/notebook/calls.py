@@ -22,6 +22,7 @@ from fem_models.rig import Rig
 from hysteresis import Fit, Record
 from hysteresis.arguments import checked
 from hysteresis.extras import require_extra
+from hysteresis.files import write_files
 from hysteresis.fitting.settings import DEFAULTS, IdentifySettings
 from hysteresis.messages import quoted
 from hysteresis.records import record_file
@@ -35,7 +36,8 @@ from studies.notebook.script import require_guarded_script
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from studies.export import Simulator
+    from studies.calibrate import Calibration
+    from studies.export import Target
     from studies.follow import FollowReport
     from studies.notebook.figures import View
     from studies.results.separation import Separation
@@ -381,38 +383,124 @@ def study(
 
 
 @checked
-def export(rig: RigLike, out: Path | str, *, to: Simulator = "mujoco", amplitude_mm: float = 2.2) -> tuple[Path, Path]:
-    """Write a rig as a model of another simulator; the same as ``notchbend export``.
+def export(
+    what: RigLike | RecordLike | Fit,
+    out: Path | str,
+    *,
+    to: Target = "mujoco",
+    amplitude_mm: float = 2.2,
+    name: str = "compensator",
+    seed: int = 0,
+) -> tuple[Path, ...]:
+    """Write a rig as a model of another simulator, or a fit as a compensator; the same as ``notchbend export``.
+
+    Parameters
+    ----------
+    what
+        With ``to="mujoco"`` a rig, the path of its file, or the name of a preset. Else a fit, or a record (or the path
+        of its CSV, or a DataFrame), which is identified with a fitted curve and the law that folds choose.
+    out
+        The model file, ``.xml``; the table of the tension at every guide is written next to it. For a compensator a
+        folder, in which ``identify.json`` is written, too. What is there is replaced.
+    to
+        ``"mujoco"``, or ``"c"``, ``"fmu"``, ``"table"`` for a compensator.
+    amplitude_mm
+        Of a rig: largest drive that the model is meant for, mm.
+    name
+        Of a compensator: name of its files and functions.
+    seed
+        Of a compensator: of the search, and of the references in its test file.
+
+    Returns
+    -------
+    The files: of a rig the model and the table, ``<stem>-guides.csv``.
+
+    Raises
+    ------
+    ValueError
+        An unknown target, or a rig for a compensator.
+    RecordError, RigError, SolverError
+        A file that cannot be written, a fit that has no compensator, or a drive that the rig cannot follow.
+
+    Examples
+    --------
+    >>> model, guides = nb.export("du2018", "du2018.xml", amplitude_mm=2.2)
+    >>> files = nb.export(nb.identify("bench.csv"), "firmware", to="c")
+    """
+    from studies.export import TARGETS, files_of_compensator, lacking_compiler, write_model
+
+    if to not in TARGETS:
+        raise ValueError(f"to = {quoted(to)}: expected one of {', '.join(TARGETS)}")
+    if to == "mujoco":
+        if isinstance(what, Fit | Record):
+            raise ValueError(f"to = 'mujoco': of a {type(what).__name__}: expected a rig, or another target")
+        return write_model(as_rig(what), Path(out), to=to, amplitude_mm=amplitude_mm)  # type: ignore[arg-type]
+    from studies.commands.identification import files_of_fit, write_fit
+
+    if isinstance(what, Rig) or is_rig_name(what):
+        raise ValueError(f"to = {quoted(to)}: of a rig: expected a fit or a record")
+    folder = Path(out)
+    settings = replace(OF_THE_COMMAND, seed=seed)
+    fit = what if isinstance(what, Fit) else identify(as_record(what), settings=settings, use_rig=False)  # type: ignore[arg-type]
+    write_fit(fit, fit.observed, folder, "identify")
+    made = files_of_compensator(folder / "identify.json", folder, to=to, name=name, seed=seed)
+    write_files(made)
+    if (words := lacking_compiler(to)) is not None:
+        warnings.warn(words, stacklevel=2)
+    return (*made, *files_of_fit(folder, "identify", len(fit.observed)))
+
+
+@checked
+def calibrate(
+    rig: RigLike,
+    *,
+    amplitude_mm: float,
+    noise_deg: float = 0.05,
+    error_deg: float | None = None,
+    speed_mm_per_s: float = 0.5,
+    minutes: float = 5.0,
+) -> Calibration:
+    """Find the shortest motion that fixes the compensator of a rig; the same as ``notchbend calibrate``.
 
     Parameters
     ----------
     rig
         A rig, the path of its file, or the name of a preset.
-    out
-        The model file, ``.xml``. The table of the tension at every guide is written next to it.
     amplitude_mm
-        Largest drive that the model is meant for, mm.
-    to
-        The simulator, ``"mujoco"``.
+        Drive up to which the compensator will work, mm; limits of strain and tension may lower it.
+    noise_deg
+        Standard deviation of the sensor of the angle.
+    error_deg
+        Error of the angle that the noise may cause; by default a fiftieth of the loop's width.
+    speed_mm_per_s, minutes
+        Of the motion, and how long it may be.
 
     Returns
     -------
-    The model file and the table, ``<stem>-guides.csv``.
+    Calibration
+        ``load_program`` is the motion, ``parameters`` the expected precision of the law, ``error_deg`` that of the
+        angle.
 
     Raises
     ------
-    ValueError
-        An unknown simulator.
-    RecordError, RigError, SolverError
-        A file that cannot be written, or a drive that the rig cannot follow.
+    RigError, SolverError
+        A number out of range, a rig that exceeds the limits at every drive, or a time that is too short.
 
     Examples
     --------
-    >>> model, guides = nb.export("du2018", "du2018.xml", amplitude_mm=2.2)
+    >>> motion = nb.calibrate("du2018", amplitude_mm=2.2)
+    >>> motion.duration_s, motion.load_program
     """
-    from studies.export import write_model
+    from studies.calibrate import Demands, calibration
 
-    return write_model(as_rig(rig), Path(out), to=to, amplitude_mm=amplitude_mm)
+    demands = Demands(
+        amplitude_mm=amplitude_mm,
+        error_deg=error_deg,
+        noise_deg=noise_deg,
+        speed_mm_per_s=speed_mm_per_s,
+        minutes=minutes,
+    )
+    return calibration(as_rig(rig), demands)
 
 
 @checked

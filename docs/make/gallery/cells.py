@@ -15,7 +15,7 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
+import matplotlib.figure
 from PIL import Image
 
 _DPI, _COLOURS = 90, 64  # of a picture: few colours keep it small
