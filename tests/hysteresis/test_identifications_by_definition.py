@@ -26,9 +26,9 @@ def test_a_slope_of_a_play_and_slightly_more_is_no_overshoot():
             SimpleNamespace(elements=number), SimpleNamespace(models=lambda form: [SimpleNamespace(A=A)] * number)
         )
     )
-    assert warned(-1.1) == []
-    assert [words.startswith("A = -1.2 is below -1") for words in warned(-1.2)] == [True]
-    assert [words.split(" is ")[0] for words in warned(-1.2, 2)] == ["A = -1.2 of element 1", "A = -1.2 of element 2"]
+    assert warned(-1.5) == []
+    assert [words.startswith("A = -1.6 is below -1.5") for words in warned(-1.6)] == [True]
+    assert [words.split(" is ")[0] for words in warned(-1.6, 2)] == ["A = -1.6 of element 1", "A = -1.6 of element 2"]
 
 
 @pytest.mark.parametrize(("amplitudes", "factor"), [((0.5,), 1.0), ((0.5, 3.0), 3.0), ((3.0, 0.5), 3.0), ((1.5,), 1.5)])

@@ -359,8 +359,8 @@ def test_errors_that_raise_a_warning():
     assert list(judgement._search_warnings(SimpleNamespace(sign=0), 4, 1)) == []
 
 
-@pytest.mark.parametrize(("A", "warned"), [(-1.11, True), (-1.09, False), (2.0, False)])
-def test_an_overshoot_is_a_slope_beyond_that_of_a_play(A, warned):
+@pytest.mark.parametrize(("A", "warned"), [(-1.51, True), (-1.49, False), (2.0, False)])
+def test_an_overshoot_is_a_slope_far_beyond_that_of_a_play(A, warned):
     point = SimpleNamespace(models=lambda form: [BoucWen(A, 0.5, 0.5, 1.0)])
     assert bool(list(judgement._overshoot_warnings(SimpleNamespace(elements=1), point))) is warned
 

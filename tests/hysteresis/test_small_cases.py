@@ -61,9 +61,9 @@ def test_the_interval_of_a_negative_constant_is_that_of_its_size_mirrored() -> N
 
 
 def test_the_element_that_overshoots_is_named() -> None:
-    point = SimpleNamespace(models=lambda form: [SimpleNamespace(A=-0.5), SimpleNamespace(A=-1.5)])
+    point = SimpleNamespace(models=lambda form: [SimpleNamespace(A=-0.5), SimpleNamespace(A=-1.6)])
     (words,) = _overshoot_warnings(SimpleNamespace(elements=2), point)
-    assert words.startswith("A = -1.5 of element 2 is below -1")
+    assert words.startswith("A = -1.6 of element 2 is below -1.5")
 
 
 def test_a_record_shows_its_cycles_where_it_has_numbers_of_them() -> None:
