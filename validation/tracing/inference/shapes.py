@@ -121,3 +121,14 @@ def _change(fitted: Fitted, added: AddedEffect, values: Values, errors: _Errors)
         return None
     change = (fitted.holdout.stacked(there) - fitted.rows.errors)[fitted.rows.train]
     return change if np.isfinite(change).all() and np.abs(change).max() >= NO_CHANGE_DEG else None
+
+
+def with_fits(shapes: Sequence[Shape], base: Fitted, fits: Sequence[Fitted]) -> list[Shape]:
+    """Add what models with one more effect change where they were fitted: what starts far off do not show."""
+    train = base.rows.train
+    found = list[Shape]()
+    for one in fits:
+        name = next(name for name in one.names if name not in base.names)
+        found.append(Shape(name, (one.rows.errors - base.rows.errors)[train][:, None], one_sided=True))
+    every = dict.fromkeys(one.effect for one in (*shapes, *found))
+    return [one for name in every for one in (*shapes, *found) if one.effect == name]
