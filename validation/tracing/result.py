@@ -59,7 +59,7 @@ class EffectReport:
 
     ``delta_bic`` is how much lower the criterion is than before the effect was added; ``confusable_with`` has the
     effects that explain the records as well in its place. ``p`` is its own test against the other fits with one
-    effect (:mod:`validation.tracing.inference.rivals`); None where it was not compared.
+    effect (:mod:`validation.tracing.inference.front_runners`); None where it was not compared.
     """
 
     name: str
@@ -71,8 +71,8 @@ class EffectReport:
 
 
 @dataclass(frozen=True)
-class RivalReport:
-    """A fit with one effect: how often a record of it would be as far behind the best fit, and what it explains."""
+class FrontRunnerReport:
+    """A model with effects: how often a record of it would be as far behind the best model, and what it explains."""
 
     name: str
     p: float
@@ -88,7 +88,7 @@ class DecisionReport:
 
     verdict: str
     not_distinguished: tuple[str, ...]
-    rivals: tuple[RivalReport, ...]
+    front_runners: tuple[FrontRunnerReport, ...]
 
 
 @dataclass(frozen=True)
@@ -311,14 +311,15 @@ def trace_report(
 
 
 def _with_test(report: TraceReport, decision: Decision) -> TraceReport:
-    rivals = tuple(RivalReport(one.name, one.p, one.explained) for one in decision.rivals)
+    front_runners = tuple(FrontRunnerReport(" + ".join(one.names), one.p, one.explained) for one in decision.compared)
+    not_distinguished = tuple(" + ".join(names) for names in decision.not_distinguished)
     return replace(
         report,
         alpha=decision.alpha,
         p_none=decision.p_none,
         discrepancy_deg=decision.discrepancy_deg,
         simulations=decision.simulations,
-        by_test=DecisionReport(decision.verdict, decision.not_distinguished, rivals),
+        by_test=DecisionReport(decision.verdict, not_distinguished, front_runners),
     )
 
 
