@@ -3,7 +3,7 @@
     python -m validation.practice.gate --seed 7 --count 8 --out gate.jsonl
 
 Each case is drawn and traced once; both verdicts are of that one search. A line is appended to the file for every
-case, and cases that have a line are not traced again. A seed is used once: look at no case of it before the last change.
+case, and cases that have a line are not traced again. A seed is used once, after the last change.
 """
 
 from __future__ import annotations

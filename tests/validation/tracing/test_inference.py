@@ -15,9 +15,9 @@ from validation.tracing.inference import decide
 from validation.tracing.inference.autoregression import coloured, gaps, log_determinant, whitened
 from validation.tracing.inference.chance import chance_of, drawn, scales_of_rigs
 from validation.tracing.inference.discrepancy import Linearised, orthonormal
+from validation.tracing.inference.front_runners import front_runners_of
 from validation.tracing.inference.priors import DiscrepancyPrior, discrepancy_priors
 from validation.tracing.inference.relevance import Grid, relevant_grid
-from validation.tracing.inference.front_runners import front_runners_of
 from validation.tracing.inference.score import (
     RHO_POWER,
     Covariance,

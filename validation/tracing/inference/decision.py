@@ -36,7 +36,7 @@ EARLY_SIMULATIONS = 199
 
 @dataclass(frozen=True)
 class Compared:
-    """A model with effects: their names, its own p, how far its score is behind, and the share of the error it takes."""
+    """A model with effects: its own p, how far its score is behind, and the share of the error that it takes."""
 
     names: tuple[str, ...]
     p: float
@@ -223,7 +223,7 @@ def _plausible(fits: Iterable[Fitted]) -> list[Fitted]:
 
 
 def _left_of(asked: _Asked, stage: _Stage, best: FrontRunner | None) -> float:
-    """What a model of a stage leaves above the noise of the sensor, deg; that beside which it tests without ``best``."""
+    """Measure what the best model of a stage leaves above the sensor's noise, deg, or that beside which it tests."""
     linear, sensor = stage.grid.linear, asked.trace.floor.sensor_deg
     if best is None:
         return leftover_deg(linear, stage.chance.covariance, stage.chance.noise_deg, sensor)

@@ -20,10 +20,12 @@ from validation.tracing.fitting.model import Model
 from validation.tracing.search.restarts import other_loops, other_tendons
 from validation.tracing.search.starts import FormStarts, best_starts
 
-BUDGETS = (4, 8, 16, 30)
-"""Least-squares steps of each round."""
-OPTIMA_AFTER = 8
-"""Budget after which the other optima of the baseline join."""
+BUDGETS = {4: 36.0, 8: 9.0, 16: 4.0, 30: 4.0}
+"""Least-squares steps of each round, and the mean square over the least one above which a runner falls out."""
+OPTIMA_AFTER, OPTIMA_NEAR = 8, 4.0
+"""Budget after which the other optima of the baseline join, for effects within this mean square over the least one."""
+GAINS = 0.995
+"""Part of its mean square that a runner must leave at most to go on: others have arrived, or are stuck."""
 LOOPS = (0.5, 2.0)
 """Factors on the loop of the material, which has several optima."""
 
@@ -50,16 +52,20 @@ def raced(base: Fitted, effects: Sequence[Effect], known: Sequence[Fitted], thre
     declared = _declared(base, threads)
     field = [runner for effect in effects for runner in _starts(base, declared, effect, threads)]
     done = [_Runner(*({*one.names} - {*base.names}), one.model, one.x, one.train_square, one) for one in known]
-    for budget in BUDGETS:
-        field = [there for one in field if (there := _run(base, one, budget, threads)) is not None]
+    for budget, far in BUDGETS.items():
+        ran = [(one, there) for one in field if (there := _run(base, one, budget, threads)) is not None]
+        done += [there for _, there in ran]
+        least = min((one.square for one in done), default=0.0)
+        field = [there for before, there in ran if before.fitted is None or there.square < GAINS * before.square]
         if budget == OPTIMA_AFTER:
-            field += [other for one in _best([*field, *done]).values() for other in _optima(one)]
+            field += [
+                other for one in _best(done).values() if one.square <= OPTIMA_NEAR * least for other in _optima(one)
+            ]
         field.sort(key=lambda one: one.square)
-        kept = field[: (len(field) + 1) // 2]
-        leading = _best(field).values() if budget <= OPTIMA_AFTER else ()
-        done += [one for one in field if one.fitted is not None]
-        field = [*kept, *(one for one in leading if one not in kept)]
-    best = _best([*done, *field])
+        leading = {*field[: (len(field) + 1) // 2]} | ({*_best(field).values()} if budget <= OPTIMA_AFTER else set())
+        places = {(one.effect, f"{one.square:.2e}", one.fitted is None and id(one)): one for one in leading}
+        field = [one for one in places.values() if one.square <= far * least]
+    best = _best(done)
     return [one.fitted for one in sorted(best.values(), key=lambda one: one.square) if one.fitted is not None]
 
 
@@ -82,7 +88,7 @@ def _declared(base: Fitted, threads: int) -> Fitted | None:
 
 
 def _starts(base: Fitted, declared: Fitted | None, effect: Effect, threads: int) -> list[_Runner]:
-    """Starts of an effect by their linearised gains, of those beside the declared parameters the best one."""
+    """Give starts of an effect by their linearised gains, of those beside the declared parameters the best one."""
     problem = base.model.problem
     forms = [one for one in problem.forms(effect) if not (isinstance(one, RigForm) and one.refines)]
     starts = [FormStarts(form, problem.starts(form)) for form in forms]
@@ -104,7 +110,7 @@ def _run(base: Fitted, runner: _Runner, budget: int, threads: int) -> _Runner | 
 
 
 def _optima(runner: _Runner) -> list[_Runner]:
-    """Starts from the other optima of the baseline."""
+    """Give starts from the other optima of the baseline."""
     if runner.fitted is None:
         return []
     xs = [*other_loops(runner.fitted, LOOPS), *other_tendons(runner.fitted)]
