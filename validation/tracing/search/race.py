@@ -51,7 +51,7 @@ def raced(base: Fitted, effects: Sequence[Effect], known: Sequence[Fitted], thre
     """
     declared = _declared(base, threads)
     field = [runner for effect in effects for runner in _starts(base, declared, effect, threads)]
-    done = [_Runner(*({*one.names} - {*base.names}), one.model, one.x, one.train_square, one) for one in known]
+    done = [_Runner(min({*one.names} - {*base.names}), one.model, one.x, one.train_square, one) for one in known]
     for budget, far in BUDGETS.items():
         ran = [(one, there) for one in field if (there := _run(base, one, budget, threads)) is not None]
         done += [there for _, there in ran]
