@@ -61,6 +61,8 @@ class Trace:
         Number of the last records that are a reference: the others are compared with them.
     channel_fits
         Channels beside the angle that were fitted by themselves.
+    notes
+        Those of the words that say something of the records and their sensors, whatever the verdict.
     """
 
     model: BaselineName
@@ -75,6 +77,7 @@ class Trace:
     alike: float
     reference: int = 0
     channel_fits: tuple[ChannelFit, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def records(self) -> tuple[Record, ...]:

@@ -148,7 +148,7 @@ def trace_records(
         trace = _traced_change(numbered, old, tried, report)
         trace = doubted_with_leap(trace, lost=bool(lost))
         notes = (*lost, *lost_before, *map(_out_of_plane, filter(None, map(coupling, numbered))))
-        return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
+        return _with_notes(trace, notes)
     problem = known_rig_problem(numbered) or motor_drive_problem(numbered)
     notes = problem.channel_words if problem else _rigs_not_used(numbered)
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
@@ -163,7 +163,13 @@ def trace_records(
         trace = with_remaining_error(left_near_noise(trace))
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
     notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
-    return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
+    return _with_notes(trace, notes)
+
+
+def _with_notes(trace: Trace, notes: Sequence[str]) -> Trace:
+    """Add what is to be said of the records and their sensors, whatever the verdict."""
+    notes = (*notes, *sensor_words(trace.records, trace.floor.deg))
+    return replace(trace, words=(*trace.words, *notes), notes=notes)
 
 
 def _trace_in_space(
@@ -189,8 +195,7 @@ def _trace_in_space(
     trace = replace(trace, reference=len(reference) * len(problem.angles))
     trace = with_remaining_error(_confirmed(trace))
     trace = doubted_with_leap(doubted_without_noise(_left_by_reference(trace)))
-    notes = (*shared, *_turn_words(trace), *problem.channel_words, *sensor_words(trace.records, trace.floor.deg))
-    return replace(trace, words=(*trace.words, *notes))
+    return _with_notes(trace, (*shared, *_turn_words(trace), *problem.channel_words))
 
 
 def _left_by_reference(trace: Trace) -> Trace:

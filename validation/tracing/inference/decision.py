@@ -38,10 +38,15 @@ EARLY_SIMULATIONS = 199
 class Compared:
     """A model with effects: its own p, how far its score is behind, and the share of the error that it takes."""
 
-    names: tuple[str, ...]
+    fitted: Fitted
     p: float
     behind: float
     explained: Estimate
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects that it has."""
+        return self.fitted.names
 
 
 @dataclass(frozen=True)
@@ -249,4 +254,4 @@ def _verdict(in_set: Sequence[bool], *, claimed: bool, more: bool) -> DecisionVe
 
 def _compared(trace: Trace, one: FrontRunner) -> Compared:
     before, after = trace.baseline.heldout_errors, one.fitted.heldout_errors
-    return Compared(one.fitted.names, one.p, one.behind, share(before, after, trace.floor.deg))
+    return Compared(one.fitted, one.p, one.behind, share(before, after, trace.floor.deg))

@@ -1,0 +1,53 @@
+"""The verdict of a trace by its test."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hysteresis.sensors.readings import LEAPT
+from validation.tracing.fitting.noise import NOT_KNOWN
+from validation.tracing.inference.decision import Decision
+from validation.tracing.outcome import Candidate, Trace
+from validation.tracing.plausibility import remarks
+from validation.tracing.verdict import depends_on, doubted_with_leap, doubted_without_noise
+
+
+def decided(trace: Trace, decision: Decision | None) -> Trace:
+    """Give a trace the verdict of its test.
+
+    It stays as it is without one, and where a sensor leapt or its noise is not known: no test is of such records.
+    """
+    if decision is None or {NOT_KNOWN, LEAPT} & {*trace.words}:
+        return trace
+    samples = decision.best.samples
+    known = {id(one.fitted) for one in trace.candidates}
+    added = [
+        Candidate(one.fitted, trace.baseline.bic(samples) - one.fitted.bic(samples))
+        for one in decision.compared
+        if id(one.fitted) not in known
+    ]
+    named = decision.verdict not in ("none", "unexplained")
+    found = replace(
+        trace,
+        verdict=decision.verdict,
+        augmented=decision.best if named else trace.baseline,
+        candidates=(*trace.candidates, *added),
+        confusable=decision.confusable if named else (),
+        words=(*_reasons(trace, decision), *trace.notes),
+    )
+    return doubted_with_leap(doubted_without_noise(found))
+
+
+def _reasons(trace: Trace, decision: Decision) -> list[str]:
+    """Say what is left, what it depends on, and what a reader should look at."""
+    left = f"{decision.discrepancy_deg:.2g} deg rms is left above the noise of the sensor, more than clean rigs leave"
+    match decision.verdict:
+        case "none":
+            return []
+        case "unexplained" if decision.claimed:
+            return [f"no effect with parameters that make sense explains it; {left}", depends_on(trace.smooth)]
+        case "unexplained":
+            return [left, depends_on(trace.smooth)]
+        case "partial":
+            return [left, *remarks(decision.best)]
+    return remarks(decision.best)
