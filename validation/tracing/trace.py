@@ -55,6 +55,8 @@ from validation.tracing.fitting.fitted import rms
 from validation.tracing.fitting.holdout import divide_records
 from validation.tracing.fitting.noise import sensor_noise_deg
 from validation.tracing.fitting.smooth import smooth_functions
+from validation.tracing.inference.decided import decided
+from validation.tracing.inference.decision import decide
 from validation.tracing.outcome import Trace, turns_are_alike
 from validation.tracing.search import Search, best_of_other_loops, refit_without_heldout, select_effects
 from validation.tracing.search.search import FitCount, Progress
@@ -114,6 +116,8 @@ def trace_records(
     threads: int = 2,
     progress: Callable[[str, int, int], None] | None = None,
     effects: Sequence[Effect] | None = None,
+    alpha: float | None = None,
+    seed: int = 0,
 ) -> Trace:
     """Trace the residual of the records of one rig.
 
@@ -129,6 +133,11 @@ def trace_records(
         Called before every fit with what is fitted, and with how many fits are done and expected so far.
     effects
         Effects that are tried; by default the whole catalogue.
+    alpha
+        Probability with which the verdict may claim an effect that is not there, where the kind of baseline has a test
+        (:func:`validation.tracing.inference.decide`); None, the default, for a verdict by rules alone.
+    seed
+        Of the draws of the test.
 
     Raises
     ------
@@ -148,7 +157,7 @@ def trace_records(
         trace = _traced_change(numbered, old, tried, report)
         trace = doubted_with_leap(trace, lost=bool(lost))
         notes = (*lost, *lost_before, *map(_out_of_plane, filter(None, map(coupling, numbered))))
-        return _with_notes(trace, notes)
+        return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
     problem = known_rig_problem(numbered) or motor_drive_problem(numbered)
     notes = problem.channel_words if problem else _rigs_not_used(numbered)
     with threadpool_limits(1, user_api="blas"):  # matrices are small: its threads would wait for each other
@@ -156,20 +165,16 @@ def trace_records(
             trace = _trace_unknown_geometry(numbered, tried, threads, report)
         else:
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
-    if trace.baseline.fold_errors is None:
+    decision = None if alpha is None else decide(trace, effects=tried, alpha=alpha, seed=seed, threads=threads)
+    if decision is None and trace.baseline.fold_errors is None:
         trace = _confirmed(trace)
         if trace.verdict == "unexplained" and problem is not None:
             trace = partial_above_floor(named_in_part(trace, threads))
         trace = with_remaining_error(left_near_noise(trace))
+    trace = decided(trace, decision)
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
     notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
-    return _with_notes(trace, notes)
-
-
-def _with_notes(trace: Trace, notes: Sequence[str]) -> Trace:
-    """Add what is to be said of the records and their sensors, whatever the verdict."""
-    notes = (*notes, *sensor_words(trace.records, trace.floor.deg))
-    return replace(trace, words=(*trace.words, *notes), notes=notes)
+    return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
 
 
 def _trace_in_space(
@@ -195,7 +200,8 @@ def _trace_in_space(
     trace = replace(trace, reference=len(reference) * len(problem.angles))
     trace = with_remaining_error(_confirmed(trace))
     trace = doubted_with_leap(doubted_without_noise(_left_by_reference(trace)))
-    return _with_notes(trace, (*shared, *_turn_words(trace), *problem.channel_words))
+    notes = (*shared, *_turn_words(trace), *problem.channel_words, *sensor_words(trace.records, trace.floor.deg))
+    return replace(trace, words=(*trace.words, *notes))
 
 
 def _left_by_reference(trace: Trace) -> Trace:

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hysteresis.sensors.readings import LEAPT
-from validation.tracing.fitting.noise import NOT_KNOWN
 from validation.tracing.inference.decision import Decision
 from validation.tracing.outcome import Candidate, Trace
 from validation.tracing.plausibility import remarks
-from validation.tracing.verdict import depends_on, doubted_with_leap, doubted_without_noise
+from validation.tracing.verdict import depends_on
 
 
 def decided(trace: Trace, decision: Decision | None) -> Trace:
-    """Give a trace the verdict of its test.
-
-    It stays as it is without one, and where a sensor leapt or its noise is not known: no test is of such records.
-    """
-    if decision is None or {NOT_KNOWN, LEAPT} & {*trace.words}:
+    """Give a trace the verdict of its test; as it is without one."""
+    if decision is None:
         return trace
     samples = decision.best.samples
     known = {id(one.fitted) for one in trace.candidates}
@@ -27,15 +22,21 @@ def decided(trace: Trace, decision: Decision | None) -> Trace:
         if id(one.fitted) not in known
     ]
     named = decision.verdict not in ("none", "unexplained")
-    found = replace(
+    return replace(
         trace,
         verdict=decision.verdict,
         augmented=decision.best if named else trace.baseline,
         candidates=(*trace.candidates, *added),
         confusable=decision.confusable if named else (),
-        words=(*_reasons(trace, decision), *trace.notes),
+        words=(_chance(decision), *_reasons(trace, decision)),
+        decision=decision,
     )
-    return doubted_with_leap(doubted_without_noise(found))
+
+
+def _chance(decision: Decision) -> str:
+    """Say how sure the claim is, or how little there is to claim."""
+    part, draws = f"{100 * decision.p_none:.2g} %", f"{decision.simulations} draws, alpha {decision.alpha:g}"
+    return f"without an effect, chance looks as much like one in {part} of such records (p_none; {draws})"
 
 
 def _reasons(trace: Trace, decision: Decision) -> list[str]:

@@ -134,9 +134,17 @@ class _Asked:
 
 
 def decide(
-    trace: Trace, *, alpha: float = ALPHA, seed: int = 0, threads: int = 1, simulations: int = SIMULATIONS
+    trace: Trace,
+    *,
+    effects: Sequence[Effect] | None = None,
+    alpha: float = ALPHA,
+    seed: int = 0,
+    threads: int = 1,
+    simulations: int = SIMULATIONS,
 ) -> Decision | None:
     """Decide what the records of a trace show, from the fits of its search and those of a race.
+
+    ``effects`` are those that are tried, by default the whole catalogue.
 
     A further effect is looked for as long as more is left than clean rigs leave. None where the discrepancy of clean
     rigs has not been learnt for the kind of baseline, where records are compared with a reference, or where folds hold
@@ -145,7 +153,8 @@ def decide(
     prior, baseline = learnt_prior(trace), trace.baseline
     if prior is None or trace.reference or baseline.fold_errors is not None:
         return None
-    asked = _Asked(trace, prior, acting(catalogue(), in_space=False), alpha, seed, threads, simulations)
+    tried = acting(catalogue() if effects is None else effects, in_space=False)
+    asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations)
     with threadpool_limits(1, user_api="blas"):
         first = _stage(asked, baseline)
         last, best, left = first, baseline, _left_of(asked, first, None)
