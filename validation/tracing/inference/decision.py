@@ -15,7 +15,7 @@ from validation.tracing.fitting.fitted import Fitted
 from validation.tracing.fitting.folds import Estimate, share
 from validation.tracing.inference.chance import SIMULATIONS, Chance, chance_of
 from validation.tracing.inference.discrepancy import linearised, tangent_of
-from validation.tracing.inference.front_runners import MOST_COMPARED, FrontRunner, front_runners_of
+from validation.tracing.inference.front_runners import FrontRunner, front_runners_of
 from validation.tracing.inference.leftover import leftover_deg
 from validation.tracing.inference.priors import DiscrepancyPrior, discrepancy_priors
 from validation.tracing.inference.relevance import Grid, relevant_grid
@@ -207,8 +207,7 @@ def _stage(asked: _Asked, base: Fitted) -> _Stage:
     elif asked.simulations > EARLY_SIMULATIONS:
         chance = chance_of(grid, seed=asked.seed, simulations=asked.simulations)
     others = [one for one in _searched(asked.trace, len(base.names) + 1) if not {*base.names} < {*one.names}]
-    fits = sorted([*known, *others], key=lambda one: one.train_square)[:MOST_COMPARED]
-    found = front_runners_of(grid, fits, seed=asked.seed, simulations=asked.simulations)
+    found = front_runners_of(grid, [*known, *others], seed=asked.seed, simulations=asked.simulations)
     return _Stage(grid, chance, found)
 
 
@@ -227,8 +226,7 @@ def _searched(trace: Trace, count: int) -> list[Fitted]:
     own = sorted((c.fitted for c in trace.candidates if len(c.names) == count), key=lambda one: one.train_square)
     best = dict[frozenset[str], Fitted]()
     for one in _plausible(one for one in own if np.isfinite(one.train_square)):
-        if len(best) < MOST_COMPARED:
-            best.setdefault(frozenset(one.names), one)
+        best.setdefault(frozenset(one.names), one)
     return [*best.values()]
 
 

@@ -19,9 +19,6 @@ from validation.tracing.inference.discrepancy import tangent_of
 from validation.tracing.inference.relevance import Grid
 from validation.tracing.inference.score import Covariance, Reduced, log_likelihood, noise_deg, reduced
 
-MOST_COMPARED = 8
-"""Fits that are compared: those that leave least."""
-
 
 @dataclass(frozen=True, eq=False)
 class FrontRunner:
