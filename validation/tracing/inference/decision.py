@@ -235,8 +235,12 @@ def _plausible(fits: Iterable[Fitted]) -> list[Fitted]:
 
 
 def _left_of(asked: _Asked, stage: _Stage, best: FrontRunner | None) -> float:
-    """Measure what the best model of a stage leaves above the sensor's noise, deg, or that beside which it tests."""
-    linear, sensor = stage.grid.linear, asked.trace.floor.sensor_deg
+    """Measure what the best model of a stage leaves above the noise, deg, or that beside which it tests.
+
+    What one cycle differs from the next counts as noise where the floor is from that.
+    """
+    floor = asked.trace.floor
+    linear, sensor = stage.grid.linear, floor.deg if floor.by_repeats else floor.sensor_deg
     if best is None:
         return leftover_deg(linear, stage.chance.covariance, stage.chance.noise_deg, sensor)
     rows = best.fitted.rows

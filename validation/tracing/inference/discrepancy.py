@@ -72,6 +72,14 @@ class Linearised:
         return self.residual.size - self.tangent.shape[1]
 
     @property
+    def within_steps(self) -> bool:
+        """Whether the residual is within the digits of the angle and the steps of the drive.
+
+        These errors are no draws, but follow the drive as an effect may: such a residual shows nothing.
+        """
+        return float(np.mean(self.residual**2)) <= self.floor_deg**2
+
+    @property
     def shares(self) -> Floats:
         """Part of the discrepancy of its effect that each column of the shapes has, shape (s,)."""
         counts = self.counts

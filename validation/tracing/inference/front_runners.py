@@ -2,11 +2,13 @@
 
 If effect e made the record, the fit o of another effect would leave r_o - r_e and noise (Cox's test of separate
 families, 1962, by simulation: Williams 1970, doi 10.2307/2528927). Scores are l of the residual beyond the tangent
-of each fit, at the covariances and in the contrasts of the fit without effects.
+of each fit, at the covariances and in the contrasts of the fit without effects, less what each parameter costs
+(Schwarz 1978, doi 10.1214/aos/1176344136).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -73,7 +75,8 @@ def front_runners_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simul
     spaces = {rho: _space(grid, rho, residuals, tangents) for rho in dict.fromkeys(g.rho for g in grid.covariances)}
     at = {g: _fits_at(grid, g, spaces[g.rho]) for g in grid.covariances}
     squares = {g: np.array([_square(own, i) for i in range(len(fits))]) for g, own in at.items()}
-    scores = {g: log_likelihood(at[g].contrasts, row, g, grid.prior) for g, row in squares.items()}
+    sizes = 0.5 * math.log(grid.linear.freedom) * np.array([one.x.size for one in fits])
+    scores = {g: log_likelihood(at[g].contrasts, row, g, grid.prior) - sizes for g, row in squares.items()}
     best = [grid.covariances[int(np.argmax([scores[g][i] for g in grid.covariances]))] for i in range(len(fits))]
     own = [float(scores[g][i]) for i, g in enumerate(best)]
     noises = [noise_deg(grid.linear, float(squares[g][i])) for i, g in enumerate(best)]
@@ -81,7 +84,7 @@ def front_runners_of(grid: Grid, fits: Sequence[Fitted], *, seed: int = 0, simul
         FrontRunner(one, max(own) - score, 1.0, g, noise)
         for one, score, g, noise in zip(fits, own, best, noises, strict=True)
     ]
-    drawn_scores = _drawn_scores(grid, at, found, seed, simulations)
+    drawn_scores = [one - sizes[:, None] for one in _drawn_scores(grid, at, found, seed, simulations)]
     found = [
         replace(one, p=_part_as_far(own_scores.max(axis=0) - own_scores[i], one.behind))
         for i, (one, own_scores) in enumerate(zip(found, drawn_scores, strict=True))
