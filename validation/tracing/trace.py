@@ -166,15 +166,20 @@ def trace_records(
         else:
             trace = _trace_known_rig(Search(problem, KNOWN_RIG, tried, threads, report))
     decision = None if alpha is None else decide(trace, effects=tried, alpha=alpha, seed=seed, threads=threads)
-    if decision is None and trace.baseline.fold_errors is None:
-        trace = _confirmed(trace)
-        if trace.verdict == "unexplained" and problem is not None:
-            trace = partial_above_floor(named_in_part(trace, threads))
-        trace = with_remaining_error(left_near_noise(trace))
-    trace = decided(trace, decision)
+    trace = _by_rules(trace, threads, known=problem is not None) if decision is None else decided(trace, decision)
     trace = doubted_with_leap(doubted_on_heldout(doubted_without_noise(trace)), lost=bool(lost))
     notes = (*lost, *notes, *map(_out_of_plane, filter(None, map(coupling, numbered))))
     return replace(trace, words=(*trace.words, *notes, *sensor_words(trace.records, trace.floor.deg)))
+
+
+def _by_rules(trace: Trace, threads: int, *, known: bool) -> Trace:
+    """Give a trace of records of one plane the verdict that its held-out samples leave."""
+    if trace.baseline.fold_errors is not None:
+        return trace
+    trace = _confirmed(trace)
+    if trace.verdict == "unexplained" and known:
+        trace = partial_above_floor(named_in_part(trace, threads))
+    return with_remaining_error(left_near_noise(trace))
 
 
 def _trace_in_space(

@@ -333,8 +333,3 @@ def test_two_effects_are_named_one_beside_the_other():
     assert (trace.verdict, trace.confusable) == ("effect", ((), ()))
     assert trace.augmented.rmse_deg < 1.1 * trace.floor.deg
     assert single.names == ("tendon_creep",)
-
-
-def test_without_a_test_the_verdict_is_that_of_the_rules():
-    trace = object()
-    assert decided(trace, None) is trace

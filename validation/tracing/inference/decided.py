@@ -10,23 +10,20 @@ from validation.tracing.plausibility import remarks
 from validation.tracing.verdict import depends_on
 
 
-def decided(trace: Trace, decision: Decision | None) -> Trace:
-    """Give a trace the verdict of its test; as it is without one."""
-    if decision is None:
-        return trace
+def decided(trace: Trace, decision: Decision) -> Trace:
+    """Give a trace the verdict of its test, and its fits in place of those of the search with the same effects."""
     samples = decision.best.samples
-    known = {id(one.fitted) for one in trace.candidates}
-    added = [
-        Candidate(one.fitted, trace.baseline.bic(samples) - one.fitted.bic(samples))
-        for one in decision.compared
-        if id(one.fitted) not in known
+    compared = [
+        Candidate(one.fitted, trace.baseline.bic(samples) - one.fitted.bic(samples)) for one in decision.compared
     ]
+    again = {frozenset(one.names) for one in compared}
+    others = [one for one in trace.candidates if frozenset(one.names) not in again]
     named = decision.verdict not in ("none", "unexplained")
     return replace(
         trace,
         verdict=decision.verdict,
         augmented=decision.best if named else trace.baseline,
-        candidates=(*trace.candidates, *added),
+        candidates=(*compared, *others),
         confusable=decision.confusable if named else (),
         words=(_chance(decision), *_reasons(trace, decision)),
         decision=decision,

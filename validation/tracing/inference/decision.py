@@ -144,11 +144,10 @@ def decide(
 ) -> Decision | None:
     """Decide what the records of a trace show, from the fits of its search and those of a race.
 
-    ``effects`` are those that are tried, by default the whole catalogue.
-
-    A further effect is looked for as long as more is left than clean rigs leave. None where the discrepancy of clean
-    rigs has not been learnt for the kind of baseline, where records are compared with a reference, or where folds hold
-    out every sample in turn.
+    ``effects`` are those that are tried, by default the whole catalogue. A further effect is looked for as long as more
+    is left than clean rigs leave, and named where that ends it. None where the discrepancy of clean rigs has not been
+    learnt for the kind of baseline, where records are compared with a reference, or where folds hold out every sample
+    in turn.
     """
     prior, baseline = learnt_prior(trace), trace.baseline
     if prior is None or trace.reference or baseline.fold_errors is not None:
@@ -157,15 +156,18 @@ def decide(
     asked = _Asked(trace, prior, tried, alpha, seed, threads, simulations)
     with threadpool_limits(1, user_api="blas"):
         first = _stage(asked, baseline)
-        last, best, left = first, baseline, _left_of(asked, first, None)
+        last, best, left = found = first, baseline, _left_of(asked, first, None)
         while len(best.names) < MOST_EFFECTS:
             stage = first if best is baseline else _stage(asked, best)
             if stage.chance.p > alpha or not stage.found:
                 break
             last, best = stage, stage.found[0].fitted
             left = _left_of(asked, last, last.found[0])
+            found = (last, best, left) if last is first else found
             if not _is_more(asked, left):
                 break
+        if _is_more(asked, left):  # further effects that take a part may take what the baseline lacks
+            last, best, left = found
     p_none = first.chance.p
     compared = tuple(_compared(trace, one) for one in last.found)
     return Decision(
