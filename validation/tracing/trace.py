@@ -133,11 +133,9 @@ def trace_records(
         Called before every fit with what is fitted, and with how many fits are done and expected so far.
     effects
         Effects that are tried; by default the whole catalogue.
-    alpha
+    alpha, seed
         Probability with which the verdict may claim an effect that is not there, where the kind of baseline has a test
-        (:func:`validation.tracing.inference.decide`); None, the default, for a verdict by rules alone.
-    seed
-        Of the draws of the test.
+        (:func:`validation.tracing.inference.decide`), and of its draws; None, the default, for a verdict by rules.
 
     Raises
     ------
